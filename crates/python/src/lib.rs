@@ -1,0 +1,12 @@
+//! The Python module `trueloop._core`: the only crate that knows PyO3. Each file binds one crate.
+
+use pyo3::prelude::*;
+
+mod curve;
+mod nc;
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    curve::register(module)?;
+    nc::register(module)
+}

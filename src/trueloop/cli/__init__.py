@@ -1,0 +1,1 @@
+"""The commands: thin, no numerics, no file formats."""

@@ -1,0 +1,1 @@
+"""Error to correction: contour, tool offsets, table, limits and the correction record."""

@@ -1,0 +1,1 @@
+"""Deviation along a profile: constrained splines, lines, junctions, the nose model."""

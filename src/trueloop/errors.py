@@ -1,0 +1,86 @@
+"""The error catalogue: every error a user can cause has a code, the values with units, a place and a hint.
+
+A function that refuses its input raises `TrueloopError` with a code from `Code`. The command line prints it, and the
+exit status is `exit_status(code)`. A test produces every code (`tests/errors/`).
+"""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+
+class Code(StrEnum):
+    """The codes, by area. The letters name the area, so that a user sees where to look."""
+
+    # GEO: nominal profile
+
+    # NC: programs
+
+    # TCH: touches
+
+    # FIT: error curves
+
+    # CMP: compensation and its limits
+
+    # JOB: job files
+
+    # OUT: writing
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in a user's file: line and column count from 1; None where it does not apply."""
+
+    file: str | None = None
+    line: int | None = None
+    column: int | None = None
+
+    def __str__(self) -> str:
+        parts = [part for part in (self.file, self.line, self.column) if part is not None]
+        return ":".join(str(part) for part in parts)
+
+
+class TrueloopError(Exception):
+    """A refusal, written for the person who must mend its cause.
+
+    `message` says what was wrong with the values and units; `hint` how to mend it; `override` names the option that
+    lets the user go on all the same, where there is one.
+    """
+
+    def __init__(
+        self, code: Code, message: str, *, hint: str, place: Place | None = None, override: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.hint = hint
+        self.place = place or Place()
+        self.override = override
+
+    def in_file(self, file: str) -> "TrueloopError":
+        """The same error with the file named: numerics know nothing of files, their callers do."""
+        place = replace(self.place, file=self.place.file or file)
+        return TrueloopError(self.code, self.message, hint=self.hint, place=place, override=self.override)
+
+    def __str__(self) -> str:
+        where = f"{self.place}: " if str(self.place) else ""
+        override = f" (override: {self.override})" if self.override else ""
+        return f"{where}{self.code}: {self.message}\n  hint: {self.hint}{override}"
+
+
+class Severity(StrEnum):
+    """How much a finding matters."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something noticed that does not stop the work: same code, place and hint as an error would have."""
+
+    severity: Severity
+    code: Code
+    message: str
+    hint: str
+    place: Place = Place()

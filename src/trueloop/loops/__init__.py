@@ -1,0 +1,1 @@
+"""Ways of running the flow: each strings the pieces together."""

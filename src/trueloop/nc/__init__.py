@@ -1,0 +1,1 @@
+"""NC programs: read, run to a tool path, check, edit by span, write."""

@@ -1,0 +1,8 @@
+"""The unit edge: everything inside is millimetres and radians; these are the only conversion factors."""
+
+from typing import Final
+
+MM_PER_INCH: Final = 25.4
+"""Exact by definition (ISO 80000-3)."""
+
+UM_PER_MM: Final = 1000.0
