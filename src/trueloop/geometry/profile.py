@@ -1,0 +1,98 @@
+"""A profile: the ordered chain of features of a turned part, and the junctions between them."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trueloop.geometry.feature import Array, Feature
+
+TANGENT_WITHIN_RAD: Final = 1e-3
+"""Two features whose directions differ by less meet tangentially, unless the job says otherwise: rounding coordinates
+to 1e-5 in turns a 0.5 mm feature by 0.5 mrad, and nobody draws a corner of less than 0.06 degrees."""
+
+
+class JunctionKind(StrEnum):
+    """How two features meet: the angle is critical (tangent) or not (corner) [6811 §2.2]."""
+
+    CORNER = "corner"
+    TANGENT = "tangent"
+
+
+@dataclass(frozen=True)
+class Junction:
+    """Where one feature ends and the next begins.
+
+    `turn_rad` is by how much the direction of travel turns, positive to the right (a convex corner: the material takes
+    less than half a turn), negative to the left (a corner that the nose can reach only as a fillet).
+    """
+
+    kind: JunctionKind
+    turn_rad: float
+    by_design: bool = False
+
+
+@dataclass(frozen=True)
+class Located:
+    """Points put onto a profile: index of the nearest feature, arc length on it, distance along the outward normal."""
+
+    feature_index: np.ndarray[tuple[int], np.dtype[np.intp]]
+    arc_length_mm: Array
+    distance_mm: Array
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Features from chuck end to free end; `junctions[i]` stands between `features[i]` and `features[i + 1]`."""
+
+    features: tuple[Feature, ...]
+    junctions: tuple[Junction, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The features' names, in order."""
+        return tuple(feature.name for feature in self.features)
+
+    @property
+    def length_mm(self) -> float:
+        """Arc length of the whole chain."""
+        return math.fsum(feature.length_mm for feature in self.features)
+
+    def start_of(self, index: int) -> float:
+        """Arc length along the whole profile at which feature `index` begins, mm."""
+        return math.fsum(feature.length_mm for feature in self.features[:index])
+
+    def locate(self, points_mm: ArrayLike) -> Located:
+        """Nearest feature for each point of shape (n, 2); a foot beyond a feature's end counts by the end's distance."""
+        points = np.atleast_2d(np.asarray(points_mm, dtype=np.float64))
+        feet = [feature.locate(points) for feature in self.features]
+        arc_length = np.stack([foot[0] for foot in feet])
+        distance = np.stack([foot[1] for foot in feet])
+        lengths = np.array([[feature.length_mm] for feature in self.features])
+        beyond = np.maximum(np.maximum(-arc_length, arc_length - lengths), 0.0)
+        nearest = np.argmin(np.hypot(distance, beyond), axis=0)
+        rows = np.arange(len(points))
+        return Located(nearest, arc_length[nearest, rows], distance[nearest, rows])
+
+
+def junctions_of(
+    features: Sequence[Feature], by_design: Mapping[tuple[str, str], JunctionKind] | None = None
+) -> tuple[Junction, ...]:
+    """The junctions of a chain, found from its directions; `by_design` overrides the kind by the two features' names."""
+    by_design = by_design or {}
+    return tuple(
+        _junction(before, after, by_design.get((before.name, after.name)))
+        for before, after in zip(features, features[1:], strict=False)
+    )
+
+
+def _junction(before: Feature, after: Feature, by_design: JunctionKind | None) -> Junction:
+    arriving, leaving = before.tangent(before.length_mm), after.tangent(0.0)
+    left = arriving[1] * leaving[0] - arriving[0] * leaving[1]
+    turn_rad = -math.atan2(left, float(arriving @ leaving))
+    found = JunctionKind.TANGENT if abs(turn_rad) < TANGENT_WITHIN_RAD else JunctionKind.CORNER
+    return Junction(by_design or found, turn_rad, by_design is not None)
