@@ -16,14 +16,37 @@ class Code(StrEnum):
     # NC: programs
 
     # TCH: touches
+    TCH_FILE = "TCH-FILE"
+    TCH_COLUMN = "TCH-COLUMN"
+    TCH_NUMBER = "TCH-NUMBER"
+    TCH_FEATURE = "TCH-FEATURE"
+    TCH_OFF_PROFILE = "TCH-OFF-PROFILE"
+    TCH_UNIT = "TCH-UNIT"
+    TCH_DIAMETER = "TCH-DIAMETER"
+    TCH_SIGN = "TCH-SIGN"
+    TCH_DUPLICATE = "TCH-DUPLICATE"
+    TCH_ORDER = "TCH-ORDER"
+    TCH_REFERENCE = "TCH-REFERENCE"
 
     # FIT: error curves
 
     # CMP: compensation and its limits
+    CMP_SIZE = "CMP-SIZE"
+    CMP_SLOPE = "CMP-SLOPE"
+    CMP_AGE = "CMP-AGE"
+    CMP_TWICE = "CMP-TWICE"
+    CMP_OTHER_PROGRAM = "CMP-OTHER-PROGRAM"
+    CMP_RAPID = "CMP-RAPID"
+    CMP_READ_BACK = "CMP-READ-BACK"
 
     # JOB: job files
+    JOB_MISSING = "JOB-MISSING"
+    JOB_SYNTAX = "JOB-SYNTAX"
+    JOB_KEY = "JOB-KEY"
 
     # OUT: writing
+    OUT_FOLDER = "OUT-FOLDER"
+    OUT_INPUT = "OUT-INPUT"
 
 
 @dataclass(frozen=True)
