@@ -1,7 +1,7 @@
 """The job file (TOML): one turned part, its tool, its programs, its touches, and how to compensate.
 
-Lengths carry their unit in the key, or, for the profile's coordinates, in `part.unit`. Paths are relative to the job file.
-Unknown keys are refused: a mistyped option must not be an option ignored.
+Lengths carry their unit in the key, or, for the profile's coordinates, in `part.unit`. Paths are relative to the job
+file. Unknown keys are refused: a mistyped option must not be an option ignored.
 """
 
 import re
@@ -192,9 +192,7 @@ def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
     """The line where the last named key of a location stands, searched from its table's heading on."""
     names = [part for part in location if isinstance(part, str)]
     lines = text.splitlines()
-    start = next(
-        (i for i, line in enumerate(lines) if names and re.match(rf"\s*\[+{names[0]}\b", line)), None
-    )
+    start = next((i for i, line in enumerate(lines) if names and re.match(rf"\s*\[+{names[0]}\b", line)), None)
     if start is None:
         return None
     key = re.compile(rf"\s*\"?{re.escape(names[-1])}\"?\s*=")

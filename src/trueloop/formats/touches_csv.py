@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.gauging.touches import Touch
+from trueloop.gauging.touch import Touch
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
@@ -46,9 +46,7 @@ def _rows_of(path: Path) -> tuple[list[str], list[Row], str]:
             hint="`gauging.touches` in the job names a CSV file in UTF-8, relative to the job",
             place=Place(str(path)),
         ) from error
-    kept = [
-        (k + 1, line) for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")
-    ]
+    kept = [(k + 1, line) for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
     if not kept:
         raise TrueloopError(
             Code.TCH_FILE,
@@ -59,10 +57,7 @@ def _rows_of(path: Path) -> tuple[list[str], list[Row], str]:
     separator = next((s for s in "\t;" if s in kept[0][1]), ",")
     header = [cell.strip() for cell in kept[0][1].split(separator)]
     cells = csv.reader((line for _, line in kept[1:]), delimiter=separator)
-    rows = [
-        (number, dict(zip(header, row, strict=False)))
-        for (number, _), row in zip(kept[1:], cells, strict=True)
-    ]
+    rows = [(number, dict(zip(header, row, strict=False))) for (number, _), row in zip(kept[1:], cells, strict=True)]
     return header, rows, separator
 
 

@@ -4,14 +4,16 @@ Each check compares what was given with what one common blunder would have made 
 blunder explains the data much better.
 """
 
-from collections.abc import Sequence
-from typing import Final, Protocol
+from collections.abc import Callable, Sequence
+from typing import Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
-from trueloop.geometry.feature import Array, Point
+from trueloop.gauging.touch import Touch
+from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
@@ -37,20 +39,10 @@ BLUNDERS: Final[tuple[tuple[Code, str, tuple[float, float], str], ...]] = (
 """Code, what it looks like, by what (x, z) would have to be multiplied, what may have happened."""
 
 
-class Placed(Protocol):
-    """What the checks need of a touch."""
-
-    @property
-    def point(self) -> str: ...
-    @property
-    def feature(self) -> str | None: ...
-    @property
-    def nominal_mm(self) -> Point: ...
-    @property
-    def line(self) -> int | None: ...
+Accepted: TypeAlias = NDArray[np.bool_]
 
 
-def check_positions(profile: Profile, touches: Sequence[Placed]) -> None:
+def check_positions(profile: Profile, touches: Sequence[Touch]) -> None:
     """Refuses a feature that is not of the part, wrong units, diameters for radii, and points off their feature."""
     for touch in touches:
         if touch.feature is not None and touch.feature not in profile.names:
@@ -77,16 +69,14 @@ def check_positions(profile: Profile, touches: Sequence[Placed]) -> None:
     )
 
 
-def check_sizes(
-    touches: Sequence[Placed], error: Array, measured: Array, nominal: Array, normal: Array
-) -> None:
+def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, nominal: Array, normal: Array) -> None:
     """Refuses part errors too large to be true, naming the blunder in the measured points that would explain them."""
     large = np.abs(error) > CREDIBLE_ERROR_MM
     if not np.any(large):
         return
 
-    def credible(scale: Array) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
-        along_normal = np.einsum("ij,ij->i", normal, measured * scale - nominal)
+    def credible(scale: Array) -> Accepted:
+        along_normal: Array = np.sum(normal * (measured * scale - nominal), axis=1)
         return np.abs(along_normal) <= CREDIBLE_ERROR_MM
 
     _refuse_blunder(credible, touches)
@@ -153,7 +143,7 @@ def _distance_mm(profile: Profile, features: Sequence[str | None], points: Array
     return away
 
 
-def _refuse_blunder(accepted_when_scaled: "Accepts", touches: Sequence[Placed]) -> None:
+def _refuse_blunder(accepted_when_scaled: Callable[[Array], Accepted], touches: Sequence[Touch]) -> None:
     """Raises the blunder whose undoing makes at least nine of ten touches acceptable."""
     for code, looks, scale, question in BLUNDERS:
         share = float(np.mean(accepted_when_scaled(np.array(scale))))
@@ -174,9 +164,3 @@ def _duplicate(message: str, line: int | None) -> TrueloopError:
         hint="keep one row a point; average repeated touches before",
         place=Place(line=line),
     )
-
-
-class Accepts(Protocol):
-    """Which touches are acceptable when the given points are multiplied by (x, z) factors."""
-
-    def __call__(self, scale: Array) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]": ...

@@ -1,7 +1,7 @@
 """Touches to error vectors: what the probe reported, as part errors along the nominal normal.
 
-`e = n · (measured − nominal) − ball radius − allowance`, positive = material left on [6876 glossary, PARTERROR]. A touch
-that was not exactly along n keeps its normal component only. The part's z is taken from a reference point [6811 §5.1].
+`e = n · (measured − nominal) − ball radius − allowance`, positive = material left on [6876 glossary, PARTERROR]. A
+touch that was not exactly along n keeps its normal component only. The part's z is taken from a reference point [6811 §5.1].
 """
 
 import math
@@ -14,24 +14,13 @@ import numpy as np
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_order, check_positions, check_sizes
-from trueloop.geometry.feature import Array, Point
+from trueloop.gauging.touch import Touch
+from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.units import UM_PER_MM
 
 REFERENCE_FACES: Final = 0.5
 """A z reference must look along z: |n_z| of at least cos 60°, or its error would be divided by a small number."""
-
-
-@dataclass(frozen=True)
-class Touch:
-    """One gauging point as it was reported: nominal (x, z) in mm with x a radius, and a measured point or an error."""
-
-    point: str
-    nominal_mm: Point
-    feature: str | None = None
-    measured_mm: Point | None = None
-    error_mm: float | None = None
-    line: int | None = None
 
 
 @dataclass(frozen=True)
@@ -59,9 +48,7 @@ def standard_uncertainty_mm(outward_normal: Array, gauging: Gauging) -> Array:
 def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) -> ErrorVectors:
     """Part errors of the touches, ordered along the profile. Raises TCH errors for what cannot be right."""
     feature_index, arc_length = _place(profile, touches)
-    normal = np.array(
-        [profile.features[i].outward_normal(s) for i, s in zip(feature_index, arc_length, strict=True)]
-    )
+    normal = np.array([profile.features[i].outward_normal(s) for i, s in zip(feature_index, arc_length, strict=True)])
     nominal = np.array([touch.nominal_mm for touch in touches])
     vectors = ErrorVectors(
         point=tuple(touch.point for touch in touches),
@@ -77,9 +64,7 @@ def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) 
     return vectors if gauging.z_reference is None else _from_reference(vectors, gauging.z_reference)
 
 
-def _place(
-    profile: Profile, touches: Sequence[Touch]
-) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
+def _place(profile: Profile, touches: Sequence[Touch]) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
     """Feature and arc length of each touch: on the feature it names, else on the nearest."""
     if not touches:
         raise TrueloopError(
@@ -98,8 +83,7 @@ def _place(
         dtype=np.intp,
     )
     arc_length = [
-        float(profile.features[i].locate(touch.nominal_mm)[0])
-        for i, touch in zip(index, touches, strict=True)
+        float(profile.features[i].locate(touch.nominal_mm)[0]) for i, touch in zip(index, touches, strict=True)
     ]
     return index, np.array(arc_length)
 

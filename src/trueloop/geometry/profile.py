@@ -1,5 +1,6 @@
 """A profile: the ordered chain of features of a turned part, and the junctions between them."""
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ class Profile:
         return math.fsum(feature.length_mm for feature in self.features[:index])
 
     def locate(self, points_mm: ArrayLike) -> Located:
-        """Nearest feature for each point of shape (n, 2); a foot beyond a feature's end counts by the end's distance."""
+        """Nearest feature for each point of shape (n, 2); a foot beyond a feature's end counts by its end."""
         points = np.atleast_2d(np.asarray(points_mm, dtype=np.float64))
         feet = [feature.locate(points) for feature in self.features]
         arc_length = np.stack([foot[0] for foot in feet])
@@ -82,11 +83,11 @@ class Profile:
 def junctions_of(
     features: Sequence[Feature], by_design: Mapping[tuple[str, str], JunctionKind] | None = None
 ) -> tuple[Junction, ...]:
-    """The junctions of a chain, found from its directions; `by_design` overrides the kind by the two features' names."""
+    """The junctions of a chain, found from its directions; `by_design` overrides the kind by the features' names."""
     by_design = by_design or {}
     return tuple(
         _junction(before, after, by_design.get((before.name, after.name)))
-        for before, after in zip(features, features[1:], strict=False)
+        for before, after in itertools.pairwise(features)
     )
 
 
