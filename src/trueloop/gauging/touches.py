@@ -1,7 +1,8 @@
 """Touches to error vectors: what the probe reported, as part errors along the nominal normal.
 
 `e = n · (measured − nominal) − ball radius − allowance`, positive = material left on [6876 glossary, PARTERROR]. A
-touch that was not exactly along n keeps its normal component only. The part's z is taken from a reference point [6811 §5.1].
+touch that was not exactly along n keeps its normal component only. The part's z is taken from a reference point
+[6811 §5.1].
 """
 
 import math

@@ -66,7 +66,8 @@ class Line:
 
     @property
     def _direction(self) -> Array:
-        return (np.asarray(self.end_mm) - np.asarray(self.start_mm)) / self.length_mm
+        along: Array = np.asarray(self.end_mm) - np.asarray(self.start_mm)
+        return along / self.length_mm
 
 
 @dataclass(frozen=True)

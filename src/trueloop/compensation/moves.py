@@ -1,0 +1,146 @@
+"""A smooth centre path as moves that a control knows: chords, or pairs of arcs that keep the tangent.
+
+Every sample of the path lies within its own tolerance of the moves; the fewest moves are found by letting each reach
+as far as it can.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from trueloop.geometry.feature import Array, Point
+
+STRAIGHT_SAGITTA_MM = 1e-6
+"""An arc that bulges less than a nanometre is written as a line: its radius would be a number without meaning."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """One feed move in the (x, z) plane, x a radius. An arc has a centre and a sweep, positive clockwise (G02)."""
+
+    start_mm: Point
+    end_mm: Point
+    centre_mm: Point | None = None
+    sweep_rad: float = 0.0
+
+    def distance_mm(self, points: Array) -> Array:
+        """Distance of points (n, 2) from the line or circle that carries the move."""
+        start, end = np.asarray(self.start_mm), np.asarray(self.end_mm)
+        if self.centre_mm is not None:
+            centre = np.asarray(self.centre_mm)
+            off_circle: Array = np.linalg.norm(points - centre, axis=1) - float(np.linalg.norm(start - centre))
+            return np.abs(off_circle)
+        chord = (end - start) / np.linalg.norm(end - start)
+        offset = points - start
+        off_chord: Array = offset[:, 0] * chord[1] - offset[:, 1] * chord[0]
+        return np.abs(off_chord)
+
+
+@dataclass(frozen=True)
+class SampledPath:
+    """Samples of a path: points and unit tangents (n, 2), and how far the moves may stand off each (n,)."""
+
+    point_mm: Array
+    tangent: Array
+    tolerance_mm: Array
+
+
+Fit: TypeAlias = Callable[[SampledPath, int, int], tuple[Move, ...]]
+
+
+def as_lines(path: SampledPath) -> tuple[Move, ...]:
+    """Chords between samples of the path."""
+    return _greedy(path, _chord)
+
+
+def as_arcs(path: SampledPath) -> tuple[Move, ...]:
+    """Pairs of arcs, each tangent to the next and to the path where a pair ends."""
+    return _greedy(path, _arc_pair)
+
+
+def fewest_moves(path: SampledPath) -> tuple[Move, ...]:
+    """Lines or tangent arcs, whichever are fewer; arcs when equal, because they leave no facets."""
+    arcs, lines = as_arcs(path), as_lines(path)
+    return arcs if len(arcs) <= len(lines) else lines
+
+
+def _greedy(path: SampledPath, fit: Fit) -> tuple[Move, ...]:
+    moves: list[Move] = []
+    first, last = 0, len(path.point_mm) - 1
+    while first < last:
+        reach = _furthest(path, fit, first, last)
+        moves += fit(path, first, reach)
+        first = reach
+    return tuple(moves)
+
+
+def _furthest(path: SampledPath, fit: Fit, first: int, last: int) -> int:
+    """The furthest sample that one fit reaches within tolerance: doubling steps, then halving."""
+    good, step = first + 1, 1
+    while good < last and _holds(path, fit, first, min(good + step, last)):
+        good = min(good + step, last)
+        step *= 2
+    bad = min(good + step, last + 1)
+    while bad - good > 1:
+        middle = (good + bad) // 2
+        if _holds(path, fit, first, middle):
+            good = middle
+        else:
+            bad = middle
+    return good
+
+
+def _holds(path: SampledPath, fit: Fit, first: int, last: int) -> bool:
+    inside = slice(first + 1, last)
+    return bool(np.all(_distance(fit(path, first, last), path.point_mm[inside]) <= path.tolerance_mm[inside]))
+
+
+def _distance(moves: Sequence[Move], points: Array) -> Array:
+    """Distance of points from a chord, or from that arc of a pair on whose side of the joint they lie."""
+    if len(moves) == 1 or not len(points):
+        return moves[0].distance_mm(points)
+    first, second = moves
+    joint = np.asarray(first.end_mm)
+    along = np.asarray(second.end_mm) - np.asarray(first.start_mm)
+    return np.where((points - joint) @ along < 0, first.distance_mm(points), second.distance_mm(points))
+
+
+def _chord(path: SampledPath, first: int, last: int) -> tuple[Move, ...]:
+    return (Move(_point(path.point_mm[first]), _point(path.point_mm[last])),)
+
+
+def _arc_pair(path: SampledPath, first: int, last: int) -> tuple[Move, ...]:
+    """The biarc with legs of equal length d: |v|² − 2 d v·(t₀ + t₁) − 2 d² (1 − t₀·t₁) = 0, v the chord."""
+    start, end = path.point_mm[first], path.point_mm[last]
+    leaving, arriving = path.tangent[first], path.tangent[last]
+    chord = end - start
+    b = float(chord @ (leaving + arriving))
+    a = 2.0 * (1.0 - float(leaving @ arriving))
+    leg = float(chord @ chord) / (b + float(np.sqrt(b * b + a * float(chord @ chord))))
+    joint = 0.5 * (start + end + leg * (leaving - arriving))
+    return _arc(start, leaving, joint), _arc_back(joint, end, arriving)
+
+
+def _arc(start: Array, leaving: Array, end: Array) -> Move:
+    """The arc from `start` in direction `leaving` to `end`; a line where it is as good as straight."""
+    chord = end - start
+    squared = float(chord @ chord)
+    left = float(leaving[1] * chord[0] - leaving[0] * chord[1])
+    if squared == 0.0 or abs(left) / 4 < STRAIGHT_SAGITTA_MM:
+        return Move(_point(start), _point(end))
+    radius = squared / (2 * left)
+    centre = start + radius * np.array([leaving[1], -leaving[0]])
+    sweep = -2.0 * float(np.arctan2(left, leaving @ chord))
+    return Move(_point(start), _point(end), _point(centre), sweep)
+
+
+def _arc_back(start: Array, end: Array, arriving: Array) -> Move:
+    """The arc from `start` to `end` that arrives in direction `arriving`."""
+    mirrored = _arc(end, -arriving, start)
+    return Move(mirrored.end_mm, mirrored.start_mm, mirrored.centre_mm, -mirrored.sweep_rad)
+
+
+def _point(vector: Array) -> Point:
+    return float(vector[0]), float(vector[1])
