@@ -1,0 +1,115 @@
+"""Is a tool offset enough? Per axis, by a test on the data, said in words [6811 §3.2].
+
+A constant offset (dX, dZ) explains the errors e = dX n_x + dZ n_z. Where what it leaves scatters no more than the
+process repeats (one-sided F test on the variance ratio), or less than the control can resolve, the program's
+coordinates stay as they are and the tool offset takes the correction.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtrc, fdtrc
+
+from trueloop.geometry.feature import Array
+from trueloop.units import UM_PER_MM
+
+SIGNIFICANCE: Final = 0.05
+FACES_AXIS: Final = 0.05
+"""A touch informs an axis when its normal has at least this component along it (3 degrees)."""
+
+AXES: Final = ("X", "Z")
+
+
+@dataclass(frozen=True)
+class AxisDecision:
+    """What one axis needs. `offset_mm` is to be added to the tool's offset, a radius on X; `p_value` nan: no test."""
+
+    axis: str
+    enough: bool
+    offset_mm: float
+    largest_left_mm: float
+    p_value: float
+    words: str
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Both axes. `offset_is_enough` when neither needs a changed contour."""
+
+    x: AxisDecision
+    z: AxisDecision
+
+    @property
+    def offset_is_enough(self) -> bool:
+        """Neither axis needs the contour changed."""
+        return self.x.enough and self.z.enough
+
+    @property
+    def offset_mm(self) -> tuple[float, float]:
+        """The tool offset (x as a radius, z) that takes out what a constant can."""
+        return self.x.offset_mm, self.z.offset_mm
+
+
+def decide(
+    process_error_mm: Array,
+    outward_normal: Array,
+    sigma_mm: float,
+    degrees_of_freedom: float,
+    resolution_mm: float,
+    weight: float,
+) -> Decision:
+    """Fits one offset to all touches and tests, axis by axis, what it leaves.
+
+    `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
+    degrees of freedom (inf when known). The offset is −weight × the fitted constants.
+    """
+    informs = np.abs(outward_normal) > FACES_AXIS
+    used = np.flatnonzero(np.any(informs, axis=0))
+    constants = np.zeros(2)
+    if len(used):
+        constants[used] = np.linalg.lstsq(outward_normal[:, used], process_error_mm, rcond=1e-9)[0]
+    left = process_error_mm - outward_normal @ constants
+    x, z = (
+        _decide_axis(
+            axis, left, informs[:, axis], -weight * constants[axis], sigma_mm, degrees_of_freedom, resolution_mm
+        )
+        for axis in range(2)
+    )
+    return Decision(x, z)
+
+
+def _decide_axis(
+    axis: int,
+    left_mm: Array,
+    informs: NDArray[np.bool_],
+    offset_mm: float,
+    sigma_mm: float,
+    degrees_of_freedom: float,
+    resolution_mm: float,
+) -> AxisDecision:
+    name, n = AXES[axis], int(np.count_nonzero(informs))
+    if n == 0:
+        return AxisDecision(name, True, 0.0, 0.0, float("nan"), f"{name}: no touch faces {name}; it stays as it is.")
+    left = left_mm[informs]
+    largest = float(np.max(np.abs(left)))
+    ratio = float(left @ left) / max(n - 1, 1) / sigma_mm**2 if sigma_mm > 0 else float("inf")
+    p_value = _upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
+    enough = largest <= resolution_mm or p_value > SIGNIFICANCE
+    verdict = (
+        "the offset is enough and the contour stays as programmed"
+        if enough
+        else "that is more than the process scatters by itself, so the contour is changed"
+    )
+    words = (
+        f"{name}: a constant offset of {offset_mm * UM_PER_MM:+.1f} µm{' (on the radius)' if axis == 0 else ''} would "
+        f"leave up to {largest * UM_PER_MM:.1f} µm at {n} touches, where {sigma_mm * UM_PER_MM:.1f} µm (one standard "
+        f"deviation) is repeatability; {verdict} (p = {p_value:.2g})."
+    )
+    return AxisDecision(name, enough, offset_mm, largest, p_value, words)
+
+
+def _upper_tail(ratio: float, over: float, under: float) -> float:
+    """P(F > ratio); the chi-square limit when the variance in the denominator is known."""
+    return float(chdtrc(over, ratio * over)) if np.isinf(under) else float(fdtrc(over, under, ratio))

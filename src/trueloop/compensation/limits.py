@@ -1,0 +1,58 @@
+"""Limits of a correction: beyond them it is refused, never clamped in silence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+
+from trueloop.compensation.contour import CentrePiece
+from trueloop.compensation.shift import Shift
+from trueloop.errors import Code, TrueloopError
+from trueloop.units import UM_PER_MM
+
+SAMPLES = 201
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What is accepted. Sizes in mm along the normal, slopes in mm per mm of arc, age in hours."""
+
+    correction_mm: float = 0.150
+    slope: float = 0.020
+    age_hours: float = 24.0
+
+
+def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], limits: Limits) -> None:
+    """Refuses a correction that is too large or too steep anywhere the nose cuts, saying where and by how much."""
+    for piece, correction in zip(pieces, corrections, strict=True):
+        feature = piece.shifted.feature
+        s = np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, feature.length_mm), SAMPLES)
+        size, slope = np.abs(correction.value_mm(s)), np.abs(correction.slope(s))
+        for code, values, limit, unit, key in (
+            (Code.CMP_SIZE, size, limits.correction_mm, "µm", "max_correction_um"),
+            (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "max_slope_um_per_mm"),
+        ):
+            k = int(np.argmax(values))
+            if values[k] > limit:
+                x, z = feature.point_mm(s[k])
+                raise TrueloopError(
+                    code,
+                    f"the correction of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
+                    f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
+                    hint="look at the touches there first: a bad touch is likelier than such an error",
+                    override=f"compensation.{key} in the job",
+                )
+
+
+def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
+    """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither."""
+    age_hours = (now - measured_at).total_seconds() / 3600
+    if not 0 <= age_hours <= limits.age_hours:
+        raise TrueloopError(
+            Code.CMP_AGE,
+            f"the touches were taken {age_hours:.1f} h ago ({measured_at.isoformat(timespec='minutes')}); "
+            f"the limit is {limits.age_hours:g} h",
+            hint="probe the part again: machine and tool have changed since",
+            override="compensation.max_age_hours in the job",
+        )

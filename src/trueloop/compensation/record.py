@@ -1,0 +1,80 @@
+"""The correction record: what was corrected, from what, by which model, within which limits, and what was changed.
+
+A corrected program carries the record's id and its source's hash in a comment; correcting it again is refused, and so
+is correcting a program that is not the one the touches came from.
+"""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from typing import Final
+
+from trueloop.errors import Code, Place, TrueloopError
+
+MARK: Final = "trueloop corrected"
+"""How a corrected program says so, in a comment of its dialect."""
+
+
+@dataclass(frozen=True)
+class ChangedWord:
+    """One change to a program: the place in the source and the text before and after (several lines for an arc)."""
+
+    line: int
+    column: int
+    before: str
+    after: str
+
+
+@dataclass(frozen=True)
+class Record:
+    """One correction, complete enough to be repeated and to be judged later."""
+
+    id: str
+    made_at: str
+    made_by: str
+    trueloop_version: str
+    inputs_sha256: dict[str, str]
+    options: dict[str, object]
+    model: dict[str, object]
+    decision: list[str]
+    changes: list[ChangedWord]
+
+    def to_json(self) -> str:
+        """The record as JSON, keys in order of declaration."""
+        return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
+
+
+def sha256_of(content: bytes) -> str:
+    """Hex digest by which inputs are known."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def record_id(inputs_sha256: dict[str, str], options: dict[str, object]) -> str:
+    """Sixteen hex digits from inputs and options alone: the same job gives the same id on any day."""
+    return sha256_of(json.dumps([inputs_sha256, options], sort_keys=True).encode())[:16]
+
+
+def check_uncorrected(source: bytes) -> None:
+    """Refuses a program that a correction was already written into."""
+    position = source.find(MARK.encode())
+    if position >= 0:
+        line = source.count(b"\n", 0, position) + 1
+        comment = source[position:].split(b"\n", 1)[0].decode("latin-1").strip()
+        raise TrueloopError(
+            Code.CMP_TWICE,
+            f"this program is corrected already: {comment!r}",
+            hint="correct the program that it was made from; its hash stands in the record of that id",
+            place=Place(line=line),
+        )
+
+
+def check_same_program(source: bytes, expected_sha256: str) -> None:
+    """Refuses touches that were taken after another program than the one to be corrected."""
+    found = sha256_of(source)
+    if found != expected_sha256.lower():
+        raise TrueloopError(
+            Code.CMP_OTHER_PROGRAM,
+            f"the touches belong to the program with sha256 {expected_sha256[:16]}…, this one has {found[:16]}…",
+            hint="name the program that was run before probing, or probe again",
+            override="leave out gauging.program_sha256 in the job",
+        )
