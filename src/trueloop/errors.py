@@ -12,6 +12,19 @@ class Code(StrEnum):
     """The codes, by area. The letters name the area, so that a user sees where to look."""
 
     # GEO: nominal profile
+    GEO_EMPTY = "GEO-EMPTY"  # no features
+    GEO_VALUE = "GEO-VALUE"  # a coordinate that is no finite number
+    GEO_NAME = "GEO-NAME"  # a feature's name empty or used twice
+    GEO_LENGTH = "GEO-LENGTH"  # a feature without length
+    GEO_ARC = "GEO-ARC"  # an arc whose ends do not fit centre and sweep
+    GEO_AXIS = "GEO-AXIS"  # the profile goes beyond the spindle axis
+    GEO_GAP = "GEO-GAP"  # consecutive features do not meet
+    GEO_ORDER = "GEO-ORDER"  # the chain runs towards the chuck
+    GEO_CROSSING = "GEO-CROSSING"  # the chain crosses or touches itself
+    GEO_JUNCTION = "GEO-JUNCTION"  # a junction by design that the geometry contradicts
+    GEO_NOSE = "GEO-NOSE"  # a concave arc not larger than the nose, or no nose radius at all
+    GEO_NARROW = "GEO-NARROW"  # the nose does not fit between features
+    GEO_SHARP = "GEO-SHARP"  # a corner too sharp to offset
 
     # NC: programs
 

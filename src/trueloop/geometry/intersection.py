@@ -1,0 +1,102 @@
+"""Where two features meet when each goes on along its whole line or circle, and where a chain crosses itself."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Arc, Array, Feature, Line, Point
+
+_PARALLEL: Final = 1e-13
+"""Sine of the angle below which two lines count as parallel."""
+
+_TOUCH_MM: Final = 1e-9
+"""A line or circle that misses a circle by less touches it."""
+
+
+def intersections(first: Feature, second: Feature) -> list[Point]:
+    """Points (x, z) in mm common to the whole line or circle of each feature: none, one or two."""
+    if isinstance(first, Line):
+        return _line_line(first, second) if isinstance(second, Line) else _line_circle(first, second)
+    return _line_circle(second, first) if isinstance(second, Line) else _circle_circle(first, second)
+
+
+def crossings(features: Sequence[Feature], tolerance_mm: float) -> list[tuple[int, int, Point]]:
+    """Pairs of features of a chain that cross or touch away from their common end, with the place (x, z) in mm.
+
+    Neighbours that run along each other within `tolerance_mm` near their junction, as rounded tangent features do, do
+    not cross.
+    """
+    overlapping = np.argwhere(np.triu(_boxes_overlap(features), k=1))
+    return [
+        (int(i), int(j), point)
+        for i, j in overlapping
+        for point in intersections(features[i], features[j])
+        if _on_both(features[i], features[j], point)
+        and not (j == i + 1 and _near_junction(features[i], features[j], point, tolerance_mm))
+    ]
+
+
+def _line_line(first: Line, second: Line) -> list[Point]:
+    (x, z), (dx, dz), (ex, ez) = first.start_mm, first.tangent(0.0), second.tangent(0.0)
+    cross = dx * ez - dz * ex
+    if abs(cross) < _PARALLEL:
+        return []
+    along = ((second.start_mm[0] - x) * ez - (second.start_mm[1] - z) * ex) / cross
+    return [(float(x + along * dx), float(z + along * dz))]
+
+
+def _line_circle(line: Line, circle: Arc) -> list[Point]:
+    along, distance = line.locate(circle.centre_mm)
+    half_chord = _half_chord(circle.radius_mm, abs(float(distance)))
+    return [] if half_chord is None else _pair(line, float(along), half_chord)
+
+
+def _pair(line: Line, along: float, half_chord: float) -> list[Point]:
+    ends = line.point_mm([along - half_chord, along + half_chord])
+    return [(float(x), float(z)) for x, z in ends]
+
+
+def _circle_circle(first: Arc, second: Arc) -> list[Point]:
+    apart = math.dist(first.centre_mm, second.centre_mm)
+    if apart < _TOUCH_MM:
+        return []
+    to_chord = (apart + (first.radius_mm - second.radius_mm) * (first.radius_mm + second.radius_mm) / apart) / 2
+    half_chord = _half_chord(first.radius_mm, abs(to_chord))
+    if half_chord is None:
+        return []
+    centres = Line("", first.centre_mm, second.centre_mm)
+    foot, across = centres.point_mm(to_chord), centres.outward_normal(0.0)
+    return [(float(x), float(z)) for x, z in (foot - half_chord * across, foot + half_chord * across)]
+
+
+def _half_chord(radius_mm: float, distance_mm: float) -> float | None:
+    """Half the chord that a circle cuts from a line at a distance from its centre; None where it misses."""
+    if distance_mm > radius_mm + _TOUCH_MM:
+        return None
+    return math.sqrt(max((radius_mm - distance_mm) * (radius_mm + distance_mm), 0.0))
+
+
+def _boxes_overlap(features: Sequence[Feature]) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    low, high = (np.array(side) for side in zip(*(_box(feature) for feature in features), strict=True))
+    return np.asarray(((low[:, None] <= high[None]) & (low[None] <= high[:, None])).all(axis=-1))
+
+
+def _box(feature: Feature) -> tuple[Array, Array]:
+    """Corners of a box around the feature: its ends and middle, widened by the sagitta of the two halves."""
+    points = feature.point_mm(np.array([0.0, 0.5, 1.0]) * feature.length_mm)
+    sagitta = feature.radius_mm * (1 - math.cos(feature.sweep_rad / 4)) if isinstance(feature, Arc) else 0.0
+    return points.min(axis=0) - sagitta - _TOUCH_MM, points.max(axis=0) + sagitta + _TOUCH_MM
+
+
+def _on_both(first: Feature, second: Feature, point: Point) -> bool:
+    return all(
+        -_TOUCH_MM <= float(feature.locate(point)[0]) <= feature.length_mm + _TOUCH_MM for feature in (first, second)
+    )
+
+
+def _near_junction(before: Feature, after: Feature, point: Point, tolerance_mm: float) -> bool:
+    """Whether the loop from the crossing to the junction is thinner than the tolerance."""
+    halfway = before.point_mm((float(before.locate(point)[0]) + before.length_mm) / 2)
+    return abs(float(after.locate(halfway)[1])) <= tolerance_mm

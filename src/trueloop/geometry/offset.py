@@ -1,0 +1,152 @@
+"""The path of the nose centre along a profile, and the contour that a given path of the nose centre leaves."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, Array, Feature, Point
+from trueloop.geometry.intersection import crossings, intersections
+from trueloop.geometry.profile import Profile, junctions_of
+
+RUNS_TOGETHER_RAD: Final = 0.02
+"""Features whose directions differ by less may be joined without an intersection: at the mean of their offset ends,
+which stands off either by at most R·turn²/8 (0.04 µm for a nose of 0.8 mm)."""
+
+SHARPEST_CORNER: Final = 5.0
+"""How far a corner of the offset may lie from its features' offset ends, as a multiple of the distance between these:
+half the tangent of half the turn, so 5 admits edges and grooves down to an included angle of 11.4 degrees."""
+
+
+@dataclass(frozen=True)
+class CentrePath:
+    """Path of the centre of a nose that rolls along a profile.
+
+    `features[i]` is the profile's feature i moved along its outward normal by the nose radius, same name; consecutive
+    ones meet exactly, at a convex corner by going on to their intersection. `reachable_mm`, shape (n, 2), is the
+    interval of arc length on each *nominal* feature that the nose touches: at a concave corner the nose leaves a fillet
+    and the features' ends are not reached.
+    """
+
+    features: tuple[Feature, ...]
+    reachable_mm: Array
+    nose_radius_mm: float
+
+
+def nose_centre_path(profile: Profile, nose_radius_mm: float) -> CentrePath:
+    """Offset a profile by the nose radius. A radius of 0 is a pointed tool: the profile itself.
+
+    Raises GEO-NOSE for a concave arc not larger than the nose, GEO-NARROW where the nose does not fit between features
+    (the offset would cross itself), GEO-SHARP where the offset of a convex corner runs too far out.
+    """
+    _require_radius(nose_radius_mm)
+    moved = _offset_chain(profile.features, nose_radius_mm)
+    for i, j, place in crossings(moved, tolerance_mm=1e-3):
+        raise _narrow(profile.features[i].name, profile.features[j].name, place, nose_radius_mm)
+    feet = [
+        (float(nominal.locate(path.start_mm)[0]), float(nominal.locate(path.end_mm)[0]))
+        for nominal, path in zip(profile.features, moved, strict=True)
+    ]
+    lengths = np.array([[feature.length_mm] for feature in profile.features])
+    return CentrePath(tuple(moved), np.clip(np.array(feet), 0.0, lengths), nose_radius_mm)
+
+
+def contour_from_centre_path(features: Sequence[Feature], nose_radius_mm: float) -> tuple[Feature, ...]:
+    """The contour that a nose leaves when its centre follows `features`: the inverse of `nose_centre_path`.
+
+    A convex arc of just the nose radius turns about a sharp edge and leaves no feature. Raises GEO-NOSE for one that is
+    smaller, and GEO-NARROW or GEO-SHARP where the moved features do not meet.
+    """
+    _require_radius(nose_radius_mm)
+    return tuple(_offset_chain([f for f in features if not _turns_about_edge(f, nose_radius_mm)], -nose_radius_mm))
+
+
+def _turns_about_edge(feature: Feature, nose_radius_mm: float) -> bool:
+    return isinstance(feature, Arc) and feature.sweep_rad > 0 and abs(feature.radius_mm - nose_radius_mm) < 1e-3
+
+
+def _offset_chain(features: Sequence[Feature], distance_mm: float) -> list[Feature]:
+    """Every feature moved along its outward normal and trimmed or extended to meet its neighbours."""
+    moved = [_moved(feature, distance_mm) for feature in features]
+    turns = [junction.turn_rad for junction in junctions_of(features)]
+    corners = [_corner(a, b, turn, distance_mm) for a, b, turn in zip(moved, moved[1:], turns, strict=False)]
+    starts = [moved[0].start_mm, *corners] if moved else []
+    ends = [*corners, moved[-1].end_mm] if moved else []
+    return [_between(*each, distance_mm) for each in zip(moved, starts, ends, strict=True)]
+
+
+def _moved(feature: Feature, distance_mm: float) -> Feature:
+    if isinstance(feature, Arc):
+        radius_mm = feature.radius_mm + math.copysign(distance_mm, distance_mm * feature.sweep_rad)
+        if radius_mm <= 1e-9 * feature.radius_mm:
+            raise _too_tight(feature, distance_mm)
+    ends = np.array([0.0, feature.length_mm])
+    start, end = feature.point_mm(ends) + distance_mm * feature.outward_normal(ends)
+    return replace(feature, start_mm=_point(start), end_mm=_point(end))
+
+
+def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float) -> Point:
+    """Where two moved features meet: their intersection next to the mean of their ends.
+
+    Where none is near, features that run together are joined at the mean: rounding has made the intersection fail.
+    """
+    mean = _point((np.asarray(before.end_mm) + np.asarray(after.start_mm)) / 2)
+    apart = max(math.dist(before.end_mm, after.start_mm), 2 * abs(distance_mm * math.sin(turn_rad / 2)))
+    within = SHARPEST_CORNER * apart + 1e-9
+    near = [point for point in intersections(before, after) if math.dist(point, mean) <= within]
+    if near:
+        return min(near, key=lambda point: math.dist(point, mean))
+    if abs(turn_rad) <= RUNS_TOGETHER_RAD:
+        return mean
+    if turn_rad * distance_mm < 0:
+        raise _narrow(before.name, after.name, mean, abs(distance_mm))
+    raise TrueloopError(
+        Code.GEO_SHARP,
+        f"'{before.name}' and '{after.name}' turn by {math.degrees(abs(turn_rad)):.1f}° at x = {mean[0]:.3f} mm, "
+        f"z = {mean[1]:.3f} mm: their offsets by {abs(distance_mm):.4f} mm meet far outside or not at all",
+        hint="break the edge: put a chamfer or a radius between the two features",
+    )
+
+
+def _between(moved: Feature, start: Point, end: Point, distance_mm: float) -> Feature:
+    """The moved feature from `start` to `end`, both on it."""
+    from_mm, to_mm = float(moved.locate(start)[0]), float(moved.locate(end)[0])
+    if to_mm - from_mm <= 0:
+        raise _narrow(moved.name, moved.name, start, abs(distance_mm))
+    if isinstance(moved, Arc):
+        sweep_rad = math.copysign((to_mm - from_mm) / moved.radius_mm, moved.sweep_rad)
+        return replace(moved, start_mm=start, end_mm=end, sweep_rad=sweep_rad)
+    return replace(moved, start_mm=start, end_mm=end)
+
+
+def _point(xz: Array) -> Point:
+    return float(xz[0]), float(xz[1])
+
+
+def _require_radius(nose_radius_mm: float) -> None:
+    if not (math.isfinite(nose_radius_mm) and nose_radius_mm >= 0):
+        raise TrueloopError(
+            Code.GEO_NOSE, f"nose radius {nose_radius_mm} mm", hint="give the nose radius in mm, zero or more"
+        )
+
+
+def _too_tight(feature: Arc, distance_mm: float) -> TrueloopError:
+    return TrueloopError(
+        Code.GEO_NOSE,
+        f"'{feature.name}' has a radius of {feature.radius_mm:.4f} mm, not larger than the nose radius of "
+        f"{abs(distance_mm):.4f} mm",
+        hint="use an insert with a smaller nose, or check the radii's units",
+    )
+
+
+def _narrow(first: str, second: str, place: Point, nose_radius_mm: float) -> TrueloopError:
+    where = f"'{first}'" if first == second else f"'{first}' and '{second}'"
+    return TrueloopError(
+        Code.GEO_NARROW,
+        f"a nose of radius {nose_radius_mm:.4f} mm does not fit at {where} near x = {place[0]:.3f} mm, "
+        f"z = {place[1]:.3f} mm: its path would cross itself",
+        hint="use an insert with a smaller nose, or widen the groove",
+    )

@@ -1,0 +1,153 @@
+"""Refuses a chain of features that is no profile, and says where and why."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Final
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, Feature, Point
+from trueloop.geometry.intersection import crossings
+from trueloop.geometry.offset import RUNS_TOGETHER_RAD
+from trueloop.geometry.profile import JunctionKind, Profile, junctions_of
+
+GAP_MM: Final = 1e-3
+"""Ends that lie closer meet: coordinates rounded to 1e-5 in or 1e-3 mm are no gap, a drawing's slip is."""
+
+
+def checked_profile(
+    features: Sequence[Feature],
+    by_design: Mapping[tuple[str, str], JunctionKind] | None = None,
+    *,
+    gap_mm: float = GAP_MM,
+) -> Profile:
+    """The profile of a chain of features, or the first thing that is wrong with it.
+
+    Raises GEO-EMPTY, GEO-VALUE (a coordinate that is no number), GEO-NAME, GEO-LENGTH (a feature without length),
+    GEO-ARC (an end off the arc's circle or sweep), GEO-GAP, GEO-AXIS (x < 0), GEO-ORDER (not from chuck end to free
+    end), GEO-CROSSING, GEO-JUNCTION (a junction named that does not exist, or tangent by design where directions
+    differ by more than 0.02 rad).
+    """
+    by_design = by_design or {}
+    _require_names(features)
+    for feature in features:
+        _require_feature(feature, gap_mm)
+    _require_chain(features, gap_mm)
+    profile = Profile(tuple(features), junctions_of(features, by_design))
+    _require_design(profile, by_design)
+    return profile
+
+
+def _require_names(features: Sequence[Feature]) -> None:
+    if not features:
+        raise TrueloopError(Code.GEO_EMPTY, "the profile has 0 features", hint="give at least one line or arc")
+    seen: set[str] = set()
+    for number, feature in enumerate(features, start=1):
+        if not feature.name or feature.name in seen:
+            raise TrueloopError(
+                Code.GEO_NAME,
+                f"feature {number} of {len(features)} is named '{feature.name}', " + _name_fault(feature.name),
+                hint="give every feature its own name: touches are tied to features by it",
+            )
+        seen.add(feature.name)
+
+
+def _name_fault(name: str) -> str:
+    return "as is one before it" if name else "which is empty"
+
+
+def _require_feature(feature: Feature, gap_mm: float) -> None:
+    numbers = [*feature.start_mm, *feature.end_mm]
+    if isinstance(feature, Arc):
+        numbers += [*feature.centre_mm, feature.sweep_rad]
+    if not all(map(math.isfinite, numbers)):
+        raise TrueloopError(
+            Code.GEO_VALUE, f"'{feature.name}' has the coordinates {numbers}", hint="give finite numbers in mm"
+        )
+    if feature.length_mm <= gap_mm:
+        raise TrueloopError(
+            Code.GEO_LENGTH,
+            f"'{feature.name}' at {_at(feature.start_mm)} is {feature.length_mm:.6f} mm long",
+            hint=f"leave it out: ends within {gap_mm} mm count as one point",
+        )
+    if isinstance(feature, Arc):
+        _require_arc(feature, gap_mm)
+    if (lowest := _lowest_x_mm(feature)) < -gap_mm:
+        raise TrueloopError(
+            Code.GEO_AXIS,
+            f"'{feature.name}' reaches x = {lowest:.4f} mm, beyond the spindle axis",
+            hint="end the profile at x = 0; x is a radius, positive on the side that is turned",
+        )
+
+
+def _require_arc(arc: Arc, gap_mm: float) -> None:
+    off_mm = math.dist(arc.point_mm(arc.length_mm), arc.end_mm)
+    if off_mm > gap_mm or abs(arc.sweep_rad) > 2 * math.pi:
+        raise TrueloopError(
+            Code.GEO_ARC,
+            f"'{arc.name}', radius {arc.radius_mm:.4f} mm, sweep {math.degrees(arc.sweep_rad):.4f}°, "
+            f"ends {off_mm:.4f} mm from its end point {_at(arc.end_mm)}",
+            hint="start and end must lie on one circle about the centre, the sweep at most one turn apart",
+        )
+
+
+def _lowest_x_mm(feature: Feature) -> float:
+    lowest = min(feature.start_mm[0], feature.end_mm[0])
+    if isinstance(feature, Arc):
+        bottom = (feature.centre_mm[0] - feature.radius_mm, feature.centre_mm[1])
+        if 0 <= float(feature.locate(bottom)[0]) <= feature.length_mm:
+            return bottom[0]
+    return lowest
+
+
+def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
+    for before, after in pairwise(features):
+        if (gap := math.dist(before.end_mm, after.start_mm)) > gap_mm:
+            raise TrueloopError(
+                Code.GEO_GAP,
+                f"'{before.name}' ends at {_at(before.end_mm)}, '{after.name}' starts {gap:.4f} mm away at "
+                f"{_at(after.start_mm)}",
+                hint="let each feature start where the one before it ends",
+            )
+    if features[-1].end_mm[1] < features[0].start_mm[1] - gap_mm:
+        raise TrueloopError(
+            Code.GEO_ORDER,
+            f"the profile runs from {_at(features[0].start_mm)} to {_at(features[-1].end_mm)}, towards the chuck",
+            hint="order the features from chuck end to free end, z growing: normals and error signs hang on it",
+        )
+    for i, j, place in _all_crossings(features, gap_mm):
+        raise TrueloopError(
+            Code.GEO_CROSSING,
+            f"'{features[i].name}' and '{features[j].name}' cross at {_at(place)}",
+            hint="a profile touches itself nowhere but where one feature hands over to the next",
+        )
+
+
+def _all_crossings(features: Sequence[Feature], gap_mm: float) -> Iterator[tuple[int, int, Point]]:
+    yield from crossings(features, gap_mm)
+    for i, junction in enumerate(junctions_of(features)):
+        if abs(junction.turn_rad) > math.pi - RUNS_TOGETHER_RAD:
+            yield i, i + 1, features[i].end_mm
+
+
+def _require_design(profile: Profile, by_design: Mapping[tuple[str, str], JunctionKind]) -> None:
+    neighbours = dict(zip(pairwise(profile.names), profile.junctions, strict=True))
+    for (before, after), kind in by_design.items():
+        found = neighbours.get((before, after))
+        if found is None:
+            raise TrueloopError(
+                Code.GEO_JUNCTION,
+                f"no junction of '{before}' and '{after}' among {len(neighbours)} junctions",
+                hint=f"the profile's features, in order: {', '.join(profile.names)}",
+            )
+        if kind is JunctionKind.TANGENT and abs(found.turn_rad) > RUNS_TOGETHER_RAD:
+            raise TrueloopError(
+                Code.GEO_JUNCTION,
+                f"'{before}' and '{after}' are tangent by design, but their directions differ by "
+                f"{math.degrees(abs(found.turn_rad)):.3f}°, more than {math.degrees(RUNS_TOGETHER_RAD):.3f}°",
+                hint="mend the coordinates, or call the junction a corner",
+            )
+
+
+def _at(point: Point) -> str:
+    return f"x = {point[0]:.4f} mm, z = {point[1]:.4f} mm"

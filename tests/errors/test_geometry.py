@@ -1,0 +1,50 @@
+"""Every way in which a profile or its offset is refused."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from tests.support.profiles import polyline
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.geometry.validate import checked_profile
+
+A, B, C, D = (10.0, 0.0), (10.0, 5.0), (8.0, 5.0), (8.0, 9.0)
+
+
+def _vee(included_deg: float, convex: bool) -> Profile:
+    rise = 10 / math.tan(math.radians(included_deg) / 2) * (1 if convex else -1)
+    return checked_profile(polyline([(200.0, 0.0), (200.0 + rise, 10.0), (200.0, 20.0)]))
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.GEO_EMPTY: lambda: checked_profile([]),
+    Code.GEO_VALUE: lambda: checked_profile([Line("cylinder", A, (math.nan, 5.0))]),
+    Code.GEO_NAME: lambda: checked_profile([Line("cylinder", A, B), Line("cylinder", B, C)]),
+    Code.GEO_LENGTH: lambda: checked_profile([Line("cylinder", A, B), Line("face", B, B), Line("face 2", B, C)]),
+    Code.GEO_ARC: lambda: checked_profile([Arc("dome", A, (0.0, 10.1), (0.0, 0.0), math.pi / 2)]),
+    Code.GEO_AXIS: lambda: checked_profile([Line("face", A, (-0.4, 0.0))]),
+    Code.GEO_GAP: lambda: checked_profile([Line("cylinder", A, B), Line("face", (10.2, 5.0), C)]),
+    Code.GEO_ORDER: lambda: checked_profile(polyline([D, C, B, A])),
+    Code.GEO_CROSSING: lambda: checked_profile(polyline([A, B, (4.0, 5.0), (4.0, 3.0), (12.0, 3.0)])),
+    Code.GEO_JUNCTION: lambda: checked_profile(polyline([A, B, C]), {("f0", "f1"): JunctionKind.TANGENT}),
+    Code.GEO_NOSE: lambda: nose_centre_path(
+        checked_profile([Arc("fillet", A, (10.0, 6.0), (10.0, 3.0), -math.pi)]), 3.0
+    ),
+    Code.GEO_NARROW: lambda: nose_centre_path(
+        checked_profile(polyline([(9.0, 0.0), (5.0, 0.0), (5.0, 1.0), (9.0, 1.0)])), 0.6
+    ),
+    Code.GEO_SHARP: lambda: nose_centre_path(_vee(8.0, convex=True), 0.4),
+}
+
+
+@pytest.mark.parametrize("code", PRODUCERS)
+def test_refusal_names_code_values_and_hint(code: Code) -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        PRODUCERS[code]()
+    assert refusal.value.code is code
+    assert any(character.isdigit() for character in refusal.value.message)
+    assert refusal.value.hint
