@@ -1,11 +1,13 @@
 # trueloop's commands. `make help` lists them; each sets up what it needs.
 SHELL := /bin/bash
+MAKEFLAGS += --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
 
+PYTHON ?= python3
 VENV := .venv
-UV := $(VENV)/bin/uv
 RUN := $(VENV)/bin/
+PLACE := $(VENV)/.place
 SETUP := $(VENV)/.ready
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 PART ?= modbas2
@@ -15,19 +17,55 @@ PART ?= modbas2
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-$(UV):
-	python3 -m venv $(VENV) || { echo "a virtual environment cannot be made: on Debian run  apt-get install python3-venv"; exit 1; }
-	$(VENV)/bin/pip install --quiet 'uv>=0.5'
+# The scripts of a virtual environment name its folder: in a clone that was moved it is made anew.
+ifneq ($(file < $(PLACE)),$(CURDIR))
+.PHONY: $(PLACE)
+endif
+$(PLACE):
+	@scripts/require-tools.sh $(PYTHON)
+	@rm -rf $(VENV)
+	@$(PYTHON) -m venv $(VENV)
+	@$(RUN)python -m pip install --quiet --disable-pip-version-check 'uv>=0.5'
+	@printf '%s' '$(CURDIR)' > $@
 
-$(SETUP): pyproject.toml uv.lock $(RUST_SOURCES) | $(UV)
-	@command -v cargo >/dev/null || { echo "cargo is missing: install a Rust toolchain, https://rustup.rs"; exit 1; }
-	VIRTUAL_ENV=$(abspath $(VENV)) $(UV) sync --frozen --inexact --reinstall-package trueloop --quiet
+$(SETUP): $(PLACE) pyproject.toml uv.lock $(RUST_SOURCES)
+	@echo "setting up: Python packages and the Rust core"
+	@UV_PROJECT_ENVIRONMENT=$(VENV) UV_PYTHON_DOWNLOADS=never $(RUN)uv sync --quiet --frozen --inexact --reinstall-package trueloop
 	@touch $@
 
 setup: $(SETUP) ## the environment and the Rust core
 
 demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected finish program, in out/
-	$(RUN)trueloop demo $(PART)
+	@$(RUN)trueloop demo $(PART)
+
+test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC and Chromium where it may
+	@scripts/debian-packages.sh linuxcnc-uspace chromium
+	cargo test --quiet --locked --workspace --exclude trueloop-python
+	$(RUN)python -m pytest -n auto -m 'not corpus'
+
+test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-corpus CORPUS=DIR, where DIR/data is
+	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
+	@scripts/debian-packages.sh linuxcnc-uspace chromium
+	$(RUN)python -m pytest -n auto -m corpus --corpus '$(CORPUS)'
+
+check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files
+	$(RUN)ruff check --quiet
+	$(RUN)ruff format --check --quiet
+	$(RUN)mypy --no-error-summary
+	$(RUN)lint-imports --no-timing > $(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
+	$(RUN)stubtest --concise trueloop._core
+	cargo fmt --all --check
+	cargo clippy --quiet --locked --workspace --all-targets -- -D warnings
+	scripts/check-files.sh
+
+format: $(SETUP) ## put Python and Rust into the one format
+	$(RUN)ruff check --fix --quiet
+	$(RUN)ruff format --quiet
+	cargo fmt --all
+
+bench: $(SETUP) ## ours beside what a user would pick instead, as ratios
+	@for bench in $(filter-out ratio,$(basename $(notdir $(wildcard benches/*.py)))); do \
+	    $(RUN)python -m benches.$$bench || exit 1; done
 
 clean: ## remove everything that can be made again
-	rm -rf $(VENV) target out build
+	rm -rf $(VENV) target out build .*_cache .hypothesis
