@@ -40,6 +40,7 @@ class Code(StrEnum):
     TCH_DUPLICATE = "TCH-DUPLICATE"
     TCH_ORDER = "TCH-ORDER"
     TCH_REFERENCE = "TCH-REFERENCE"
+    TCH_PLAN = "TCH-PLAN"  # gauging points that cannot be placed
 
     # FIT: error curves
 

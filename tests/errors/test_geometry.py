@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.profiles import polyline
 from trueloop.errors import Code, TrueloopError
+from trueloop.gauging.plan import Spacing, equally_spaced
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile
@@ -38,6 +39,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         checked_profile(polyline([(9.0, 0.0), (5.0, 0.0), (5.0, 1.0), (9.0, 1.0)])), 0.6
     ),
     Code.GEO_SHARP: lambda: nose_centre_path(_vee(8.0, convex=True), 0.4),
+    Code.TCH_PLAN: lambda: equally_spaced(checked_profile(polyline([A, B])), {"f0": Spacing(3)}),
 }
 
 
