@@ -46,7 +46,7 @@ test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC
 test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-corpus CORPUS=DIR, where DIR/data is
 	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
 	@scripts/debian-packages.sh linuxcnc-uspace chromium
-	$(RUN)python -m pytest -n auto -m corpus --corpus '$(CORPUS)'
+	$(RUN)python -m pytest -n auto -m corpus --corpus='$(CORPUS)'
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files
 	$(RUN)ruff check --quiet
