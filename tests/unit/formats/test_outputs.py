@@ -1,0 +1,123 @@
+"""All files or none, whatever goes wrong on the way."""
+
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.outputs import write_all
+
+OLD = {"corrected.nc": b"old program\n", "table.csv": b"old table\n"}
+NEW = {"corrected.nc": b"new program\n", "table.csv": b"new table\n", "record.json": b"{}\n"}
+
+
+def _holds(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def _fill(folder: Path) -> None:
+    for name, content in OLD.items():
+        (folder / name).write_bytes(content)
+
+
+def _refused(folder: Path, **kwargs: list[Path]) -> TrueloopError:
+    with pytest.raises(TrueloopError) as refusal:
+        write_all(folder, NEW, **kwargs)
+    return refusal.value
+
+
+def test_a_missing_folder_is_made_and_the_paths_come_back_in_order(tmp_path: Path) -> None:
+    folder = tmp_path / "a" / "b"
+    assert write_all(folder, NEW) == [folder / name for name in NEW]
+    assert _holds(folder) == NEW
+
+
+def test_old_files_of_the_set_are_replaced_and_others_left(tmp_path: Path) -> None:
+    _fill(tmp_path)
+    (tmp_path / "notes.txt").write_bytes(b"mine")
+    write_all(tmp_path, NEW)
+    assert _holds(tmp_path) == NEW | {"notes.txt": b"mine"}
+
+
+@pytest.mark.parametrize("renamed_first", [False, True], ids=["before the rename", "after the rename"])
+@pytest.mark.parametrize("failing", range(len(NEW)))
+@pytest.mark.parametrize("error", [OSError(5, "Input/output error"), KeyboardInterrupt()], ids=["disk", "Ctrl-C"])
+def test_a_failure_at_any_rename_leaves_what_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int, renamed_first: bool, error: BaseException
+) -> None:
+    _fill(tmp_path)
+    rename, count = Path.replace, 0
+
+    def failing_rename(self: Path, target: Path) -> Path:
+        nonlocal count
+        count += 1
+        if count == failing + 1:
+            if renamed_first:
+                rename(self, target)
+            raise error
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "replace", failing_rename)
+    with pytest.raises(TrueloopError if isinstance(error, OSError) else KeyboardInterrupt):
+        write_all(tmp_path, NEW)
+    assert count > failing
+    assert _holds(tmp_path) == OLD
+
+
+def test_a_disk_without_room_leaves_what_was_there_and_no_new_folder(tmp_path: Path) -> None:
+    """The system itself refuses: a limit on the size of files stands for the full disk, for any user, everywhere."""
+    _fill(tmp_path)
+    program = (
+        "import sys\nfrom pathlib import Path\nfrom trueloop.formats.outputs import write_all\n"
+        "contents = {'a.nc': b'x' * 1000, 'b.nc': b'x' * 100_000}\n"
+        "write_all(Path(sys.argv[1]), contents)"
+    )
+    for folder in (tmp_path, tmp_path / "new" / "folder"):
+        run = subprocess.run(
+            [sys.executable, "-c", program, str(folder)],
+            capture_output=True,
+            text=True,
+            check=False,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)),
+        )
+        assert run.returncode == 1
+        assert "OUT-FOLDER" in run.stderr
+        assert "File too large; 101000 bytes were needed" in run.stderr
+        assert _holds(tmp_path) == OLD
+
+
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "out").write_bytes(b"a file")
+    for folder in (tmp_path / "out", tmp_path / "out" / "deeper"):
+        refusal = _refused(folder)
+        assert refusal.code is Code.OUT_FOLDER
+        assert "Not a directory" in refusal.message
+    assert _holds(tmp_path) == {"out": b"a file"}
+
+
+def test_a_folder_in_place_of_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "record.json").mkdir()
+    assert _refused(tmp_path).code is Code.OUT_FOLDER
+    assert [path.name for path in tmp_path.iterdir()] == ["record.json"]
+
+
+@pytest.mark.parametrize("folder", ["/proc/trueloop", "/sys/trueloop/out"])
+def test_a_folder_that_not_even_root_may_make_is_refused(folder: str) -> None:
+    refusal = _refused(Path(folder))
+    assert refusal.code is Code.OUT_FOLDER
+    assert str(refusal.place) == folder
+    assert f"{sum(map(len, NEW.values()))} bytes" in refusal.message
+
+
+def test_an_input_is_never_overwritten_by_whatever_name(tmp_path: Path) -> None:
+    _fill(tmp_path)
+    (tmp_path / "link").symlink_to(tmp_path)
+    (tmp_path / "alias.nc").symlink_to("corrected.nc")
+    for source in (tmp_path / "corrected.nc", tmp_path / "link" / "corrected.nc", tmp_path / "alias.nc"):
+        refusal = _refused(tmp_path, inputs=[source])
+        assert refusal.code is Code.OUT_INPUT
+        assert str(source) in refusal.message
+    assert (tmp_path / "corrected.nc").read_bytes() == OLD["corrected.nc"]
