@@ -1,0 +1,99 @@
+"""Refusals of a correction, its table, and its record."""
+
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from trueloop.compensation.contour import centre_pieces, shifted_contour
+from trueloop.compensation.limits import Limits, check_age, check_limits
+from trueloop.compensation.record import check_same_program, check_uncorrected, record_id, sha256_of
+from trueloop.compensation.shift import ZERO, Shift, sampled
+from trueloop.compensation.table import correction_table
+from trueloop.errors import Code, TrueloopError
+
+from .shapes import FEATURES, NOSE_RADIUS_MM, PART
+
+NOW = datetime(2026, 1, 2, 12, tzinfo=UTC)
+
+
+def on_cylinder(start_mm: float, end_mm: float) -> list[Shift]:
+    taper = sampled(np.array([0.0, FEATURES[1].length_mm]), np.array([start_mm, end_mm]))
+    return [ZERO, taper, ZERO, ZERO, ZERO]
+
+
+def refused(shifts: list[Shift], limits: Limits) -> TrueloopError:
+    pieces = centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM))
+    with pytest.raises(TrueloopError) as caught:
+        check_limits(pieces, shifts, limits)
+    return caught.value
+
+
+def test_too_large_a_correction_is_refused_with_place_and_override() -> None:
+    error = refused(on_cylinder(0.0, -0.2), Limits())
+    assert error.code is Code.CMP_SIZE
+    assert "'cylinder' reaches 200.0 µm at x 44.704 mm" in error.message
+    assert "max_correction_um" in (error.override or "")
+
+
+def test_too_steep_a_correction_is_refused() -> None:
+    error = refused(on_cylinder(-0.05, 0.05), Limits(slope=0.001))
+    assert error.code is Code.CMP_SLOPE
+    assert "1.4 µm/mm" in error.message
+
+
+def test_a_correction_within_limits_passes() -> None:
+    shifts = on_cylinder(-0.1, 0.1)
+    check_limits(centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM)), shifts, Limits())
+
+
+@pytest.mark.parametrize("age", [timedelta(hours=25), timedelta(hours=-1)])
+def test_old_touches_and_touches_from_the_future_are_refused(age: timedelta) -> None:
+    with pytest.raises(TrueloopError) as caught:
+        check_age(NOW - age, NOW, Limits())
+    assert caught.value.code is Code.CMP_AGE
+
+
+def test_touches_of_today_pass() -> None:
+    check_age(NOW - timedelta(hours=23), NOW, Limits())
+
+
+def test_a_corrected_program_is_not_corrected_again() -> None:
+    with pytest.raises(TrueloopError) as caught:
+        check_uncorrected(b"N0010 (ID)\nN0011 ! trueloop corrected: record 0123\nN0020 G01 X1\n")
+    assert caught.value.code is Code.CMP_TWICE
+    assert caught.value.place.line == 2
+    check_uncorrected(b"N0010 (ID)\n")
+
+
+def test_touches_of_another_program_are_refused() -> None:
+    check_same_program(b"G01", sha256_of(b"G01").upper())
+    with pytest.raises(TrueloopError) as caught:
+        check_same_program(b"G01", sha256_of(b"G00"))
+    assert caught.value.code is Code.CMP_OTHER_PROGRAM
+
+
+def test_record_id_depends_on_inputs_and_options_alone() -> None:
+    one = record_id({"finish": "a"}, {"weight": 1.0})
+    assert one == record_id({"finish": "a"}, {"weight": 1.0})
+    assert one != record_id({"finish": "a"}, {"weight": 0.75})
+    assert len(one) == 16
+
+
+def test_table_adds_the_correction_to_the_commanded_path() -> None:
+    """On the cylinder the row says −20 µm in x (a radius) and nothing in z; corners of both paths share a row."""
+    plain = centre_pieces(PART, shifted_contour(PART, [ZERO] * 5, NOSE_RADIUS_MM))
+    moved = centre_pieces(PART, shifted_contour(PART, on_cylinder(-0.02, -0.02), NOSE_RADIUS_MM))
+    table = correction_table(plain, moved)
+    middle = next(
+        k
+        for k, (n, p) in enumerate(zip(table.feature, table.commanded_mm, strict=True))
+        if n == "cylinder" and p[1] > -80
+    )
+    assert table.commanded_mm[middle][0] == pytest.approx(44.704 + NOSE_RADIUS_MM)
+    assert table.correction_mm[middle][0] == pytest.approx(-0.02, abs=1e-12)
+    first = table.feature.index("cylinder")
+    assert abs(table.correction_mm[middle][1]) < abs(table.correction_mm[first][1])  # the corner's slide, tapering off
+    last = len(table.feature) - 1 - table.feature[::-1].index("cylinder")
+    assert table.commanded_mm[last] == pytest.approx(table.commanded_mm[last + 1])
+    assert table.correction_mm[last] == pytest.approx(table.correction_mm[last + 1], abs=1e-9)
