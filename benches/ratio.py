@@ -1,0 +1,101 @@
+"""Rivals and ours side by side: timed in turn in one run, told as ratios of medians per round.
+
+Absolute times do not hold from machine to machine, and a machine's speed changes while it works: every round times each
+contender once, one after the other, and a ratio compares times of the same round.
+"""
+
+import statistics
+import subprocess
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+SAMPLE_S = 0.01  # a shorter call is repeated within a sample until the clock's own resolution no longer matters
+
+
+@dataclass(frozen=True)
+class Contender:
+    """What is timed. `note` stands in the table's last column: its accuracy, say."""
+
+    name: str
+    run: Callable[[], object]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Seconds per call of every contender, one value a round."""
+
+    seconds: dict[str, list[float]]
+
+    def median_s(self, name: str) -> float:
+        """The median time of one call."""
+        return statistics.median(self.seconds[name])
+
+    def ratio(self, name: str, to: str) -> float:
+        """How many times as long `name` takes as `to`: the median of the rounds' ratios."""
+        return statistics.median(a / b for a, b in zip(self.seconds[name], self.seconds[to], strict=True))
+
+
+def compare(title: str, contenders: Sequence[Contender], rounds: int = 11, note_heading: str = "") -> Samples:
+    """Time the contenders, ours first, and print a table in Markdown with ratios to ours."""
+    repeats = [_repeats(contender.run) for contender in contenders]
+    seconds: dict[str, list[float]] = {contender.name: [] for contender in contenders}
+    for _ in range(rounds):
+        for contender, count in zip(contenders, repeats, strict=True):
+            seconds[contender.name].append(_seconds_per_call(contender.run, count))
+    samples = Samples(seconds)
+    _print_table(title, contenders, samples, note_heading)
+    return samples
+
+
+def verdict(samples: Samples, name: str, to: str, at_most: float) -> None:
+    """Say whether a ratio stands within its aim."""
+    ratio = samples.ratio(name, to)
+    print(f"\n{name} takes {ratio:.2g} × {to}: {'within' if ratio <= at_most else 'MISSES'} the aim of {at_most:g} ×")
+
+
+def process(*command: str | Path) -> Callable[[], object]:
+    """A whole process as a contender; one that fails ends the benchmark with what it said."""
+
+    def run() -> None:
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise SystemExit(f"{' '.join(map(str, command))} ended with {done.returncode}:\n{done.stderr}")
+
+    return run
+
+
+def _repeats(run: Callable[[], object]) -> int:
+    run()  # warms caches up and compiles what compiles on first use
+    once_s = _seconds_per_call(run, 1)
+    return max(1, round(SAMPLE_S / max(once_s, 1e-9)))
+
+
+def _seconds_per_call(run: Callable[[], object], count: int) -> float:
+    start = time.perf_counter()
+    for _ in range(count):
+        run()
+    return (time.perf_counter() - start) / count
+
+
+def _print_table(title: str, contenders: Sequence[Contender], samples: Samples, note_heading: str) -> None:
+    print(f"\n### {title}\n\n| | median | quartiles | × ours | {note_heading} |\n|---|---:|---:|---:|---|")
+    for contender in contenders:
+        low, _, high = statistics.quantiles(samples.seconds[contender.name], n=4)
+        cells = [
+            contender.name,
+            _readable(samples.median_s(contender.name)),
+            f"{_readable(low)} – {_readable(high)}",
+            f"{samples.ratio(contender.name, contenders[0].name):.3g}",
+            contender.note,
+        ]
+        print(f"| {' | '.join(cells)} |")
+
+
+def _readable(seconds: float) -> str:
+    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
+        if seconds * factor >= 1:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds * 1e9:.3g} ns"

@@ -1,0 +1,29 @@
+"""The benchmark's arithmetic, on times that are given, not measured."""
+
+import pytest
+
+from benches.ratio import Contender, Samples, compare, process
+
+
+def test_a_ratio_compares_times_of_the_same_round() -> None:
+    """The rounds give 2, 20 and 2; the medians alone, 20 and 1, would give 20."""
+    samples = Samples({"ours": [1.0, 1.0, 10.0], "rival": [2.0, 20.0, 20.0]})
+    assert samples.ratio("rival", to="ours") == 2.0
+    assert samples.median_s("rival") == 20.0
+
+
+def test_contenders_run_in_turn_and_the_table_has_a_row_each(capsys: pytest.CaptureFixture[str]) -> None:
+    calls: list[str] = []
+    contenders = [Contender("ours", lambda: calls.append("o")), Contender("rival", lambda: calls.append("r"), "1e-9")]
+    samples = compare("a title", contenders, rounds=3, note_heading="error")
+    assert len(samples.seconds["ours"]) == len(samples.seconds["rival"]) == 3
+    turns = [call for call, before in zip(calls, ["", *calls], strict=False) if call != before]
+    assert turns == ["o", "r"] * 4
+    table = capsys.readouterr().out
+    assert table.count("| ours |") == table.count("| rival |") == 1
+    assert "1e-9" in table
+
+
+def test_a_process_that_fails_ends_the_benchmark_with_what_it_said() -> None:
+    with pytest.raises(SystemExit, match="no-such-file"):
+        process("ls", "no-such-file")()
