@@ -25,6 +25,9 @@ class Code(StrEnum):
     GEO_NOSE = "GEO-NOSE"  # a concave arc not larger than the nose, or no nose radius at all
     GEO_NARROW = "GEO-NARROW"  # the nose does not fit between features
     GEO_SHARP = "GEO-SHARP"  # a corner too sharp to offset
+    GEO_DXF = "GEO-DXF"  # a drawing that cannot be read as a profile
+    GEO_DXF_UNIT = "GEO-DXF-UNIT"  # a drawing without a length unit
+    GEO_DXF_CHOICE = "GEO-DXF-CHOICE"  # several chains, a branch or a closed outline
 
     # NC: programs
 

@@ -2,13 +2,17 @@
 
 import math
 from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import ezdxf.filemanagement
 import pytest
 
 from tests.support.profiles import polyline
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.dxf import read_dxf
 from trueloop.gauging.plan import Spacing, equally_spaced
-from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.feature import Arc, Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
@@ -19,6 +23,16 @@ A, B, C, D = (10.0, 0.0), (10.0, 5.0), (8.0, 5.0), (8.0, 9.0)
 def _vee(included_deg: float, convex: bool) -> Profile:
     rise = 10 / math.tan(math.radians(included_deg) / 2) * (1 if convex else -1)
     return checked_profile(polyline([(200.0, 0.0), (200.0 + rise, 10.0), (200.0, 20.0)]))
+
+
+def _read_drawing(units: int, polylines: list[list[Point]]) -> object:
+    document = ezdxf.filemanagement.new(units=units)
+    for points in polylines:
+        document.modelspace().add_lwpolyline(points)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "part.dxf"
+        document.saveas(path)
+        return read_dxf(path)
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
@@ -39,6 +53,9 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         checked_profile(polyline([(9.0, 0.0), (5.0, 0.0), (5.0, 1.0), (9.0, 1.0)])), 0.6
     ),
     Code.GEO_SHARP: lambda: nose_centre_path(_vee(8.0, convex=True), 0.4),
+    Code.GEO_DXF: lambda: _read_drawing(4, []),
+    Code.GEO_DXF_UNIT: lambda: _read_drawing(0, [[(0, 10), (5, 10)]]),
+    Code.GEO_DXF_CHOICE: lambda: _read_drawing(4, [[(0, 10), (5, 10)], [(20, 10), (25, 10)]]),
     Code.TCH_PLAN: lambda: equally_spaced(checked_profile(polyline([A, B])), {"f0": Spacing(3)}),
 }
 

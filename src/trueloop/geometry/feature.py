@@ -64,6 +64,10 @@ class Line:
         direction = self._direction
         return offset @ direction, offset @ _normal_of(direction)
 
+    def reversed(self) -> "Line":
+        """The same line run from its end to its start: the material changes sides."""
+        return Line(self.name, self.end_mm, self.start_mm)
+
     @property
     def _direction(self) -> Array:
         along: Array = np.asarray(self.end_mm) - np.asarray(self.start_mm)
@@ -122,6 +126,10 @@ class Arc:
         turned = (turned + half_gap) % (2 * math.pi) - half_gap
         distance = self._side * (np.hypot(offset[..., 0], offset[..., 1]) - self.radius_mm)
         return turned * self.radius_mm, distance
+
+    def reversed(self) -> "Arc":
+        """The same arc run from its end to its start: convex becomes concave."""
+        return Arc(self.name, self.end_mm, self.start_mm, self.centre_mm, -self.sweep_rad)
 
     @property
     def _side(self) -> float:
