@@ -1,7 +1,7 @@
 """The error catalogue: every error a user can cause has a code, the values with units, a place and a hint.
 
-A function that refuses its input raises `TrueloopError` with a code from `Code`. The command line prints it, and the
-exit status is `exit_status(code)`. A test produces every code (`tests/errors/`).
+A function that refuses its input raises `TrueloopError` with a code from `Code`. The command line prints it and
+takes its exit status from the code's area. A test produces every code (`tests/errors/`).
 """
 
 from dataclasses import dataclass, replace
