@@ -52,7 +52,7 @@ check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core
 	$(RUN)ruff check --quiet
 	$(RUN)ruff format --check --quiet
 	$(RUN)mypy --no-error-summary
-	$(RUN)lint-imports --no-timing > $(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
+	$(RUN)lint-imports --no-logo > $(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
 	$(RUN)stubtest --concise trueloop._core
 	cargo fmt --all --check
 	cargo clippy --quiet --locked --workspace --all-targets -- -D warnings

@@ -1,3 +1,10 @@
 """Closed-loop machining: measure the part, model the error, cut the next pass true."""
 
-__version__ = "0.1.0"
+
+def __getattr__(name: str) -> str:
+    """`__version__`, looked up when asked for: importing package metadata takes longer than the rest of start-up."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import version  # noqa: PLC0415
+
+    return version("trueloop")

@@ -1,0 +1,56 @@
+"""What an installed trueloop consists of."""
+
+import subprocess
+import sys
+import tomllib
+import zipfile
+from importlib.metadata import distribution, entry_points
+from pathlib import Path
+
+import pytest
+
+import trueloop
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_version_stands_in_the_cargo_workspace_alone() -> None:
+    workspace = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]
+    assert trueloop.__version__ == distribution("trueloop").version == workspace["package"]["version"]
+    assert "version" not in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    for crate in workspace["members"]:
+        package = tomllib.loads((ROOT / crate / "Cargo.toml").read_text())["package"]
+        assert package["version"] == {"workspace": True}, crate
+
+
+def test_the_changelog_tells_of_this_version() -> None:
+    assert f"\n## [{trueloop.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_an_unknown_attribute_of_the_package_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        trueloop.nothing  # noqa: B018
+
+
+def test_the_command_loads() -> None:
+    (command,) = entry_points(group="console_scripts", name="trueloop")
+    assert callable(command.load())
+
+
+def test_the_wheel_holds_every_module_the_core_its_types_and_the_licence(tmp_path: Path) -> None:
+    maturin = Path(sys.executable).with_name("maturin")
+    subprocess.run(
+        [maturin, "build", "--release", "--locked", "--out", tmp_path], cwd=ROOT, check=True, capture_output=True
+    )
+    (wheel,) = tmp_path.glob("trueloop-*-abi3-*.whl")
+    held = set(zipfile.ZipFile(wheel).namelist())
+    modules = {str(file.relative_to(ROOT / "src")) for file in (ROOT / "src" / "trueloop").rglob("*.py")}
+    assert modules | {"trueloop/_core.abi3.so", "trueloop/_core.pyi", "trueloop/py.typed"} <= held
+    assert any(name.endswith("dist-info/licenses/LICENSE") for name in held)
+    assert not any(name.startswith(("tests", "benches")) for name in held)
+
+
+def test_licence_and_lowest_python_are_declared() -> None:
+    metadata = distribution("trueloop").metadata
+    assert (metadata["License-Expression"], metadata["Requires-Python"]) == ("Apache-2.0", ">=3.11")
+    assert "Apache License" in (ROOT / "LICENSE").read_text()
