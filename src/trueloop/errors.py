@@ -46,6 +46,12 @@ class Code(StrEnum):
     TCH_PLAN = "TCH-PLAN"  # gauging points that cannot be placed
 
     # FIT: error curves
+    FIT_POINTS = "FIT-POINTS"  # fewer touches than the curve that was asked for needs
+    FIT_VALUE = "FIT-VALUE"  # a touch that is no finite number
+    FIT_ORDER = "FIT-ORDER"  # touches of a feature unordered, or two in one place
+    FIT_OUTSIDE = "FIT-OUTSIDE"  # a touch beyond the feature it was given to
+    FIT_KNOTS = "FIT-KNOTS"  # a knot at every r-th touch with r below 2
+    FIT_CONDITIONS = "FIT-CONDITIONS"  # prescribed values or slopes that contradict each other
 
     # CMP: compensation and its limits
     CMP_SIZE = "CMP-SIZE"

@@ -51,6 +51,16 @@ impl FitError {
     }
 }
 
+impl FitError {
+    /// From where to where along the curve points are missing.
+    pub fn missing(&self) -> Option<(f64, f64)> {
+        match *self {
+            FitError::Undetermined { from, to, .. } => Some((from, to)),
+            _ => None,
+        }
+    }
+}
+
 impl fmt::Display for FitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

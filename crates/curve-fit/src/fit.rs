@@ -46,7 +46,7 @@ pub fn fit(
     }
     system.check_rank(space)?;
     let unknowns = system.triangle.solve();
-    let covariance_band = system.covariance_band(space.degree());
+    let covariance_band = system.covariance_band();
     let leverages = rows.leverages(&covariance_band, weights);
     Ok(Fit {
         coefficients: elimination.coefficients(&unknowns),
@@ -232,14 +232,14 @@ impl<'a> System<'a> {
     }
 
     /// The band of the unknowns' inverse, spread over the coefficients.
-    fn covariance_band(&self, degree: usize) -> Vec<[f64; ORDER]> {
+    fn covariance_band(&self) -> Vec<[f64; ORDER]> {
         let inverse = self.triangle.inverse_band();
         let free = &self.elimination.free;
         let entry = |i: usize, k: usize| match (free[i], free.get(i + k).copied().flatten()) {
             (Some(a), Some(b)) => inverse[a][b - a],
             _ => 0.0,
         };
-        let row = |i: usize| std::array::from_fn(|k| if k <= degree { entry(i, k) } else { 0.0 });
+        let row = |i: usize| std::array::from_fn(|k| entry(i, k));
         (0..free.len()).map(row).collect()
     }
 

@@ -9,11 +9,11 @@ pyo3::create_exception!(
     _core,
     CurveFitError,
     PyValueError,
-    "A fit was refused: arguments are the kind and a message."
+    "A fit was refused: arguments are the kind, a message and where points are missing."
 );
 
 fn refuse(error: FitError) -> PyErr {
-    CurveFitError::new_err((error.kind(), error.to_string()))
+    CurveFitError::new_err((error.kind(), error.to_string(), error.missing()))
 }
 
 fn table<'py, const N: usize>(
@@ -68,7 +68,7 @@ fn fit_spline<'py>(
     .map_err(refuse)?;
     Ok((
         fitted.coefficients.into_pyarray(py),
-        table(py, &fitted.covariance_band, degree + 1)?,
+        table(py, &fitted.covariance_band, ORDER)?,
         table(py, &fitted.sensitivity, fitted.conditions)?,
         fitted.leverages.into_pyarray(py),
     ))

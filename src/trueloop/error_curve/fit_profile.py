@@ -1,0 +1,120 @@
+"""From error vectors to the error model of a whole profile."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop.error_curve.chain import TangentPolicy
+from trueloop.error_curve.curve import ErrorCurve
+from trueloop.error_curve.fit_chains import FittedChains, check_vectors, fit_chains
+from trueloop.error_curve.junctions import DisplacedJunction, displaced_junctions
+from trueloop.error_curve.options import FitOptions
+from trueloop.error_curve.spline import EndConditions
+from trueloop.error_curve.tangency import Tangency, tangencies
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+
+
+@dataclass(frozen=True)
+class ProfileErrorModel:
+    """Error curves of all features, and how far they can be trusted. Positive = material left on; lengths in mm.
+
+    `curves` and the RMS values go by feature index, `residual_mm` (error − curve: what a full correction would have
+    left) and `leave_one_out_mm` (error − what the other touches say there; NaN where they say nothing) by touch. RMS
+    values are NaN for features without a touch they could be taken from. `scatter_mm` is the largest standard deviation
+    of a touch about its curve, known with `degrees_of_freedom` spare touches. `notes` explain every decision.
+    """
+
+    profile: Profile
+    vectors: ErrorVectors
+    options: FitOptions
+    curves: tuple[ErrorCurve, ...]
+    residual_mm: Array
+    leave_one_out_mm: Array
+    residual_rms_mm: Array
+    leave_one_out_rms_mm: Array
+    junctions: tuple[DisplacedJunction, ...]
+    tangency: tuple[Tangency, ...]
+    scatter_mm: float
+    degrees_of_freedom: int
+    notes: tuple[str, ...]
+
+
+def fit_profile(profile: Profile, vectors: ErrorVectors, options: FitOptions | None = None) -> ProfileErrorModel:
+    """Straight lines on lines, constrained cubic splines on arcs, joined at the junctions [6517 §2–4, 6811 §3].
+
+    Features without a touch follow their tangent neighbours, else what the same contact angle did elsewhere (module
+    `untouched`); one touch gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
+    hides the differences of the touches' own uncertainty. Raises FIT errors; see `tests/errors/test_error_curve.py`.
+    """
+    options = options or FitOptions()
+    check_vectors(profile, vectors)
+    fitted = fit_chains(profile, vectors, options)
+    free = fitted
+    if options.tangent_policy == TangentPolicy.PATH:
+        free = fit_chains(profile, vectors, replace(options, tangent_policy=TangentPolicy.PART))
+    curves = _curves(profile, fitted, options)
+    residual, left_out = _by_touch(len(vectors.point), fitted)
+    groups = [vectors.of_feature(i) for i in range(len(profile.features))]
+    return ProfileErrorModel(
+        profile=profile,
+        vectors=vectors,
+        options=options,
+        curves=curves,
+        residual_mm=residual,
+        leave_one_out_mm=left_out,
+        residual_rms_mm=np.array([_rms(residual[group]) for group in groups]),
+        leave_one_out_rms_mm=np.array([_rms(left_out[group]) for group in groups]),
+        junctions=displaced_junctions(profile, curves),
+        tangency=tangencies(profile, free, options.tangent_policy),
+        scatter_mm=max(fitted.scatter_mm),
+        degrees_of_freedom=fitted.degrees_of_freedom,
+        notes=tuple(note for fit in fitted.fits for note in fit.notes),
+    )
+
+
+def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> tuple[ErrorCurve, ...]:
+    curves = []
+    for fit, spline, scatter in zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True):
+        repeatability = scatter if options.repeatability_mm is None else options.repeatability_mm
+        for k, index in enumerate(fit.chain.features):
+            curves.append(
+                ErrorCurve(
+                    feature=profile.features[index].name,
+                    length_mm=profile.features[index].length_mm,
+                    spline=spline,
+                    start_mm=fit.chain.starts_mm[k],
+                    conditions=_share(fit.fit.conditions, k, len(fit.chain.features)),
+                    knot_every=fit.knot_every[k],
+                    scatter_mm=scatter,
+                    repeatability_mm=repeatability,
+                    degrees_of_freedom=fitted.degrees_of_freedom or None,
+                    notes=fit.notes,
+                )
+            )
+    return tuple(curves)
+
+
+def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:
+    """The conditions of a chain that stand at the ends of its k-th feature."""
+    first, last = k == 0, k == features - 1
+    return EndConditions(
+        conditions.start_value_mm if first else None,
+        conditions.start_slope if first else None,
+        conditions.end_value_mm if last else None,
+        conditions.end_slope if last else None,
+    )
+
+
+def _by_touch(count: int, fitted: FittedChains) -> tuple[Array, Array]:
+    residual, left_out = np.full(count, np.nan), np.full(count, np.nan)
+    for fit in fitted.fits:
+        residual[fit.touches] = fit.fit.residual_mm
+        left_out[fit.touches] = fit.fit.leave_one_out_mm
+    return residual, left_out
+
+
+def _rms(values: Array) -> float:
+    known = values[~np.isnan(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")

@@ -1,0 +1,91 @@
+"""Where an arc's spline has its knots, and what happens when the touches do not carry them.
+
+[6517 Eq. 5] sets a knot at every r-th point of the feature: t_j = x_{jr}, counted from the feature's own first point (the
+neighbour's value at the junction is not counted). Read so, r = 3 gives the residuals that the report's finish cut shows.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop._core import CurveFitError
+from trueloop.error_curve.chain import TangentPolicy
+from trueloop.error_curve.spline import EndConditions, SplineFit, least_squares_spline
+from trueloop.geometry.feature import Array
+
+
+@dataclass(frozen=True)
+class Knots:
+    """Interior knots of a chain: those set by the touches, and its joints with how often each stands."""
+
+    at_points_mm: tuple[float, ...]
+    joints_mm: tuple[float, ...]
+    repeats: int
+
+    @property
+    def interior_mm(self) -> Array:
+        """All of them, ascending."""
+        return np.sort(np.array([*self.at_points_mm, *(t for t in self.joints_mm for _ in range(self.repeats))]))
+
+
+def joint_repeats(policy: TangentPolicy, degree: int) -> int:
+    """How often a knot at a tangent junction stands: continuous for PART (C⁰), tangent for PATH (C¹)."""
+    return degree if policy == TangentPolicy.PART else degree - 1
+
+
+def every_rth(
+    arc_lengths_mm: Sequence[Array], starts_mm: Sequence[float], length_mm: float, r: int
+) -> tuple[float, ...]:
+    """Every r-th point of each feature [6517 Eq. 5]; arc lengths along the chain. One on a junction is left out."""
+    knots = np.concatenate([points[r - 1 :: r] for points in arc_lengths_mm])
+    ends = np.array([*starts_mm, length_mm])
+    clear = np.min(np.abs(knots[:, None] - ends), axis=1) > 1e-6 * length_mm
+    return tuple(float(t) for t in knots[clear])
+
+
+def candidates(points: int) -> list[int]:
+    """The r among which leave-one-out chooses: 2 to 10, and those that give 0 to 9 knots; largest first."""
+    spread = {-(-points // k) for k in range(1, 11)}
+    return sorted((r for r in spread | set(range(2, 11)) if 2 <= r <= max(points, 2)), reverse=True)
+
+
+def fit_determined(
+    arc_length_mm: Array,
+    error_mm: Array,
+    knots: Knots,
+    length_mm: float,
+    degree: int,
+    conditions: EndConditions,
+) -> tuple[SplineFit, Knots]:
+    """The fit with as many of the knots, and as high a degree, as the touches determine.
+
+    While a stretch has too few touches, the knot nearest its middle is dropped (joints last); when none is left the
+    degree is lowered: cubic, parabola, straight line, constant. One touch gives a constant.
+    """
+    while True:
+        try:
+            return least_squares_spline(
+                arc_length_mm, error_mm, knots.interior_mm, length_mm, degree, conditions
+            ), knots
+        except CurveFitError as error:
+            if error.args[0] != "undetermined":
+                raise
+            fewer = _without_one(knots, *error.args[2])
+            if fewer is None:
+                degree -= 1
+                repeats = min(knots.repeats, degree)
+                knots = replace(knots, repeats=repeats, joints_mm=knots.joints_mm if repeats else ())
+            else:
+                knots = fewer
+
+
+def _without_one(knots: Knots, start_mm: float, end_mm: float) -> Knots | None:
+    """The knots less the one nearest the middle of a stretch; None when there is none in it."""
+    middle = (start_mm + end_mm) / 2
+    for field in ("at_points_mm", "joints_mm"):
+        there = [t for t in getattr(knots, field) if start_mm <= t <= end_mm]
+        if there:
+            dropped = min(there, key=lambda t: abs(t - middle))
+            return replace(knots, **{field: tuple(t for t in getattr(knots, field) if t != dropped)})
+    return None

@@ -1,0 +1,29 @@
+"""What a user may choose about the fit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from trueloop.error_curve.chain import TangentPolicy
+from trueloop.error_curve.spline import EndConditions
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Choices of a fit; the defaults need none.
+
+    `knot_every`: r, a knot at every r-th touch of an arc [6517 Eq. 5]; None lets the leave-one-out error choose.
+    `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
+    name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: standard
+    deviation of the process from one cut to the next; None takes the scatter of the touches about the curves, which
+    holds when touches scatter as cuts do.
+    """
+
+    tangent_policy: TangentPolicy = TangentPolicy.PART
+    knot_every: int | None = None
+    knot_every_on: Mapping[str, int] = field(default_factory=dict)
+    prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
+    repeatability_mm: float | None = None
+
+    def knot_every_for(self, feature: str) -> int | None:
+        """R of a feature, None where leave-one-out chooses."""
+        return self.knot_every_on.get(feature, self.knot_every)
