@@ -35,7 +35,7 @@ class ConditionSource:
 
 @dataclass(frozen=True)
 class ChainFit:
-    """A fitted chain. `knot_every` has an entry a feature of the chain; `touches` are positions in the error vectors."""
+    """A fitted chain. `knot_every` has one entry a feature; `touches` are positions in the error vectors."""
 
     chain: Chain
     touches: NDArray[np.intp]

@@ -72,7 +72,8 @@ def _end_covariance(source: ConditionSource, splines: Mapping[int, Spline], valu
         at = spline.length_mm if source.neighbour.at_end else 0.0
         forms = spline.value_form(at), spline.slope_form(at)
         both = np.array([[spline.covariance(a, b)[0] for b in forms] for a in forms])
-    return both[np.ix_(given, given)]
+    chosen: Array = both[np.ix_(given, given)]
+    return chosen
 
 
 def _asked(profile: Profile, chain: Chain, options: FitOptions) -> EndConditions:

@@ -41,7 +41,7 @@ class ErrorCurve:
         return self.spline.of(self.spline.slope_form(*self._stretch(arc_length_mm)))
 
     def standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Standard uncertainty of the curve: touches' scatter, their type B uncertainty, prescribed end values; (n,)."""
+        """Standard uncertainty of the curve, (n,): from the touches' scatter (or gauging) and prescribed end values."""
         return np.sqrt(self.spline.variance(self.spline.value_form(*self._stretch(arc_length_mm))))
 
     def slope_standard_deviation(self, arc_length_mm: ArrayLike) -> Array:

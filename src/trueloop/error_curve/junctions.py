@@ -1,8 +1,8 @@
 """Where displaced features meet: the displacement d of every junction.
 
 Each curve displaces its feature along the normal; the displaced curves meet in the nominal junction plus d, with
-`n₁·d = e₁(end)` and `n₂·d = e₂(start)`. At a tangent junction both say the same and d has no tangential part. At the two
-ends of the profile a straight cut perpendicular to the end feature and without error stands in [6811 §3.4].
+`n₁·d = e₁(end)` and `n₂·d = e₂(start)`. At a tangent junction both say the same and d has no tangential part. At the
+two ends of the profile a straight cut perpendicular to the end feature and without error stands in [6811 §3.4].
 """
 
 from dataclasses import dataclass
@@ -24,9 +24,9 @@ of a fraction of a degree any difference of the two errors would throw it far of
 class DisplacedJunction:
     """A junction of the profile and where the error curves put it; lengths in mm.
 
-    `before`, `after`: feature indices, None at the ends of the profile. `displacement_mm` is d = (dx, dz), its tangential
-    parts are along the direction of travel of either feature. `gap_mm` is what the two displaced curves miss each
-    other by: zero but for a corner too flat to solve. `kind` is None at the ends of the profile.
+    `before`, `after`: feature indices, None at the ends of the profile. `displacement_mm` is d = (dx, dz), its
+    tangential parts are along the direction of travel of either feature. `gap_mm` is what the two displaced curves
+    miss each other by: zero but for a corner too flat to solve. `kind` is None at the ends of the profile.
     """
 
     before: int | None
@@ -106,7 +106,7 @@ def _meeting(
     if kind == JunctionKind.TANGENT:
         return along_normal, "tangent: displaced along the normal"
     if abs(np.linalg.det(normals)) > 1e-9:
-        inverse = np.linalg.inv(normals)
+        inverse = np.asarray(np.linalg.inv(normals), dtype=np.float64)
         shift = float(np.max(np.abs(tangents @ inverse @ errors)))
         if shift <= LARGEST_SHIFT * shorter_mm:
             return inverse, "corner: the displaced features meet"

@@ -1,7 +1,8 @@
 """Where an arc's spline has its knots, and what happens when the touches do not carry them.
 
-[6517 Eq. 5] sets a knot at every r-th point of the feature: t_j = x_{jr}, counted from the feature's own first point (the
-neighbour's value at the junction is not counted). Read so, r = 3 gives the residuals that the report's finish cut shows.
+[6517 Eq. 5] sets a knot at every r-th point of the feature: t_j = x_{jr}, counted from the feature's own first point
+(the neighbour's value at the junction is not counted). Read so, r = 3 leaves the residuals that the report's finish
+cut shows.
 """
 
 from collections.abc import Sequence
@@ -83,9 +84,13 @@ def fit_determined(
 def _without_one(knots: Knots, start_mm: float, end_mm: float) -> Knots | None:
     """The knots less the one nearest the middle of a stretch; None when there is none in it."""
     middle = (start_mm + end_mm) / 2
-    for field in ("at_points_mm", "joints_mm"):
-        there = [t for t in getattr(knots, field) if start_mm <= t <= end_mm]
-        if there:
-            dropped = min(there, key=lambda t: abs(t - middle))
-            return replace(knots, **{field: tuple(t for t in getattr(knots, field) if t != dropped)})
-    return None
+    there = [t for t in (knots.at_points_mm or knots.joints_mm) if start_mm <= t <= end_mm]
+    there = there or [t for t in knots.joints_mm if start_mm <= t <= end_mm]
+    if not there:
+        return None
+    dropped = min(there, key=lambda t: abs(t - middle))
+    return replace(
+        knots,
+        at_points_mm=tuple(t for t in knots.at_points_mm if t != dropped),
+        joints_mm=tuple(t for t in knots.joints_mm if t != dropped),
+    )

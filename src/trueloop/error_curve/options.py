@@ -25,5 +25,5 @@ class FitOptions:
     repeatability_mm: float | None = None
 
     def knot_every_for(self, feature: str) -> int | None:
-        """R of a feature, None where leave-one-out chooses."""
+        """The r of a feature, None where leave-one-out chooses."""
         return self.knot_every_on.get(feature, self.knot_every)

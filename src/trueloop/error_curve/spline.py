@@ -19,7 +19,7 @@ THIRDS: Final = np.array([0.0, 1 / 3, 2 / 3, 1.0])
 
 @dataclass(frozen=True)
 class EndConditions:
-    """What is prescribed at the ends: values in mm, slopes in mm per mm of arc length; None leaves it free [6517 Eq. 12]."""
+    """What is prescribed at the ends: values in mm, slopes in mm per mm; None leaves it free [6517 Eq. 12]."""
 
     start_value_mm: float | None = None
     start_slope: float | None = None

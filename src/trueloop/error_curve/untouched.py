@@ -1,16 +1,17 @@
 """What to expect of a feature that nobody touched.
 
 The safest guess is what the same part of the nose did elsewhere: touches of other features at the same contact angle.
-Where there are none, tool offsets dX·sin φ + dZ·cos φ fitted to the touched features serve between their contact angles.
-Beyond those nothing is known, and the feature stays as programmed (error 0): a correction that no touch supports could
-spoil a good feature, while material left on can still be cut. The uncertainty is large in every case: features of one
-part were found to stand 17 µm off what the same nose did on others.
+Where there are none, tool offsets dX·sin φ + dZ·cos φ fitted to the touched features serve between their contact
+angles. Beyond those nothing is known, and the feature stays as programmed (error 0): a correction that no touch
+supports could spoil a good feature, while material left on can still be cut. The uncertainty is large in every case:
+features of one part were found to stand 17 µm off what the same nose did on others.
 """
 
 import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array, contact_angle_rad
@@ -20,7 +21,7 @@ SAME_ANGLE_RAD: Final = math.radians(3.0)
 """Contact angles closer than this use the same stretch of the nose: 0.04 mm of a 0.8 mm radius."""
 
 BETWEEN_FEATURES_MM: Final = 0.017
-"""How far the cones of [6811 Tables 8, 10] stand off the nose's errors on the same parts; the prior spread between features."""
+"""How far the cones of [6811 Tables 8, 10] stand off what the same nose did on the domes: the prior spread."""
 
 
 def expect(vectors: ErrorVectors, angle_rad: float) -> tuple[float, float, str]:
@@ -35,7 +36,7 @@ def expect(vectors: ErrorVectors, angle_rad: float) -> tuple[float, float, str]:
     return 0.0, u, f"nothing was touched at contact angles near {math.degrees(angle_rad):.0f}°: left as programmed"
 
 
-def _from_same_angle(vectors: ErrorVectors, near: Array) -> tuple[float, float, str]:
+def _from_same_angle(vectors: ErrorVectors, near: NDArray[np.bool_]) -> tuple[float, float, str]:
     """Mean over the touched features, and how far one more feature may stand off it (the prior spread counts once)."""
     features = np.unique(vectors.feature_index[near])
     means = np.array([np.mean(vectors.error_mm[near & (vectors.feature_index == f)]) for f in features])
@@ -52,5 +53,6 @@ def _from_offsets(vectors: ErrorVectors, angles: Array, angle_rad: float) -> tup
     offsets = np.linalg.lstsq(design, vectors.error_mm, rcond=None)[0]
     misfit = float(np.sqrt(np.mean((vectors.error_mm - design @ offsets) ** 2)))
     value = float(offsets @ [math.sin(angle_rad), math.cos(angle_rad)])
-    why = f"the tool offsets that fit the touches best (dX {offsets[0] * UM_PER_MM:.1f} µm, dZ {offsets[1] * UM_PER_MM:.1f} µm)"
+    dx_um, dz_um = offsets * UM_PER_MM
+    why = f"the tool offsets that fit the touches best (dX {dx_um:.1f} µm, dZ {dz_um:.1f} µm)"
     return value, math.hypot(misfit, BETWEEN_FEATURES_MM), why
