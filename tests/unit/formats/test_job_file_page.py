@@ -1,0 +1,85 @@
+"""docs/job-file.md lists every table and key of the job file, with the unit and the default that the code has."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+import pytest
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from trueloop.formats import job
+
+PAGE = (Path(__file__).parents[3] / "docs" / "job-file.md").read_text(encoding="utf-8")
+MODELS: dict[str, type[BaseModel]] = {
+    "[part]": job.PartTable,
+    "[[part.feature]]": job.FeatureTable,
+    "[tool]": job.ToolTable,
+    "[programs]": job.ProgramsTable,
+    "[gauging]": job.GaugingTable,
+    "[compensation]": job.CompensationTable,
+    "[output]": job.OutputTable,
+}
+UNITS = {"_mm": "mm", "_um": "µm", "_in": "inch", "_um_per_mm": "µm/mm", "_hours": "h"}
+ROW = re.compile(r"\| `(\w+)` \| (.*?) ?\| (.*?) ?\| (.+) \|")
+
+Row = tuple[str, str, str]
+
+
+def sections() -> dict[str, dict[str, Row]]:
+    """Heading → key → (unit, default, meaning)."""
+    found: dict[str, dict[str, Row]] = {}
+    for part in PAGE.split("\n## ")[1:]:
+        rows = [ROW.fullmatch(line) for line in part.splitlines()]
+        found[part.splitlines()[0].strip("`")] = {row[1]: (row[2], row[3], row[4]) for row in rows if row}
+    return found
+
+
+def written_default(field: FieldInfo) -> object:
+    default = field.get_default()
+    return str(default) if isinstance(default, Path) else list(default) if isinstance(default, tuple) else default
+
+
+def choices(annotation: object) -> list[str]:
+    """The values of every `Literal` in an annotation."""
+    inner = get_args(annotation)
+    return list(inner) if get_origin(annotation) is Literal else [c for each in inner for c in choices(each)]
+
+
+def test_every_table_is_a_section_in_the_order_of_the_code() -> None:
+    assert list(sections()) == list(MODELS)
+    assert set(job.Job.model_fields) == {heading.strip("[]") for heading in MODELS if "." not in heading}
+
+
+@pytest.mark.parametrize("heading", MODELS)
+def test_every_key_is_listed_once_in_the_order_of_the_code(heading: str) -> None:
+    assert list(sections()[heading]) == list(MODELS[heading].model_fields)
+
+
+@pytest.mark.parametrize("heading", MODELS)
+def test_defaults_are_those_of_the_code(heading: str) -> None:
+    for key, field in MODELS[heading].model_fields.items():
+        said = sections()[heading][key][1]
+        if field.is_required():
+            assert said == "required", key
+        elif field.get_default() is None:
+            assert said == "", key
+        else:
+            value: dict[str, Any] = tomllib.loads(f"value = {said.strip('`')}")
+            assert value["value"] == written_default(field), key
+
+
+@pytest.mark.parametrize("heading", MODELS)
+def test_a_unit_in_a_key_is_the_unit_on_the_page(heading: str) -> None:
+    for key, (unit, _, _) in sections()[heading].items():
+        endings = [ending for ending in UNITS if key.endswith(ending)]
+        if endings:
+            assert unit == UNITS[max(endings, key=len)], key
+
+
+@pytest.mark.parametrize("heading", MODELS)
+def test_every_choice_is_on_the_page(heading: str) -> None:
+    for key, field in MODELS[heading].model_fields.items():
+        for choice in choices(field.annotation):
+            assert f'"{choice}"' in "".join(sections()[heading][key]), (key, choice)
