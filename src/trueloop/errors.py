@@ -30,6 +30,24 @@ class Code(StrEnum):
     GEO_DXF_CHOICE = "GEO-DXF-CHOICE"  # several chains, a branch or a closed outline
 
     # NC: programs
+    NC_DIALECT = "NC-DIALECT"
+    NC_PARAMETER = "NC-PARAMETER"
+    NC_EXPRESSION = "NC-EXPRESSION"
+    NC_WORD = "NC-WORD"
+    NC_CODE = "NC-CODE"
+    NC_DUPLICATE = "NC-DUPLICATE"
+    NC_NUMBER = "NC-NUMBER"
+    NC_MISPLACED = "NC-MISPLACED"
+    NC_ARC = "NC-ARC"
+    NC_ARC_FIT = "NC-ARC-FIT"
+    NC_TANGENT = "NC-TANGENT"
+    NC_FEED = "NC-FEED"
+    NC_RAPID = "NC-RAPID"
+    NC_OPAQUE = "NC-OPAQUE"
+    NC_FLOW = "NC-FLOW"
+    NC_LIMIT = "NC-LIMIT"
+    NC_EDIT = "NC-EDIT"
+    NC_OFFSET = "NC-OFFSET"
 
     # TCH: touches
     TCH_FILE = "TCH-FILE"
@@ -61,6 +79,11 @@ class Code(StrEnum):
     CMP_OTHER_PROGRAM = "CMP-OTHER-PROGRAM"
     CMP_RAPID = "CMP-RAPID"
     CMP_READ_BACK = "CMP-READ-BACK"
+
+    # MCH: machine models
+    MCH_NAME = "MCH-NAME"  # no axis error of ISO 230-1
+    MCH_STRUCTURE = "MCH-STRUCTURE"  # no kinematic chain
+    MCH_AXIS = "MCH-AXIS"  # an axis the machine does not have
 
     # JOB: job files
     JOB_MISSING = "JOB-MISSING"
