@@ -9,7 +9,7 @@ import csv
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.gauging.touch import Touch
@@ -26,17 +26,19 @@ X_SUFFIXES: Final = {
 Z_SUFFIXES: Final = {"z_mm": 1.0, "z_in": MM_PER_INCH}
 ERROR_COLUMNS: Final = {f"error_{unit}": factor for unit, factor in LENGTH_MM.items()}
 
-Row = tuple[int, dict[str, str]]
+Line: TypeAlias = tuple[int, str]
 
 
 def read_touches(path: Path) -> list[Touch]:
     """Touches of a CSV file in its order. Raises TCH errors with line (and column) of what cannot be read."""
-    header, rows, separator = _rows_of(path)
-    columns = _Columns(header, path)
-    return [columns.touch(number, row, separator) for number, row in rows]
+    first, *others = _lines_of(path)
+    separator = next((s for s in "\t;" if s in first[1]), ",")
+    columns = _Columns([cell.strip() for cell in _cells(first, separator, path)], path)
+    return [columns.touch(line[0], _row(line, columns.header, separator, path), separator) for line in others]
 
 
-def _rows_of(path: Path) -> tuple[list[str], list[Row], str]:
+def _lines_of(path: Path) -> list[Line]:
+    """The lines that hold something, with their numbers; at least one."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
@@ -46,7 +48,7 @@ def _rows_of(path: Path) -> tuple[list[str], list[Row], str]:
             hint="`gauging.touches` in the job names a CSV file in UTF-8, relative to the job",
             place=Place(str(path)),
         ) from error
-    kept = [(k + 1, line) for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")]
+    kept = [(k, line) for k, line in enumerate(lines, start=1) if line.strip() and not line.lstrip().startswith("#")]
     if not kept:
         raise TrueloopError(
             Code.TCH_FILE,
@@ -54,11 +56,33 @@ def _rows_of(path: Path) -> tuple[list[str], list[Row], str]:
             hint="the first row names the columns",
             place=Place(str(path)),
         )
-    separator = next((s for s in "\t;" if s in kept[0][1]), ",")
-    header = [cell.strip() for cell in kept[0][1].split(separator)]
-    cells = csv.reader((line for _, line in kept[1:]), delimiter=separator)
-    rows = [(number, dict(zip(header, row, strict=False))) for (number, _), row in zip(kept[1:], cells, strict=True)]
-    return header, rows, separator
+    return kept
+
+
+def _row(line: Line, header: Sequence[str], separator: str, path: Path) -> dict[str, str]:
+    cells = _cells(line, separator, path)
+    if any(cell.strip() for cell in cells[len(header) :]):
+        raise TrueloopError(
+            Code.TCH_COLUMN,
+            f"the row has {len(cells)} cells, the header {len(header)}",
+            hint="decimal commas need semicolons or tabs between the columns",
+            place=Place(str(path), line[0]),
+        )
+    return dict(zip(header, cells, strict=False))
+
+
+def _cells(line: Line, separator: str, path: Path) -> list[str]:
+    """The cells of one line; a quote that is not closed ends with its line."""
+    number, text = line
+    try:
+        return next(csv.reader([text], delimiter=separator))
+    except csv.Error as error:
+        raise TrueloopError(
+            Code.TCH_FILE,
+            f"row {number} is no CSV: {error}",
+            hint="save it as plain CSV",
+            place=Place(str(path), number),
+        ) from error
 
 
 class _Columns:
@@ -87,7 +111,7 @@ class _Columns:
             name, factor = self.error
             error = self._number(name, line, row, separator) * factor
         return Touch(
-            point=row["point"].strip(),
+            point=row.get("point", "").strip(),
             nominal_mm=nominal,
             feature=(row.get("feature") or "").strip() or None,
             measured_mm=measured,

@@ -1,0 +1,21 @@
+"""Every way in which outputs are refused."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from trueloop.errors import Code
+from trueloop.formats.outputs import write_all
+
+
+def _over_an_input() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        write_all(Path(folder), {"finish.nc": b"new"}, [Path(folder) / "finish.nc"])
+
+
+def _into_a_file() -> None:
+    with tempfile.NamedTemporaryFile() as file:
+        write_all(Path(file.name), {"finish.nc": b"new"})
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {Code.OUT_INPUT: _over_an_input, Code.OUT_FOLDER: _into_a_file}

@@ -1,0 +1,108 @@
+"""Job files: what is read, and that a mistake is shown where it stands."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.job import Job, read_job
+
+JOB = """\
+[part]
+name = "step"
+start = [40.0, 0.0]
+feature = [
+    { name = "cylinder", to = [40.0, 30.0] },
+    { name = "dome", to = [0.0, 70.0], radius = 40.0 },
+]
+
+[tool]
+nose_radius_mm = 0.8
+
+[programs]
+dialect = "linuxcnc"
+finish = "finish.ngc"
+parameters = { P46 = 3.52 }
+
+[gauging]
+touches = "touches.csv"
+
+[compensation]
+weight = 0.75
+"""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("job") / "job.toml"
+
+
+def _read(path: Path, text: str) -> Job:
+    path.write_bytes(text.encode())
+    return read_job(path)
+
+
+def _refusal(path: Path, before: str, after: str) -> TrueloopError:
+    assert before in JOB
+    with pytest.raises(TrueloopError) as refusal:
+        _read(path, JOB.replace(before, after))
+    return refusal.value
+
+
+def test_values_and_defaults(path: Path) -> None:
+    job = _read(path, JOB)
+    assert job.part.feature[1].to == (0.0, 70.0)
+    assert job.programs.parameters == {"P46": 3.52}
+    assert (job.compensation.weight, job.compensation.junctions) == (0.75, "part")
+    assert (job.gauging.repeatability_diameter_um, job.gauging.repeatability_face_um) == (1.5, 0.5)
+    assert job.output.folder == Path("out")
+
+
+@pytest.mark.parametrize(
+    "before, after, line, says",
+    [
+        ("nose_radius_mm = 0.8", "nose_radius_mm = -0.8", 10, "greater than or equal to 0, given -0.8"),
+        ("nose_radius_mm = 0.8", "nose_radius = 0.8", 10, "Extra inputs are not permitted, given 0.8"),
+        ("nose_radius_mm = 0.8", "number = 1", 9, "give the nose radius once"),
+        ("weight = 0.75", "weight = 1.5", 21, "less than or equal to 1, given 1.5"),
+        ("weight = 0.75", "weight = nan", 21, "'compensation.weight'"),
+        ("weight = 0.75", "wieght = 0.75", 21, "'compensation.wieght': Extra inputs"),
+        ("weight = 0.75", 'weight = "most"', 21, "given 'most'"),
+        ("start = [40.0, 0.0]", "", 1, "`start` = [x, z] of the first feature is missing"),
+        ("start = [40.0, 0.0]", "start = [40.0, inf]", 3, "finite number, given inf"),
+        ("start = [40.0, 0.0]", "start = [40.0]", 3, "'part.start.1': Field required"),
+        ("radius = 40.0", "radius = 40.0, centre = [0.0, 30.0]", 4, "a centre or a radius, not both"),
+        ('touches = "touches.csv"', "", 17, "'gauging.touches': Field required"),
+        ("[tool]", "[tools]", None, "'tool': Field required"),
+    ],
+)
+def test_a_mistake_is_shown_with_key_value_and_line(
+    path: Path, before: str, after: str, line: int | None, says: str
+) -> None:
+    refusal = _refusal(path, before, after)
+    assert refusal.code is Code.JOB_KEY
+    assert says in refusal.message
+    assert (refusal.place.file, refusal.place.line) == (str(path), line)
+
+
+@pytest.mark.parametrize("source", ['dxf = "part.dxf"', "from_program = true"])
+def test_two_sources_of_a_profile_are_refused(path: Path, source: str) -> None:
+    refusal = _refusal(path, 'name = "step"', f'name = "step"\n{source}')
+    assert "exactly one of `feature`, `dxf` and `from_program`" in refusal.message
+
+
+def test_no_toml_is_refused_with_line_and_column(path: Path) -> None:
+    refusal = _refusal(path, 'dialect = "linuxcnc"', "dialect = linuxcnc")
+    assert refusal.code is Code.JOB_SYNTAX
+    assert (refusal.place.line, refusal.place.column) == (13, 11)
+
+
+@given(st.text(max_size=200))
+def test_no_text_at_all_makes_it_fail_other_than_by_refusal(path: Path, text: str) -> None:
+    for start in ("", JOB, "[part]\n"):
+        try:
+            _read(path, start + text.encode(errors="ignore").decode())
+        except TrueloopError as refusal:
+            assert refusal.code.startswith("JOB-")
