@@ -1,0 +1,80 @@
+"""The example jobs: they parse, their touches lie on their profiles, their programs have the published coordinates."""
+
+import re
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scripts.nist_parts import EXAMPLES, NistPart, example_touches, parts, program
+from trueloop.formats.job import read_job
+from trueloop.formats.profile_of_job import profile_of_table
+from trueloop.formats.touches_csv import read_touches
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.gauging.touches import Gauging, error_vectors
+from trueloop.units import UM_PER_MM
+
+JOBS = sorted(EXAMPLES.glob("*/job.toml"))
+PARTS = list(parts())
+
+WORD = re.compile(r"[XZRIKF](?:-?[\d.]+|\((?:[^()]|\([^()]*\))*\))|UPD, *\d+, *TOV\([XZ]\), *[\d.]+")
+"""A coordinate, a feed or a tool-offset statement of a GE 2000T program."""
+
+
+def vectors_of(job_file: Path) -> ErrorVectors:
+    job = read_job(job_file)
+    touches = read_touches(job_file.parent / job.gauging.touches)
+    return error_vectors(profile_of_table(job.part), touches, Gauging(z_reference=job.gauging.z_reference))
+
+
+def test_there_are_four_example_jobs() -> None:
+    assert [job.parent.name for job in JOBS] == ["facetst", "linuxcnc", "modbas2", "piecs11"]
+
+
+@pytest.mark.parametrize("job_file", JOBS, ids=lambda path: path.parent.name)
+def test_touches_lie_on_the_profile(job_file: Path) -> None:
+    job = read_job(job_file)
+    vectors = vectors_of(job_file)
+    distance = profile_of_table(job.part).locate(vectors.nominal_mm).distance_mm
+    np.testing.assert_allclose(distance, 0.0, atol=5e-5)
+
+
+def test_the_main_example_is_the_mean_part_of_6517_table_1() -> None:
+    """Table 1: errors from −18.733 µm at the top of the dome to 94.1705 µm on the cone; z from point 11."""
+    vectors = vectors_of(EXAMPLES / "modbas2" / "job.toml")
+    assert len(vectors.point) == 32
+    assert vectors.error_mm.min() * UM_PER_MM == pytest.approx(-18.733)
+    assert vectors.error_mm.max() * UM_PER_MM == pytest.approx(94.1705)
+    assert [vectors.point[i] for i in np.flatnonzero(vectors.at_reference)] == ["11"]
+
+
+@pytest.mark.parametrize("path", example_touches(), ids=lambda path: path.parent.name)
+def test_touches_files_are_those_the_script_writes(path: Path) -> None:
+    assert path.read_text(encoding="utf-8") == example_touches()[path]
+
+
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: f"{part.number}.{part.semifinish_inspection}")
+def test_every_part_of_the_tables_gives_error_vectors(part: NistPart) -> None:
+    for touches in (part.semifinish, part.finish):
+        vectors = error_vectors(part.profile, touches, Gauging())
+        np.testing.assert_array_equal(vectors.error_mm, [touch.error_mm for touch in touches])
+
+
+def words(text: str) -> Counter[str]:
+    """The words of a program from its unit on, those that stand in comments too, with what scanning did mended.
+
+    The published programs went through text recognition: words slipped behind the comments of other blocks, so their
+    order is lost, and a point became a comma.
+    """
+    return Counter(WORD.findall(re.sub(r"(?<=\d),(?=\d)", ".", text[text.index("G70") :])))
+
+
+@pytest.mark.corpus
+@pytest.mark.parametrize("cut", ["semifinish", "finish"])
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: f"{part.number}.{part.semifinish_inspection}")
+def test_programs_have_the_published_coordinates(part: NistPart, cut: str, corpus: Path) -> None:
+    """[6811 A.2.2–A.4.2.20]: every X, Z, R, I, K, F and UPD of the program for this part, expressions as written."""
+    digits = {"FACETST": "0600", "MODBAS2": "0300", "PIECS11": f"{part.number[:2]}00"}[part.family.name]
+    published = corpus / "data" / "nist" / "programs" / f"{digits}{'1' if cut == 'semifinish' else '2'}1.nc"
+    assert words(program(part, cut)) == words(published.read_text(encoding="utf-8"))
