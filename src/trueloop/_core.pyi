@@ -1,5 +1,7 @@
 """The Rust core, as Python sees it. Checked against the built module by a test."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,3 +30,43 @@ def spline_basis(
     upper: float,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """Basis functions that differ from zero at each point: (index of the first, values, slopes)."""
+
+# nc-program: NC programs
+
+def nc_dialects() -> list[tuple[str, float, float, str, str, str, str]]:
+    """Each dialect: name, resolution in inch and in mm, opening and closing of a comment, brackets of expressions."""
+
+class NcProgram:
+    """A program as read. Raises ValueError (no such dialect), OverflowError (4 GiB or more)."""
+
+    def __new__(cls, source: bytes, dialect: str) -> NcProgram: ...
+    @property
+    def block_count(self) -> int: ...
+    @property
+    def word_count(self) -> int: ...
+    def source(self) -> bytes: ...
+    def block(self, index: int) -> tuple[int, int, int, int, bool, bool]:
+        """Start, end, first word, one past the last word, optional, tape mark."""
+
+    def word(self, index: int) -> tuple[str, int, int, int, str, float, int]:
+        """Letter, start, end, start of the value, kind, value, block."""
+
+    def block_at(self, offset: int) -> int: ...
+    def findings(self) -> list[tuple[str, str, str, str, int]]:
+        """Severity, code, message, hint, byte offset."""
+
+    def parameters_used(self) -> list[tuple[str, int]]: ...
+    def offset_statements(self) -> list[tuple[int, str, float, int, int, int]]:
+        """Tool, axis, value, start and end of the value, word."""
+
+    def run(
+        self,
+        parameters: list[tuple[str, float]],
+        optional_blocks: bool,
+        position: tuple[float, float, float],
+        block_limit: int,
+        inch: bool | None = None,
+        diameter: bool | None = None,
+        plane: int | None = None,
+    ) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]]]:
+        """Columns of the moves, columns of the modal states, findings."""

@@ -30,6 +30,9 @@ class Code(StrEnum):
     GEO_DXF_CHOICE = "GEO-DXF-CHOICE"  # several chains, a branch or a closed outline
 
     # NC: programs
+    NC_NO_CONTOUR = "NC-NO-CONTOUR"  # no feed moves that could be a finish pass
+    NC_NO_MATCH = "NC-NO-MATCH"  # a feature that no pass cuts whole
+    NC_AMBIGUOUS = "NC-AMBIGUOUS"  # a feature that several passes cut
     NC_DIALECT = "NC-DIALECT"
     NC_PARAMETER = "NC-PARAMETER"
     NC_EXPRESSION = "NC-EXPRESSION"
@@ -69,6 +72,7 @@ class Code(StrEnum):
     FIT_ORDER = "FIT-ORDER"  # touches of a feature unordered, or two in one place
     FIT_OUTSIDE = "FIT-OUTSIDE"  # a touch beyond the feature it was given to
     FIT_KNOTS = "FIT-KNOTS"  # a knot at every r-th touch with r below 2
+    FIT_ANGLE = "FIT-ANGLE"  # a contact angle outside the fitted range of a nose model
     FIT_CONDITIONS = "FIT-CONDITIONS"  # prescribed values or slopes that contradict each other
 
     # CMP: compensation and its limits
@@ -83,7 +87,12 @@ class Code(StrEnum):
     # MCH: machine models
     MCH_NAME = "MCH-NAME"  # no axis error of ISO 230-1
     MCH_STRUCTURE = "MCH-STRUCTURE"  # no kinematic chain
-    MCH_AXIS = "MCH-AXIS"  # an axis the machine does not have
+    MCH_AXIS = "MCH-AXIS"  # an axis or axis error the machine does not have
+    MCH_BASIS = "MCH-BASIS"  # no function of position
+    MCH_SIGNAL = "MCH-SIGNAL"  # a temperature or speed the model needs is not given
+    MCH_DATA = "MCH-DATA"  # too few readings, or none that move an axis
+    MCH_COLLINEAR = "MCH-COLLINEAR"  # parameters the readings cannot tell apart, or hardly
+    MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
     # JOB: job files
     JOB_MISSING = "JOB-MISSING"

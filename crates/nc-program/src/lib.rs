@@ -1,1 +1,38 @@
-//! Placeholder, replaced with the first module.
+//! NC programs: read without loss, run to a tool path, every coordinate tied to the word that set it.
+//!
+//! A program is its bytes. The lexer lays blocks (one a line) and words over them as spans; nothing is copied and
+//! nothing is normalised, so writing an unedited program is writing its bytes. A dialect is one constant
+//! ([`Dialect`]): how words, comments, parameters and expressions are spelt, and what each code means. The runner
+//! knows meanings only, never a dialect's code numbers.
+//!
+//! Units inside are millimetres, X is a radius. No input makes this crate panic; loops, depth and sizes are bounded.
+
+mod arc;
+mod block;
+mod cycle;
+pub mod dialect;
+mod expression;
+pub mod finding;
+mod flow;
+mod frame;
+mod lex;
+mod lint;
+mod modal;
+mod number;
+mod parameters;
+mod path;
+mod program;
+mod run;
+mod statement;
+mod uses;
+
+pub use dialect::Dialect;
+pub use finding::{Finding, Severity};
+pub use lint::lint;
+pub use modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+pub use parameters::Key;
+pub use path::{Arc, Move, MoveKind, ToolPath};
+pub use program::{Block, Program, TooLarge, Word, WordKind};
+pub use run::{run, Options};
+pub use statement::{offset_statements, OffsetStatement};
+pub use uses::parameters_used;

@@ -1,8 +1,364 @@
-//! Bindings.
+//! Binds `nc-program`.
 
+use nc_program::{
+    lint, offset_statements, parameters_used, run, Dialect, Finding, Key, Modal, Options, Plane,
+    Program, Severity, ToolPath, Word, WordKind,
+};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::exceptions::{PyIndexError, PyOverflowError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+/// Severity, code, message, hint, byte offset.
+type FindingTuple = (&'static str, &'static str, String, String, usize);
+
+/// A program as read.
+#[pyclass(frozen)]
+struct NcProgram {
+    program: Program,
+}
+
+#[pymethods]
+impl NcProgram {
+    #[new]
+    fn new(py: Python<'_>, source: &[u8], dialect: &str) -> PyResult<Self> {
+        let dialect =
+            Dialect::named(dialect).ok_or_else(|| PyValueError::new_err(dialect.to_owned()))?;
+        let source = source.to_vec();
+        let program = py.detach(|| Program::read(source, dialect));
+        let program = program.map_err(|error| PyOverflowError::new_err(error.bytes.to_string()))?;
+        Ok(Self { program })
+    }
+
+    /// Number of blocks (lines).
+    #[getter]
+    fn block_count(&self) -> usize {
+        self.program.blocks().len()
+    }
+
+    /// Number of words.
+    #[getter]
+    fn word_count(&self) -> usize {
+        self.program.words().len()
+    }
+
+    /// The bytes.
+    fn source<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, self.program.source())
+    }
+
+    /// Start, end, first word, one past the last word, optional, tape mark.
+    fn block(&self, index: usize) -> PyResult<(usize, usize, usize, usize, bool, bool)> {
+        let block = self
+            .program
+            .blocks()
+            .get(index)
+            .ok_or_else(|| PyIndexError::new_err(index))?;
+        let words = self.program.word_range(index);
+        Ok((
+            block.start as usize,
+            block.end as usize,
+            words.start,
+            words.end,
+            block.optional,
+            block.tape_mark,
+        ))
+    }
+
+    /// Letter, start, end, start of the value, kind, value, block.
+    fn word(
+        &self,
+        index: usize,
+    ) -> PyResult<(char, usize, usize, usize, &'static str, f64, usize)> {
+        let word = self
+            .program
+            .words()
+            .get(index)
+            .ok_or_else(|| PyIndexError::new_err(index))?;
+        Ok(word_tuple(&self.program, word))
+    }
+
+    /// Index of the block that holds a byte.
+    fn block_at(&self, offset: usize) -> usize {
+        self.program.block_at(offset)
+    }
+
+    /// What can be said without running it.
+    fn findings(&self, py: Python<'_>) -> Vec<FindingTuple> {
+        py.detach(|| lint(&self.program))
+            .into_iter()
+            .map(finding_tuple)
+            .collect()
+    }
+
+    /// Parameters read by expressions, each with the byte of its first use.
+    fn parameters_used(&self) -> Vec<(String, usize)> {
+        let used = parameters_used(&self.program);
+        used.into_iter()
+            .map(|(key, at)| (key.text(self.program.dialect()), at))
+            .collect()
+    }
+
+    /// Tool offset updates: tool, axis, value, start and end of the value, word.
+    fn offset_statements(&self) -> Vec<(u32, char, f64, usize, usize, usize)> {
+        let found = offset_statements(&self.program);
+        found
+            .into_iter()
+            .map(|s| {
+                (
+                    s.tool,
+                    char::from(s.axis),
+                    s.value,
+                    s.value_start,
+                    s.value_end,
+                    s.word,
+                )
+            })
+            .collect()
+    }
+
+    /// Runs it: the columns of the tool path, those of its modal states, and the findings.
+    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        parameters: Vec<(String, f64)>,
+        optional_blocks: bool,
+        position: [f64; 3],
+        block_limit: usize,
+        inch: Option<bool>,
+        diameter: Option<bool>,
+        plane: Option<u8>,
+    ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>, Vec<FindingTuple>)> {
+        let dialect = self.program.dialect();
+        let mut initial = dialect.initial;
+        initial.inch = inch.unwrap_or(initial.inch);
+        initial.diameter = diameter.unwrap_or(initial.diameter);
+        initial.plane = plane.map_or(Ok(initial.plane), plane_of)?;
+        let parameters = parameters.into_iter().map(|(name, value)| {
+            let key = Key::parse(&name, dialect).ok_or_else(|| PyValueError::new_err(name))?;
+            Ok((key, value))
+        });
+        let parameters = parameters.collect::<PyResult<Vec<_>>>()?;
+        let options = Options {
+            parameters,
+            optional_blocks,
+            initial: Some(initial),
+            position,
+            block_limit,
+        };
+        let (path, findings) = py.detach(|| run(&self.program, &options));
+        let findings = findings.into_iter().map(finding_tuple).collect();
+        Ok((
+            moves(py, &self.program, &path)?,
+            states(py, &path.states)?,
+            findings,
+        ))
+    }
+}
+
+fn plane_of(number: u8) -> PyResult<Plane> {
+    match number {
+        17 => Ok(Plane::Xy),
+        18 => Ok(Plane::Zx),
+        19 => Ok(Plane::Yz),
+        _ => Err(PyValueError::new_err(number)),
+    }
+}
+
+fn word_tuple(
+    program: &Program,
+    word: &Word,
+) -> (char, usize, usize, usize, &'static str, f64, usize) {
+    let kind = match word.kind {
+        WordKind::Number => "number",
+        WordKind::Expression => "expression",
+        WordKind::Assignment => "assignment",
+        WordKind::Statement => "statement",
+        WordKind::Flow => "flow",
+        WordKind::Unknown => "unknown",
+    };
+    let (start, end) = (word.start as usize, word.end as usize);
+    (
+        char::from(word.letter),
+        start,
+        end,
+        program.value_start(word),
+        kind,
+        word.value,
+        program.block_at(start),
+    )
+}
+
+fn finding_tuple(finding: Finding) -> FindingTuple {
+    let severity = match finding.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    };
+    (
+        severity,
+        finding.code,
+        finding.message,
+        finding.hint,
+        finding.at,
+    )
+}
+
+fn triples<'py, T: numpy::Element + Copy>(
+    py: Python<'py>,
+    values: impl Iterator<Item = [T; 3]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let flat: Vec<T> = values.flatten().collect();
+    let count = flat.len() / 3;
+    Ok(PyArray1::from_vec(py, flat).reshape([count, 3])?.into_any())
+}
+
+fn column<'py, T: numpy::Element>(
+    py: Python<'py>,
+    values: impl Iterator<Item = T>,
+) -> Bound<'py, PyAny> {
+    PyArray1::from_vec(py, values.collect()).into_any()
+}
+
+fn moves<'py>(py: Python<'py>, program: &Program, path: &ToolPath) -> PyResult<Bound<'py, PyDict>> {
+    let arc = |index: i32| {
+        usize::try_from(index)
+            .ok()
+            .and_then(|index| path.arcs.get(index))
+    };
+    let columns = PyDict::new(py);
+    let all = &path.moves;
+    columns.set_item(
+        "motion",
+        column(py, all.iter().map(|found| found.kind as u8)),
+    )?;
+    columns.set_item(
+        "start_mm",
+        triples(py, all.iter().map(|found| found.start))?,
+    )?;
+    columns.set_item("end_mm", triples(py, all.iter().map(|found| found.end))?)?;
+    let centres = all
+        .iter()
+        .map(|found| arc(found.arc).map_or([f64::NAN; 3], |arc| arc.centre));
+    columns.set_item("centre_mm", triples(py, centres)?)?;
+    columns.set_item(
+        "sweep_rad",
+        column(
+            py,
+            all.iter()
+                .map(|found| arc(found.arc).map_or(0.0, |arc| arc.sweep)),
+        ),
+    )?;
+    let radii = all
+        .iter()
+        .map(|found| arc(found.arc).map_or(f64::NAN, |arc| arc.radius));
+    columns.set_item("programmed_radius_mm", column(py, radii))?;
+    columns.set_item(
+        "block",
+        column(py, all.iter().map(|found| found.block as i32)),
+    )?;
+    columns.set_item(
+        "column",
+        column(py, all.iter().map(|found| found.column(program) as i32)),
+    )?;
+    columns.set_item("word", triples(py, all.iter().map(|found| found.words))?)?;
+    columns.set_item(
+        "state",
+        column(py, all.iter().map(|found| found.state as i32)),
+    )?;
+    Ok(columns)
+}
+
+fn states<'py>(py: Python<'py>, states: &[Modal]) -> PyResult<Bound<'py, PyDict>> {
+    let columns = PyDict::new(py);
+    columns.set_item(
+        "plane",
+        column(py, states.iter().map(|state| state.plane as u8)),
+    )?;
+    columns.set_item("inch", column(py, states.iter().map(|state| state.inch)))?;
+    columns.set_item(
+        "diameter",
+        column(py, states.iter().map(|state| state.diameter)),
+    )?;
+    columns.set_item(
+        "incremental",
+        column(py, states.iter().map(|state| state.incremental)),
+    )?;
+    columns.set_item(
+        "centre_absolute",
+        column(py, states.iter().map(|state| state.centre_absolute)),
+    )?;
+    columns.set_item(
+        "feed_mode",
+        column(py, states.iter().map(|state| state.feed_mode as u8)),
+    )?;
+    columns.set_item(
+        "feed",
+        column(
+            py,
+            states.iter().map(|state| {
+                if state.feed < 0.0 {
+                    f64::NAN
+                } else {
+                    state.feed
+                }
+            }),
+        ),
+    )?;
+    columns.set_item(
+        "spindle_mode",
+        column(py, states.iter().map(|state| state.spindle_mode as u8)),
+    )?;
+    let speed = |state: &Modal| {
+        if state.spindle_speed < 0.0 {
+            f64::NAN
+        } else {
+            state.spindle_speed
+        }
+    };
+    columns.set_item("spindle_speed", column(py, states.iter().map(speed)))?;
+    columns.set_item("tool", column(py, states.iter().map(|state| state.tool)))?;
+    columns.set_item(
+        "compensation",
+        column(py, states.iter().map(|state| state.compensation as u8)),
+    )?;
+    columns.set_item(
+        "work_offset",
+        column(py, states.iter().map(|state| state.work_offset)),
+    )?;
+    Ok(columns)
+}
+
+/// Each dialect: name, resolution in inch and in mm, opening and closing of a comment, brackets of expressions.
+#[pyfunction]
+fn nc_dialects() -> Vec<(
+    &'static str,
+    f64,
+    f64,
+    &'static str,
+    &'static str,
+    char,
+    char,
+)> {
+    let row = |d: &'static Dialect| {
+        let ((inch, mm), (open, close), brackets) = (d.resolution, d.comment, d.brackets);
+        (
+            d.name,
+            inch,
+            mm,
+            open,
+            close,
+            char::from(brackets.0),
+            char::from(brackets.1),
+        )
+    };
+    nc_program::dialect::DIALECTS.into_iter().map(row).collect()
+}
 
 /// Adds what this file binds to the module.
-pub fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<NcProgram>()?;
+    module.add_function(wrap_pyfunction!(nc_dialects, module)?)
 }

@@ -1,0 +1,109 @@
+//! What one block asks for: its values by letter and its codes.
+
+use crate::parameters::Key;
+
+/// Most G codes that a block may carry.
+const CODES: usize = 16;
+
+/// A block's request.
+#[derive(Debug)]
+pub struct Request {
+    values: [f64; 26],
+    words: [i32; 26],
+    present: u32,
+    codes: [(u16, u32); CODES],
+    code_count: usize,
+    /// Values given to parameters in this block, with the offset of each.
+    pub assignments: Vec<(Key, f64)>,
+    /// The program ends with this block.
+    pub ends: bool,
+}
+
+impl Request {
+    /// An empty one.
+    pub fn new() -> Self {
+        Self {
+            values: [0.0; 26],
+            words: [-1; 26],
+            present: 0,
+            codes: [(0, 0); CODES],
+            code_count: 0,
+            assignments: Vec::new(),
+            ends: false,
+        }
+    }
+
+    /// Forgets the block before.
+    #[inline]
+    pub fn clear(&mut self) {
+        self.present = 0;
+        self.code_count = 0;
+        self.assignments.clear();
+        self.ends = false;
+    }
+
+    /// Notes a value; the last one of a letter counts.
+    #[inline]
+    pub fn set(&mut self, letter: u8, value: f64, word: usize) {
+        let index = usize::from(letter.wrapping_sub(b'A'));
+        if let (Some(slot), Some(source)) = (self.values.get_mut(index), self.words.get_mut(index))
+        {
+            *slot = value;
+            *source = word as i32;
+            self.present |= 1 << index;
+        }
+    }
+
+    /// The value of a letter, if the block has it.
+    #[inline]
+    pub fn get(&self, letter: u8) -> Option<f64> {
+        let index = usize::from(letter.wrapping_sub(b'A'));
+        if self.present & (1 << index) == 0 {
+            return None;
+        }
+        self.values.get(index).copied()
+    }
+
+    /// Index of the word of a letter, −1 without one.
+    pub fn word(&self, letter: u8) -> i32 {
+        let index = usize::from(letter.wrapping_sub(b'A'));
+        if self.get(letter).is_some() {
+            self.words.get(index).copied().unwrap_or(-1)
+        } else {
+            -1
+        }
+    }
+
+    /// Whether any of these letters is there.
+    #[inline]
+    pub fn any(&self, letters: &[u8]) -> bool {
+        let wanted = letters
+            .iter()
+            .fold(0u32, |bits, letter| bits | 1 << letter.wrapping_sub(b'A'));
+        self.present & wanted != 0
+    }
+
+    /// Notes a G code: ten times its number, and the word's index. False when there are too many.
+    pub fn add_code(&mut self, tenths: u16, word: usize) -> bool {
+        let Some(slot) = self.codes.get_mut(self.code_count) else {
+            return false;
+        };
+        *slot = (tenths, word as u32);
+        self.code_count += 1;
+        true
+    }
+
+    /// The G codes in order.
+    pub fn codes(&self) -> ([(u16, u32); CODES], usize) {
+        (self.codes, self.code_count)
+    }
+
+    /// A cycle's own parameter: `P1=0.15`.
+    pub fn cycle_parameter(&self, number: u32) -> Option<f64> {
+        self.assignments
+            .iter()
+            .rev()
+            .find(|(key, _)| *key == Key::Number(number))
+            .map(|(_, value)| *value)
+    }
+}

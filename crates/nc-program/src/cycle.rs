@@ -1,0 +1,89 @@
+//! Cycles taken apart into moves.
+
+/// The longitudinal turning cycle of NISTIR 6811, A.1.2, in a plane of (x, z): x a radius, mm.
+#[derive(Clone, Copy, Debug)]
+pub struct Turning {
+    /// Where the tool stands when the cycle is called and where it returns to.
+    pub start: [f64; 2],
+    /// Depth of the last pass (X) and where the exit taper leaves the zone (Z), at the height of the start.
+    pub end: [f64; 2],
+    /// Greatest depth of cut of a pass.
+    pub depth_of_cut: f64,
+    /// Where the exit taper begins at the depth of the last pass.
+    pub taper_start_z: f64,
+}
+
+/// More passes than this are a slip of the depth of cut.
+const MOST_PASSES: f64 = 10_000.0;
+
+/// A move of a cycle: at feed or rapid, to (x, z).
+pub type Step = (bool, [f64; 2]);
+
+impl Turning {
+    /// The moves: each pass goes down at the start, cuts along Z to the taper, up the taper to the pass before, and
+    /// back. Every pass takes the full depth of cut, the last what is left. `None` when the depth of cut makes no sense.
+    pub fn steps(&self) -> Option<Vec<Step>> {
+        let ([x_start, z_start], [x_end, _]) = (self.start, self.end);
+        let total = x_end - x_start;
+        let passes = (total.abs() / self.depth_of_cut - 1e-9).ceil();
+        if !(self.depth_of_cut > 0.0 && (1.0..=MOST_PASSES).contains(&passes)) {
+            return None;
+        }
+        let mut steps = Vec::new();
+        let mut above = x_start;
+        for pass in 1..=passes as usize {
+            let depth = (pass as f64 * self.depth_of_cut).min(total.abs());
+            let x = if pass as f64 == passes {
+                x_end
+            } else {
+                x_start + depth.copysign(total)
+            };
+            steps.push((false, [x, z_start]));
+            steps.push((true, [x, self.exit_z(x)]));
+            steps.push((true, [above, self.exit_z(above)]));
+            steps.push((false, [above, z_start]));
+            above = x;
+        }
+        steps.push((false, self.start));
+        Some(steps)
+    }
+
+    fn exit_z(&self, x: f64) -> f64 {
+        let from_end = (x - self.end[0]) / (self.start[0] - self.end[0]);
+        self.taper_start_z + from_end * (self.end[1] - self.taper_start_z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Turning;
+
+    #[test]
+    fn passes_of_the_full_depth_then_the_rest() {
+        let cycle = Turning {
+            start: [10.0, 1.0],
+            end: [5.0, -20.0],
+            depth_of_cut: 2.0,
+            taper_start_z: -15.0,
+        };
+        let steps = cycle.steps().unwrap();
+        let depths: Vec<f64> = steps.chunks(4).map(|pass| pass[0].1[0]).collect();
+        assert_eq!(depths, [8.0, 6.0, 5.0, 10.0]);
+        assert_eq!(steps[9], (true, [5.0, -15.0]));
+        assert_eq!(steps[10], (true, [6.0, -16.0]));
+        assert_eq!(steps.last(), Some(&(false, [10.0, 1.0])));
+    }
+
+    #[test]
+    fn a_depth_of_cut_that_makes_no_sense() {
+        for depth_of_cut in [0.0, -1.0, 1e-9, f64::NAN] {
+            let cycle = Turning {
+                start: [10.0, 1.0],
+                end: [5.0, -20.0],
+                depth_of_cut,
+                taper_start_z: -15.0,
+            };
+            assert!(cycle.steps().is_none());
+        }
+    }
+}

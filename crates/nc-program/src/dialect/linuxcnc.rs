@@ -1,0 +1,94 @@
+//! RS-274 as LinuxCNC 2.9 reads it.
+
+use super::{common_classes, Class, Dialect, Parameters, G, M};
+use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+
+/// The dialect.
+pub const LINUXCNC: Dialect = Dialect {
+    name: "linuxcnc",
+    classes: common_classes(&[
+        (b';', Class::LineComment),
+        (b'(', Class::Comment),
+        (b'#', Class::Parameter),
+    ]),
+    brackets: (b'[', b']'),
+    parameters: Parameters {
+        mark: b'#',
+        named: true,
+        unset_is_zero: true,
+    },
+    functions: true,
+    spaced_numbers: true,
+    decimal_comma: false,
+    flow: true,
+    letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
+    g: g_code,
+    m: m_code,
+    initial: Modal {
+        inch: true,
+        diameter: false,
+        plane: Plane::Xy,
+        ..Modal::INITIAL
+    },
+    resolution: (1e-6, 1e-5),
+    comment: ("(", ")"),
+};
+
+fn g_code(tenths: u16) -> Option<G> {
+    Some(match tenths {
+        0 => G::Motion(Motion::Rapid),
+        10 => G::Motion(Motion::Line),
+        20 => G::Motion(Motion::Clockwise),
+        30 => G::Motion(Motion::Counterclockwise),
+        330 => G::Motion(Motion::Thread),
+        382..=385 => G::Motion(Motion::Probe),
+        40 => G::Dwell,
+        70 => G::Diameter(true),
+        80 => G::Diameter(false),
+        100 => G::SetData,
+        170 => G::Plane(Plane::Xy),
+        180 => G::Plane(Plane::Zx),
+        190 => G::Plane(Plane::Yz),
+        200 => G::Inch(true),
+        210 => G::Inch(false),
+        280 | 300 => G::Home,
+        400 => G::Compensation(Compensation::Off),
+        410 | 411 => G::Compensation(Compensation::Left),
+        420 | 421 => G::Compensation(Compensation::Right),
+        430 | 432 => G::ToolTableOffset,
+        431 => G::ToolOffset,
+        490 => G::NoToolOffset,
+        520 | 920 => G::SetRegister,
+        530 => G::MachineCoordinates,
+        540 | 550 | 560 | 570 | 580 => G::WorkOffset(((tenths - 530) / 10) as u8),
+        590 => G::WorkOffset(6),
+        591..=593 => G::WorkOffset((tenths - 584) as u8),
+        50 | 51 | 52 | 53 | 331 | 700..=702 | 710..=712 | 720..=722 | 730 | 740 | 760 => {
+            G::OpaqueCycle
+        }
+        810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => G::OpaqueCycle,
+        800 => G::NoMotion,
+        900 => G::Incremental(false),
+        901 => G::CentreAbsolute(true),
+        910 => G::Incremental(true),
+        911 => G::CentreAbsolute(false),
+        921 => G::CancelRegister(true),
+        922 => G::CancelRegister(false),
+        923 => G::RestoreRegister,
+        930 => G::Feed(FeedMode::InverseTime),
+        940 => G::Feed(FeedMode::PerMinute),
+        950 => G::Feed(FeedMode::PerRevolution),
+        960 => G::Spindle(SpindleMode::SurfaceSpeed),
+        970 => G::Spindle(SpindleMode::Revolutions),
+        281 | 301 | 610 | 611 | 640 | 980 | 990 => G::Inert,
+        _ => return None,
+    })
+}
+
+fn m_code(number: u16) -> Option<M> {
+    match number {
+        2 | 30 => Some(M::End),
+        0..=9 | 19 | 48..=53 | 60..=73 | 100..=199 => Some(M::Inert),
+        _ => None,
+    }
+}

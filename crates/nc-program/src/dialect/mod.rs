@@ -1,0 +1,180 @@
+//! Dialects: how a control spells its programs and what its codes mean.
+
+mod ge2000t;
+mod linuxcnc;
+
+use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+
+pub use ge2000t::GE2000T;
+pub use linuxcnc::LINUXCNC;
+
+/// Every dialect there is.
+pub const DIALECTS: [&Dialect; 2] = [&GE2000T, &LINUXCNC];
+
+/// What a byte means where a word may start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Class {
+    /// Ends the block.
+    LineEnd,
+    /// Between words.
+    Space,
+    /// Starts a word.
+    Letter,
+    /// Starts a comment that runs to the line's end.
+    LineComment,
+    /// Starts a comment that runs to the closing parenthesis.
+    Comment,
+    /// Starts a statement that runs to the matching parenthesis.
+    Statement,
+    /// At a line's start: the block is optional.
+    Slash,
+    /// At a line's start: end of tape.
+    Percent,
+    /// Starts an assignment.
+    Parameter,
+    /// Not known here.
+    Other,
+}
+
+/// What a G code means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum G {
+    /// Sets the motion of this and later blocks.
+    Motion(Motion),
+    /// No motion until the next motion code.
+    NoMotion,
+    /// Plane of arcs.
+    Plane(Plane),
+    /// Inch (true) or metric (false).
+    Inch(bool),
+    /// Increments (true) or absolute positions (false).
+    Incremental(bool),
+    /// Arc centres absolute (true) or from the start point (false).
+    CentreAbsolute(bool),
+    /// X is a diameter (true) or a radius (false).
+    Diameter(bool),
+    /// Unit of feed.
+    Feed(FeedMode),
+    /// Unit of spindle speed.
+    Spindle(SpindleMode),
+    /// Cutter compensation.
+    Compensation(Compensation),
+    /// Sets the position register: what the position is called, the tool does not move.
+    SetRegister,
+    /// Takes the register setting back; true forgets it, false keeps it for `RestoreRegister`.
+    CancelRegister(bool),
+    /// Puts a cancelled register setting back.
+    RestoreRegister,
+    /// Selects a work offset, from 1.
+    WorkOffset(u8),
+    /// This block is in machine coordinates.
+    MachineCoordinates,
+    /// Tool length offset given in this block.
+    ToolOffset,
+    /// Tool length offset from the tool table, which a program does not carry.
+    ToolTableOffset,
+    /// No tool length offset.
+    NoToolOffset,
+    /// Sets offsets by L and P.
+    SetData,
+    /// To a stored machine position.
+    Home,
+    /// Longitudinal turning cycle: X, Z, P1 depth of cut, P2 start of the exit taper.
+    TurningCycle,
+    /// Dwell: the coordinates of the block are a time.
+    Dwell,
+    /// A cycle that the runner knows but does not take apart: it ends where it began.
+    OpaqueCycle,
+    /// Without influence on the path.
+    Inert,
+}
+
+/// What an M code means to the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum M {
+    /// Ends the program.
+    End,
+    /// Without influence on the path.
+    Inert,
+}
+
+/// How parameters are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameters {
+    /// `P` in `P46`, `#` in `#1`.
+    pub mark: u8,
+    /// Names in angle brackets, and parameters of computed number, are allowed.
+    pub named: bool,
+    /// A number never given a value reads as zero, as the control does; a finding says so.
+    pub unset_is_zero: bool,
+}
+
+/// A dialect's rules.
+#[derive(Debug)]
+pub struct Dialect {
+    /// The name by which users ask for it.
+    pub name: &'static str,
+    /// Class of each byte where a word may start.
+    pub classes: [Class; 256],
+    /// Opening and closing bracket of expressions.
+    pub brackets: (u8, u8),
+    /// Parameters.
+    pub parameters: Parameters,
+    /// Functions and word operators of RS-274 are allowed in expressions.
+    pub functions: bool,
+    /// White space within a number does not end it.
+    pub spaced_numbers: bool,
+    /// A comma between digits is read as a decimal point, and reported.
+    pub decimal_comma: bool,
+    /// `o` starts a line of flow control.
+    pub flow: bool,
+    /// Address letters that mean something.
+    pub letters: &'static [u8],
+    /// Meaning of a G code, given ten times its number.
+    pub g: fn(u16) -> Option<G>,
+    /// Meaning of an M code.
+    pub m: fn(u16) -> Option<M>,
+    /// State at the program's start.
+    pub initial: Modal,
+    /// Smallest programmable step in inch and in millimetres.
+    pub resolution: (f64, f64),
+    /// Opening and closing of a comment, as this dialect's own text is written.
+    pub comment: (&'static str, &'static str),
+}
+
+impl Dialect {
+    /// The dialect of that name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        DIALECTS.into_iter().find(|dialect| dialect.name == name)
+    }
+
+    /// What a byte means where a word may start.
+    #[inline]
+    pub fn class(&self, byte: u8) -> Class {
+        self.classes[usize::from(byte)]
+    }
+}
+
+/// Byte classes that all dialects share: letters, white space and NUL, line end, percent sign.
+pub(crate) const fn common_classes(own: &[(u8, Class)]) -> [Class; 256] {
+    let mut classes = [Class::Other; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        classes[byte] = match byte as u8 {
+            b'\n' => Class::LineEnd,
+            b' ' | b'\t' | b'\r' | 0x0b | 0x0c | 0 => Class::Space,
+            b'A'..=b'Z' | b'a'..=b'z' => Class::Letter,
+            b'%' => Class::Percent,
+            b'/' => Class::Slash,
+            _ => Class::Other,
+        };
+        byte += 1;
+    }
+    let mut index = 0;
+    while index < own.len() {
+        classes[own[index].0 as usize] = own[index].1;
+        index += 1;
+    }
+    classes
+}

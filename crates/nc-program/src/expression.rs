@@ -1,0 +1,366 @@
+//! Expressions, computed straight from the bytes: brackets, parameters, and for RS-274 its functions and operators.
+
+use crate::dialect::Dialect;
+use crate::number;
+use crate::parameters::{read_number, Key};
+
+/// Brackets and parameters of parameters may nest this deep.
+const DEPTH: u32 = 64;
+
+/// Why an expression has no value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// Where, in bytes from the source's start.
+    pub at: usize,
+    /// What is wrong there, in words.
+    pub what: String,
+}
+
+/// What an expression needs besides its text.
+pub trait Values {
+    /// The value of a parameter; one that was never given should be noted and read as NaN.
+    fn get(&mut self, key: &Key, at: usize) -> f64;
+    /// Whether a parameter has a value.
+    fn exists(&self, key: &Key) -> bool;
+}
+
+/// Computes the value that starts at `at`; gives it and the position after it.
+pub fn value(
+    source: &[u8],
+    at: usize,
+    dialect: &Dialect,
+    values: &mut dyn Values,
+) -> Result<(f64, usize), Fault> {
+    let mut reader = Reader {
+        source,
+        dialect,
+        values,
+        at,
+        depth: 0,
+    };
+    let value = reader.value()?;
+    Ok((value, reader.at))
+}
+
+/// The parameter named at `at` (its mark included), and the position after it.
+pub fn key(
+    source: &[u8],
+    at: usize,
+    dialect: &Dialect,
+    values: &mut dyn Values,
+) -> Result<(Key, usize), Fault> {
+    let mut reader = Reader {
+        source,
+        dialect,
+        values,
+        at,
+        depth: 0,
+    };
+    let key = reader.key()?;
+    Ok((key, reader.at))
+}
+
+struct Reader<'a> {
+    source: &'a [u8],
+    dialect: &'a Dialect,
+    values: &'a mut dyn Values,
+    at: usize,
+    depth: u32,
+}
+
+#[derive(Clone, Copy)]
+enum Operator {
+    Power,
+    Times,
+    Over,
+    Modulo,
+    Plus,
+    Minus,
+    Compare(fn(f64, f64) -> bool),
+    Logic(fn(bool, bool) -> bool),
+}
+
+/// RS-274's operators: text, how strongly it binds, meaning. Longer texts first.
+const OPERATORS: [(&[u8], u8, Operator); 15] = [
+    (b"**", 5, Operator::Power),
+    (b"mod", 4, Operator::Modulo),
+    (b"and", 1, Operator::Logic(|a, b| a && b)),
+    (b"xor", 1, Operator::Logic(|a, b| a != b)),
+    (b"or", 1, Operator::Logic(|a, b| a || b)),
+    (b"eq", 2, Operator::Compare(|a, b| (a - b).abs() < EQUAL)),
+    (b"ne", 2, Operator::Compare(|a, b| (a - b).abs() >= EQUAL)),
+    (b"gt", 2, Operator::Compare(|a, b| a > b)),
+    (b"ge", 2, Operator::Compare(|a, b| a >= b)),
+    (b"lt", 2, Operator::Compare(|a, b| a < b)),
+    (b"le", 2, Operator::Compare(|a, b| a <= b)),
+    (b"*", 4, Operator::Times),
+    (b"/", 4, Operator::Over),
+    (b"+", 3, Operator::Plus),
+    (b"-", 3, Operator::Minus),
+];
+
+/// LinuxCNC calls two numbers equal that differ by less.
+const EQUAL: f64 = 1e-6;
+
+impl Reader<'_> {
+    fn fault<T>(&self, at: usize, what: &str) -> Result<T, Fault> {
+        Err(Fault {
+            at,
+            what: what.to_owned(),
+        })
+    }
+
+    fn peek(&mut self) -> Option<u8> {
+        while self
+            .source
+            .get(self.at)
+            .is_some_and(|byte| matches!(byte, b' ' | b'\t'))
+        {
+            self.at += 1;
+        }
+        self.source.get(self.at).copied()
+    }
+
+    /// Signs, then a number, brackets, a parameter or a function.
+    fn value(&mut self) -> Result<f64, Fault> {
+        let start = self.at;
+        self.depth += 1;
+        if self.depth > DEPTH {
+            return self.fault(start, "brackets nest too deep");
+        }
+        let value = self.signed();
+        self.depth -= 1;
+        value
+    }
+
+    fn signed(&mut self) -> Result<f64, Fault> {
+        let mut sign = 1.0;
+        loop {
+            let byte = self.peek();
+            if let Some((value, end)) = self.number() {
+                self.at = end;
+                return Ok(sign * value);
+            }
+            match byte {
+                Some(b'-') => sign = -sign,
+                Some(b'+') => {}
+                _ => return Ok(sign * self.computed()?),
+            }
+            self.at += 1;
+        }
+    }
+
+    /// A number; white space within it does not end it in RS-274.
+    fn number(&self) -> Option<(f64, usize)> {
+        let (value, end) = number::read(self.source, self.at)?;
+        if !self.dialect.spaced_numbers || !matches!(self.source.get(end), Some(b' ' | b'\t')) {
+            return Some((value, end));
+        }
+        let (mut digits, mut at, mut end) = (Vec::new(), self.at, end);
+        while let Some(&byte) = self.source.get(at) {
+            match byte {
+                b'0'..=b'9' | b'.' => end = at + 1,
+                b'+' | b'-' if digits.is_empty() => {}
+                b' ' | b'\t' => {
+                    at += 1;
+                    continue;
+                }
+                _ => break,
+            }
+            digits.push(byte);
+            at += 1;
+        }
+        number::read(&digits, 0)
+            .filter(|(_, used)| *used == digits.len())
+            .map(|(value, _)| (value, end))
+    }
+
+    fn computed(&mut self) -> Result<f64, Fault> {
+        let at = self.at;
+        match self.peek() {
+            Some(byte) if byte == self.dialect.brackets.0 => self.brackets(),
+            Some(byte) if byte.to_ascii_uppercase() == self.dialect.parameters.mark => {
+                let key = self.key()?;
+                Ok(self.values.get(&key, at))
+            }
+            Some(byte) if self.dialect.functions && byte.is_ascii_alphabetic() => self.function(),
+            _ => self.fault(
+                self.at,
+                "a number, a parameter or an opening bracket is missing",
+            ),
+        }
+    }
+
+    fn brackets(&mut self) -> Result<f64, Fault> {
+        self.open()?;
+        let value = self.expression(0)?;
+        self.close()?;
+        Ok(value)
+    }
+
+    fn open(&mut self) -> Result<(), Fault> {
+        if self.peek() != Some(self.dialect.brackets.0) {
+            return self.fault(self.at, "an opening bracket is missing");
+        }
+        self.at += 1;
+        Ok(())
+    }
+
+    fn close(&mut self) -> Result<(), Fault> {
+        if self.peek() != Some(self.dialect.brackets.1) {
+            return self.fault(self.at, "an operator or a closing bracket is missing");
+        }
+        self.at += 1;
+        Ok(())
+    }
+
+    /// A chain of values and operators that bind more strongly than `floor`; equals associate to the left.
+    fn expression(&mut self, floor: u8) -> Result<f64, Fault> {
+        let mut left = self.value()?;
+        while let Some((length, strength, operator)) = self.operator() {
+            if strength <= floor {
+                break;
+            }
+            let at = self.at;
+            self.at += length;
+            let right = self.expression(strength)?;
+            left = self.apply(operator, left, right, at)?;
+        }
+        Ok(left)
+    }
+
+    fn operator(&mut self) -> Option<(usize, u8, Operator)> {
+        self.peek()?;
+        let rest = self.source.get(self.at..)?;
+        let words = self.dialect.functions;
+        OPERATORS
+            .iter()
+            .filter(|(text, strength, _)| words || (text.len() == 1 && *strength >= 3))
+            .find(|(text, _, _)| {
+                rest.get(..text.len())
+                    .is_some_and(|start| start.eq_ignore_ascii_case(text))
+            })
+            .map(|(text, strength, operator)| (text.len(), *strength, *operator))
+    }
+
+    fn apply(&self, operator: Operator, left: f64, right: f64, at: usize) -> Result<f64, Fault> {
+        let value = match operator {
+            Operator::Plus => left + right,
+            Operator::Minus => left - right,
+            Operator::Times => left * right,
+            Operator::Over if right == 0.0 => return self.fault(at, "division by zero"),
+            Operator::Over => left / right,
+            Operator::Modulo if right == 0.0 => return self.fault(at, "division by zero"),
+            Operator::Modulo => left.rem_euclid(right),
+            Operator::Power if left < 0.0 && right.fract() != 0.0 => {
+                return self.fault(at, "a negative number to a fractional power")
+            }
+            Operator::Power => left.powf(right),
+            Operator::Compare(holds) => f64::from(u8::from(holds(left, right))),
+            Operator::Logic(holds) => f64::from(u8::from(holds(left != 0.0, right != 0.0))),
+        };
+        Ok(value)
+    }
+
+    fn key(&mut self) -> Result<Key, Fault> {
+        let start = self.at;
+        self.at += 1;
+        if let Some((key, end)) = read_number(self.source, self.at) {
+            self.at = end;
+            return Ok(key);
+        }
+        if !self.dialect.parameters.named {
+            return self.fault(start, "a parameter without a number");
+        }
+        if self.peek() == Some(b'<') {
+            return self.name();
+        }
+        let number = self.value()?;
+        match Key::numbered(number) {
+            Some(key) => Ok(key),
+            None if number.is_nan() => self.fault(start, "a parameter whose number is not known"),
+            None => self.fault(start, &format!("there is no parameter number {number}")),
+        }
+    }
+
+    fn name(&mut self) -> Result<Key, Fault> {
+        let rest = self.source.get(self.at + 1..).unwrap_or(&[]);
+        let length = memchr::memchr2(b'>', b'\n', rest).unwrap_or(rest.len());
+        if rest.get(length) != Some(&b'>') {
+            return self.fault(self.at, "a name without its closing bracket");
+        }
+        self.at += length + 2;
+        Ok(Key::named(rest.get(..length).unwrap_or(&[])))
+    }
+
+    fn function(&mut self) -> Result<f64, Fault> {
+        let start = self.at;
+        while self
+            .source
+            .get(self.at)
+            .is_some_and(u8::is_ascii_alphabetic)
+        {
+            self.at += 1;
+        }
+        let name = self
+            .source
+            .get(start..self.at)
+            .unwrap_or(&[])
+            .to_ascii_lowercase();
+        if name == b"exists" {
+            return self.exists();
+        }
+        let argument = self.brackets()?;
+        match name.as_slice() {
+            b"atan" => self.arc_tangent(argument),
+            name => match evaluate(name, argument) {
+                Some(value) if value.is_finite() || argument.is_nan() => Ok(value),
+                Some(_) => self.fault(start, &format!("the function has no value at {argument}")),
+                None => self.fault(
+                    start,
+                    &format!("unknown function {}", String::from_utf8_lossy(name)),
+                ),
+            },
+        }
+    }
+
+    /// `ATAN[y]/[x]`, in degrees.
+    fn arc_tangent(&mut self, y: f64) -> Result<f64, Fault> {
+        if self.peek() != Some(b'/') {
+            return self.fault(self.at, "ATAN needs two arguments: ATAN[y]/[x]");
+        }
+        self.at += 1;
+        let x = self.brackets()?;
+        Ok(y.atan2(x).to_degrees())
+    }
+
+    /// `EXISTS[#<name>]`.
+    fn exists(&mut self) -> Result<f64, Fault> {
+        self.open()?;
+        if self.peek() != Some(self.dialect.parameters.mark) {
+            return self.fault(self.at, "EXISTS needs a parameter");
+        }
+        let key = self.key()?;
+        self.close()?;
+        Ok(f64::from(u8::from(self.values.exists(&key))))
+    }
+}
+
+/// RS-274's functions of one argument; angles in degrees. `None`: there is no such function.
+fn evaluate(name: &[u8], argument: f64) -> Option<f64> {
+    Some(match name {
+        b"abs" => argument.abs(),
+        b"acos" => argument.acos().to_degrees(),
+        b"asin" => argument.asin().to_degrees(),
+        b"cos" => argument.to_radians().cos(),
+        b"exp" => argument.exp(),
+        b"fix" => argument.floor(),
+        b"fup" => argument.ceil(),
+        b"ln" => argument.ln(),
+        b"round" => argument.round(),
+        b"sin" => argument.to_radians().sin(),
+        b"sqrt" => argument.sqrt(),
+        b"tan" => argument.to_radians().tan(),
+        _ => return None,
+    })
+}

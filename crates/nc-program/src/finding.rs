@@ -1,0 +1,83 @@
+//! What is noticed in a program: same codes as the errors of the Python package.
+
+/// How much a finding matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// The program cannot be run as it stands, or does not do what it says.
+    Error,
+    /// Likely a slip.
+    Warning,
+    /// Worth knowing.
+    Note,
+}
+
+/// A parameter without a value.
+pub const PARAMETER: &str = "NC-PARAMETER";
+/// An expression without a value.
+pub const EXPRESSION: &str = "NC-EXPRESSION";
+/// Text that the dialect does not know.
+pub const WORD: &str = "NC-WORD";
+/// A G or M code that the dialect does not know.
+pub const CODE: &str = "NC-CODE";
+/// A word twice in a block.
+pub const DUPLICATE: &str = "NC-DUPLICATE";
+/// A number written in a way the control does not take.
+pub const NUMBER: &str = "NC-NUMBER";
+/// A word or code without effect where it stands.
+pub const MISPLACED: &str = "NC-MISPLACED";
+/// An arc that cannot exist.
+pub const ARC: &str = "NC-ARC";
+/// Recognised, but not part of the path.
+pub const OPAQUE: &str = "NC-OPAQUE";
+/// Flow control that does not fit together.
+pub const FLOW: &str = "NC-FLOW";
+/// A bound on blocks, depth or moves was reached.
+pub const LIMIT: &str = "NC-LIMIT";
+
+/// Findings beyond this many are not kept: a file that is no program would drown the ones that matter.
+pub const MOST: usize = 1000;
+
+/// Something noticed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// How much it matters.
+    pub severity: Severity,
+    /// The catalogue's code.
+    pub code: &'static str,
+    /// What is wrong, with values.
+    pub message: String,
+    /// How to mend it.
+    pub hint: String,
+    /// Byte of the source at which it is.
+    pub at: usize,
+}
+
+impl Finding {
+    pub(crate) fn new(
+        severity: Severity,
+        code: &'static str,
+        at: usize,
+        message: String,
+        hint: String,
+    ) -> Self {
+        Self {
+            severity,
+            code,
+            message,
+            hint,
+            at,
+        }
+    }
+}
+
+/// Adds a finding unless there are too many or it is there already.
+pub(crate) fn add(findings: &mut Vec<Finding>, finding: Finding) {
+    let known = findings
+        .iter()
+        .rev()
+        .take(MOST)
+        .any(|other| other.at == finding.at && other.code == finding.code);
+    if findings.len() < MOST && !known {
+        findings.push(finding);
+    }
+}

@@ -1,0 +1,145 @@
+//! Modal state: what stays in force from block to block.
+
+/// Motion in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Motion {
+    /// G00.
+    Rapid,
+    /// G01.
+    Line,
+    /// G02: clockwise, seen against the third axis of the plane.
+    Clockwise,
+    /// G03.
+    Counterclockwise,
+    /// Toward or away from a touch.
+    Probe,
+    /// A line synchronised with the spindle.
+    Thread,
+    /// None: a coordinate alone does nothing.
+    None,
+}
+
+/// Plane of arcs, named by its first and second axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Plane {
+    /// G17.
+    Xy = 17,
+    /// G18: z to the right, x up.
+    Zx = 18,
+    /// G19.
+    Yz = 19,
+}
+
+impl Plane {
+    /// Indices of the first, second and third axis (X, Y, Z are 0, 1, 2).
+    pub const fn axes(self) -> (usize, usize, usize) {
+        match self {
+            Self::Xy => (0, 1, 2),
+            Self::Zx => (2, 0, 1),
+            Self::Yz => (1, 2, 0),
+        }
+    }
+}
+
+/// Unit of feed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum FeedMode {
+    /// 1/min: the move takes 1/F minutes.
+    InverseTime = 93,
+    /// mm/min.
+    PerMinute = 94,
+    /// mm/rev.
+    PerRevolution = 95,
+}
+
+/// Unit of spindle speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum SpindleMode {
+    /// Constant surface speed.
+    SurfaceSpeed = 96,
+    /// Revolutions per minute.
+    Revolutions = 97,
+}
+
+/// Cutter compensation in force. The path is the programmed one: it is flagged, not offset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Compensation {
+    /// None.
+    Off = 40,
+    /// Tool left of the contour.
+    Left = 41,
+    /// Tool right of the contour.
+    Right = 42,
+}
+
+/// The state at a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Modal {
+    /// Motion.
+    pub motion: Motion,
+    /// Plane of arcs.
+    pub plane: Plane,
+    /// Program unit: inch or millimetre.
+    pub inch: bool,
+    /// X words are diameters.
+    pub diameter: bool,
+    /// Coordinates are increments.
+    pub incremental: bool,
+    /// Arc centres are absolute.
+    pub centre_absolute: bool,
+    /// Unit of feed.
+    pub feed_mode: FeedMode,
+    /// Feed in mm/min or mm/rev; negative before the first F word.
+    pub feed: f64,
+    /// Unit of spindle speed.
+    pub spindle_mode: SpindleMode,
+    /// The S word as programmed; negative before the first.
+    pub spindle_speed: f64,
+    /// The T word as programmed; −1 before the first.
+    pub tool: i32,
+    /// Cutter compensation.
+    pub compensation: Compensation,
+    /// Work offset, from 1.
+    pub work_offset: u8,
+}
+
+impl Modal {
+    pub(crate) const INITIAL: Self = Self {
+        motion: Motion::None,
+        plane: Plane::Xy,
+        inch: false,
+        diameter: false,
+        incremental: false,
+        centre_absolute: false,
+        feed_mode: FeedMode::PerMinute,
+        feed: -1.0,
+        spindle_mode: SpindleMode::Revolutions,
+        spindle_speed: -1.0,
+        tool: -1,
+        compensation: Compensation::Off,
+        work_offset: 1,
+    };
+
+    /// Millimetres in a program unit.
+    pub fn mm(&self) -> f64 {
+        if self.inch {
+            25.4
+        } else {
+            1.0
+        }
+    }
+
+    /// Millimetres of position in one unit of an axis word: half of `mm` for X in diameter mode.
+    pub fn axis_mm(&self, axis: usize) -> f64 {
+        if axis == 0 && self.diameter {
+            self.mm() / 2.0
+        } else {
+            self.mm()
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Parameters: numbered and named values, local to a subroutine or not.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use crate::dialect::Dialect;
+use crate::number;
+
+/// Numbered parameters beyond this are refused: a program asks for no more on any control.
+const LAST_NUMBER: u32 = 100_000;
+/// RS-274: #1 to #30 are local to a subroutine.
+const LAST_LOCAL: usize = 30;
+
+/// The name of a parameter.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Key {
+    /// `P46`, `#1`.
+    Number(u32),
+    /// `#<depth>`, in lower case without spaces.
+    Name(String),
+}
+
+impl Key {
+    /// A key as a user writes it: `P46`; `#1`, `1`, `#<depth>` or `depth`.
+    pub fn parse(text: &str, dialect: &Dialect) -> Option<Self> {
+        let mark = char::from(dialect.parameters.mark);
+        let text = text.trim();
+        let bare = text
+            .strip_prefix(mark)
+            .or_else(|| text.strip_prefix(mark.to_ascii_lowercase()))
+            .unwrap_or(text);
+        if let Ok(number) = bare.parse::<u32>() {
+            return (number <= LAST_NUMBER).then_some(Self::Number(number));
+        }
+        let name = bare
+            .strip_prefix('<')
+            .and_then(|name| name.strip_suffix('>'))
+            .unwrap_or(bare);
+        (dialect.parameters.named && !name.is_empty()).then(|| Self::named(name.as_bytes()))
+    }
+
+    /// The key of a number computed by a program.
+    pub fn numbered(value: f64) -> Option<Self> {
+        let number = value.round();
+        let whole = (value - number).abs() < 1e-4;
+        (whole && (0.0..=f64::from(LAST_NUMBER)).contains(&number))
+            .then_some(Self::Number(number as u32))
+    }
+
+    /// The key of a name between angle brackets.
+    pub fn named(name: &[u8]) -> Self {
+        let kept = name.iter().filter(|byte| !byte.is_ascii_whitespace());
+        Self::Name(
+            kept.map(|byte| char::from(byte.to_ascii_lowercase()))
+                .collect(),
+        )
+    }
+
+    /// As the dialect writes it.
+    pub fn text(&self, dialect: &Dialect) -> String {
+        format!("{}{self}", char::from(dialect.parameters.mark))
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(formatter, "{number}"),
+            Self::Name(name) => write!(formatter, "<{name}>"),
+        }
+    }
+}
+
+/// The values at one moment of a run.
+#[derive(Debug, Default)]
+pub struct Store {
+    numbered: Vec<Option<f64>>,
+    global: HashMap<String, f64>,
+    local: HashMap<String, f64>,
+    callers: Vec<Locals>,
+}
+
+/// Local parameters put away: numbered and named.
+type Locals = (Vec<Option<f64>>, HashMap<String, f64>);
+
+impl Store {
+    /// The value, where one was given.
+    pub fn get(&self, key: &Key) -> Option<f64> {
+        match key {
+            Key::Number(number) => self.numbered.get(*number as usize).copied().flatten(),
+            Key::Name(name) if name.starts_with('_') => self.global.get(name).copied(),
+            Key::Name(name) => self.local.get(name).copied(),
+        }
+    }
+
+    /// Gives a value.
+    pub fn set(&mut self, key: Key, value: f64) {
+        match key {
+            Key::Number(number) => {
+                let index = number as usize;
+                if index >= self.numbered.len() {
+                    self.numbered.resize(index + 1, None);
+                }
+                if let Some(slot) = self.numbered.get_mut(index) {
+                    *slot = Some(value);
+                }
+            }
+            Key::Name(name) if name.starts_with('_') => drop(self.global.insert(name, value)),
+            Key::Name(name) => drop(self.local.insert(name, value)),
+        }
+    }
+
+    /// Enters a subroutine: the arguments become #1, #2, …, the rest of #1 to #30 zero; the other local parameters are put away.
+    pub fn enter(&mut self, arguments: &[f64]) {
+        self.numbered
+            .resize(self.numbered.len().max(LAST_LOCAL + 1), None);
+        let saved = self
+            .numbered
+            .iter_mut()
+            .take(LAST_LOCAL + 1)
+            .map(Option::take)
+            .collect();
+        self.callers.push((saved, std::mem::take(&mut self.local)));
+        for (index, value) in arguments
+            .iter()
+            .chain(std::iter::repeat(&0.0))
+            .enumerate()
+            .take(LAST_LOCAL)
+        {
+            if let Some(slot) = self.numbered.get_mut(index + 1) {
+                *slot = Some(*value);
+            }
+        }
+    }
+
+    /// Leaves it: the caller's local parameters come back.
+    pub fn leave(&mut self) {
+        if let Some((saved, local)) = self.callers.pop() {
+            for (slot, value) in self.numbered.iter_mut().zip(saved) {
+                *slot = value;
+            }
+            self.local = local;
+        }
+    }
+}
+
+/// Reads the digits of a numbered parameter.
+pub fn read_number(bytes: &[u8], at: usize) -> Option<(Key, usize)> {
+    if !bytes.get(at)?.is_ascii_digit() {
+        return None;
+    }
+    let (value, end) = number::read(bytes, at)?;
+    Some((Key::numbered(value)?, end))
+}

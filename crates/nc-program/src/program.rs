@@ -1,0 +1,162 @@
+//! A program: its bytes, and the blocks and words laid over them.
+
+use crate::dialect::{Class, Dialect};
+use crate::lex;
+
+/// What a word is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum WordKind {
+    /// A letter and a number: `X30.4`.
+    Number,
+    /// A letter and something to be computed: `X(P46+0.0625)`, `X#1`.
+    Expression,
+    /// A value given to a parameter: `P42=(P42-0.02)`, `#<depth>=2`. The letter is the parameter mark.
+    Assignment,
+    /// A statement in parentheses: `(UPD, 1, TOV(X), 0.00000)`.
+    Statement,
+    /// A line of flow control: `o100 while [#1 LT 5]`.
+    Flow,
+    /// Text the dialect does not know; kept as it is.
+    Unknown,
+}
+
+/// A word of a block, as a span of the source.
+#[derive(Clone, Copy, Debug)]
+pub struct Word {
+    /// The number after the letter; NaN unless `kind` is `Number`.
+    pub value: f64,
+    /// First byte.
+    pub start: u32,
+    /// One past the last byte.
+    pub end: u32,
+    /// The address letter in upper case; the parameter mark of an assignment; 0 for unknown text.
+    pub letter: u8,
+    /// What it is.
+    pub kind: WordKind,
+    /// A comma stood for the decimal point.
+    pub decimal_comma: bool,
+}
+
+/// A block: one line of the source.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    /// First byte.
+    pub start: u32,
+    /// One past the last byte, the line end (LF or CRLF) not counted.
+    pub end: u32,
+    /// Index of its first word.
+    pub first_word: u32,
+    /// Starts with a slash: run only when the operator says so.
+    pub optional: bool,
+    /// A `%` line: the ends of the tape.
+    pub tape_mark: bool,
+}
+
+/// A source of 4 GiB or more: spans are 32 bits wide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooLarge {
+    /// Size in bytes.
+    pub bytes: usize,
+}
+
+/// A program as read.
+#[derive(Clone, Debug)]
+pub struct Program {
+    source: Vec<u8>,
+    dialect: &'static Dialect,
+    blocks: Vec<Block>,
+    words: Vec<Word>,
+}
+
+impl Program {
+    /// Lays blocks and words over the source. Any bytes can be read.
+    pub fn read(source: Vec<u8>, dialect: &'static Dialect) -> Result<Self, TooLarge> {
+        if u32::try_from(source.len()).is_err() {
+            return Err(TooLarge {
+                bytes: source.len(),
+            });
+        }
+        let (blocks, words) = lex::lex(&source, dialect);
+        Ok(Self {
+            source,
+            dialect,
+            blocks,
+            words,
+        })
+    }
+
+    /// The bytes, as they were read.
+    pub fn source(&self) -> &[u8] {
+        &self.source
+    }
+
+    /// The dialect it was read in.
+    pub fn dialect(&self) -> &'static Dialect {
+        self.dialect
+    }
+
+    /// The blocks: block i is line i + 1.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// All words, in order.
+    pub fn words(&self) -> &[Word] {
+        &self.words
+    }
+
+    /// Range of indices of a block's words.
+    pub fn word_range(&self, block: usize) -> std::ops::Range<usize> {
+        let total = self.words.len();
+        let first = self
+            .blocks
+            .get(block)
+            .map_or(total, |found| found.first_word as usize);
+        let after = self
+            .blocks
+            .get(block + 1)
+            .map_or(total, |next| next.first_word as usize);
+        first..after
+    }
+
+    /// The words of a block.
+    pub fn words_of(&self, block: usize) -> &[Word] {
+        self.words.get(self.word_range(block)).unwrap_or(&[])
+    }
+
+    /// The text of a word.
+    pub fn text(&self, word: &Word) -> &[u8] {
+        self.source
+            .get(word.start as usize..word.end as usize)
+            .unwrap_or(&[])
+    }
+
+    /// Where the value of a word starts: after its letter, after the equals sign of an assignment.
+    pub fn value_start(&self, word: &Word) -> usize {
+        let (mut at, end) = (word.start as usize, word.end as usize);
+        match word.kind {
+            WordKind::Assignment => {
+                at = memchr::memchr(b'=', self.text(word)).map_or(end, |offset| at + offset + 1)
+            }
+            WordKind::Number | WordKind::Expression => at += 1,
+            WordKind::Statement | WordKind::Flow | WordKind::Unknown => return at,
+        }
+        while at < end
+            && self
+                .source
+                .get(at)
+                .is_some_and(|byte| self.dialect.class(*byte) == Class::Space)
+        {
+            at += 1;
+        }
+        at
+    }
+
+    /// Index of the block that holds a byte.
+    pub fn block_at(&self, offset: usize) -> usize {
+        self.blocks
+            .partition_point(|block| block.start as usize <= offset)
+            .saturating_sub(1)
+    }
+}

@@ -1,0 +1,40 @@
+//! Which parameters a program reads.
+
+use crate::parameters::{read_number, Key};
+use crate::program::{Program, WordKind};
+
+/// Every parameter that some expression reads, with the byte of its first use; those of a computed number left out.
+pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
+    let mut used: Vec<(Key, usize)> = Vec::new();
+    for word in program.words() {
+        let from = match word.kind {
+            WordKind::Expression | WordKind::Assignment => program.value_start(word),
+            WordKind::Flow => word.start as usize,
+            WordKind::Number | WordKind::Statement | WordKind::Unknown => continue,
+        };
+        for at in from..word.end as usize {
+            if let Some(key) = key_at(program, at) {
+                if !used.iter().any(|(known, _)| *known == key) {
+                    used.push((key, at));
+                }
+            }
+        }
+    }
+    used
+}
+
+fn key_at(program: &Program, at: usize) -> Option<Key> {
+    let (source, rules) = (program.source(), program.dialect().parameters);
+    if source.get(at)?.to_ascii_uppercase() != rules.mark {
+        return None;
+    }
+    if let Some((key, _)) = read_number(source, at + 1) {
+        return Some(key);
+    }
+    let name = source
+        .get(at + 1..)?
+        .strip_prefix(b"<")
+        .filter(|_| rules.named)?;
+    let length = memchr::memchr2(b'>', b'\n', name)?;
+    (name.get(length) == Some(&b'>')).then(|| Key::named(name.get(..length).unwrap_or(&[])))
+}

@@ -1,0 +1,44 @@
+"""The dialects the Rust core knows: what a writer of programs needs of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from trueloop._core import nc_dialects
+from trueloop.errors import Code, TrueloopError
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How one control writes numbers, comments and expressions.
+
+    `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
+    """
+
+    name: str
+    resolution_inch: float
+    resolution_mm: float
+    comment_open: str
+    comment_close: str
+    bracket_open: str
+    bracket_close: str
+
+    def comment(self, text: str) -> str:
+        """The text as a comment on one line."""
+        kept = " ".join(text.split())
+        if self.comment_close:
+            kept = kept.replace(self.comment_open, "[").replace(self.comment_close, "]")
+        return f"{self.comment_open}{kept}{self.comment_close}"
+
+
+DIALECTS: Mapping[str, Dialect] = MappingProxyType({row[0]: Dialect(*row) for row in nc_dialects()})
+"""Every dialect by its name."""
+
+
+def dialect_named(name: str) -> Dialect:
+    """The dialect of that name. Raises NC-DIALECT when there is none."""
+    if name not in DIALECTS:
+        raise TrueloopError(
+            Code.NC_DIALECT, f"unknown NC dialect {name!r}", hint=f"choose one of: {', '.join(DIALECTS)}"
+        )
+    return DIALECTS[name]

@@ -1,0 +1,225 @@
+"""Editing by span: an edit replaces bytes of the source; everything else stays as it was.
+
+Lengths given are millimetres with X as a radius; inch and diameter are dealt with here, from the `CoordinateState` of
+the move. Results are rounded to the control's resolution.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from decimal import ROUND_HALF_EVEN, Decimal
+from itertools import pairwise
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.dialect import Dialect
+from trueloop.nc.program import Program, Word
+from trueloop.nc.tool_path import CoordinateState
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Bytes `start` to `end` of the source replaced by `text`."""
+
+    start: int
+    end: int
+    text: str
+
+
+def apply_edits(program: Program, edits: Iterable[Edit]) -> bytes:
+    """The source with the edits made. Insertions at one place keep the order given.
+
+    Raises NC-EDIT when two edits overlap or one lies outside the source.
+    """
+    source, pieces, done = program.source, [], 0
+    for edit in sorted(edits, key=lambda edit: (edit.start, edit.end)):
+        if not done <= edit.start <= edit.end <= len(source):
+            raise TrueloopError(
+                Code.NC_EDIT,
+                f"the edit of bytes {edit.start} to {edit.end} overlaps another or lies outside the program",
+                hint="edit each word once",
+                place=program.place(min(edit.start, len(source))),
+            )
+        pieces += [source[done : edit.start], edit.text.encode("latin-1")]
+        done = edit.end
+    return b"".join([*pieces, source[done:]])
+
+
+def displace_word(program: Program, word: Word, delta_mm: float, state: CoordinateState) -> Edit | None:
+    """Moves the coordinate that a word sets by delta_mm (X: on the radius); None when that rounds to nothing.
+
+    A plain number is replaced by the sum, written in its own style; into an expression goes a term, inside the
+    programmer's brackets. Raises NC-EDIT for an incremental coordinate: it would move everything that follows.
+    """
+    if state.incremental:
+        raise TrueloopError(
+            Code.NC_EDIT,
+            f"{word.text} is an increment: moving it by {delta_mm} mm would move all that follows",
+            hint="program the contour in absolute coordinates (G90)",
+            place=program.place(word.start),
+        )
+    resolution = _resolution(program.dialect, state)
+    delta = _rounded(delta_mm / state.unit_mm(word.letter), resolution)
+    if delta == 0:
+        return None
+    old = program.source[word.value_start : word.end].decode("latin-1")
+    if word.is_expression:
+        return Edit(word.value_start, word.end, _with_term(old, delta, program.dialect))
+    exact = Decimal(_digits(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
+    return Edit(word.value_start, word.end, _restyled(old, _rounded(exact, resolution), resolution))
+
+
+def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:
+    """A word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
+    resolution = _resolution(dialect, state)
+    return f"{letter}{_rounded(value_mm / state.unit_mm(letter), resolution):f}"
+
+
+def insert_word(program: Program, block: int, letter: str, value_mm: float, state: CoordinateState) -> Edit:
+    """Writes a word into a block that inherits that coordinate, in the order X, Y, Z and before all other data."""
+    text = coordinate_text(program.dialect, letter, value_mm, state)
+    words = program.block(block).words
+    before = [word for word in words if word.letter in "NGM" or (word.letter in "XYZ" and word.letter < letter)]
+    if not words:
+        start = program.block(block).start
+        return Edit(start, start, text)
+    spaced = any(left.end < right.start for left, right in pairwise(words))
+    space = " " if spaced or len(words) == 1 else ""
+    if before:
+        return Edit(before[-1].end, before[-1].end, space + text)
+    return Edit(words[0].start, words[0].start, text + space)
+
+
+def set_offset(
+    program: Program,
+    axis: str,
+    value_mm: float,
+    state: CoordinateState,
+    *,
+    tool: int | None = None,
+    diameter: bool | None = None,
+) -> Edit:
+    """Sets the value of the tool offset update of that axis (X: on the radius).
+
+    diameter: whether the control takes X offsets as diameters, which depends on its set-up; as the coordinates are
+    when not said. tool: which, when the program updates several. Raises NC-OFFSET when there is no such statement, or
+    more than one.
+    """
+    found = [s for s in program.offset_statements if s.axis == axis and tool in (None, s.tool)]
+    if len(found) != 1:
+        which = f" of tool {tool}" if tool is not None else ""
+        raise TrueloopError(
+            Code.NC_OFFSET,
+            f"{len(found)} statements update the {axis} offset{which}; one is needed",
+            hint=f"write one (UPD, tool, TOV({axis}), 0.00000) before the cut, or name the tool",
+        )
+    written = CoordinateState(state.inch, state.diameter if diameter is None else diameter)
+    resolution = _resolution(program.dialect, written)
+    statement = found[0]
+    old = program.source[statement.value_start : statement.value_end].decode("latin-1")
+    value = _rounded(value_mm / written.unit_mm(axis), resolution)
+    return Edit(statement.value_start, statement.value_end, _restyled(old, value, resolution))
+
+
+def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:
+    """Puts blocks in the place of one: the first keeps its number and comments, the others are numbered on from it."""
+    old = program.block(block)
+    data = [word for word in old.words if word.letter != "N"]
+    if not data:
+        raise TrueloopError(
+            Code.NC_EDIT,
+            "the block to be replaced is empty",
+            hint="insert blocks after it instead",
+            place=program.place(old.start),
+        )
+    first, last = data[0], data[-1]
+    between = pairwise(data)
+    comments = [program.source[left.end : right.start].decode("latin-1").strip() for left, right in between]
+    head = " ".join([texts[0], *filter(None, comments)]) if texts else " ".join(filter(None, comments))
+    tail = program.source[last.end : old.end].decode("latin-1")
+    return Edit(first.start, old.end, head + tail + _new_lines(program, block, texts[1:]))
+
+
+def insert_blocks_after(program: Program, block: int, texts: Sequence[str]) -> Edit:
+    """Writes blocks after one, each on its line, numbered as the program numbers its blocks.
+
+    N0420 is followed by N0421, N0422 …; without numbers when they do not fit before the next number or the program
+    has none.
+    """
+    end = program.block(block).end
+    return Edit(end, end, _new_lines(program, block, texts))
+
+
+def _new_lines(program: Program, block: int, texts: Sequence[str]) -> str:
+    ending = _line_ending(program)
+    prefixes = _numbers(program, block, len(texts))
+    return "".join(f"{ending}{prefix}{text}" for prefix, text in zip(prefixes, texts, strict=True))
+
+
+def _numbers(program: Program, block: int, count: int) -> list[str]:
+    """The N words of new blocks after one, each with the space that follows; empty ones when there is no room."""
+    old = program.block(block)
+    word = next((word for word in old.words if word.letter == "N"), None)
+    if word is None or old.number is None or _next_number(program, block) <= old.number + count:
+        return [""] * count
+    width = len(word.text) - 1
+    after = re.match(rb"[ \t]*", program.source[word.end : old.end])
+    space = after.group().decode() if after else ""
+    return [f"{word.text[0]}{old.number + step:0{width}d}{space or ' '}" for step in range(1, count + 1)]
+
+
+def _next_number(program: Program, block: int) -> float:
+    for index in range(block + 1, program.block_count):
+        number = program.block(index).number
+        if number is not None:
+            return number
+    return float("inf")
+
+
+def _line_ending(program: Program) -> str:
+    at = program.source.find(b"\n")
+    return "\r\n" if at > 0 and program.source[at - 1 : at] == b"\r" else "\n"
+
+
+def _resolution(dialect: Dialect, state: CoordinateState) -> Decimal:
+    return Decimal(str(dialect.resolution_inch if state.inch else dialect.resolution_mm))
+
+
+def _rounded(value: float | Decimal, resolution: Decimal) -> Decimal:
+    """To the control's resolution, in plain notation, never minus zero."""
+    return Decimal(value).quantize(resolution, rounding=ROUND_HALF_EVEN) + 0
+
+
+def _digits(text: str) -> str:
+    return "".join(text.split()).replace(",", ".")
+
+
+def _restyled(old: str, value: Decimal, resolution: Decimal) -> str:
+    """The number in the style of the old one: its sign habit, leading zeros, and at least as many decimals."""
+    whole, _, decimals = _digits(old).lstrip("+-").partition(".")
+    places = max(len(decimals), -int(resolution.as_tuple().exponent))
+    digits, _, fraction = f"{abs(value):.{places}f}".partition(".")
+    digits = "" if digits == "0" and not whole else digits.zfill(len(whole))
+    sign = "-" if value < 0 else "+" if old.startswith("+") else ""
+    return f"{sign}{digits}.{fraction}"
+
+
+_WEAKER_THAN_SUM = re.compile(r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)", re.IGNORECASE)
+
+
+def _with_term(old: str, delta: Decimal, dialect: Dialect) -> str:
+    """The expression plus a term: inside its own brackets, or in new ones where it has none."""
+    term = f"{delta:+f}".rstrip("0").rstrip(".")
+    opening, closing = dialect.bracket_open, dialect.bracket_close
+    whole = old.startswith(opening) and _closes_at_end(old, opening, closing)
+    if whole and not _WEAKER_THAN_SUM.search(old):
+        return f"{old[:-1]}{term}{closing}"
+    return f"{opening}{old}{term}{closing}"
+
+
+def _closes_at_end(text: str, opening: str, closing: str) -> bool:
+    depth = 0
+    for position, letter in enumerate(text):
+        depth += (letter == opening) - (letter == closing)
+        if depth == 0:
+            return position == len(text) - 1
+    return False

@@ -1,0 +1,193 @@
+"""An NC program: its bytes, and blocks and words as spans of them.
+
+Nothing is normalised: `Program.source` is what was read, and an unedited program is written by writing it.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from trueloop._core import NcProgram
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.nc.dialect import Dialect, dialect_named
+from trueloop.nc.tool_path import ToolPath
+
+BLOCK_LIMIT = 10_000_000
+"""Most blocks a run executes, every turn of a loop counted."""
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of a block. `start`, `end`, `value_start` are byte offsets; line and column count from 1, in bytes.
+
+    `kind` is number, expression, assignment, statement, flow or unknown; `value` the number of a number word,
+    otherwise NaN.
+    """
+
+    index: int
+    block: int
+    letter: str
+    kind: str
+    start: int
+    end: int
+    value_start: int
+    line: int
+    column: int
+    text: str
+    value: float
+
+    @property
+    def is_expression(self) -> bool:
+        """Whether the value is computed when the program runs."""
+        return self.kind == "expression"
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block: one line. `end` does not count the line's end; `number` is its N word; `skipped` says that it starts
+    with a slash, so that it is run only when the operator asks for it.
+    """
+
+    index: int
+    line: int
+    start: int
+    end: int
+    number: int | None
+    words: tuple[Word, ...]
+    skipped: bool
+
+
+@dataclass(frozen=True)
+class OffsetStatement:
+    """A tool offset update, `(UPD, tool, TOV(axis), value)`; the value in program units, its span in bytes."""
+
+    tool: int
+    axis: str
+    value: float
+    value_start: int
+    value_end: int
+    line: int
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program as read. Made by `read_program`."""
+
+    source: bytes
+    dialect: Dialect
+    file: str | None
+    core: NcProgram = field(repr=False, compare=False)
+
+    @property
+    def block_count(self) -> int:
+        """Number of blocks: block i is line i + 1."""
+        return self.core.block_count
+
+    def block(self, index: int) -> Block:
+        """The block of that index, from 0."""
+        start, end, first, after, skipped, _ = self.core.block(index)
+        words = tuple(self.word(word) for word in range(first, after))
+        number = next((int(word.value) for word in words if word.letter == "N" and word.kind == "number"), None)
+        return Block(index, index + 1, start, end, number, words, skipped)
+
+    @property
+    def blocks(self) -> Iterator[Block]:
+        """All blocks in order."""
+        return (self.block(index) for index in range(self.block_count))
+
+    def word(self, index: int) -> Word:
+        """The word of that index, from 0 through the whole program."""
+        letter, start, end, value_start, kind, value, block = self.core.word(index)
+        column = start - self.core.block(block)[0] + 1
+        text = self.source[start:end].decode("latin-1")
+        name = letter if letter != "\0" else ""
+        return Word(index, block, name, kind, start, end, value_start, block + 1, column, text, value)
+
+    def place(self, offset: int) -> Place:
+        """Line and column of a byte."""
+        block = self.core.block_at(offset)
+        start = self.core.block(block)[0] if self.block_count else 0
+        return Place(self.file, block + 1, offset - start + 1)
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """What can be said without running it: unknown words and codes, words twice in a block, odd numbers."""
+        return self._findings(self.core.findings())
+
+    @cached_property
+    def offset_statements(self) -> tuple[OffsetStatement, ...]:
+        """The tool offset updates whose value is a number, in order."""
+        rows = self.core.offset_statements()
+        return tuple(
+            OffsetStatement(tool, axis, value, start, end, self.core.block_at(start) + 1)
+            for tool, axis, value, start, end, _ in rows
+        )
+
+    def parameters_used(self) -> tuple[str, ...]:
+        """Parameters that its expressions read (`P46`, `#1`, `#<depth>`), in order of first use."""
+        return tuple(name for name, _ in self.core.parameters_used())
+
+    def run(
+        self,
+        parameters: Mapping[str, float] | None = None,
+        *,
+        skipped_blocks: bool = False,
+        position_mm: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        inch: bool | None = None,
+        diameter: bool | None = None,
+        plane: int | None = None,
+        block_limit: int = BLOCK_LIMIT,
+        strict: bool = True,
+    ) -> ToolPath:
+        """Runs it and gives the tool path.
+
+        parameters: values by name (`P46`, `#1`, `#<depth>`). skipped_blocks: run the blocks that start with a slash.
+        position_mm: where the tool stands at the start, X a radius. inch, diameter, plane (17, 18, 19): the state at
+        the start where it is not the dialect's own. strict: raise the first of NC-PARAMETER (a parameter without a
+        value), NC-EXPRESSION, NC-FLOW and NC-LIMIT; without it they are among the path's findings, with what could
+        not be computed as NaN.
+        """
+        try:
+            moves, states, rows = self.core.run(
+                list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane
+            )
+        except ValueError as refused:
+            raise TrueloopError(
+                Code.NC_PARAMETER,
+                f"{refused} names no parameter of the dialect {self.dialect.name}",
+                hint="write P46=3.52 for ge2000t; #1=5 or #<depth>=2 for linuxcnc",
+            ) from None
+        findings = self._findings(rows)
+        if strict:
+            _raise_first(findings)
+        return ToolPath(findings=findings, states=states, **moves)
+
+    def _findings(self, rows: list[tuple[str, str, str, str, int]]) -> tuple[Finding, ...]:
+        return tuple(
+            Finding(Severity(severity), Code(code), message, hint, self.place(at))
+            for severity, code, message, hint, at in rows
+        )
+
+
+_RAISED = {Code.NC_PARAMETER, Code.NC_EXPRESSION, Code.NC_FLOW, Code.NC_LIMIT}
+
+
+def _raise_first(findings: tuple[Finding, ...]) -> None:
+    for found in findings:
+        if found.severity == Severity.ERROR and found.code in _RAISED:
+            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+
+
+def read_program(source: bytes, dialect: str, file: str | None = None) -> Program:
+    """Reads a program: any bytes can be read. Raises NC-DIALECT (no such dialect), NC-LIMIT (4 GiB or more)."""
+    known = dialect_named(dialect)
+    try:
+        core = NcProgram(source, dialect)
+    except OverflowError:
+        raise TrueloopError(
+            Code.NC_LIMIT,
+            f"a program of {len(source)} bytes is too large: 4294967295 is the most",
+            hint="split the program",
+            place=Place(file),
+        ) from None
+    return Program(source, known, file, core)

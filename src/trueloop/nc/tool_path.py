@@ -1,0 +1,183 @@
+"""The tool path of a program: every move in mm with X as a radius, tied to the block and words that set it.
+
+Positions are program coordinates of the work frame in force. A change of frame (G92, G54 …) changes what the position
+is called, not where the tool is: the start of the next move is then not the end of the move before.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import Finding
+
+Array: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.integer[Any]]
+Flags: TypeAlias = NDArray[np.bool_]
+
+
+class Motion(IntEnum):
+    """What a move is. A probing move ends at its programmed point here, on the machine at the touch."""
+
+    RAPID = 0
+    LINE = 1
+    ARC = 2
+    PROBE = 3
+    THREAD = 4
+
+
+@dataclass(frozen=True)
+class CoordinateState:
+    """How coordinates of a block are written: program unit, X as a diameter, increments instead of positions."""
+
+    inch: bool
+    diameter: bool
+    incremental: bool = False
+
+    def unit_mm(self, letter: str) -> float:
+        """Millimetres of position (X a radius) in one unit of that word; I, J, K and R are radius values."""
+        unit = 25.4 if self.inch else 1.0
+        return unit / 2 if letter == "X" and self.diameter else unit
+
+
+@dataclass(frozen=True, eq=False)
+class ToolPath:
+    """The moves of a program, one an index (n of them).
+
+    `motion` (n,) `Motion`. `start_mm`, `end_mm`, `centre_mm` (n, 3): X (radius), Y, Z; the centre is NaN but for arcs.
+    `sweep_rad` (n,): the angle turned, 0 but for arcs; positive is clockwise (G02) looking against the third axis of
+    the plane: G18 from +Y, z to the right and x up; G17 from +Z, x right and y up; G19 from +X, y right and z up. In
+    G18 that is the sign of `geometry.feature.Arc.sweep_rad`. `programmed_radius_mm` (n,): the R word, NaN without.
+    `block` (n,) from 0, `line` and `column` from 1: of the first word that set a coordinate. `word` (n, 3): index of
+    the word that set X, Y, Z of the end, −1 when it was inherited or came from a cycle. `state` (n,) indexes the
+    columns of `states`, reached through the properties below, each (n,).
+    """
+
+    motion: Integers
+    start_mm: Array
+    end_mm: Array
+    centre_mm: Array
+    sweep_rad: Array
+    programmed_radius_mm: Array
+    block: Integers
+    column: Integers
+    word: Integers
+    state: Integers
+    states: dict[str, NDArray[Any]]
+    findings: tuple[Finding, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.motion)
+
+    @property
+    def line(self) -> Integers:
+        """Line of each move, from 1."""
+        return self.block + 1
+
+    @property
+    def rapid(self) -> Flags:
+        """Whether a move is not at feed."""
+        return np.equal(self.motion, Motion.RAPID)
+
+    @property
+    def plane(self) -> Integers:
+        """Plane of arcs: 17 (XY), 18 (ZX), 19 (YZ)."""
+        return self._of_state("plane")
+
+    @property
+    def inch(self) -> Flags:
+        """Whether the program unit is the inch."""
+        return self._of_state("inch")
+
+    @property
+    def diameter(self) -> Flags:
+        """Whether X words are diameters."""
+        return self._of_state("diameter")
+
+    @property
+    def incremental(self) -> Flags:
+        """Whether coordinates are increments."""
+        return self._of_state("incremental")
+
+    @property
+    def feed(self) -> Array:
+        """Feed, in the unit of `feed_mode`: mm/min (94), mm/rev (95), 1/min (93). NaN before the first F word."""
+        return self._of_state("feed")
+
+    @property
+    def feed_mode(self) -> Integers:
+        """93 inverse time, 94 mm/min, 95 mm/rev."""
+        return self._of_state("feed_mode")
+
+    @property
+    def spindle_mode(self) -> Integers:
+        """96 constant surface speed, 97 revolutions per minute."""
+        return self._of_state("spindle_mode")
+
+    @property
+    def spindle_speed(self) -> Array:
+        """The S word as programmed, NaN before the first."""
+        return self._of_state("spindle_speed")
+
+    @property
+    def tool(self) -> Integers:
+        """The T word as programmed, −1 before the first."""
+        return self._of_state("tool")
+
+    @property
+    def compensation(self) -> Integers:
+        """Cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
+        return self._of_state("compensation")
+
+    @property
+    def work_offset(self) -> Integers:
+        """Work offset in force, from 1 (G54)."""
+        return self._of_state("work_offset")
+
+    def coordinate_state(self, move: int) -> CoordinateState:
+        """How the coordinates of that move are written."""
+        state = int(self.state[move])
+        columns = self.states
+        return CoordinateState(
+            bool(columns["inch"][state]), bool(columns["diameter"][state]), bool(columns["incremental"][state])
+        )
+
+    def _of_state(self, name: str) -> NDArray[Any]:
+        return self.states[name][self.state]
+
+
+CSV_HEADER = (
+    *("line", "column", "motion", "x_mm", "y_mm", "z_mm", "start_x_mm", "start_y_mm", "start_z_mm"),
+    *("centre_x_mm", "centre_y_mm", "centre_z_mm", "sweep_rad", "feed", "feed_unit", "tool"),
+)
+"""Columns of `csv_rows`: x is a radius; x, y, z the end of the move; centre and sweep empty but for arcs."""
+
+_FEED_UNITS = {93: "1/min", 94: "mm/min", 95: "mm/rev"}
+
+
+def csv_rows(path: ToolPath) -> Iterator[list[str]]:
+    """One row a move, in the order of `CSV_HEADER`; lengths to 1e-9 mm, angles to 1e-12 rad."""
+    feed, feed_mode, tool = path.feed, path.feed_mode, path.tool
+    for index in range(len(path)):
+        arc = path.motion[index] == Motion.ARC
+        yield [
+            str(path.line[index]),
+            str(path.column[index]),
+            Motion(path.motion[index]).name.lower(),
+            *(_decimal(value, 9) for value in path.end_mm[index]),
+            *(_decimal(value, 9) for value in path.start_mm[index]),
+            *(_decimal(value, 9) if arc else "" for value in path.centre_mm[index]),
+            _decimal(path.sweep_rad[index], 12) if arc else "",
+            "" if path.motion[index] == Motion.RAPID else _decimal(feed[index], 9),
+            _FEED_UNITS[int(feed_mode[index])],
+            str(tool[index]),
+        ]
+
+
+def _decimal(value: float, decimals: int) -> str:
+    if np.isnan(value):
+        return ""
+    return f"{value:.{decimals}f}".rstrip("0").rstrip(".") if round(value, decimals) else "0"
