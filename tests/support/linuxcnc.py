@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -93,9 +94,14 @@ def interpret(
 
 def require_linuxcnc() -> None:
     """Fail with the line to run when the interpreter is not there."""
-    command = [str(DEBIAN_PYTHON), "-c", "import gcode"]
-    if not DEBIAN_PYTHON.exists() or subprocess.run(command, capture_output=True, check=False).returncode != 0:
+    if not _has_interpreter(DEBIAN_PYTHON):
         raise LinuxcncMissingError(f"LinuxCNC's interpreter is not installed; run as root:  {INSTALL}")
+
+
+@cache
+def _has_interpreter(python: Path) -> bool:
+    command = [str(python), "-c", "import gcode"]
+    return python.exists() and subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 def _run(request: Mapping[str, object]) -> dict[str, Any]:
