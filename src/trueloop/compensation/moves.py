@@ -47,6 +47,23 @@ class SampledPath:
     tolerance_mm: Array
 
 
+def between(move: Move, start_mm: Point, end_mm: Point) -> Move:
+    """The move with other ends; an arc keeps its radius and its side, its centre follows. For small displacements."""
+    if move.centre_mm is None:
+        return Move(start_mm, end_mm)
+    start, end = np.asarray(start_mm), np.asarray(end_mm)
+    chord = end - start
+    radius = float(np.linalg.norm(np.asarray(move.start_mm) - np.asarray(move.centre_mm)))
+    half = float(np.linalg.norm(chord)) / 2
+    arm = (abs(radius**2 - half**2)) ** 0.5
+    right = np.array([-chord[1], chord[0]]) / (2 * half)
+    side = 1.0 if (move.sweep_rad > 0) == (abs(move.sweep_rad) < np.pi) else -1.0
+    sweep = float(np.copysign(2 * np.arcsin(min(half / radius, 1.0)), move.sweep_rad))
+    if abs(move.sweep_rad) > np.pi:
+        sweep = float(np.copysign(2 * np.pi, sweep)) - sweep
+    return Move(start_mm, end_mm, _point((start + end) / 2 + side * arm * right), sweep)
+
+
 Fit: TypeAlias = Callable[[SampledPath, int, int], tuple[Move, ...]]
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.compensation.moves import Move, SampledPath, as_arcs, as_lines, fewest_moves
+from trueloop.compensation.moves import Move, SampledPath, as_arcs, as_lines, between, fewest_moves
 from trueloop.geometry.feature import Array
 
 
@@ -98,3 +98,18 @@ def test_tight_samples_pull_the_moves_to_them() -> None:
     moves = as_lines(SampledPath(path.point_mm, path.tangent, tight))
     for k in (300, 700, 1100):
         assert min(float(m.distance_mm(path.point_mm[[k]])[0]) for m in moves) <= 2e-5
+
+
+@pytest.mark.parametrize("sweep_rad", [1.2, -1.2, 4.0, -4.0])
+def test_an_arc_between_new_ends_keeps_radius_and_side(sweep_rad: float) -> None:
+    centre = (3.0, -7.0)
+    start = (3.0 + 2.0 * math.sin(0.3), -7.0 + 2.0 * math.cos(0.3))
+    end = (3.0 + 2.0 * math.sin(0.3 - sweep_rad), -7.0 + 2.0 * math.cos(0.3 - sweep_rad))
+    shift = np.array([0.01, -0.02])
+    moved = between(
+        Move(start, end, centre, sweep_rad),
+        (start[0] + shift[0], start[1] + shift[1]),
+        (end[0] + shift[0], end[1] + shift[1]),
+    )
+    assert moved.centre_mm == pytest.approx((centre[0] + shift[0], centre[1] + shift[1]), abs=1e-9)
+    assert moved.sweep_rad == pytest.approx(sweep_rad, abs=1e-9)

@@ -1,0 +1,80 @@
+"""New moves as blocks, written as the programmer wrote the arc block they replace."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trueloop.compensation.moves import Move
+from trueloop.geometry.feature import Point
+from trueloop.nc.dialect import Dialect
+from trueloop.nc.edit import coordinate_text
+from trueloop.nc.program import Block, Program, Word
+from trueloop.nc.tool_path import CoordinateState
+
+GEOMETRY = frozenset("XZRIK")
+"""The words of an arc block that new moves replace; all others (feed, comments, M codes) stay in the first block."""
+
+
+@dataclass(frozen=True)
+class ArcStyle:
+    """How the program writes an arc: with R or with I and K, with `G02` or `G2`."""
+
+    dialect: Dialect
+    state: CoordinateState
+    by_radius: bool
+    motion_digits: int
+
+    def motion(self, move: Move) -> str:
+        """The G word of a move."""
+        code = 1 if move.centre_mm is None else 2 if move.sweep_rad > 0 else 3
+        return f"G{code:0{self.motion_digits}d}"
+
+    def geometry(self, move: Move, start_mm: Point) -> list[str]:
+        """End, and radius or centre from the (rounded) start: `X2.98 Z-1.46 R1.49`."""
+        words = [self._text("X", move.end_mm[0]), self._text("Z", move.end_mm[1])]
+        if move.centre_mm is None:
+            return words
+        to_centre = (move.centre_mm[0] - start_mm[0], move.centre_mm[1] - start_mm[1])
+        if self.by_radius:
+            return [*words, self._text("R", (to_centre[0] ** 2 + to_centre[1] ** 2) ** 0.5)]
+        return [*words, self._text("I", to_centre[0]), self._text("K", to_centre[1])]
+
+    def rounded(self, point: Point) -> Point:
+        """Where the control takes a programmed point to be."""
+        x, z = (
+            float(self._text(letter, value)[1:]) * self.state.unit_mm(letter)
+            for letter, value in zip("XZ", point, strict=True)
+        )
+        return x, z
+
+    def _text(self, letter: str, value_mm: float) -> str:
+        return coordinate_text(self.dialect, letter, value_mm, self.state)
+
+
+def style_of(program: Program, block: Block, state: CoordinateState) -> ArcStyle:
+    """Read off the block that is to be replaced."""
+    motion = next((word for word in block.words if is_motion(word)), None)
+    digits = len(motion.text) - 1 if motion is not None else 2
+    return ArcStyle(program.dialect, state, any(word.letter == "R" for word in block.words), digits)
+
+
+def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcStyle) -> list[str]:
+    """One text a move, without block numbers. The first carries the other words of the source block, in their order."""
+    texts: list[str] = []
+    for k, move in enumerate(moves):
+        geometry = style.geometry(move, start_mm)
+        if k == 0:
+            kept = [word.text for word in block.words if word.letter != "N" and not _replaced(word)]
+            texts.append(" ".join([style.motion(move), *geometry, *kept]))
+        else:
+            texts.append(" ".join([style.motion(move), *geometry]))
+        start_mm = style.rounded(move.end_mm)
+    return texts
+
+
+def is_motion(word: Word) -> bool:
+    """Whether a word is one of G00 to G03."""
+    return word.letter == "G" and word.kind == "number" and word.value in (0.0, 1.0, 2.0, 3.0)
+
+
+def _replaced(word: Word) -> bool:
+    return word.letter in GEOMETRY or is_motion(word)

@@ -1,0 +1,132 @@
+"""The corrected program: the source with the ends of its cuts displaced and its arcs written anew, by span.
+
+Only words of the contour change. A coordinate that a block inherits is written into it where the corrected path needs
+one of its own; a rapid to the start of the contour stays where it was, and a feed move goes the rest of the way.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.compensation.arc_blocks import blocks_for, is_motion, style_of
+from trueloop.compensation.record import ChangedWord
+from trueloop.compensation.targets import EndShift, Replacement
+from trueloop.geometry.feature import Array
+from trueloop.nc.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
+from trueloop.nc.program import Program
+from trueloop.nc.tool_path import Motion, ToolPath
+
+AXES = ((0, "X"), (2, "Z"))
+
+
+@dataclass(frozen=True)
+class Displacements:
+    """What the program's moves must become: displaced ends by move, new moves for arcs, and the first move of all."""
+
+    ends: Mapping[int, Array]
+    arcs: Mapping[int, Replacement]
+
+    @property
+    def first(self) -> int:
+        """The move whose end is displaced first: the one that leads to the contour."""
+        return min(self.ends)
+
+    @property
+    def last(self) -> int:
+        """The last displaced move."""
+        return max(self.ends)
+
+
+def displacements(
+    start: Array, shifts: Sequence[EndShift], replacements: Sequence[Replacement], run_out: Sequence[int]
+) -> Displacements:
+    """Ends of the cuts, of the move that leads to them, and of moves that only lengthen the contour (`run_out`)."""
+    cuts = {shift.move: shift.delta_mm for shift in shifts}
+    first, last = min(cuts), max(cuts)
+    before = [move for move in run_out if move < first]
+    ends = dict.fromkeys(range(min([*before, first]) - 1, first), start)
+    held = start
+    for move in range(first, last + 1):
+        held = cuts.get(move, held)
+        ends[move] = held
+    ends |= {move: cuts[last] for move in run_out if move > last}
+    return Displacements(ends, {r.move: r for r in replacements})
+
+
+def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
+    """The edits that displace the contour. Raises NC-EDIT where a word cannot be moved."""
+    edits: list[Edit] = []
+    held = np.array(path.start_mm[targets.first])
+    for move in range(targets.first, targets.last + 1):
+        delta = targets.ends.get(move, np.zeros(2))
+        wanted = path.end_mm[move] + np.array([delta[0], 0.0, delta[1]])
+        if move in targets.arcs:
+            edits += _arc(program, path, move, targets.arcs[move])
+            held = wanted
+        elif path.motion[move] == Motion.RAPID and np.any(delta):
+            edits.append(_feed_to(program, path, move, wanted))
+            held = wanted
+        else:
+            found, held = _line(program, path, move, wanted, held)
+            edits += found
+    return edits
+
+
+def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
+    """Edits as a person reads them, in order."""
+    listed: list[ChangedWord] = []
+    for edit in sorted(edits, key=lambda edit: edit.start):
+        place = program.place(edit.start)
+        before = program.source[edit.start : edit.end].decode("latin-1")
+        listed.append(ChangedWord(place.line or 0, place.column or 0, before, edit.text))
+    return listed
+
+
+def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> tuple[list[Edit], Array]:
+    """Edits of one straight move, and the coordinates the control holds after it."""
+    edits: list[Edit] = []
+    state = path.coordinate_state(move)
+    holds = np.array(wanted)
+    for axis, letter in AXES:
+        word = int(path.word[move, axis])
+        if word >= 0:
+            edit = displace_word(program, program.word(word), float(wanted[axis] - path.end_mm[move, axis]), state)
+            edits += [edit] if edit is not None else []
+        elif coordinate_text(program.dialect, letter, float(wanted[axis]), state) != coordinate_text(
+            program.dialect, letter, float(held[axis]), state
+        ):
+            edits.append(insert_word(program, int(path.block[move]), letter, float(wanted[axis]), state))
+        else:
+            holds[axis] = held[axis]
+    return edits, holds
+
+
+def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) -> list[Edit]:
+    block = program.block(int(path.block[move]))
+    style = style_of(program, block, path.coordinate_state(move))
+    start = style.rounded(replacement.moves[0].start_mm)
+    texts = blocks_for(replacement.moves, start, block, style)
+    edits = [replace_block(program, block.index, texts)]
+    follower = _inherits_motion(program, path, move)
+    if follower is not None:
+        source = next((word.text for word in block.words if is_motion(word)), style.motion(replacement.moves[-1]))
+        edits.append(Edit(follower, follower, source + " "))
+    return edits
+
+
+def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
+    """Where to write a G word into the next move's block, when it has none and would inherit that of the last arc."""
+    if move + 1 >= len(path):
+        return None
+    block = program.block(int(path.block[move + 1]))
+    data = [word for word in block.words if word.letter != "N"]
+    return None if any(is_motion(word) for word in data) else data[0].start
+
+
+def _feed_to(program: Program, path: ToolPath, move: int, wanted: Array) -> Edit:
+    """The rapid stays; a feed move goes on from its end to the displaced start of the contour."""
+    block, state = int(path.block[move]), path.coordinate_state(move + 1)
+    words = [coordinate_text(program.dialect, letter, float(wanted[axis]), state) for axis, letter in AXES]
+    feed = [word.text for word in program.block(int(path.block[move + 1])).words if word.letter == "F"]
+    return insert_blocks_after(program, block, [" ".join(["G01", *words, *feed])])

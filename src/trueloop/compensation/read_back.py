@@ -1,0 +1,111 @@
+"""The corrected program read back and run: it must do what was intended, and nothing else may have changed."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from trueloop.compensation.contour import CentrePiece
+from trueloop.compensation.moves import Move
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.feature import Array, Point
+from trueloop.geometry.profile import Profile
+from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.units import UM_PER_MM
+
+SAMPLES: Final = 401
+SAME_MM: Final = 1e-9
+
+
+def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[CentrePiece], tolerance_mm: float) -> None:
+    """Refuses a program whose moves `span` (first, last) stand off the intended path by more than the tolerance."""
+    moves = [_plane_move(path, k) for k in range(span[0], span[1] + 1) if path.motion[k] != Motion.RAPID]
+    for piece in intended:
+        feature = piece.shifted.feature
+        s = np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, feature.length_mm), SAMPLES)
+        points = piece.shifted.centre_mm(s)
+        off = np.min([_distance(move, points) for move in moves], axis=0)
+        if (worst := float(np.max(off))) > tolerance_mm:
+            x, z = points[int(np.argmax(off))]
+            raise _refusal(
+                f"the written program stands {worst * UM_PER_MM:.2f} µm off the intended path on {feature.name!r} at "
+                f"x {x:.4f} mm (radius), z {z:.4f} mm; {tolerance_mm * UM_PER_MM:.2f} µm is allowed"
+            )
+
+
+def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None:
+    """Refuses a program in which a move outside the contour (moves `first` to `last` of the source) ends elsewhere."""
+    tail = len(before) - 1 - last
+    ends = [(k, k) for k in range(first)] + [(len(before) - k, len(after) - k) for k in range(1, tail + 1)]
+    if len(after) < first + tail:
+        raise _refusal(f"the written program has {len(after)} moves, fewer than the {first + tail} that stay")
+    for old, new in ends:
+        moved = np.abs(before.end_mm[old] - after.end_mm[new])
+        inherited = np.asarray(before.word[old]) < 0
+        if before.motion[old] != after.motion[new] or np.any(moved[~inherited] > SAME_MM):
+            raise _refusal(
+                f"line {after.line[new]} ends {float(np.max(moved)) * UM_PER_MM:.2f} µm from where the source ended"
+            )
+
+
+def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int) -> None:
+    """Refuses rapids that come closer to the part than those of the source.
+
+    Only a rapid that begins or inherits where the contour ends can have moved at all. Closeness is measured at the
+    rapid's end: at its beginning the tool stands on the surface that it has just cut.
+    """
+    for k in range(1, len(before) - last):
+        old, new = len(before) - k, len(after) - k
+        if before.motion[old] != Motion.RAPID:
+            continue
+        clearance = [_clearance(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
+        if clearance[1] < clearance[0] - SAME_MM:
+            raise TrueloopError(
+                Code.CMP_RAPID,
+                f"the rapid of line {before.line[old]} would end {(clearance[0] - clearance[1]) * UM_PER_MM:.2f} µm "
+                f"closer to the part, because it inherits a coordinate of the contour",
+                hint="write both coordinates into that block",
+                place=Place(line=int(before.line[old])),
+            )
+
+
+def same_path(before: ToolPath, after: ToolPath) -> bool:
+    """Whether two programs command the same moves in program coordinates."""
+    return len(before) == len(after) and bool(
+        np.array_equal(before.motion, after.motion)
+        and np.allclose(before.end_mm, after.end_mm, rtol=0, atol=SAME_MM, equal_nan=True)
+    )
+
+
+def _plane_move(path: ToolPath, k: int) -> Move:
+    centre = _point(path.centre_mm[k]) if path.motion[k] == Motion.ARC else None
+    return Move(_point(path.start_mm[k]), _point(path.end_mm[k]), centre, float(path.sweep_rad[k]))
+
+
+def _point(xyz: Array) -> Point:
+    return float(xyz[0]), float(xyz[2])
+
+
+def _distance(move: Move, points: Array) -> Array:
+    """Distance to a move within its ends; a micrometre beyond them counts as far away."""
+    start, end = np.asarray(move.start_mm), np.asarray(move.end_mm)
+    chord = end - start
+    length = float(np.linalg.norm(chord))
+    if length < SAME_MM:
+        return np.asarray(np.linalg.norm(points - start, axis=1))
+    along = (points - start) @ chord / length
+    beyond = np.maximum(np.maximum(-along, along - length), 0.0)
+    return np.asarray(np.hypot(move.distance_mm(points), beyond))
+
+
+def _clearance(profile: Profile, end_mm: Array) -> float:
+    point = np.array([abs(end_mm[0]), end_mm[2]])
+    return float(np.abs(profile.locate(point).distance_mm[0]))
+
+
+def _refusal(message: str) -> TrueloopError:
+    return TrueloopError(
+        Code.CMP_READ_BACK,
+        message,
+        hint="nothing was written; please report the program, this should not happen",
+    )
