@@ -30,9 +30,11 @@ class Code(StrEnum):
     GEO_DXF_CHOICE = "GEO-DXF-CHOICE"  # several chains, a branch or a closed outline
 
     # NC: programs
+    NC_COMPENSATED = "NC-COMPENSATED"  # a finish pass under G41 or G42
     NC_NO_CONTOUR = "NC-NO-CONTOUR"  # no feed moves that could be a finish pass
     NC_NO_MATCH = "NC-NO-MATCH"  # a feature that no pass cuts whole
     NC_AMBIGUOUS = "NC-AMBIGUOUS"  # a feature that several passes cut
+    NC_FILE = "NC-FILE"  # a program that cannot be read from the disk
     NC_DIALECT = "NC-DIALECT"
     NC_PARAMETER = "NC-PARAMETER"
     NC_EXPRESSION = "NC-EXPRESSION"

@@ -64,7 +64,7 @@ def facetst(diameter_in: float = 5.62) -> Profile:
 
 def turned_on(before: Feature | None, name: str, heading_rad: float, size_mm: float, sweep_rad: float) -> Feature:
     """A line (sweep 0) or arc of length `size_mm`, set on in a direction: 0 along +z, positive towards +x."""
-    x, z = before.end_mm if before else (40.0, -80.0)
+    x, z = before.end_mm if before else (150.0, -80.0)
     if sweep_rad == 0:
         return Line(name, (x, z), (x + size_mm * math.sin(heading_rad), z + size_mm * math.cos(heading_rad)))
     signed_radius = size_mm / sweep_rad

@@ -1,0 +1,179 @@
+"""The nominal profile from a finish program: the path of the nose centre less the nose radius. No drawing needed."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, Feature, Line, contact_angle_rad
+from trueloop.geometry.intersection import intersections
+from trueloop.geometry.offset import contour_from_centre_path
+from trueloop.geometry.profile import Profile, junctions_of
+from trueloop.geometry.validate import GAP_MM, checked_profile
+from trueloop.nc.feed_moves import FeedMove
+
+_AXIS: Final = Line("axis", (0.0, 0.0), (0.0, 1.0))
+_SQUARE: Final = math.cos(math.radians(0.5))
+"""A line counts as a cylinder or a face when it is parallel to an axis within half a degree."""
+
+
+@dataclass(frozen=True)
+class ProgramContour:
+    """A profile read from a program, the program's line behind each feature, and every decision in words."""
+
+    profile: Profile
+    lines: tuple[int, ...]
+    notes: tuple[str, ...]
+
+
+def contour_of_program(
+    moves: Sequence[FeedMove], nose_radius_mm: float, *, lines: tuple[int, int] | None = None
+) -> ProgramContour:
+    """The contour that a finish pass leaves, features named cylinder-1, cone-1, arc-1… from chuck end to free end.
+
+    Without `lines` (from–to, both included) the pass is the uninterrupted chain of feed moves with the most moves, the
+    last one of equals; a radial move that leads from outside into a corner at its chuck end is taken for the approach
+    and left out. With `lines` all feed moves of that range count. What lies beyond the spindle axis is always cut off.
+    Raises NC-NO-CONTOUR where no feed moves are left, and the GEO errors of a contour that cannot be.
+    """
+    found = [m for m in moves if m.path.length_mm > GAP_MM]
+    chain, notes = _chain(found, lines)
+    chain = _chuck_end_first(chain, notes)
+    if lines is None:
+        chain = _without_approach(chain, notes)
+    chain = _up_to_axis(chain, notes)
+    if not chain:
+        raise _nothing(len(found), lines)
+    contour = contour_from_centre_path([_rounded_off(m, k) for k, m in enumerate(chain)], nose_radius_mm)
+    features = _cut_at_axis(contour, chain, notes)
+    program_lines = tuple(chain[int(feature.name)].line for feature in features)
+    _note_edges(contour, chain, notes)
+    profile = checked_profile(_named(features))
+    notes.append(f"{len(features)} features, nose radius {nose_radius_mm:.4f} mm: {', '.join(profile.names)}.")
+    return ProgramContour(profile, program_lines, tuple(notes))
+
+
+def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[list[FeedMove], list[str]]:
+    if lines is not None:
+        chosen = [m for m in moves if lines[0] <= m.line <= lines[1]]
+        return chosen, [f"Lines {lines[0]}–{lines[1]} were named: {len(chosen)} feed moves."]
+    chains = [list(members) for _, members in groupby(moves, key=lambda m: m.chain)]
+    if not chains:
+        return [], []
+    longest = max(map(len, chains))
+    chosen = [chain for chain in chains if len(chain) == longest][-1]
+    return chosen, [
+        f"Of {len(chains)} chains of feed moves, lines {chosen[0].line}–{chosen[-1].line} were taken: "
+        f"{len(chosen)} moves, the most, and the last of equals."
+    ]
+
+
+def _chuck_end_first(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
+    if not moves or moves[-1].path.end_mm[1] >= moves[0].path.start_mm[1]:
+        return moves
+    notes.append("The program cuts towards the chuck: its moves were put in the opposite order.")
+    return [replace(move, path=move.path.reversed()) for move in reversed(moves)]
+
+
+def _without_approach(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
+    """Leaves out a first move straight inwards that meets the next in a concave corner of more than 45°."""
+    if len(moves) < 2 or not isinstance(moves[0].path, Line):
+        return moves
+    first, after = moves[0], moves[1]
+    inwards = -float(first.path.tangent(0.0)[0])
+    turn_rad = junctions_of([first.path, after.path])[0].turn_rad
+    if inwards < _SQUARE or turn_rad > -math.pi / 4:
+        return moves
+    notes.append(f"Line {first.line} was taken for the way in or out at the chuck end, not for a face.")
+    return moves[1:]
+
+
+def _up_to_axis(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
+    """Leaves out what starts at or beyond the axis, at the free end."""
+    kept = list(moves)
+    while kept and kept[-1].path.start_mm[0] <= GAP_MM:
+        notes.append(f"Line {kept.pop().line} was left out: it starts at or beyond the spindle axis.")
+    return kept
+
+
+def _rounded_off(move: FeedMove, ordinal: int) -> Feature:
+    """The move's shape under its ordinal as a name; an arc's centre moved so that both its ends lie on one circle.
+
+    Programs round end and centre separately; the centre goes along the chord by half of (r_end² − r_start²) / chord.
+    """
+    path = replace(move.path, name=str(ordinal))
+    if isinstance(path, Line):
+        return path
+    start, end, centre = (np.asarray(p) for p in (path.start_mm, path.end_mm, path.centre_mm))
+    chord = end - start
+    along = (float((end - centre) @ (end - centre)) - float((start - centre) @ (start - centre))) / float(chord @ chord)
+    shift = along / 2 * chord
+    if np.linalg.norm(shift) > 10 * GAP_MM:
+        return path
+    x, z = centre + shift
+    moved = replace(path, centre_mm=(float(x), float(z)))
+    # Beyond the end by what the old sweep went too far.
+    beyond_mm = float(moved.locate(moved.end_mm)[0]) - moved.length_mm
+    sweep_rad = moved.sweep_rad + math.copysign(beyond_mm / moved.radius_mm, moved.sweep_rad)
+    return replace(moved, sweep_rad=sweep_rad)
+
+
+def _cut_at_axis(contour: Sequence[Feature], moves: Sequence[FeedMove], notes: list[str]) -> list[Feature]:
+    features = list(contour)
+    while features and features[-1].start_mm[0] <= GAP_MM:
+        notes.append(f"Line {moves[int(features.pop().name)].line} was left out: it cuts nothing outside the axis.")
+    if features and features[-1].end_mm[0] < -GAP_MM:
+        last = features[-1]
+        end = min(intersections(last, _AXIS), key=lambda p: abs(float(last.locate(p)[0]) - last.length_mm))
+        features[-1] = _ended(last, (0.0, end[1]))
+        notes.append(f"Line {moves[int(last.name)].line} runs beyond the axis: its feature ends at x = 0.")
+    return features
+
+
+def _ended(feature: Feature, end: tuple[float, float]) -> Feature:
+    if isinstance(feature, Line):
+        return replace(feature, end_mm=end)
+    sweep_rad = math.copysign(float(feature.locate(end)[0]) / feature.radius_mm, feature.sweep_rad)
+    return replace(feature, end_mm=end, sweep_rad=sweep_rad)
+
+
+def _note_edges(contour: Sequence[Feature], moves: Sequence[FeedMove], notes: list[str]) -> None:
+    kept = {feature.name for feature in contour}
+    notes += [
+        f"Line {move.line} only turns the nose about an edge: no feature."
+        for k, move in enumerate(moves)
+        if str(k) not in kept
+    ]
+
+
+def _named(features: Sequence[Feature]) -> list[Feature]:
+    seen = Counter[str]()
+    named = []
+    for feature in features:
+        kind = _kind(feature)
+        seen[kind] += 1
+        named.append(replace(feature, name=f"{kind}-{seen[kind]}"))
+    return named
+
+
+def _kind(feature: Feature) -> str:
+    if isinstance(feature, Arc):
+        return "arc"
+    angle = float(contact_angle_rad(feature.outward_normal(0.0)))
+    if abs(math.sin(angle)) > _SQUARE:
+        return "cylinder"
+    return "face" if abs(math.cos(angle)) > _SQUARE else "cone"
+
+
+def _nothing(count: int, lines: tuple[int, int] | None) -> TrueloopError:
+    where = f"in lines {lines[0]}–{lines[1]}" if lines else "that could be a finish pass"
+    return TrueloopError(
+        Code.NC_NO_CONTOUR,
+        f"no moves {where} among {count} feed moves",
+        hint="check the range of lines, the dialect and the parameters",
+    )

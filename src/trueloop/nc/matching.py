@@ -1,0 +1,219 @@
+"""Finds which moves of a program cut which feature."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.feature import Arc, Array, Feature
+from trueloop.geometry.offset import CentrePath, nose_centre_path
+from trueloop.geometry.profile import Profile
+from trueloop.nc.contour_match import ContourMatch, FeatureMatch, MatchedMove
+from trueloop.nc.feed_moves import FeedMove
+
+TOLERANCE_MM: Final = 0.125
+"""How far a commanded contour may stand off the nominal one: half the usual step of 0.25 mm between passes, so that a
+mock error or a slip of 0.1 mm is still the same contour and the pass before the last is another."""
+
+_SAMPLES: Final = 17
+_SAME_DIRECTION: Final = 0.8
+"""A move goes along a feature when it advances on it by at least this share of its length."""
+
+
+def match_contour(
+    moves: Sequence[FeedMove],
+    profile: Profile,
+    nose_radius_mm: float,
+    *,
+    allowance_mm: float = 0.0,
+    tolerance_mm: float = TOLERANCE_MM,
+    lines: tuple[int, int] | None = None,
+) -> ContourMatch:
+    """Find the one pass over each feature among the feed moves of a program of nose centres.
+
+    The moves must lie within `tolerance_mm` of the profile's offset by nose radius + `allowance_mm`, in the profile's
+    order or reversed; `lines` narrows the search to the program's lines from–to. Raises NC-NO-MATCH where no pass cuts
+    a feature whole, naming the nearest line, and NC-AMBIGUOUS where several do.
+    """
+    moves = [m for m in moves if lines is None or lines[0] <= m.line <= lines[1]]
+    path = nose_centre_path(profile, nose_radius_mm + allowance_mm)
+    search = _Search(profile, path, moves, tolerance_mm)
+    matches = tuple(search.match(index) for index in range(len(profile.features)))
+    return _with_the_rest(profile, path, matches, moves)
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """A move along a feature: its place among the feed moves, its ends' arc lengths on the centre path's feature."""
+
+    ordinal: int
+    matched: MatchedMove
+    from_mm: float
+    to_mm: float
+
+    def goes_on_as(self, after: "_Cut") -> bool:
+        """Whether `after` is the very next move, in the same direction."""
+        adjacent = after.ordinal == self.ordinal + 1 and after.matched.move.chain == self.matched.move.chain
+        return adjacent and (after.to_mm - after.from_mm) * (self.to_mm - self.from_mm) > 0
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """Consecutive moves along one feature in one direction, and how much of its length they leave."""
+
+    moves: tuple[MatchedMove, ...]
+    missing_mm: float
+    length_mm: float
+
+
+@dataclass(frozen=True)
+class _Search:
+    profile: Profile
+    path: CentrePath
+    moves: Sequence[FeedMove]
+    tolerance_mm: float
+
+    def match(self, index: int) -> FeatureMatch:
+        """The one whole pass over feature `index`; a pass over less than a tenth of it does not count."""
+        passes = [p for p in self._passes(index) if p.missing_mm < 0.9 * p.length_mm]
+        if not any(self._whole(p) for p in passes):
+            raise self._no_match(index, passes)
+        if len(passes) > 1:
+            raise self._ambiguous(index, passes)
+        moves = passes[0].moves
+        backwards = moves[0].start_mm > moves[0].end_mm
+        feature, offset_mm = self.profile.features[index], self.path.nose_radius_mm
+        return FeatureMatch(feature, moves[::-1] if backwards else moves, backwards, offset_mm)
+
+    def _whole(self, over: _Pass) -> bool:
+        """Neighbours that stand off by up to the tolerance shift the place where one move hands over to the next."""
+        return over.missing_mm <= 0.1 * over.length_mm + 2 * self.tolerance_mm
+
+    def _passes(self, index: int) -> list[_Pass]:
+        runs: list[list[_Cut]] = []
+        for cut in self._cuts(index):
+            if runs and runs[-1][-1].goes_on_as(cut):
+                runs[-1].append(cut)
+            else:
+                runs.append([cut])
+        return [self._pass(index, run) for run in runs]
+
+    def _pass(self, index: int, run: Sequence[_Cut]) -> _Pass:
+        length_mm = self.path.features[index].length_mm
+        low = min(min(cut.from_mm, cut.to_mm) for cut in run)
+        high = max(max(cut.from_mm, cut.to_mm) for cut in run)
+        missing_mm = max(low, 0.0) + max(length_mm - high, 0.0)
+        return _Pass(tuple(cut.matched for cut in run), missing_mm, length_mm)
+
+    def _cuts(self, index: int) -> Iterator[_Cut]:
+        """Moves along the feature, in program order: both ends near its line or circle, then all of the move."""
+        if not self.moves:
+            return
+        feature = self.path.features[index]
+        starts = feature.locate([m.path.start_mm for m in self.moves])[1]
+        ends = feature.locate([m.path.end_mm for m in self.moves])[1]
+        near = (np.abs(starts) <= self.tolerance_mm) & (np.abs(ends) <= self.tolerance_mm)
+        for k in np.flatnonzero(near):
+            if (cut := self._cut(index, int(k))) is not None:
+                yield cut
+
+    def _cut(self, index: int, k: int) -> _Cut | None:
+        move, feature = self.moves[k], self.path.features[index]
+        points = move.path.point_mm(np.linspace(0.0, move.path.length_mm, _SAMPLES))
+        s, off = feature.locate(points)
+        advance = abs(float(s[-1] - s[0]))
+        if np.abs(off).max() > self.tolerance_mm or advance < _SAME_DIRECTION * move.path.length_mm:
+            return None
+        low, high = max(min(s[0], s[-1]), 0.0), min(max(s[0], s[-1]), feature.length_mm)
+        enough = min(0.5 * advance, 0.5 * feature.length_mm, 2 * self.tolerance_mm)
+        if high - low < enough or not self._nearest_is(index, (low + high) / 2, s, points):
+            return None
+        ends = self.profile.features[index].locate(points[[0, -1]])[0]
+        return _Cut(k, MatchedMove(move, float(ends[0]), float(ends[1])), float(s[0]), float(s[-1]))
+
+    def _nearest_is(self, index: int, middle_mm: float, s: Array, points: Array) -> bool:
+        """Whether the move, in the middle of what it shares with the feature, is nearer to it than to any other."""
+        order = np.argsort(s)
+        middle = [float(np.interp(middle_mm, s[order], points[order, axis])) for axis in (0, 1)]
+        return bool(Profile(self.path.features, ()).locate(middle).feature_index[0] == index)
+
+    def _no_match(self, index: int, passes: Sequence[_Pass]) -> TrueloopError:
+        name = self.profile.features[index].name
+        hint = "check nose radius, allowance, parameters and part zero; the path must be that of the nose centre"
+        if passes:
+            best = min(passes, key=lambda p: p.missing_mm)
+            cut_mm, by_line = best.length_mm - best.missing_mm, best.moves[0].move.line
+            message = f"'{name}' is cut on {cut_mm:.3f} mm of {best.length_mm:.3f} mm only, from line {by_line} on"
+            return TrueloopError(Code.NC_NO_MATCH, message, hint=hint, place=Place(line=by_line))
+        distance_mm, line = self._nearest(index)
+        message = f"no feed move cuts '{name}' within {self.tolerance_mm:.3f} mm" + (
+            f": the nearest, line {line}, passes its middle at {distance_mm:.3f} mm" if line else ": there are 0 moves"
+        )
+        return TrueloopError(Code.NC_NO_MATCH, message, hint=hint, place=Place(line=line))
+
+    def _nearest(self, index: int) -> tuple[float, int | None]:
+        """Distance from the middle of the centre path's feature to the nearest feed move, and that move's line."""
+        feature = self.path.features[index]
+        middle = feature.point_mm(feature.length_mm / 2)
+        found = [(_distance_mm(move.path, middle), move.line) for move in self.moves]
+        return min(found, default=(math.inf, None))
+
+    def _ambiguous(self, index: int, passes: Sequence[_Pass]) -> TrueloopError:
+        spans = [_span(p.moves) for p in passes]
+        return TrueloopError(
+            Code.NC_AMBIGUOUS,
+            f"'{self.profile.features[index].name}' is cut {len(passes)} times within {self.tolerance_mm:.3f} mm, by "
+            f"lines {', '.join(spans)}",
+            hint="name the range of lines of the pass that is meant",
+            place=Place(line=passes[1].moves[0].move.line),
+        )
+
+
+def _span(moves: Sequence[MatchedMove]) -> str:
+    first, last = moves[0].move.line, moves[-1].move.line
+    return str(first) if first == last else f"{first}–{last}"
+
+
+def _distance_mm(feature: Feature, point: Array) -> float:
+    """Distance of a point from a move, its ends included."""
+    s, distance = (float(value) for value in feature.locate(point))
+    if 0 <= s <= feature.length_mm:
+        return abs(distance)
+    return min(math.dist(point, feature.start_mm), math.dist(point, feature.end_mm))
+
+
+def _with_the_rest(
+    profile: Profile, path: CentrePath, matches: tuple[FeatureMatch, ...], moves: Sequence[FeedMove]
+) -> ContourMatch:
+    cutting = {matched.move.index for match in matches for matched in match.moves}
+    lead, run_out, between = [], [], []
+    for chain in sorted({matched.move.chain for match in matches for matched in match.moves}):
+        members = [m for m in moves if m.chain == chain]
+        cuts = [k for k, m in enumerate(members) if m.index in cutting]
+        for k, move in enumerate(members):
+            if move.index in cutting:
+                continue
+            if cuts[0] < k < cuts[-1]:
+                between.append(move)
+            elif _lengthens(path, move.path):
+                run_out.append(move)
+            else:
+                lead.append(move)
+    return ContourMatch(profile, matches, tuple(lead), tuple(run_out), tuple(between))
+
+
+def _lengthens(path: CentrePath, move: Feature) -> bool:
+    """Whether a straight move only goes on from the path's free end along its tangent, or arrives so at its start."""
+    if isinstance(move, Arc):
+        return False
+    first, last = path.features[0], path.features[-1]
+    free_ends = [(last.end_mm, last.tangent(last.length_mm)), (first.start_mm, -first.tangent(0.0))]
+    for place, outwards in free_ends:
+        for start, end in ((move.start_mm, move.end_mm), (move.end_mm, move.start_mm)):
+            along = (np.asarray(end) - np.asarray(start)) / move.length_mm
+            if math.dist(start, place) <= 2 * TOLERANCE_MM and float(along @ outwards) > math.cos(0.02):
+                return True
+    return False

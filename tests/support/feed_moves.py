@@ -1,0 +1,19 @@
+"""Feed moves for tests: a centre path as a program would cut it."""
+
+from collections.abc import Iterable, Sequence
+
+from trueloop.geometry.feature import Feature, Line, Point
+from trueloop.nc.feed_moves import FeedMove
+
+
+def cut(paths: Iterable[Feature], first: int = 0, chain: int = 0) -> list[FeedMove]:
+    """One uninterrupted chain; move k stands in line 10 (k + 1)."""
+    return [FeedMove(k, 10 * (k + 1), chain, path) for k, path in enumerate(paths, start=first)]
+
+
+def backwards(paths: Sequence[Feature]) -> list[Feature]:
+    return [path.reversed() for path in reversed(paths)]
+
+
+def to(start: Point, end: Point) -> Line:
+    return Line("", start, end)
