@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import read_text
 
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegativeFloat = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -137,32 +138,15 @@ class Job(_Table):
 
 def read_job(path: Path) -> Job:
     """Reads a job file; raises JOB errors that name the table, the key and the line."""
-    text = _text_of(path)
+    text = read_text(
+        path, Code.JOB_MISSING, hint="a job file is a text file in UTF-8; `trueloop demo` runs a ready one"
+    )
     try:
         return Job.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(path, error) from error
     except ValidationError as error:
         raise _content_error(path, text, error) from error
-
-
-def _text_of(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise TrueloopError(
-            Code.JOB_MISSING,
-            f"there is no file {str(path)!r}",
-            hint="check the spelling, or `trueloop demo` for a ready job",
-            place=Place(str(path)),
-        ) from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise TrueloopError(
-            Code.JOB_MISSING,
-            f"{str(path)!r} cannot be read: {error}",
-            hint="a job file is a text file in UTF-8",
-            place=Place(str(path)),
-        ) from error
 
 
 def _syntax_error(path: Path, error: tomllib.TOMLDecodeError) -> TrueloopError:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import read_text
 from trueloop.gauging.touch import Touch
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH, UM_PER_MM
@@ -39,15 +40,8 @@ def read_touches(path: Path) -> list[Touch]:
 
 def _lines_of(path: Path) -> list[Line]:
     """The lines that hold something, with their numbers; at least one."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise TrueloopError(
-            Code.TCH_FILE,
-            f"touches {str(path)!r} cannot be read: {error}",
-            hint="`gauging.touches` in the job names a CSV file in UTF-8, relative to the job",
-            place=Place(str(path)),
-        ) from error
+    hint = "`gauging.touches` in the job names a CSV file in UTF-8, relative to the job"
+    lines = read_text(path, Code.TCH_FILE, hint=hint).splitlines()
     kept = [(k, line) for k, line in enumerate(lines, start=1) if line.strip() and not line.lstrip().startswith("#")]
     if not kept:
         raise TrueloopError(

@@ -1,0 +1,63 @@
+"""`trueloop compensate`: a job file in; programs, table, record and report out."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson, busy, print_json
+
+if TYPE_CHECKING:
+    from trueloop.loops.process_intermittent import Correction
+
+
+@guarded
+def compensate(
+    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file; docs/job-file.md explains its keys.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Correct a finish program by the touches taken after the semi-finish cut.
+
+    Writes corrected.nc, offsets.nc, table.csv, record.json and report.html: all, or none when anything is wrong.
+    """
+    run_job(job, output, as_json)
+
+
+def run_job(path: Path, output: Path | None, as_json: bool) -> None:
+    """Reads, corrects, writes and says what was done."""
+    with busy(f"correcting by {path}"):
+        from trueloop.cli import summary
+        from trueloop.formats.outputs import write_all
+        from trueloop.loops.job_inputs import read_inputs
+        from trueloop.loops.process_intermittent import compensate
+        from trueloop.report.summary import program_to_run
+
+        inputs = read_inputs(path)
+        correction = compensate(inputs)
+        suffix = inputs.finish.suffix
+        contents = _contents(correction, suffix)
+        files = write_all(output or inputs.output_folder, contents, inputs.files)
+    to_run = Path(program_to_run(correction)).with_suffix(suffix).name
+    if as_json:
+        print_json(summary.as_dict(correction, to_run, files))
+    else:
+        summary.print_summary(correction, to_run, files)
+
+
+def _contents(correction: "Correction", suffix: str) -> Mapping[str, bytes]:
+    """File name to bytes. The record comes last: where it stands, its set is complete."""
+    from trueloop.formats.table_csv import table_to_csv
+    from trueloop.report.page import page
+
+    return {
+        f"corrected{suffix}": correction.corrected_program,
+        f"offsets{suffix}": correction.offsets_program,
+        "table.csv": table_to_csv(correction.table),
+        "report.html": page(correction).encode(),
+        "record.json": correction.record.to_json().encode(),
+    }

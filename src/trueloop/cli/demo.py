@@ -1,0 +1,28 @@
+"""`trueloop demo`: a ready job, corrected."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from trueloop.cli.compensate import run_job
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+Part = Literal["facetst", "modbas2", "piecs11"]
+"""The parts of [6811] that come with trueloop."""
+
+
+@guarded
+def demo(
+    part: Annotated[Part, typer.Argument(help="Which part.")] = "modbas2",
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: out/PART]")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run a ready job: a part that NIST measured in the 1990s, from its touches to a corrected program."""
+    run_job(EXAMPLES / part / "job.toml", output or Path("out") / part, as_json)

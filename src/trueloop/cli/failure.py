@@ -1,0 +1,104 @@
+"""What the command line says when something goes wrong, and its exit status.
+
+Messages go to stderr; stdout holds results alone. With `--json` a message is one JSON object:
+`{"error": {"code", "message", "hint", "place": {"file", "line", "column"}, "override"}}`.
+"""
+
+import functools
+import json
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import asdict
+from enum import IntEnum
+from typing import ParamSpec, TypeVar
+
+import typer
+
+from trueloop.errors import TrueloopError
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+TRACEBACK_VARIABLE = "TRUELOOP_TRACEBACK"
+
+
+class ExitStatus(IntEnum):
+    """What the shell is told. docs/cli.md carries this table."""
+
+    DONE = 0
+    FINDINGS = 1  # `nc check` found at least one error in the program
+    USAGE = 2  # the command line itself was wrong
+    REFUSED = 3  # the input was refused: nothing was written
+    OUTPUT = 4  # the results could not be written: nothing was written
+    INTERNAL = 70  # a fault of trueloop
+    INTERRUPTED = 130  # Ctrl-C: nothing was written
+    PIPE = 141  # the reader of stdout went away
+
+
+def guarded(command: Callable[P, R]) -> Callable[P, R]:
+    """The command with every exception turned into a message and an exit status: no traceback reaches a user."""
+
+    @functools.wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return command(*args, **kwargs)
+        except (typer.Exit, typer.Abort, typer.BadParameter):
+            raise
+        except TrueloopError as error:
+            say(error, as_json=bool(kwargs.get("as_json")))
+            raise typer.Exit(status_of(error)) from None
+        except KeyboardInterrupt:
+            raise typer.Exit(ExitStatus.INTERRUPTED) from None
+        except BrokenPipeError:
+            # Python flushes stdout once more when it ends: give it a place to flush to.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit(ExitStatus.PIPE) from None
+        except Exception as error:
+            _say_internal(error, as_json=bool(kwargs.get("as_json")))
+            raise typer.Exit(ExitStatus.INTERNAL) from None
+
+    return run
+
+
+def status_of(error: TrueloopError) -> ExitStatus:
+    """OUT codes have a status of their own: the input was good, a second try elsewhere may do."""
+    return ExitStatus.OUTPUT if error.code.startswith("OUT-") else ExitStatus.REFUSED
+
+
+def say(error: TrueloopError, *, as_json: bool) -> None:
+    """Prints a refusal on stderr: `file:line:column: CODE: message`, then the hint."""
+    if as_json:
+        typer.echo(json.dumps({"error": as_dict(error)}, ensure_ascii=False), err=True)
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    text = Text(str(error))
+    text.highlight_words([error.code], "bold red")
+    text.highlight_words(["hint:", "override:"], "bold cyan")
+    Console(stderr=True, highlight=False, soft_wrap=True).print(text)
+
+
+def as_dict(error: TrueloopError) -> dict[str, object]:
+    """A refusal as `--json` prints it."""
+    return {
+        "code": error.code,
+        "message": error.message,
+        "hint": error.hint,
+        "place": asdict(error.place),
+        "override": error.override,
+    }
+
+
+def _say_internal(error: Exception, *, as_json: bool) -> None:
+    if os.environ.get(TRACEBACK_VARIABLE):
+        import traceback
+
+        traceback.print_exception(error)
+    message = f"{type(error).__name__}: {error}"
+    hint = f"this is a fault of trueloop, not of your files; with {TRACEBACK_VARIABLE}=1 it prints what to report"
+    if as_json:
+        typer.echo(json.dumps({"error": {"code": "INTERNAL", "message": message, "hint": hint}}), err=True)
+    else:
+        typer.echo(f"INTERNAL: {message}\n  hint: {hint}", err=True)

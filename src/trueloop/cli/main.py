@@ -1,0 +1,47 @@
+"""`trueloop`: the commands. Each imports what it needs when it runs, so that `--help` is there at once."""
+
+from typing import Annotated
+
+import typer
+
+from trueloop.cli import nc, part
+from trueloop.cli.compensate import compensate
+from trueloop.cli.demo import demo
+
+app = typer.Typer(
+    name="trueloop",
+    help="Closed-loop machining: measure the part, model the error, cut the next pass true.",
+    epilog="Exit status: 0 done, 1 errors found (nc check), 2 usage, 3 input refused, 4 output not written, "
+    "70 internal error, 130 interrupted.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # plain help: a third of the time that rich takes
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command()(compensate)
+app.command()(demo)
+app.add_typer(part.app, name="part")
+app.add_typer(nc.app, name="nc")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from trueloop import __version__
+
+        typer.echo(f"trueloop {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """The entry point of the command `trueloop`."""
+    app()

@@ -1,0 +1,119 @@
+"""`trueloop nc`: where a program sends the tool, and what is odd about it."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.program_file import (
+    DialectName,
+    ProgramFile,
+    Settings,
+    SkippedBlocks,
+    parameters_of,
+    read_program_file,
+)
+from trueloop.cli.terminal import AsJson, busy, print_json
+
+if TYPE_CHECKING:
+    from trueloop.errors import Finding
+    from trueloop.nc.tool_path import ToolPath
+
+app = typer.Typer(
+    help="NC programs: their tool path, and what is odd about them.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@app.command("path")
+@guarded
+def path_of_program(
+    file: ProgramFile,
+    dialect: DialectName = None,
+    settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
+    form: Annotated[Literal["csv", "json"], typer.Option("--format", "-f", help="How to print it.")] = "csv",
+) -> None:
+    """Print the tool path: a row a move with its line and column, mm, x as a radius."""
+    with busy(f"running {file}"):
+        program = read_program_file(file, dialect)
+        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks)
+    if form == "csv":
+        _print_csv(path)
+    else:
+        print_json({"file": str(file), "dialect": program.dialect.name, "moves": _moves(path)})
+
+
+@app.command("check")
+@guarded
+def check_program(
+    file: ProgramFile,
+    dialect: DialectName = None,
+    settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
+    as_json: AsJson = False,
+) -> None:
+    """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
+    from trueloop.errors import Severity
+    from trueloop.nc.check import check
+
+    with busy(f"checking {file}"):
+        program = read_program_file(file, dialect)
+        findings = check(program, parameters_of(settings), skipped_blocks=skipped_blocks)
+    errors = sum(finding.severity is Severity.ERROR for finding in findings)
+    if as_json:
+        print_json(
+            {
+                "file": str(file),
+                "dialect": program.dialect.name,
+                "errors": errors,
+                "findings": [asdict(finding) for finding in findings],
+            }
+        )
+    else:
+        _print_findings(findings, f"{program.dialect.name} program of {program.block_count} blocks", errors)
+    if errors:
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+def _print_csv(path: "ToolPath") -> None:
+    import csv
+    import sys
+
+    from trueloop.nc.tool_path import CSV_HEADER, csv_rows
+
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(CSV_HEADER)
+    writer.writerows(csv_rows(path))
+    sys.stdout.flush()
+
+
+def _moves(path: "ToolPath") -> list[dict[str, object]]:
+    """The rows of the CSV as objects: numbers as numbers, empty cells as null."""
+    from trueloop.nc.tool_path import CSV_HEADER, csv_rows
+
+    words = {"motion", "feed_unit"}
+    whole = {"line", "column", "tool"}
+    return [
+        {
+            name: cell if name in words else None if not cell else int(cell) if name in whole else float(cell)
+            for name, cell in zip(CSV_HEADER, row, strict=True)
+        }
+        for row in csv_rows(path)
+    ]
+
+
+def _print_findings(findings: Sequence["Finding"], of: str, errors: int) -> None:
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False, soft_wrap=True)
+    colours = {"error": "bold red", "warning": "yellow", "note": "cyan"}
+    for finding in findings:
+        text = Text.assemble(
+            f"{finding.place}: ", (f"{finding.severity} {finding.code}", colours[finding.severity]),
+            f": {finding.message}\n  hint: {finding.hint}",
+        )  # fmt: skip
+        console.print(text)
+    console.print(f"{of}: {len(findings)} findings, {errors} of them errors", markup=False)

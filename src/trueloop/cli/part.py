@@ -1,0 +1,111 @@
+"""`trueloop part`: the nominal profile, shown, or made from a program or a drawing."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.program_file import (
+    DialectName,
+    ProgramFile,
+    Settings,
+    SkippedBlocks,
+    parameters_of,
+    read_program_file,
+)
+from trueloop.cli.terminal import AsJson, busy, print_json
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from trueloop.geometry.profile import Profile
+
+app = typer.Typer(
+    help="The nominal profile: show it, or make it from a program or a drawing.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="File for the table.  [default: print it]")]
+Name = Annotated[str | None, typer.Option("--name", help="What the part is called.  [default: the file's name]")]
+
+
+Unit = Literal["mm", "inch"]
+XIs = Literal["radius", "diameter"]
+
+
+@app.command("show")
+@guarded
+def show(
+    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file.")], as_json: AsJson = False
+) -> None:
+    """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
+    from trueloop.cli.profile_table import as_dict, print_profile
+    from trueloop.geometry.offset import nose_centre_path
+    from trueloop.loops.job_inputs import read_part
+
+    with busy(f"reading {job}"):
+        name, profile, nose_radius_mm = read_part(job)
+        centre = nose_centre_path(profile, nose_radius_mm)
+    if as_json:
+        print_json(as_dict(name, profile, centre))
+    else:
+        print_profile(name, profile, centre)
+
+
+@app.command("from-program")
+@guarded
+def from_program(
+    file: ProgramFile,
+    nose_radius_mm: Annotated[float, typer.Option("--nose-radius-mm", min=0, help="Radius of the tool nose.")],
+    dialect: DialectName = None,
+    settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
+    lines: Annotated[
+        tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
+    ] = None,
+    name: Name = None,
+    output: Output = None,
+) -> None:
+    """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
+    from trueloop.nc.contour import contour_of_program
+    from trueloop.nc.feed_moves import feed_moves
+
+    with busy(f"reading {file}"):
+        path = read_program_file(file, dialect).run(parameters_of(settings), skipped_blocks=skipped_blocks)
+        contour = contour_of_program(feed_moves(path), nose_radius_mm, lines=lines)
+    _hand_over(name or file.stem, contour.profile, contour.notes, output, file)
+
+
+@app.command("from-dxf")
+@guarded
+def from_dxf(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The DXF drawing.")],
+    layer: Annotated[str | None, typer.Option("--layer", help="Layer to read.  [default: all]")] = None,
+    unit: Annotated[Unit | None, typer.Option("--unit", help="Unit of the drawing.  [default: what it says]")] = None,
+    x_is: Annotated[XIs, typer.Option("--x-is", help="Whether the drawing's x is a radius.")] = "radius",
+    name: Name = None,
+    output: Output = None,
+) -> None:
+    """Make a [part] table from a drawing: the one chain of lines and arcs in it."""
+    from trueloop.formats.dxf import read_dxf
+    from trueloop.geometry.validate import checked_profile
+
+    with busy(f"reading {file}"):
+        drawing = read_dxf(file, layer=layer, unit=unit, x_is=x_is)
+        profile = checked_profile(drawing.features)
+    _hand_over(name or file.stem, profile, drawing.notes, output, file)
+
+
+def _hand_over(name: str, profile: "Profile", notes: "Sequence[str]", output: Path | None, source: Path) -> None:
+    """The table with the decisions as comments, to a file or to stdout."""
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.profile_of_job import part_table_toml
+
+    comments = "".join(f"# {' '.join(note.split())}\n" for note in notes)
+    table = comments + part_table_toml(name, profile)
+    if output is None:
+        typer.echo(table, nl=False)
+    else:
+        write_all(output.parent, {output.name: table.encode()}, [source])

@@ -1,0 +1,49 @@
+"""What every command on a program file takes, and reading that file."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from trueloop.nc.program import Program
+
+ProgramFile = Annotated[Path, typer.Argument(metavar="FILE", help="The NC program.")]
+DialectName = Annotated[
+    str | None,
+    typer.Option("--dialect", "-d", metavar="D", help="ge2000t or linuxcnc.  [default: found from the program]"),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", "-s", metavar="P=V", help="Value of a parameter, as P46=3.52; may be repeated."),
+]
+SkippedBlocks = Annotated[
+    bool, typer.Option("--skipped-blocks", help="Run the blocks that start with a slash as well.")
+]
+
+SETTING = re.compile(r"\s*([^=\s]+)\s*=\s*([^=]+?)\s*")
+
+
+def read_program_file(path: Path, dialect: str | None) -> "Program":
+    """The program in its dialect. Raises NC-FILE and NC-DIALECT."""
+    from trueloop.errors import Code
+    from trueloop.formats.input_file import read_input
+    from trueloop.nc.guess import guess_dialect
+    from trueloop.nc.program import read_program
+
+    source = read_input(path, Code.NC_FILE, hint="name an NC program")
+    return read_program(source, dialect or guess_dialect(source, str(path)), str(path))
+
+
+def parameters_of(settings: Sequence[str] | None) -> dict[str, float]:
+    """`["P46=3.52"]` as a mapping; anything else is a fault of the command line."""
+    parameters: dict[str, float] = {}
+    for setting in settings or ():
+        found = SETTING.fullmatch(setting)
+        try:
+            parameters[found[1] if found else ""] = float(found[2] if found else "")
+        except ValueError:
+            raise typer.BadParameter(f"{setting!r} is no name=number, such as P46=3.52", param_hint="--set") from None
+    return parameters
