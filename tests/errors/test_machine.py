@@ -1,24 +1,62 @@
 """Every way in which a machine model or its data is refused."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.machine.identify import identify
+from trueloop.machine.model import Machine, State
 from trueloop.machine.names import error_name
+from trueloop.machine.observations import Observations
+from trueloop.machine.position_basis import CONSTANT, PositionBasis, polynomial
 from trueloop.machine.structure import chain_of
+from trueloop.machine.term import Part, Term
+
+MILL = Machine("mill", chain_of("mill-gantry"))
+EXX = Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 2)),))
+T1, T2 = Part(CONSTANT, "T1", 20.0), Part(CONSTANT, "T2", 20.0)
+
+
+def _readings(positions: dict[str, np.ndarray], **signals: np.ndarray) -> Observations:
+    state = State(MILL.chain.positions(positions), 0.0, signals)
+    n = len(state.positions)
+    along = np.tile([1.0, 0.0, 0.0], (n, 1))
+    return Observations(state, along, np.sin(np.arange(n)), np.zeros(n, bool), np.full(n, np.nan), ("1",) * n)
+
+
+def _outlier() -> object:
+    data = _readings({"X": np.linspace(0, 500, 30)})
+    slipped = 1e-3 * data.reading
+    slipped[12] += 0.1
+    return identify(MILL, [EXX], replace(data, reading=slipped)).findings[0]
+
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MCH_NAME: lambda: error_name("EXX1"),
     Code.MCH_STRUCTURE: lambda: chain_of("w X Y Z t"),
     Code.MCH_AXIS: lambda: chain_of("mill-gantry").axis("C"),
+    Code.MCH_BASIS: lambda: PositionBasis((0.0, 500.0, 250.0), 3),
+    Code.MCH_SIGNAL: lambda: T1.factor({"T2": 21.5}),
+    Code.MCH_DATA: lambda: identify(MILL, [EXX], _readings({"Y": np.linspace(0, 500, 9)})),
+    Code.MCH_COLLINEAR: lambda: identify(
+        MILL,
+        [Term(error_name("EX0S"), (T1, T2))],
+        _readings({"X": np.zeros(9)}, T1=np.arange(9.0), T2=2 * np.arange(9.0) - 20),
+    ),
+    Code.MCH_OUTLIER: _outlier,
 }
 
 
 @pytest.mark.parametrize("code", PRODUCERS)
 def test_refusal_names_code_values_and_hint(code: Code) -> None:
-    with pytest.raises(TrueloopError) as refusal:
-        PRODUCERS[code]()
-    assert refusal.value.code is code
-    assert any(character.isdigit() for character in refusal.value.message)
-    assert refusal.value.hint
+    try:
+        said = PRODUCERS[code]()
+    except TrueloopError as error:
+        said = error
+    assert isinstance(said, (TrueloopError, Finding))
+    assert said.code is code
+    assert any(character.isdigit() for character in said.message)
+    assert said.hint

@@ -1,0 +1,164 @@
+"""Identification: the coefficients of error terms from readings, by weighted least squares, with their covariance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.collinearity import collinear_findings
+from trueloop.machine.model import Machine, MachineModel
+from trueloop.machine.observations import Observations, ranges
+from trueloop.machine.term import Term, block_diagonal
+
+HUBER = 1.345
+"""Bound of Huber's weights in standard deviations: 95 % efficiency on clean normal data (Huber 1964)."""
+
+OUTLIER = 4.0
+"""A reading further off than this many standard deviations is named as an outlier."""
+
+ROUNDS = 50
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The model and how well it stands: residuals = reading − model, mm or rad, and their scatter in units of u.
+
+    `scatter` is the standard deviation of unit weight: 1 when `standard_u` was right, the standard deviation of the
+    readings themselves when none was given.
+    """
+
+    model: MachineModel
+    residual: Array
+    scatter: float
+    degrees_of_freedom: int
+    outlier: NDArray[np.bool_]
+    findings: tuple[Finding, ...]
+
+
+def identify(machine: Machine, terms: Sequence[Term], readings: Observations, *, robust: bool = True) -> Identification:
+    """The coefficients that minimise Σ ρ((reading − model)/u), subject to the terms' zeros.
+
+    ρ is Huber's with `robust`, else the square. Covariance s²(AᵀWA)⁻¹ with s from the residuals (for Huber's weights
+    with the correction of Huber 1981 §7.6). Raises MCH-DATA for an axis without data, MCH-COLLINEAR for parameters
+    that the readings cannot tell apart at all; pairs that they hardly tell apart come as findings.
+    """
+    terms = tuple(terms)
+    if sum(term.size for term in terms) == 0:
+        raise _too_few(0, len(readings))
+    _check_axes_have_data(machine, terms, readings)
+    full = readings.design(machine.chain, terms)
+    free = block_diagonal([term.admissible() for term in terms])
+    weight = _weights(readings)
+    rows = (full @ free) * weight[:, None]
+    if len(rows) <= rows.shape[1]:
+        raise _too_few(rows.shape[1], len(rows))
+    findings = collinear_findings(terms, rows)
+    solution, covariance, scatter, outlier = _solve(rows, readings.reading * weight, robust)
+    coefficients = free @ solution
+    model = MachineModel(machine, terms, coefficients, free @ covariance @ free.T, ranges(machine.chain, readings))
+    residual = readings.reading - full @ coefficients
+    findings += _outlier_findings(readings, residual, outlier)
+    return Identification(model, residual, scatter, len(rows) - rows.shape[1], outlier, tuple(findings))
+
+
+def _weights(readings: Observations) -> Array:
+    """1/u where u is known; else 1 for all alike, angles scaled so that 1 µrad counts as 1 µm."""
+    if np.all(np.isfinite(readings.standard_u)):
+        inverse: Array = 1.0 / readings.standard_u
+        return inverse
+    return np.where(readings.is_angle, 1e3, 1.0)
+
+
+def _solve(rows: Array, values: Array, robust: bool) -> tuple[Array, Array, float, NDArray[np.bool_]]:
+    """(solution, covariance, scatter, outliers) of rows · solution ≈ values."""
+    scale = np.linalg.norm(rows, axis=0)
+    scaled = rows / scale
+    solution = _least_squares(scaled, values)
+    share = np.ones(len(values))
+    for _ in range(ROUNDS if robust else 0):
+        rest = values - scaled @ solution
+        spread = _spread(rest, rows.shape[1])
+        if spread <= 1e-12 * np.abs(values).max(initial=0.0):
+            break
+        share = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(rest), 1e-300))
+        root = np.sqrt(share)
+        better = _least_squares(scaled * root[:, None], values * root)
+        settled = np.abs(better - solution).max() <= 1e-10 * np.abs(better).max()
+        solution = better
+        if settled:
+            break
+    rest = values - scaled @ solution
+    scatter = _scatter(rest, share, rows.shape[1])
+    covariance = scatter**2 * np.linalg.inv(scaled.T @ scaled) / np.outer(scale, scale)
+    spread = _spread(rest, rows.shape[1]) if robust else scatter
+    outlier = np.abs(rest) > OUTLIER * spread if spread > 0 else np.zeros(len(rest), dtype=bool)
+    return solution / scale, covariance, scatter, outlier
+
+
+def _least_squares(rows: Array, values: Array) -> Array:
+    q, r = np.linalg.qr(rows)
+    solution: Array = np.linalg.solve(r, q.T @ values)
+    return solution
+
+
+def _spread(rest: Array, parameters: int) -> float:
+    """Standard deviation from the median absolute residual, which outliers do not move; exact for normal residuals.
+
+    A fit with p parameters to n readings makes residuals smaller by √(1 − p/n).
+    """
+    return float(np.median(np.abs(rest)) / 0.6745 / np.sqrt(1 - parameters / len(rest)))
+
+
+def _scatter(rest: Array, share: Array, parameters: int) -> float:
+    """Standard deviation of unit weight. With Huber's weights: K √(Σψ²/(n−p)) / m,
+
+    K = 1 + (p/n)(1−m)/m, m = mean ψ′ [Huber 1981 §7.6].
+    """
+    freedom = len(rest) - parameters
+    inside = float(np.mean(share >= 1.0))
+    if inside == 1.0:
+        return float(np.sqrt(np.sum(rest**2) / freedom))
+    correction = 1 + parameters / len(rest) * (1 - inside) / inside
+    return float(correction * np.sqrt(np.sum((share * rest) ** 2) / freedom) / inside)
+
+
+def _check_axes_have_data(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> None:
+    """A term whose axis stood still all the time cannot be found."""
+    for term in terms:
+        if term.name.axis not in machine.chain.order or all(part.basis.size == 1 for part in term.parts):
+            continue
+        position = readings.state.positions[:, machine.chain.order.index(term.name.axis)]
+        if np.ptp(position) == 0.0:
+            raise TrueloopError(
+                Code.MCH_DATA,
+                f"{term.name}: axis {term.name.axis} stands at {position[0]:g} in all {len(readings)} readings",
+                hint=f"measure along {term.name.axis}, or leave {term.name} out of the model",
+            )
+
+
+def _too_few(parameters: int, count: int) -> TrueloopError:
+    return TrueloopError(
+        Code.MCH_DATA,
+        f"{count} readings cannot determine {parameters} parameters",
+        hint="measure more positions, or name at least one term and give each fewer segments",
+    )
+
+
+def _outlier_findings(readings: Observations, residual: Array, outlier: NDArray[np.bool_]) -> list[Finding]:
+    found = []
+    for k in np.flatnonzero(outlier):
+        size, unit = (residual[k] * 1e6, "µrad") if readings.is_angle[k] else (residual[k] * 1e3, "µm")
+        line = int(readings.line[k]) if len(readings.line) else None
+        found.append(
+            Finding(
+                Severity.WARNING,
+                Code.MCH_OUTLIER,
+                f"reading {k + 1} of run {readings.run[k]!r} is {size:+.2f} {unit} off the model",
+                hint="a slipped reading: look at the instrument's record of that run, or measure it again",
+                place=Place(line=line),
+            )
+        )
+    return found

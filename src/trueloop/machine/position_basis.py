@@ -1,0 +1,97 @@
+"""Functions of one axis' position: splines over segments that join smoothly, polynomials and tables among them.
+
+Segments of degree d join with d − 1 continuous derivatives [4773 §2.4: overlapping segments smoothly joined]. One
+segment is a polynomial; degree 1 is a table with linear interpolation, as controls hold; degree 0 on one segment is a
+constant. Coefficients are those of B-splines, so they have the unit of the error and the size of its values.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+
+
+@dataclass(frozen=True)
+class PositionBasis:
+    """`breaks` are the ends of the segments, ascending, in mm or rad. At positions `zero_at` every function vanishes.
+
+    That takes away what other errors say too: the constant of a positioning error (zero at the datum), and the straight
+    line of a straightness error (zero at both ends of travel), which belongs to squareness.
+    """
+
+    breaks: tuple[float, ...]
+    degree: int
+    zero_at: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        ascending = len(self.breaks) > 1 and bool(np.all(np.diff(self.breaks) > 0))
+        if not ascending or not np.all(np.isfinite(self.breaks)) or not 0 <= self.degree <= 5:
+            raise TrueloopError(
+                Code.MCH_BASIS,
+                f"segments ending at {list(self.breaks)} with degree {self.degree} make no function of position",
+                hint="two ends at least, ascending, degree 0 to 5",
+            )
+        if self.degree == 0 and len(self.breaks) > 2:
+            raise TrueloopError(
+                Code.MCH_BASIS,
+                f"{len(self.breaks) - 1} segments of degree 0 would jump between them",
+                hint="degree 1 joins segments; a constant has one segment",
+            )
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients."""
+        return len(self.breaks) - 1 + self.degree
+
+    @property
+    def knots(self) -> Array:
+        """Breaks with the ends repeated."""
+        ends = [self.breaks[0]] * self.degree, [self.breaks[-1]] * self.degree
+        return np.array([*ends[0], *self.breaks, *ends[1]])
+
+    def design(self, position: Array) -> Array:
+        """Values of the functions, (n, size). Beyond the breaks the value at the break holds."""
+        from scipy.interpolate import BSpline  # noqa: PLC0415  start-up: only where used
+
+        inside = np.clip(position, self.breaks[0], self.breaks[-1])
+        rows: Array = BSpline.design_matrix(inside, self.knots, self.degree).toarray()
+        return rows
+
+    def admissible(self) -> Array:
+        """Orthonormal columns (size, free) that span the coefficients with a zero at each of `zero_at`."""
+        if not self.zero_at:
+            return np.eye(self.size)
+        conditions = self.design(np.array(self.zero_at))
+        whole = np.linalg.qr(conditions.T, mode="complete")[0]
+        return whole[:, len(self.zero_at) :]
+
+    def power_form(self, coefficients: Array) -> Array:
+        """Coefficients (size, …) as powers of the distance from each segment's start, (segments, degree + 1, …)."""
+        from scipy.interpolate import PPoly  # noqa: PLC0415
+
+        pieces = PPoly.from_spline((self.knots, coefficients, self.degree))
+        # the repeated knots make empty pieces at the ends
+        full = np.flatnonzero(np.diff(pieces.x) > 0)
+        local: Array = np.moveaxis(pieces.c[::-1, full], 0, 1)
+        return local
+
+
+CONSTANT = PositionBasis((0.0, 1.0), 0)
+"""The same everywhere: errors of place, offsets, drift."""
+
+
+def polynomial(low: float, high: float, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
+    """One segment over the travel."""
+    return PositionBasis((low, high), degree, zero_at)
+
+
+def segments(low: float, high: float, count: int, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
+    """`count` equal segments over the travel."""
+    return PositionBasis(tuple(float(p) for p in np.linspace(low, high, count + 1)), degree, zero_at)
+
+
+def table(positions: Array) -> PositionBasis:
+    """Linear interpolation between positions: the coefficients are the table's values."""
+    return PositionBasis(tuple(float(p) for p in positions), 1)
