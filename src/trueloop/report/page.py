@@ -1,0 +1,178 @@
+"""The report: one HTML file that needs nothing else, neither a network nor, for its words and pictures, scripts.
+
+Figures are Plotly specifications. Each stands in the page twice over, made from the same specification: as data for the
+Plotly library that is embedded, and as a still picture for paper and for browsers without scripts.
+"""
+
+import json
+from collections.abc import Iterable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+from urllib.parse import quote
+
+from trueloop.geometry.feature import Line
+from trueloop.loops.process_intermittent import Correction
+from trueloop.report import whiskers
+from trueloop.report.curves import error_curve
+from trueloop.report.decisions import decisions
+from trueloop.report.junctions import junctions
+from trueloop.report.markup import esc, section, table
+from trueloop.report.program_diff import changed_lines, program_diff
+from trueloop.report.still import svg
+from trueloop.report.style import Figure
+from trueloop.report.summary import feature_table, kind_of_correction, verdict
+from trueloop.report.touch_table import touches_csv, touches_table
+from trueloop.report.whiskers import COVERAGE
+
+HERE: Final = Path(__file__).parent
+FULL_WIDTH: Final = 980
+HALF_WIDTH: Final = 480
+POLICY: Final = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+"""Content security: the browser itself refuses whatever would come from elsewhere."""
+
+SIGN: Final = (
+    "Errors are along the outward normal of the nominal profile: <b class='on'>+ is material left on</b> (red), "
+    "<b class='off'>− is too much taken</b> (blue). x is a radius. "
+    f"± and U are expanded uncertainties, k = {COVERAGE:g} (about 95 %); u is one standard uncertainty."
+)
+
+
+def page(correction: Correction) -> str:
+    """The whole report of one correction as HTML."""
+    title = f"{esc(correction.part)} – correction {esc(correction.record.id)}"
+    sections = (
+        _part(correction),
+        _curves(correction),
+        section("meet", "Junctions", junctions(correction)),
+        _program(correction),
+        section("why", "Decisions", decisions(correction)),
+        _numbers(correction),
+        _origin(correction),
+    )
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head>"
+        f"<body><main>{_head(correction)}{''.join(sections)}</main>"
+        f"<script>{_plotly()}</script><script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script></body></html>\n"
+    )
+
+
+def _head(correction: Correction) -> str:
+    record = correction.record
+    return (
+        '<header><p class="kicker">trueloop · correction of a finish cut from the touches after semi-finishing</p>'
+        f"<h1>{esc(correction.part)}</h1>"
+        f"<p class='meta'>Correction <code>{esc(record.id)}</code> · made {esc(record.made_at)} by "
+        f"{esc(record.made_by)} · {esc(correction.dialect)} program · trueloop {esc(record.trueloop_version)}</p>"
+        f'<p class="verdict"><span class="stamp">Prediction</span>{verdict(correction)}</p>'
+        f"{feature_table(correction)}"
+        "<p class='note'>Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, for a "
+        "finish cut that errs as the semi-finish cut did. Left out: each touch predicted from all others; what a place "
+        f"between the touches may expect.</p><p class='note'>{SIGN}</p></header>"
+    )
+
+
+def _part(correction: Correction) -> str:
+    both = whiskers.before_and_after(correction)
+    enlarged = whiskers.after_enlarged(correction)
+    return section(
+        "part",
+        "The part",
+        _figure(
+            "before-after", both, f"Errors × {_times(both)}: above the spindle axis as measured, below as predicted."
+        ),
+        _figure("after", enlarged, f"Predicted errors × {_times(enlarged)}, with U in grey."),
+    )
+
+
+def _times(figure: Figure) -> str:
+    return f"{figure['layout']['meta']['magnification']:,.0f}".replace(",", "\u202f")
+
+
+def _curves(correction: Correction) -> str:
+    """A figure a feature with two touches or more, arcs wide and lines side by side; a line for the others."""
+    drawn, told = [], []
+    for i, feature in enumerate(correction.profile.features):
+        caption = f"<b>{esc(feature.name)}</b>: {kind_of_correction(correction, i)}"
+        if _has_curve(correction, i):
+            width = HALF_WIDTH if isinstance(feature, Line) else FULL_WIDTH
+            drawn.append(_figure(f"curve-{i}", error_curve(correction, i, width), caption, small=width == HALF_WIDTH))
+        else:
+            told.append(caption)
+    legend = (
+        "<p class='note'>Upper panel: touches with ±U, fitted curve, its 95 % band (Student), ▲ knots, □ prescribed "
+        "ends. Lower panel, own scale: ● predicted after, ◇ the touch predicted without itself, grey: ±U of the next "
+        "cut.</p>"
+    )
+    rest = f"<p>Without a figure: {'; '.join(told)}. <a href='#why'>Decisions</a> says why.</p>" if told else ""
+    return section("curves", "Error curves", legend, f'<div class="figures">{"".join(drawn)}</div>', rest)
+
+
+def _program(correction: Correction) -> str:
+    gone, come = changed_lines(correction.source_program, correction.corrected_program)
+    parts = [f"<p><code>corrected.nc</code>: {gone} lines of the program changed, {come} lines in their place.</p>"]
+    parts.append(program_diff(correction.source_program, correction.corrected_program))
+    if correction.offsets_program != correction.source_program:
+        parts.append("<p><code>offsets.nc</code>: coordinates as they were, the tool offsets changed.</p>")
+        parts.append(program_diff(correction.source_program, correction.offsets_program))
+    return section("program", "Changes to the program", *parts)
+
+
+def _numbers(correction: Correction) -> str:
+    text = touches_csv(correction)
+    file = esc(f"touches-{correction.record.id}.csv")
+    return section(
+        "numbers",
+        "Numbers",
+        touches_table(correction),
+        f'<p class="button"><a download="{file}" href="data:text/csv;charset=utf-8,{quote(text)}">'
+        "Download as CSV</a></p>",
+        f"<details><summary>The same as CSV text</summary><pre id='csv'>{esc(text)}</pre></details>",
+    )
+
+
+def _origin(correction: Correction) -> str:
+    record = correction.record
+    inputs = [(esc(name), f"<code class='hash'>{esc(digest)}</code>") for name, digest in record.inputs_sha256.items()]
+    options = [(esc(name), esc(value)) for name, value in record.options.items()]
+    return section(
+        "origin",
+        "Made from",
+        table(("input", "SHA-256"), inputs, words=(0, 1), name="inputs"),
+        table(("option", "value"), options, words=(0, 1), name="options"),
+        f"<p class='note'>trueloop {esc(record.trueloop_version)}. The record of this id names every changed word.</p>",
+    )
+
+
+def _figure(name: str, figure: Figure, caption: str, small: bool = False) -> str:
+    """A figure with both its appearances; `caption` is HTML."""
+    data = json.dumps(figure, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    return (
+        f'<figure id="{name}"{" class=small" if small else ""}>{svg(figure, name)}<div class="plot"></div>'
+        f'<script type="application/json">{data}</script><figcaption>{caption}</figcaption></figure>'
+    )
+
+
+def _plotly() -> str:
+    """The library as it comes with the Python package, found without importing that: an import would take a second."""
+    package = find_spec("plotly")
+    if package is None or package.origin is None:
+        raise ModuleNotFoundError("the Python package plotly is not installed, which brings plotly.min.js")
+    return (Path(package.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
+
+
+def figures(correction: Correction) -> Iterable[Figure]:
+    """Every figure of the report, for notebooks and other pages."""
+    yield whiskers.before_and_after(correction)
+    yield whiskers.after_enlarged(correction)
+    for i in range(len(correction.profile.features)):
+        if _has_curve(correction, i):
+            yield error_curve(correction, i, FULL_WIDTH)
+
+
+def _has_curve(correction: Correction, index: int) -> bool:
+    """One touch makes a constant: no picture tells more of it than its number."""
+    return len(correction.touches.of_feature(index)) > 1

@@ -1,0 +1,130 @@
+"""How every figure looks: colours, axes with round ticks, hover labels. A figure is a Plotly specification, a dict.
+
+Colours are explicit, because Plotly's named scales run opposite ways in Python and JavaScript. Text is escaped here,
+because Plotly reads tags and entities in it.
+"""
+
+import html
+import math
+from collections.abc import Iterable
+from typing import Any, Final, TypeAlias
+
+Figure: TypeAlias = dict[str, Any]
+Trace: TypeAlias = dict[str, Any]
+
+LEFT_ON: Final = "#c8102e"
+"""Red: material left on, positive error."""
+TAKEN: Final = "#1558b0"
+"""Blue: too much taken, negative error."""
+INK: Final = "#1d2733"
+SOFT: Final = "#6b7885"
+FAINT: Final = "#aab4be"
+GRID: Final = "#e6eaee"
+STEEL: Final = "#dde4ea"
+PALE_STEEL: Final = "#f1f4f7"
+BAND: Final = "rgba(29,39,51,0.13)"
+AFTER: Final = "#00796b"
+FONT: Final = {"family": "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
+
+MINUS: Final = "\u2212"
+
+
+def signed(value: float, decimals: int = 1) -> str:
+    """A number with its sign and a true minus; a zero after rounding has no sign; nan is a dash."""
+    if math.isnan(value):
+        return "–"
+    text = f"{value:+.{decimals}f}"
+    return text[1:] if float(text) == 0 else text.replace("-", MINUS)
+
+
+def plain(value: float, decimals: int = 1) -> str:
+    """A number without plus; a zero after rounding has no minus; nan is a dash."""
+    return signed(value, decimals).removeprefix("+")
+
+
+def label(text: str) -> str:
+    """User text for a figure: tags and entities are shown, not obeyed."""
+    return html.escape(text)
+
+
+def colour_of(error: float) -> str:
+    """Red for material left on, blue for too much taken, grey for exactly nominal."""
+    return SOFT if error == 0 else LEFT_ON if error > 0 else TAKEN
+
+
+def round_step(span: float, about: int) -> float:
+    """The step of 1, 2 or 5 times a power of ten that divides a span into at most `about` parts."""
+    raw = span / about
+    power = 10.0 ** math.floor(math.log10(raw))
+    return next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= raw * (1 - 1e-9))
+
+
+def axis(title: str, low: float, high: float, about: int = 8, **more: Any) -> dict[str, Any]:
+    """An axis with its range and round ticks stated, so that every renderer shows the same."""
+    return {
+        "title": {"text": title, "standoff": 8},
+        "range": [low, high],
+        "dtick": round_step(high - low, about),
+        "tick0": 0,
+        "gridcolor": GRID,
+        "linecolor": FAINT,
+        "zerolinecolor": FAINT,
+        "showline": True,
+        "ticks": "outside",
+        "tickcolor": FAINT,
+    } | more
+
+
+def padded(values: Iterable[float], share: float = 0.1, least: float = 1.0) -> tuple[float, float]:
+    """The range of values and zero, widened by a share of itself on either side, at least `least` wide."""
+    seen = [0.0, *(value for value in values if math.isfinite(value))]
+    low, high = min(seen), max(seen)
+    pad = share * max(high - low, least)
+    return low - pad, high + pad
+
+
+def layout(width: int, height: int, **more: Any) -> dict[str, Any]:
+    """What all figures share. Width and height are those on paper; a page may scale both."""
+    return {
+        "width": width,
+        "height": height,
+        "font": FONT,
+        "paper_bgcolor": "#ffffff",
+        "plot_bgcolor": "#ffffff",
+        "margin": {"l": 64, "r": 16, "t": 30, "b": 52},
+        "hovermode": "closest",
+        "hoverlabel": {"bgcolor": "#ffffff", "bordercolor": FAINT, "font": FONT, "align": "left"},
+        "showlegend": False,
+    } | more
+
+
+def lines(x: list[float | None], y: list[float | None], colour: str, width: float = 1.5, **more: Any) -> Trace:
+    """A polyline; None breaks it. It says nothing when pointed at."""
+    line = {"color": colour, "width": width} | more.pop("line", {})
+    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "line": line, "hoverinfo": "skip"} | more
+
+
+def area(x: list[float], y: list[float], colour: str, **more: Any) -> Trace:
+    """A filled closed outline without a line."""
+    return lines(list(x), list(y), "rgba(0,0,0,0)", 0, fill="toself", fillcolor=colour, **more)
+
+
+def dots(x: list[float], y: list[float], hover: list[str], **marker: Any) -> Trace:
+    """Markers that say `hover` when pointed at; `hover` is escaped already, lines separated by <br>."""
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": x,
+        "y": y,
+        "hovertext": hover,
+        "hoverinfo": "text",
+        "marker": {"size": 7} | marker,
+    }
+
+
+def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
+    """Words at a place of the first pair of axes; `text` is escaped already."""
+    font = {"size": 12, "color": SOFT} | more.pop("font", {})
+    return {"x": x, "y": y, "text": text, "showarrow": False, "xanchor": "center", "yanchor": "middle"} | {
+        "font": font, **more,
+    }  # fmt: skip
