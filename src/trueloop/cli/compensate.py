@@ -37,11 +37,10 @@ def run_job(path: Path, output: Path | None, as_json: bool) -> None:
         from trueloop.loops.process_intermittent import compensate
         from trueloop.report.summary import program_to_run
 
-        inputs = read_inputs(path)
-        correction = compensate(inputs)
-        suffix = inputs.finish.suffix
-        contents = _contents(correction, suffix)
-        files = write_all(output or inputs.output_folder, contents, inputs.files)
+        job = read_inputs(path)
+        correction = compensate(job.inputs)
+        suffix = job.finish.suffix
+        files = write_all(output or job.output_folder, _contents(correction, suffix), job.files)
     to_run = Path(program_to_run(correction)).with_suffix(suffix).name
     if as_json:
         print_json(summary.as_dict(correction, to_run, files))

@@ -46,12 +46,12 @@ def show(
     from trueloop.loops.job_inputs import read_part
 
     with busy(f"reading {job}"):
-        name, profile, nose_radius_mm = read_part(job)
-        centre = nose_centre_path(profile, nose_radius_mm)
+        part = read_part(job)
+        centre = nose_centre_path(part.profile, part.nose_radius_mm)
     if as_json:
-        print_json(as_dict(name, profile, centre))
+        print_json(as_dict(part.name, part.profile, centre))
     else:
-        print_profile(name, profile, centre)
+        print_profile(part.name, part.profile, centre)
 
 
 @app.command("from-program")
