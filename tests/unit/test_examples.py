@@ -1,5 +1,6 @@
 """The example jobs: they parse, their touches lie on their profiles, their programs have the published coordinates."""
 
+import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -7,16 +8,34 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scripts.nist_parts import EXAMPLES, NistPart, example_touches, parts, program
+from scripts.nist_parts import (
+    ALLOWANCE_IN,
+    EXAMPLES,
+    NOSE_RADIUS_IN,
+    NistPart,
+    example_touches,
+    parameters,
+    parts,
+    program,
+)
+from tests.support.linuxcnc import Tool, interpret
+from trueloop.errors import Severity
 from trueloop.formats.job import read_job
 from trueloop.formats.profile_of_job import profile_of_table
 from trueloop.formats.touches_csv import read_touches
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.touches import Gauging, error_vectors
-from trueloop.units import UM_PER_MM
+from trueloop.geometry.feature import Arc
+from trueloop.nc.feed_moves import feed_moves
+from trueloop.nc.matching import match_contour
+from trueloop.nc.program import read_program
+from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 JOBS = sorted(EXAMPLES.glob("*/job.toml"))
 PARTS = list(parts())
+
+ROUNDING_MM = math.sqrt(2) * 0.5e-5 * MM_PER_INCH
+"""Coordinates are rounded to 1e-5 in, radii and z alike: at most this along any normal."""
 
 WORD = re.compile(r"[XZRIKF](?:-?[\d.]+|\((?:[^()]|\([^()]*\))*\))|UPD, *\d+, *TOV\([XZ]\), *[\d.]+")
 """A coordinate, a feed or a tool-offset statement of a GE 2000T program."""
@@ -49,6 +68,32 @@ def test_the_main_example_is_the_mean_part_of_6517_table_1() -> None:
     assert [vectors.point[i] for i in np.flatnonzero(vectors.at_reference)] == ["11"]
 
 
+@pytest.mark.parametrize("job_file", JOBS, ids=lambda path: path.parent.name)
+def test_programs_cut_the_profile_and_nothing_is_found_wrong_with_them(job_file: Path) -> None:
+    job = read_job(job_file)
+    programs, profile = job.programs, profile_of_table(job.part)
+    assert job.tool.nose_radius_in is not None
+    for name, allowance_mm in ((programs.finish, 0.0), (programs.semifinish, programs.semifinish_allowance_mm)):
+        if name is None or allowance_mm is None:
+            continue
+        cut = read_program((job_file.parent / name).read_bytes(), programs.dialect, str(name))
+        path = cut.run(programs.parameters)
+        assert [found for found in (*cut.findings, *path.findings) if found.severity is not Severity.NOTE] == []
+        match = match_contour(
+            feed_moves(path), profile, job.tool.nose_radius_in * MM_PER_INCH, allowance_mm=allowance_mm
+        )
+        assert match.largest_deviation_mm() <= ROUNDING_MM
+
+
+@pytest.mark.parametrize("cut", ["semifinish", "finish"])
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: f"{part.number}.{part.semifinish_inspection}")
+def test_every_part_is_cut_by_its_programs(part: NistPart, cut: str) -> None:
+    path = read_program(program(part, cut).encode(), "ge2000t").run(parameters(part))
+    allowance_mm = ALLOWANCE_IN * MM_PER_INCH if cut == "semifinish" else 0.0
+    match = match_contour(feed_moves(path), part.profile, NOSE_RADIUS_IN * MM_PER_INCH, allowance_mm=allowance_mm)
+    assert match.largest_deviation_mm() <= ROUNDING_MM
+
+
 @pytest.mark.parametrize("path", example_touches(), ids=lambda path: path.parent.name)
 def test_touches_files_are_those_the_script_writes(path: Path) -> None:
     assert path.read_text(encoding="utf-8") == example_touches()[path]
@@ -78,3 +123,16 @@ def test_programs_have_the_published_coordinates(part: NistPart, cut: str, corpu
     digits = {"FACETST": "0600", "MODBAS2": "0300", "PIECS11": f"{part.number[:2]}00"}[part.family.name]
     published = corpus / "data" / "nist" / "programs" / f"{digits}{'1' if cut == 'semifinish' else '2'}1.nc"
     assert words(program(part, cut)) == words(published.read_text(encoding="utf-8"))
+
+
+def test_the_linuxcnc_example_cuts_the_same_path() -> None:
+    """As LinuxCNC's own interpreter reads it, against the GE 2000T program as ours does: every feed move, in mm."""
+    ge2000t = read_program((EXAMPLES / "modbas2" / "finish.nc").read_bytes(), "ge2000t")
+    ours = feed_moves(ge2000t.run(read_job(EXAMPLES / "modbas2" / "job.toml").programs.parameters))
+    theirs = interpret(EXAMPLES / "linuxcnc" / "finish.ngc", tools=[Tool(1)])
+    theirs = [move for move in theirs if move.kind != "rapid"]
+    cutting = ours[: len(theirs)]
+    np.testing.assert_allclose(
+        [(move.end_mm[0], move.end_mm[2]) for move in theirs], [move.path.end_mm for move in cutting], atol=1e-9
+    )
+    assert [move.kind == "arc" for move in theirs] == [isinstance(move.path, Arc) for move in cutting]
