@@ -21,6 +21,8 @@ _AXIS: Final = Line("axis", (0.0, 0.0), (0.0, 1.0))
 _SQUARE: Final = math.cos(math.radians(0.5))
 """A line counts as a cylinder or a face when it is parallel to an axis within half a degree."""
 
+_OUTWARDS: Final = math.sin(math.radians(5.0))
+
 
 @dataclass(frozen=True)
 class ProgramContour:
@@ -49,13 +51,14 @@ def contour_of_program(
     chain = _up_to_axis(chain, notes)
     if not chain:
         raise _nothing(len(found), lines)
-    contour = contour_from_centre_path([_rounded_off(m, k) for k, m in enumerate(chain)], nose_radius_mm)
-    features = _cut_at_axis(contour, chain, notes)
-    program_lines = tuple(chain[int(feature.name)].line for feature in features)
-    _note_edges(contour, chain, notes)
+    line_of = {_name(move): move.line for move in chain}
+    contour = contour_from_centre_path([_rounded_off(move) for move in chain], nose_radius_mm)
+    features = _cut_at_axis(contour, notes)
+    about_edges = [line for name, line in line_of.items() if name not in {feature.name for feature in contour}]
+    notes += [f"Line {line} only turns the nose about an edge: no feature." for line in about_edges]
     profile = checked_profile(_named(features))
     notes.append(f"{len(features)} features, nose radius {nose_radius_mm:.4f} mm: {', '.join(profile.names)}.")
-    return ProgramContour(profile, program_lines, tuple(notes))
+    return ProgramContour(profile, tuple(line_of[feature.name] for feature in features), tuple(notes))
 
 
 def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[list[FeedMove], list[str]]:
@@ -81,16 +84,21 @@ def _chuck_end_first(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
 
 
 def _without_approach(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
-    """Leaves out a first move straight inwards that meets the next in a concave corner of more than 45°."""
-    if len(moves) < 2 or not isinstance(moves[0].path, Line):
-        return moves
-    first, after = moves[0], moves[1]
-    inwards = -float(first.path.tangent(0.0)[0])
-    turn_rad = junctions_of([first.path, after.path])[0].turn_rad
-    if inwards < _SQUARE or turn_rad > -math.pi / 4:
-        return moves
-    notes.append(f"Line {first.line} was taken for the way in or out at the chuck end, not for a face.")
-    return moves[1:]
+    """Leaves out a way in or out: straight moves at the ends that make a concave corner of more than 45° with the rest.
+
+    At the chuck end one that comes straight inwards, at the free end one that goes outwards.
+    """
+    kept = list(moves)
+    if len(kept) > 1 and _is_way(kept[0], kept[:2]) and -float(kept[0].path.tangent(0.0)[0]) > _SQUARE:
+        notes.append(f"Line {kept.pop(0).line} was taken for the way in or out at the chuck end, not for a face.")
+    if len(kept) > 1 and _is_way(kept[-1], kept[-2:]) and float(kept[-1].path.tangent(0.0)[0]) > _OUTWARDS:
+        notes.append(f"Line {kept.pop().line} was taken for the way in or out at the free end, not for a cone.")
+    return kept
+
+
+def _is_way(move: FeedMove, pair: Sequence[FeedMove]) -> bool:
+    turn_rad = junctions_of([member.path for member in pair])[0].turn_rad
+    return isinstance(move.path, Line) and turn_rad < -math.pi / 4
 
 
 def _up_to_axis(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
@@ -101,12 +109,17 @@ def _up_to_axis(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
     return kept
 
 
-def _rounded_off(move: FeedMove, ordinal: int) -> Feature:
-    """The move's shape under its ordinal as a name; an arc's centre moved so that both its ends lie on one circle.
+def _name(move: FeedMove) -> str:
+    """What the move is called in a message about its geometry: a cycle has several moves in one line."""
+    return f"line {move.line}, move {move.index}"
+
+
+def _rounded_off(move: FeedMove) -> Feature:
+    """The move's shape under its name; an arc's centre moved so that both its ends lie on one circle.
 
     Programs round end and centre separately; the centre goes along the chord by half of (r_end² − r_start²) / chord.
     """
-    path = replace(move.path, name=str(ordinal))
+    path = replace(move.path, name=_name(move))
     if isinstance(path, Line):
         return path
     start, end, centre = (np.asarray(p) for p in (path.start_mm, path.end_mm, path.centre_mm))
@@ -123,15 +136,15 @@ def _rounded_off(move: FeedMove, ordinal: int) -> Feature:
     return replace(moved, sweep_rad=sweep_rad)
 
 
-def _cut_at_axis(contour: Sequence[Feature], moves: Sequence[FeedMove], notes: list[str]) -> list[Feature]:
+def _cut_at_axis(contour: Sequence[Feature], notes: list[str]) -> list[Feature]:
     features = list(contour)
     while features and features[-1].start_mm[0] <= GAP_MM:
-        notes.append(f"Line {moves[int(features.pop().name)].line} was left out: it cuts nothing outside the axis.")
+        notes.append(f"{features.pop().name.capitalize()}, was left out: it cuts nothing outside the axis.")
     if features and features[-1].end_mm[0] < -GAP_MM:
         last = features[-1]
         end = min(intersections(last, _AXIS), key=lambda p: abs(float(last.locate(p)[0]) - last.length_mm))
         features[-1] = _ended(last, (0.0, end[1]))
-        notes.append(f"Line {moves[int(last.name)].line} runs beyond the axis: its feature ends at x = 0.")
+        notes.append(f"{last.name.capitalize()}, runs beyond the axis: its feature ends at x = 0.")
     return features
 
 
@@ -140,15 +153,6 @@ def _ended(feature: Feature, end: tuple[float, float]) -> Feature:
         return replace(feature, end_mm=end)
     sweep_rad = math.copysign(float(feature.locate(end)[0]) / feature.radius_mm, feature.sweep_rad)
     return replace(feature, end_mm=end, sweep_rad=sweep_rad)
-
-
-def _note_edges(contour: Sequence[Feature], moves: Sequence[FeedMove], notes: list[str]) -> None:
-    kept = {feature.name for feature in contour}
-    notes += [
-        f"Line {move.line} only turns the nose about an edge: no feature."
-        for k, move in enumerate(moves)
-        if str(k) not in kept
-    ]
 
 
 def _named(features: Sequence[Feature]) -> list[Feature]:

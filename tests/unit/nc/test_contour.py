@@ -39,7 +39,7 @@ def same(found: Profile, nominal: Profile, atol_mm: float) -> None:
 
 def contour_of_text(text: bytes, dialect: str, **parameters: float) -> ProgramContour:
     path = read_program(text, dialect).run(parameters)
-    return contour_of_program(feed_moves(path), NOSE_RADIUS_MM)
+    return contour_of_program(feed_moves(path), NOSE_RADIUS_MM, lines=(1, path.line[-1]))
 
 
 WRITERS: list[tuple[Callable[[list[Feature]], bytes], str]] = [(linuxcnc_text, "linuxcnc"), (ge2000t_text, "ge2000t")]
@@ -87,6 +87,18 @@ def test_moves_beside_the_contour_are_left_out_and_named() -> None:
         for words in ("was taken for the way in", "starts at or beyond the spindle axis", "runs beyond the axis"):
             assert words in notes
     assert "Of 2 chains of feed moves, lines 10–60 were taken" in contour_of_program(moves, NOSE_RADIUS_MM).notes[0]
+
+
+def test_pull_out_at_the_free_end_is_no_cone() -> None:
+    """A ring's face, then away at 45°; a chamfer at the same place leads inwards and stays."""
+    ring = checked_profile(polyline([(20.0, -30.0), (20.0, 0.0), (10.0, 0.0)]))
+    path = nose_centre_path(ring, NOSE_RADIUS_MM).features
+    x, z = path[-1].end_mm
+    pulled_out = contour_of_program(cut([*path, to((x, z), (x + 2, z + 2))]), NOSE_RADIUS_MM)
+    assert pulled_out.profile.names == ("cylinder-1", "face-1")
+    assert "way in or out at the free end" in " ".join(pulled_out.notes)
+    chamfered = contour_of_program(cut([*path, to((x, z), (x - 2, z + 2))]), NOSE_RADIUS_MM)
+    assert chamfered.profile.names == ("cylinder-1", "face-1", "cone-1")
 
 
 def test_named_lines_keep_the_approach_as_a_face() -> None:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,15 +10,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.feed_moves import backwards, cut, to
+from tests.support.nist_programs import nist_program
 from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.nc.contour import contour_of_program
 from trueloop.nc.contour_match import ContourMatch
-from trueloop.nc.feed_moves import FeedMove
+from trueloop.nc.feed_moves import FeedMove, feed_moves
 from trueloop.nc.matching import match_contour
+from trueloop.nc.program import read_program
 
 SHARES = np.linspace(0.0, 1.0, 33)
 
@@ -225,3 +229,36 @@ def test_displaced_corner_still_matches(profile: Profile, index: int, dx: float,
     match = matched(cut(path), profile)
     assert lines_of(match) == [[10 * (i + 1)] for i in range(len(path))]
     assert match.largest_deviation_mm() < 0.125 * 1.5
+
+
+def _nist_moves(corpus: Path, number: str, **parameters: float) -> tuple[FeedMove, ...]:
+    given_in = {"P42": 8.0, "P44": 0.0, "P45": 0.0, "P46": 5.62, "P47": 0.0, "P48": 0.0, **parameters}
+    return feed_moves(read_program(nist_program(corpus, number), "ge2000t").run(given_in))
+
+
+@pytest.mark.corpus
+@pytest.mark.parametrize("family", ["0600", "0300", "3500", "3600", "3700", "3800", "3900"])
+def test_published_programs_cut_what_they_say(family: str, corpus: Path) -> None:
+    """[6811 Appendix]: each semi-finish program leaves 0.254 mm to 1e-5 in, and neither passes for the other."""
+    parameters = {"P46": 3.52} if family == "0300" else {}
+    semifinish, finish = (_nist_moves(corpus, family + kind, **parameters) for kind in ("11", "21"))
+    profile = contour_of_program(finish, NOSE_RADIUS_MM).profile
+    for moves, allowance_mm in ((semifinish, 0.254), (finish, 0.0)):
+        match = matched(list(moves), profile, allowance_mm=allowance_mm)
+        assert match.largest_deviation_mm() < 1e-5 * 25.4
+        assert [len(feature.moves) for feature in match.features] == [1] * len(profile.features)
+        refusal = _refusal(list(moves), profile, allowance_mm=0.254 - allowance_mm)
+        assert refusal.code is Code.NC_NO_MATCH and "at 0.254 mm" in refusal.message
+
+
+@pytest.mark.corpus
+def test_mock_errors_of_the_published_facetst_program(corpus: Path) -> None:
+    """[6811 §5.1]: about 12 µm at the ends of the turned cuts (P47, P48, on the diameter), 25 µm of the faces."""
+    mock = {"P47": 0.001, "P48": -0.001, "P44": -0.001, "P45": 0.001}
+    match = matched(list(_nist_moves(corpus, "060021", **mock)), facetst(5.62))
+    at_ends = [f.deviation_mm(np.array([0.0, f.feature.length_mm])) for f in match.features]
+    nose_share = NOSE_RADIUS_MM / (1.95 * 25.4 + NOSE_RADIUS_MM)
+    assert at_ends[0] == pytest.approx([0.0, 0.0127], abs=0.0003)
+    assert at_ends[1] == pytest.approx([-0.0254 * nose_share, -0.0254], rel=0.02)
+    assert at_ends[2][1] == pytest.approx(-0.0127, abs=0.0003)
+    assert match.largest_deviation_mm() == pytest.approx(0.0254, rel=0.02)
