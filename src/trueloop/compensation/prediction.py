@@ -23,16 +23,19 @@ class Prediction:
 
 
 def predict(
-    error_mm: Array, fitted_mm: Array, left_out_fitted_mm: Array, commanded_mm: Array, curve_u_mm: Array,
-    sigma_mm: Array, weight: float,
-) -> Prediction:  # fmt: skip
-    """Residual of w times the fitted process error; the commanded deviation is no error of the process."""
-    process = error_mm - commanded_mm
+    measured_mm: Array,
+    process_mm: Array,
+    fitted_mm: Array,
+    left_out_fitted_mm: Array,
+    standard_u_mm: Array,
+    weight: float,
+) -> Prediction:
+    """Process error less w times what was fitted to it. What the semi-finish program commanded is no process error."""
     return Prediction(
-        before_mm=error_mm,
-        after_mm=process - weight * (fitted_mm - commanded_mm),
-        leave_one_out_mm=process - weight * (left_out_fitted_mm - commanded_mm),
-        standard_u_mm=np.hypot(weight * curve_u_mm, sigma_mm),
+        before_mm=measured_mm,
+        after_mm=process_mm - weight * fitted_mm,
+        leave_one_out_mm=process_mm - weight * left_out_fitted_mm,
+        standard_u_mm=standard_u_mm,
     )
 
 

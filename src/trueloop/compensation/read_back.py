@@ -69,12 +69,13 @@ def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int)
             )
 
 
-def same_path(before: ToolPath, after: ToolPath) -> bool:
-    """Whether two programs command the same moves in program coordinates."""
-    return len(before) == len(after) and bool(
-        np.array_equal(before.motion, after.motion)
-        and np.allclose(before.end_mm, after.end_mm, rtol=0, atol=SAME_MM, equal_nan=True)
-    )
+def require_same_path(before: ToolPath, after: ToolPath) -> None:
+    """Refuses a program that does not command the same moves in program coordinates."""
+    if len(before) != len(after):
+        raise _refusal(f"the written program has {len(after)} moves instead of {len(before)}")
+    apart = np.nanmax(np.abs(before.end_mm - after.end_mm), initial=0.0)
+    if not np.array_equal(before.motion, after.motion) or apart > SAME_MM:
+        raise _refusal(f"the written program's path changed by {apart * UM_PER_MM:.2f} µm; it was to stay")
 
 
 def _plane_move(path: ToolPath, k: int) -> Move:

@@ -88,6 +88,7 @@ class ProgramsTable(_Table):
     semifinish_allowance_mm: NonNegativeFloat | None = None
     parameters: dict[str, float] = {}
     resolution_mm: PositiveFloat | None = None
+    offset_x_is: Literal["radius", "diameter"] | None = None
     execute_deleted_blocks: bool = False
 
 

@@ -1,44 +1,87 @@
 """The process-intermittent loop: touches after the semi-finish cut to a corrected finish program.
 
 This module only strings pieces together: match the program with the profile, fit error curves to the touches, turn
-them into a compensated contour, check it, write it into the program.
+them into a compensated contour, check it, write it into the program, read that back.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from datetime import UTC, datetime
 
-from trueloop.compensation.contour import CentrePiece
-from trueloop.compensation.decide import Decision
-from trueloop.compensation.limits import Limits
-from trueloop.compensation.prediction import Prediction
-from trueloop.compensation.record import Record
+import numpy as np
+
+from trueloop import __version__
+from trueloop.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.compensation.decide import Decision, decide
+from trueloop.compensation.limits import Limits, check_age, check_limits
+from trueloop.compensation.prediction import Prediction, predict
+from trueloop.compensation.record import Record, check_same_program, check_uncorrected, record_id
 from trueloop.compensation.shift import Shift
-from trueloop.compensation.table import CorrectionTable
+from trueloop.compensation.table import CorrectionTable, correction_table
+from trueloop.compensation.targets import Fitting
+from trueloop.error_curve.chain import TangentPolicy
+from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.error_curve.options import FitOptions
+from trueloop.errors import TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.gauging.plausibility import check_loop_sign
 from trueloop.geometry.profile import Profile
+from trueloop.loops.commanded import Commanded, Run, commanded
+from trueloop.loops.shifts import Shifts, corrected_shifts
+from trueloop.loops.written import Writing, write_contour, write_offsets
+from trueloop.nc.program import Program
 
 
 @dataclass(frozen=True)
 class Options:
-    """How to compensate. Lengths in mm."""
+    """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X."""
 
     weight: float = 1.0
     junctions: str = "part"
     knot_every: int | None = None
     chord_tolerance_mm: float = 0.0005
     arcs: str = "auto"
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
+    resolution_mm: float | None = None
+    offset_is_diameter: bool | None = None
+    tool: int = 1
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """One job, read: shapes, programs and touches as values. `inputs_sha256` names what they were read from."""
+
+    part: str
+    profile: Profile
+    nose_radius_mm: float
+    program: Program
+    touches: ErrorVectors
+    options: Options
+    semifinish: Program | None = None
+    allowance_mm: float = 0.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    execute_deleted_blocks: bool = False
+    measured_at: datetime | None = None
+    program_sha256: str | None = None
+    finish_touches: ErrorVectors | None = None
+    inputs_sha256: Mapping[str, str] = field(default_factory=dict)
+    made_by: str = ""
 
 
 @dataclass(frozen=True)
 class Correction:
-    """Everything one correction is made of and was made from: what the report shows and the files hold."""
+    """Everything one correction is made of and was made from: what the report shows and the files hold.
+
+    `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
+    corrected one does; `commanded` and `corrected` are the nose-centre paths of both.
+    """
 
     part: str
     profile: Profile
     nose_radius_mm: float
     touches: ErrorVectors
     options: Options
-    model: "object"  # ProfileErrorModel
+    model: ProfileErrorModel
     decision: Decision
     commanded_shift: tuple[Shift, ...]
     corrected_shift: tuple[Shift, ...]
@@ -52,3 +95,135 @@ class Correction:
     table: CorrectionTable
     record: Record
     notes: tuple[str, ...]
+
+
+def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
+    """One correction. Raises TCH, FIT, NC and CMP errors for what cannot or must not be corrected."""
+    now = now or datetime.now(UTC)
+    notes = _refuse_misuse(inputs, now)
+    options, profile, nose = inputs.options, inputs.profile, inputs.nose_radius_mm
+    run = Run(inputs.parameters, inputs.execute_deleted_blocks, options.resolution_mm)
+    told = commanded(inputs.program, inputs.semifinish, profile, nose, inputs.allowance_mm, run)
+    process = replace(inputs.touches, error_mm=inputs.touches.error_mm - told.measured_at(inputs.touches))
+    model = fit_profile(profile, process, _fit_options(options))
+    decision = _decision(model, told, options)
+    shifts = corrected_shifts(profile, model, decision, told, options.weight)
+    before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
+    after = centre_pieces(profile, shifted_contour(profile, shifts.contour, nose))
+    check_limits(after, shifts.correction, options.limits)
+    record = record_id(dict(inputs.inputs_sha256), _as_record(options, run))
+    writing = Writing(inputs.program, told, run, record, Fitting(options.chord_tolerance_mm, options.arcs))
+    offsets = write_offsets(writing, decision.offset_mm, options.tool, options.offset_is_diameter)
+    corrected = offsets
+    if not decision.offset_is_enough:
+        corrected = write_contour(writing, profile, inputs.touches, before, after)
+    return Correction(
+        part=inputs.part,
+        profile=profile,
+        nose_radius_mm=nose,
+        touches=inputs.touches,
+        options=options,
+        model=model,
+        decision=decision,
+        commanded_shift=told.finish,
+        corrected_shift=shifts.contour,
+        commanded=before,
+        corrected=after,
+        prediction=_prediction(inputs.touches, model, decision, shifts, options.weight),
+        source_program=inputs.program.source,
+        corrected_program=corrected[0],
+        offsets_program=offsets[0],
+        dialect=inputs.program.dialect.name,
+        table=correction_table(before, after),
+        record=Record(
+            id=record,
+            made_at=now.isoformat(timespec="seconds"),
+            made_by=inputs.made_by,
+            trueloop_version=__version__,
+            inputs_sha256=dict(inputs.inputs_sha256),
+            options=_as_record(options, run),
+            model=_model_record(model),
+            decision=[decision.x.words, decision.z.words],
+            changes=corrected[1],
+        ),
+        notes=(*notes, *told.notes),
+    )
+
+
+def _refuse_misuse(inputs: Inputs, now: datetime) -> list[str]:
+    """Never twice, never another program's touches, never old ones, never with the sign reversed."""
+    notes: list[str] = []
+    try:
+        check_uncorrected(inputs.program.source)
+        if inputs.program_sha256 is not None:
+            check_same_program(inputs.program.source, inputs.program_sha256)
+    except TrueloopError as error:
+        raise (error.in_file(inputs.program.file) if inputs.program.file else error) from None
+    if inputs.measured_at is None:
+        notes.append("The job does not say when the part was touched, so the touches' age was not checked.")
+    else:
+        check_age(inputs.measured_at, now, inputs.options.limits)
+    if inputs.finish_touches is not None:
+        check_loop_sign(inputs.touches, inputs.finish_touches)
+    return notes
+
+
+def _fit_options(options: Options) -> FitOptions:
+    return FitOptions(tangent_policy=TangentPolicy(options.junctions), knot_every=options.knot_every)
+
+
+def _decision(model: ProfileErrorModel, told: Commanded, options: Options) -> Decision:
+    vectors = model.vectors
+    floor_mm = float(np.max(vectors.standard_u_mm))
+    return decide(
+        vectors.error_mm,
+        vectors.outward_normal,
+        max(model.scatter_mm, floor_mm),
+        model.degrees_of_freedom or float("inf"),
+        told.resolution_mm,
+        options.weight,
+    )
+
+
+def _prediction(
+    touches: ErrorVectors, model: ProfileErrorModel, decision: Decision, shifts: Shifts, weight: float
+) -> Prediction:
+    """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does."""
+    process, curves = model.vectors.error_mm, model.curves
+    fitted, left_out = process - model.residual_mm, process - model.leave_one_out_mm
+    constant = -np.asarray(touches.outward_normal @ np.array(decision.offset_mm)) / weight
+    by_offset = np.array(shifts.by_offset)[touches.feature_index]
+    pairs = list(zip(touches.feature_index, touches.arc_length_mm, strict=True))
+    u = np.array([float(curves[int(i)].prediction_standard_deviation_mm(s)[0]) for i, s in pairs])
+    return predict(
+        measured_mm=touches.error_mm,
+        process_mm=process,
+        fitted_mm=np.where(by_offset, constant, fitted),
+        left_out_fitted_mm=np.where(by_offset, constant, left_out),
+        standard_u_mm=u,
+        weight=weight,
+    )
+
+
+def _as_record(options: Options, run: Run) -> dict[str, object]:
+    return {**asdict(options), "parameters": dict(run.parameters)}
+
+
+def _model_record(model: ProfileErrorModel) -> dict[str, object]:
+    """The error curves as polynomial pieces about their own beginnings, in mm [6517 Eq. 29-33], and what was noted."""
+    curves = [
+        {
+            "feature": curve.feature,
+            "knot_every": curve.knot_every,
+            "begins_mm": curve.pieces[0].tolist(),
+            "coefficients_mm": curve.pieces[1].tolist(),
+        }
+        for curve in model.curves
+    ]
+    return {
+        "tangent_policy": str(model.options.tangent_policy),
+        "scatter_mm": model.scatter_mm,
+        "degrees_of_freedom": model.degrees_of_freedom,
+        "curves": curves,
+        "notes": list(model.notes),
+    }

@@ -1,0 +1,137 @@
+"""What the programs command of the part: the contour's own deviation d from the nominal, before any error.
+
+What is corrected is what was commanded: if the semi-finish program's contour itself stands off the nominal (a mock
+error, a slip), the touches contain it, and the process must not be blamed for it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.compensation.shift import ZERO, Shift, sampled
+from trueloop.compensation.targets import Cut
+from trueloop.errors import TrueloopError
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.geometry.feature import Array, Feature
+from trueloop.geometry.profile import Profile
+from trueloop.nc.contour_match import ContourMatch
+from trueloop.nc.feed_moves import feed_moves
+from trueloop.nc.matching import match_contour
+from trueloop.nc.program import Program
+from trueloop.nc.tool_path import ToolPath
+from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+SAMPLES = 257
+
+
+@dataclass(frozen=True)
+class Run:
+    """How programs are run: parameters by name, whether blocks with a slash are executed, the control's resolution."""
+
+    parameters: Mapping[str, float]
+    execute_deleted_blocks: bool = False
+    resolution_mm: float | None = None
+
+    def of(self, program: Program) -> ToolPath:
+        """The tool path of a program. Raises NC errors with the program's file named."""
+        try:
+            return program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks)
+        except TrueloopError as error:
+            raise (error.in_file(program.file) if program.file else error) from None
+
+
+@dataclass(frozen=True)
+class Commanded:
+    """The finish program run and matched, with the deviations that matter by feature.
+
+    `finish` is what the finish program's contour stands off the nominal by. `rounding` is that of it which is no more
+    than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
+    surface that was touched was commanded to stand off by; zero where that is rounding.
+    """
+
+    path: ToolPath
+    match: ContourMatch
+    finish: tuple[Shift, ...]
+    rounding: tuple[Shift, ...]
+    measured: tuple[Shift, ...]
+    resolution_mm: float
+    notes: tuple[str, ...]
+
+    @property
+    def cuts(self) -> tuple[Cut, ...]:
+        """The moves that cut the contour, in program order."""
+        cuts = [
+            Cut(m.move.index, i, *((m.end_mm, m.start_mm) if feature.backwards else (m.start_mm, m.end_mm)))
+            for i, feature in enumerate(self.match.features)
+            for m in feature.moves
+        ]
+        return tuple(sorted(cuts, key=lambda cut: cut.move))
+
+    def measured_at(self, touches: ErrorVectors) -> Array:
+        """The commanded deviation at each touch, (n,)."""
+        pairs = zip(touches.feature_index, touches.arc_length_mm, strict=True)
+        return np.array([float(self.measured[int(i)].value_mm(s)) for i, s in pairs])
+
+
+def commanded(
+    program: Program, semifinish: Program | None, profile: Profile, nose_radius_mm: float, allowance_mm: float, run: Run
+) -> Commanded:
+    """Runs the programs and lays them on the profile. Raises NC errors of running and matching.
+
+    Without a semi-finish program the finish program's own deviation is taken for that of the measured surface.
+    """
+    path = run.of(program)
+    match = _matched(program, path, profile, nose_radius_mm, 0.0)
+    other = match
+    if semifinish is not None:
+        other = _matched(semifinish, run.of(semifinish), profile, nose_radius_mm, allowance_mm)
+    resolution_mm = run.resolution_mm or _resolution_mm(program, path, match)
+    finish, measured = _deviations(match), _deviations(other)
+    slips = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, finish, strict=True)]
+    meant = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, measured, strict=True)]
+    return Commanded(
+        path=path,
+        match=match,
+        finish=finish,
+        rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
+        measured=tuple(d if real else ZERO for d, real in zip(measured, meant, strict=True)),
+        resolution_mm=resolution_mm,
+        notes=(*_notes(profile, finish, slips, "finish"), *_notes(profile, measured, meant, "semi-finish")),
+    )
+
+
+def _matched(
+    program: Program, path: ToolPath, profile: Profile, nose_radius_mm: float, allowance_mm: float
+) -> ContourMatch:
+    try:
+        return match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm)
+    except TrueloopError as error:
+        raise (error.in_file(program.file) if program.file else error) from None
+
+
+def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:
+    inch = bool(path.inch[match.features[0].moves[0].move.index])
+    return program.dialect.resolution_inch * MM_PER_INCH if inch else program.dialect.resolution_mm
+
+
+def _deviations(match: ContourMatch) -> tuple[Shift, ...]:
+    """Sampled: exact on lines, and good to the square of the spacing on arcs, where it is rounding or a slip."""
+    shifts = []
+    for feature in match.features:
+        s = np.linspace(0.0, feature.feature.length_mm, SAMPLES)
+        shifts.append(sampled(s, feature.deviation_mm(s)))
+    return tuple(shifts)
+
+
+def _peak_mm(feature: Feature, deviation: Shift) -> float:
+    return float(np.max(np.abs(deviation.value_mm(np.linspace(0.0, feature.length_mm, SAMPLES)))))
+
+
+def _notes(profile: Profile, deviations: tuple[Shift, ...], real: list[bool], program: str) -> list[str]:
+    return [
+        f"The {program} program's own contour stands up to {_peak_mm(feature, deviation) * UM_PER_MM:.1f} µm off the "
+        f"nominal on {feature.name}: that is not blamed on the process."
+        for feature, deviation, it_is in zip(profile.features, deviations, real, strict=True)
+        if it_is
+    ]

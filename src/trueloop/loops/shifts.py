@@ -1,0 +1,81 @@
+"""From error curves to the shift of every feature's contour: what to take out, and where an offset will do."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trueloop.compensation.decide import FACES_AXIS, Decision
+from trueloop.compensation.shift import ZERO, Shift, weighted_sum
+from trueloop.error_curve.curve import ErrorCurve
+from trueloop.error_curve.fit_profile import ProfileErrorModel
+from trueloop.geometry.feature import Array, Feature
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.loops.commanded import Commanded
+
+
+@dataclass(frozen=True)
+class Shifts:
+    """By feature: `correction` = −w × process error, and `contour`, where the contour then stands off the nominal.
+
+    `by_offset` says for which features the correction is the fitted constant offset instead of their own curve.
+    """
+
+    correction: tuple[Shift, ...]
+    contour: tuple[Shift, ...]
+    by_offset: tuple[bool, ...]
+
+
+def corrected_shifts(
+    profile: Profile, model: ProfileErrorModel, decision: Decision, told: Commanded, weight: float
+) -> Shifts:
+    """`contour` = correction + the rounding of the program; a slip of the program is corrected away with the rest.
+
+    When an offset is enough on both axes nothing is shifted: the tool offset does it all.
+    """
+    if decision.offset_is_enough:
+        count = len(profile.features)
+        return Shifts((ZERO,) * count, told.finish, (True,) * count)
+    by_offset = _by_offset(profile, decision)
+    correction = tuple(
+        _constant(feature, decision) if constant else weighted_sum(((-weight, of_curve(curve)),))
+        for feature, curve, constant in zip(profile.features, model.curves, by_offset, strict=True)
+    )
+    contour = tuple(
+        weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, told.rounding, strict=True)
+    )
+    return Shifts(correction, contour, by_offset)
+
+
+def of_curve(curve: ErrorCurve) -> Shift:
+    """An error curve as a shift: same shape out as in."""
+
+    def value_mm(s: ArrayLike) -> Array:
+        return np.reshape(curve.value_mm(s), np.shape(s))
+
+    def slope(s: ArrayLike) -> Array:
+        return np.reshape(curve.slope(s), np.shape(s))
+
+    return Shift(value_mm, slope)
+
+
+def _by_offset(profile: Profile, decision: Decision) -> tuple[bool, ...]:
+    """A feature follows the offset when no axis it faces needs a contour, and its tangent neighbours follow it too."""
+    needs = np.array([not decision.x.enough, not decision.z.enough])
+    follows = [not np.any(_faces(feature) & needs) for feature in profile.features]
+    for _ in profile.junctions:
+        for i, junction in enumerate(profile.junctions):
+            if junction.kind is JunctionKind.TANGENT:
+                follows[i] = follows[i + 1] = follows[i] and follows[i + 1]
+    return tuple(follows)
+
+
+def _faces(feature: Feature) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
+    normals = feature.outward_normal(np.linspace(0.0, feature.length_mm, 17))
+    return np.asarray(np.any(np.abs(normals) > FACES_AXIS, axis=0))
+
+
+def _constant(feature: Feature, decision: Decision) -> Shift:
+    """The offset seen along the feature's normal: constant on a line, and only lines face a single axis."""
+    constant = float(feature.outward_normal(0.0) @ np.array(decision.offset_mm))
+    return Shift(lambda s: np.full(np.shape(s), constant), ZERO.slope)
