@@ -94,6 +94,8 @@ class Code(StrEnum):
     MCH_SIGNAL = "MCH-SIGNAL"  # a temperature or speed the model needs is not given
     MCH_DATA = "MCH-DATA"  # too few readings, or none that move an axis
     MCH_COLLINEAR = "MCH-COLLINEAR"  # parameters the readings cannot tell apart, or hardly
+    MCH_FILE = "MCH-FILE"  # data that cannot be read
+    MCH_UNIT = "MCH-UNIT"  # units unknown, missing or mixed
     MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
     # JOB: job files

@@ -1,11 +1,12 @@
 """The end conditions of a chain: from its tangent neighbours, and from the user."""
 
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 
 from trueloop.error_curve.chain import Chain, End, TangentPolicy, tangent_neighbours
-from trueloop.error_curve.chain_fit import ChainFit, ConditionSource
+from trueloop.error_curve.chain_fit import ChainFit, ConditionSource, Sources
 from trueloop.error_curve.options import FitOptions
 from trueloop.error_curve.spline import EndConditions, Spline
 from trueloop.errors import Code, TrueloopError
@@ -13,9 +14,8 @@ from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.units import UM_PER_MM
 
-AGREE_MM = 1e-9
-
-Sources = tuple[ConditionSource, ConditionSource]
+AGREE_MM: Final = 1e-9
+"""Prescribed numbers that differ by less are the same, rounded twice."""
 
 
 def chain_conditions(

@@ -7,7 +7,9 @@ from statistics import NormalDist
 def student_t_factor(coverage: float, degrees_of_freedom: int | None) -> float:
     """The k with P(|t| ≤ k) = coverage for Student's distribution; None or many degrees of freedom: the normal one.
 
-    Newton's iteration on the closed form of the distribution (Abramowitz & Stegun 26.7.3–4), to 1e-9. Raises ValueError for a coverage outside (0, 1).
+    Newton's iteration on the closed form of the distribution (Abramowitz & Stegun 26.7.3–4), to 1e-9.
+
+    Raises ValueError for a coverage outside (0, 1).
     """
     if not 0.0 < coverage < 1.0:
         raise ValueError(f"a coverage of {coverage} is no probability between 0 and 1")

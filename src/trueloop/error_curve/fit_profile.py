@@ -5,12 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.error_curve.chain import TangentPolicy
+from trueloop.error_curve.check import check_vectors
+from trueloop.error_curve.choose import ModelChoice, nose_on_part
 from trueloop.error_curve.curve import ErrorCurve
-from trueloop.error_curve.fit_chains import FittedChains, check_vectors, fit_chains
+from trueloop.error_curve.fit_chains import fit_chains
 from trueloop.error_curve.junctions import DisplacedJunction, displaced_junctions
+from trueloop.error_curve.nose_model import NoseModel
 from trueloop.error_curve.options import FitOptions
 from trueloop.error_curve.spline import EndConditions
 from trueloop.error_curve.tangency import Tangency, tangencies
+from trueloop.error_curve.uncertainty import FittedChains, finish
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
@@ -23,7 +27,8 @@ class ProfileErrorModel:
     `curves` and the RMS values go by feature index, `residual_mm` (error − curve: what a full correction would have
     left) and `leave_one_out_mm` (error − what the other touches say there; NaN where they say nothing) by touch. RMS
     values are NaN for features without a touch they could be taken from. `scatter_mm` is the largest standard deviation
-    of a touch about its curve, known with `degrees_of_freedom` spare touches. `notes` explain every decision.
+    of a touch about its curve, known with `degrees_of_freedom` spare touches. `notes` explain every decision;
+    `choices` compares own curve and nose model where a nose model was given.
     """
 
     profile: Profile
@@ -39,21 +44,28 @@ class ProfileErrorModel:
     scatter_mm: float
     degrees_of_freedom: int
     notes: tuple[str, ...]
+    choices: tuple[ModelChoice, ...]
 
 
-def fit_profile(profile: Profile, vectors: ErrorVectors, options: FitOptions | None = None) -> ProfileErrorModel:
+def fit_profile(
+    profile: Profile, vectors: ErrorVectors, options: FitOptions | None = None, nose: NoseModel | None = None
+) -> ProfileErrorModel:
     """Straight lines on lines, constrained cubic splines on arcs, joined at the junctions [6517 §2–4, 6811 §3].
 
     Features without a touch follow their tangent neighbours, else what the same contact angle did elsewhere (module
     `untouched`); one touch gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
-    hides the differences of the touches' own uncertainty. Raises FIT errors; see `tests/errors/test_error_curve.py`.
+    hides the differences of the touches' own uncertainty. With a nose model from other parts, each arc gets whichever
+    of the two predicts its touches better, left out one at a time. Raises FIT errors; `tests/errors` has one of each.
     """
     options = options or FitOptions()
     check_vectors(profile, vectors)
-    fitted = fit_chains(profile, vectors, options)
+    on_part = None if nose is None else nose_on_part(profile, vectors, nose)
+    fits, choices = fit_chains(profile, vectors, options, on_part)
+    fitted = finish(fits, vectors)
     free = fitted
     if options.tangent_policy == TangentPolicy.PATH:
-        free = fit_chains(profile, vectors, replace(options, tangent_policy=TangentPolicy.PART))
+        with_kinks = replace(options, tangent_policy=TangentPolicy.PART)
+        free = finish(fit_chains(profile, vectors, with_kinks, on_part)[0], vectors)
     curves = _curves(profile, fitted, options)
     residual, left_out = _by_touch(len(vectors.point), fitted)
     groups = [vectors.of_feature(i) for i in range(len(profile.features))]
@@ -71,6 +83,7 @@ def fit_profile(profile: Profile, vectors: ErrorVectors, options: FitOptions | N
         scatter_mm=max(fitted.scatter_mm),
         degrees_of_freedom=fitted.degrees_of_freedom,
         notes=tuple(note for fit in fitted.fits for note in fit.notes),
+        choices=choices,
     )
 
 
@@ -110,8 +123,8 @@ def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:
 def _by_touch(count: int, fitted: FittedChains) -> tuple[Array, Array]:
     residual, left_out = np.full(count, np.nan), np.full(count, np.nan)
     for fit in fitted.fits:
-        residual[fit.touches] = fit.fit.residual_mm
-        left_out[fit.touches] = fit.fit.leave_one_out_mm
+        residual[fit.touches] = fit.residual_mm
+        left_out[fit.touches] = fit.leave_one_out_mm
     return residual, left_out
 
 

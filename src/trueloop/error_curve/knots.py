@@ -13,6 +13,7 @@ import numpy as np
 from trueloop._core import CurveFitError
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.spline import EndConditions, SplineFit, least_squares_spline
+from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 
 
@@ -35,14 +36,11 @@ def joint_repeats(policy: TangentPolicy, degree: int) -> int:
     return degree if policy == TangentPolicy.PART else degree - 1
 
 
-def every_rth(
-    arc_lengths_mm: Sequence[Array], starts_mm: Sequence[float], length_mm: float, r: int
-) -> tuple[float, ...]:
-    """Every r-th point of each feature [6517 Eq. 5]; arc lengths along the chain. One on a junction is left out."""
-    knots = np.concatenate([points[r - 1 :: r] for points in arc_lengths_mm])
+def every_rth(points_mm: Array, starts_mm: Sequence[float], length_mm: float, r: int) -> tuple[float, ...]:
+    """Every r-th point of a feature [6517 Eq. 5], arc lengths along the chain. One on a feature's end is left out."""
     ends = np.array([*starts_mm, length_mm])
-    clear = np.min(np.abs(knots[:, None] - ends), axis=1) > 1e-6 * length_mm
-    return tuple(float(t) for t in knots[clear])
+    knots = points_mm[r - 1 :: r]
+    return tuple(float(t) for t in knots if np.min(np.abs(t - ends)) > 1e-6 * length_mm)
 
 
 def candidates(points: int) -> list[int]:
@@ -70,8 +68,8 @@ def fit_determined(
                 arc_length_mm, error_mm, knots.interior_mm, length_mm, degree, conditions
             ), knots
         except CurveFitError as error:
-            if error.args[0] != "undetermined":
-                raise
+            if error.args[0] != "undetermined" or degree == 0:
+                raise _refused(error, len(arc_length_mm), conditions) from error
             fewer = _without_one(knots, *error.args[2])
             if fewer is None:
                 degree -= 1
@@ -79,6 +77,20 @@ def fit_determined(
                 knots = replace(knots, repeats=repeats, joints_mm=knots.joints_mm if repeats else ())
             else:
                 knots = fewer
+
+
+def _refused(error: CurveFitError, touches: int, conditions: EndConditions) -> TrueloopError:
+    if error.args[0] == "too-many-conditions":
+        return TrueloopError(
+            Code.FIT_CONDITIONS,
+            f"{touches} touches and {conditions.count} prescribed values and slopes fit no curve: {error.args[1]}",
+            hint="prescribe fewer values and slopes at the ends, or touch more points",
+        )
+    return TrueloopError(
+        Code.FIT_POINTS,
+        f"{touches} touches do not determine a curve: {error.args[1]}",
+        hint="touch the feature at more points",
+    )
 
 
 def _without_one(knots: Knots, start_mm: float, end_mm: float) -> Knots | None:

@@ -31,6 +31,12 @@ class EndConditions:
         """How many numbers are prescribed."""
         return sum(number is not None for number in astuple(self))
 
+    @property
+    def coefficients(self) -> int:
+        """How many coefficients they take part in: one for a value alone, two for a slope."""
+        ends = ((self.start_value_mm, self.start_slope), (self.end_value_mm, self.end_slope))
+        return sum(2 if slope is not None else int(value is not None) for value, slope in ends)
+
 
 @dataclass(frozen=True)
 class LinearForm:
@@ -41,9 +47,18 @@ class LinearForm:
 
     def of(self, coefficients: Array) -> Array:
         """The numbers, for coefficients of shape (n,) or (n, m)."""
-        columns = self.first[:, None] + np.arange(self.weights.shape[1])
-        picked: Array = np.einsum("qk,qk...->q...", self.weights, coefficients[columns])
+        picked: Array = np.einsum("qk,qk...->q...", self.weights, coefficients[self._columns])
         return picked
+
+    def dense(self, coefficients: int) -> Array:
+        """The full rows, (q, coefficients)."""
+        rows = np.zeros((len(self.first), coefficients))
+        np.put_along_axis(rows, self._columns, self.weights, axis=1)
+        return rows
+
+    @property
+    def _columns(self) -> NDArray[np.int64]:
+        return self.first[:, None] + np.arange(self.weights.shape[1])
 
 
 @dataclass(frozen=True)

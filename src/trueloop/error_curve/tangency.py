@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.error_curve.chain import TangentPolicy
-from trueloop.error_curve.fit_chains import FittedChains
+from trueloop.error_curve.uncertainty import FittedChains
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import JunctionKind, Profile
 
@@ -44,7 +44,7 @@ class Tangency:
 
 def tangencies(profile: Profile, free: FittedChains, policy: TangentPolicy) -> tuple[Tangency, ...]:
     """One entry a tangent junction. `free` is the fit with continuous values and free slopes (PART)."""
-    place = {index: (c, k) for c, chain in enumerate(free.chains) for k, index in enumerate(chain.features)}
+    place = {index: (c, k) for c, fit in enumerate(free.fits) for k, index in enumerate(fit.chain.features)}
     found = []
     for i, junction in enumerate(profile.junctions):
         if junction.kind != JunctionKind.TANGENT:
@@ -62,7 +62,7 @@ def tangencies(profile: Profile, free: FittedChains, policy: TangentPolicy) -> t
 def _inside(free: FittedChains, chain: int, k: int) -> tuple[float, float]:
     """Kink and its variance at a joint within a chain."""
     spline = free.splines[chain]
-    form = spline.kink_form(free.chains[chain].joints_mm[k])
+    form = spline.kink_form(free.fits[chain].chain.joints_mm[k])
     return float(spline.of(form)[0]), float(spline.variance(form)[0])
 
 

@@ -1,0 +1,41 @@
+"""Error vectors that no curve can be fitted to."""
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.geometry.profile import Profile
+
+
+def check_vectors(profile: Profile, vectors: ErrorVectors) -> None:
+    """Refuses error vectors that no curve can be fitted to."""
+    if len(vectors.point) == 0:
+        raise TrueloopError(
+            Code.FIT_POINTS,
+            f"0 touches on the {len(profile.features)} features of the part: there is nothing to fit",
+            hint="touch at least one point",
+        )
+    numbers = np.column_stack([vectors.arc_length_mm, vectors.error_mm, vectors.standard_u_mm])
+    bad = ~np.all(np.isfinite(numbers), axis=1) | (vectors.standard_u_mm < 0.0)
+    if np.any(bad):
+        k = int(np.argmax(bad))
+        raise TrueloopError(
+            Code.FIT_VALUE,
+            f"touch {vectors.point[k]!r}: arc length {vectors.arc_length_mm[k]} mm, error {vectors.error_mm[k]} mm, "
+            f"standard uncertainty {vectors.standard_u_mm[k]} mm; all must be numbers, the last not negative",
+            hint="mend or leave out this touch",
+        )
+    _check_order(vectors)
+
+
+def _check_order(vectors: ErrorVectors) -> None:
+    """Touches of one feature ascend, and no two stand in one place."""
+    for k in range(1, len(vectors.point)):
+        step = vectors.arc_length_mm[k] - vectors.arc_length_mm[k - 1]
+        if vectors.feature_index[k] == vectors.feature_index[k - 1] and step <= 0.0:
+            raise TrueloopError(
+                Code.FIT_ORDER,
+                f"touch {vectors.point[k]!r} at {vectors.arc_length_mm[k]:.4f} mm along its feature follows "
+                f"{vectors.point[k - 1]!r} at {vectors.arc_length_mm[k - 1]:.4f} mm",
+                hint="order touches along the profile and average those taken at one place",
+            )

@@ -1,0 +1,113 @@
+"""Own curve or nose model: leave-one-out decides for every arc, and both figures are kept.
+
+The own curve knows this part alone; the nose model knows the nose from other parts and takes two offsets from this one.
+Many touches favour the first, few the second.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.error_curve.chain import TangentPolicy
+from trueloop.error_curve.chain_fit import ChainFit
+from trueloop.error_curve.knots import joint_repeats
+from trueloop.error_curve.nose_curve import nose_curve
+from trueloop.error_curve.nose_fit import nose_touches
+from trueloop.error_curve.nose_model import NoseModel, NosePrediction, NoseTouches
+from trueloop.errors import TrueloopError
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.units import UM_PER_MM
+
+
+@dataclass(frozen=True)
+class ModelChoice:
+    """Leave-one-out RMS of both models on the same touches of one curve, and which of them serves.
+
+    `own_rms_mm` is infinite where some touch says something nobody else does. With too few touches to leave one out of
+    the offsets, `nose_rms_mm` is the model's own standard uncertainty of a touch.
+    """
+
+    features: tuple[str, ...]
+    touches: int
+    own_rms_mm: float
+    nose_rms_mm: float
+    nose_serves: bool
+
+    @property
+    def words(self) -> str:
+        """The choice and its reason."""
+        own = "no figure" if math.isinf(self.own_rms_mm) else f"{self.own_rms_mm * UM_PER_MM:.2f} µm"
+        nose = f"{self.nose_rms_mm * UM_PER_MM:.2f} µm"
+        served = "nose model of other parts, with two offsets from this one" if self.nose_serves else "own curve"
+        return (
+            f"{' and '.join(self.features)}: {served}; leave-one-out RMS over {self.touches} touches: "
+            f"nose model {nose}, own curve {own}"
+        )
+
+
+@dataclass(frozen=True)
+class NoseOnPart:
+    """A nose model, and the part's touches on arcs that it covers; `positions` are theirs in the error vectors."""
+
+    prediction: NosePrediction
+    touches: NoseTouches
+    positions: NDArray[np.intp]
+
+
+def nose_on_part(profile: Profile, vectors: ErrorVectors, nose: NoseModel) -> NoseOnPart | None:
+    """What a nose model of other parts says of this one; None when its touches do not set the tool offsets."""
+    touches = nose_touches("this part", profile, vectors)
+    used = touches.on_arc & nose.covers(touches.contact_angle_rad)
+    arcs = touches.subset(used)
+    try:
+        return NoseOnPart(nose.predict(arcs), arcs, np.flatnonzero(~vectors.at_reference)[used])
+    except TrueloopError:
+        return None
+
+
+def choose(
+    profile: Profile, vectors: ErrorVectors, fit: ChainFit, nose: NoseOnPart, policy: TangentPolicy
+) -> tuple[ChainFit, ModelChoice]:
+    """The fit of a chain of arcs, or the nose model's curve in its place where that predicts the touches better."""
+    mine = np.isin(nose.positions, fit.touches)
+    errors = _left_out(nose, mine)
+    choice = _compare(profile, fit, nose, mine, errors)
+    if not choice.nose_serves:
+        return fit, choice
+    left_out = np.full(len(fit.touches), np.nan)
+    left_out[np.isin(fit.touches, nose.positions[mine])] = errors
+    served = nose_curve(profile, vectors, fit, nose.prediction, joint_repeats(policy, 3))
+    spare = max(len(fit.touches) - 2, 0)
+    return replace(served, leave_one_out_mm=left_out, spare=spare, notes=(choice.words,)), choice
+
+
+def _left_out(nose: NoseOnPart, mine: NDArray[np.bool_]) -> Array:
+    """Error of predicting each of my touches with offsets from all the others; NaN where those do not set them."""
+    errors = []
+    for k in np.flatnonzero(mine):
+        others = nose.touches.subset(np.arange(len(mine)) != k)
+        try:
+            expected = nose.prediction.model.predict(others).value_mm(nose.touches.contact_angle_rad[k])[0]
+        except TrueloopError:
+            expected = np.nan
+        errors.append(nose.touches.error_mm[k] - expected)
+    return np.array(errors)
+
+
+def _compare(profile: Profile, fit: ChainFit, nose: NoseOnPart, mine: NDArray[np.bool_], errors: Array) -> ModelChoice:
+    own = fit.leave_one_out_mm[np.isin(fit.touches, nose.positions[mine])]
+    own_rms = float("inf") if np.any(np.isnan(own)) else _rms(own)
+    nose_rms = _rms(errors)
+    if math.isnan(nose_rms):
+        u = nose.prediction.standard_deviation_mm(nose.touches.contact_angle_rad[mine])
+        nose_rms = _rms(np.hypot(u, nose.prediction.model.scatter_mm))
+    names = tuple(profile.features[i].name for i in fit.chain.features)
+    return ModelChoice(names, len(errors), own_rms, nose_rms, nose_rms < own_rms)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,54 @@
+"""From fits to curves with their uncertainty: the scatter of the touches, and what is handed from chain to chain."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop.error_curve.chain_fit import ChainFit
+from trueloop.error_curve.conditions import conditions_covariance
+from trueloop.error_curve.spline import Spline
+from trueloop.gauging.error_vectors import ErrorVectors
+
+
+@dataclass(frozen=True)
+class FittedChains:
+    """The chains' fits and finished splines, in the profile's order.
+
+    `scatter_mm` is the standard deviation of a touch about each chain's curve: the residuals of all chains with touches
+    to spare, pooled over `degrees_of_freedom` of them, and never less than the touches' type B uncertainty. Pooling
+    assumes that lines and arcs of one cut scatter alike; a curve too stiff for its feature makes all bands wider.
+    """
+
+    fits: tuple[ChainFit, ...]
+    splines: tuple[Spline, ...]
+    scatter_mm: tuple[float, ...]
+    degrees_of_freedom: int
+
+
+def finish(fits: Sequence[ChainFit], vectors: ErrorVectors) -> FittedChains:
+    """Puts numbers to the covariances: σ² of the touches, and that of the end values taken from neighbours."""
+    spare = sum(fit.spare for fit in fits if fit.spare > 0)
+    squares = float(sum(np.sum(fit.residual_mm**2) for fit in fits if fit.spare > 0))
+    pooled = squares / spare if spare else 0.0
+    scatter = [_at_least_type_b(fit, vectors, pooled) for fit in fits]
+    splines: dict[int, Spline] = {}
+    while len(splines) < len(fits):
+        for i, fit in enumerate(fits):
+            givers = {source.neighbour.chain for source in fit.sources if source.neighbour is not None}
+            if i not in splines and givers <= splines.keys():
+                splines[i] = _finished(fit, scatter[i], splines)
+    return FittedChains(tuple(fits), tuple(splines[i] for i in range(len(fits))), tuple(scatter), spare)
+
+
+def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:
+    u = vectors.standard_u_mm[fit.touches]
+    return float(np.sqrt(max(pooled_mm2, np.mean(u**2) if len(u) else 0.0)))
+
+
+def _finished(fit: ChainFit, scatter_mm: float, splines: dict[int, Spline]) -> Spline:
+    from_ends = conditions_covariance(fit, splines)
+    if fit.from_model_mm is None:
+        return fit.fit.scaled(scatter_mm**2, from_ends)
+    spline = fit.fit.scaled(0.0, from_ends)
+    return replace(spline, prescribed_mm=np.hstack([fit.from_model_mm, spline.prescribed_mm]))
