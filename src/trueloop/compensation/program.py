@@ -5,7 +5,7 @@ one of its own; a rapid to the start of the contour stays where it was, and a fe
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
         delta = targets.ends.get(move, np.zeros(2))
         wanted = path.end_mm[move] + np.array([delta[0], 0.0, delta[1]])
         if move in targets.arcs:
-            edits += _arc(program, path, move, targets.arcs[move])
+            edits += _arc(program, path, move, _ending_at(targets.arcs[move], wanted))
             held = wanted
         elif path.motion[move] == Motion.RAPID and np.any(delta):
             edits.append(_feed_to(program, path, move, wanted))
@@ -100,6 +100,12 @@ def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Arra
         else:
             holds[axis] = held[axis]
     return edits, holds
+
+
+def _ending_at(replacement: Replacement, wanted: Array) -> Replacement:
+    """The same moves with the last end as the blocks that follow inherit it, to the last digit."""
+    *others, last = replacement.moves
+    return Replacement(replacement.move, (*others, replace(last, end_mm=(float(wanted[0]), float(wanted[2])))))
 
 
 def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) -> list[Edit]:
