@@ -1,14 +1,19 @@
-"""A job file and everything it names, read into the values that the loop works on."""
+"""A job file and the files it names, read into the values that the loop works on.
+
+Whatever is refused names the file it stands in: numerics know nothing of files, this module does.
+"""
 
 import getpass
-from collections.abc import Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.compensation.limits import Limits
 from trueloop.compensation.record import sha256_of
-from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.job import GaugingTable, Job, PartTable, read_job
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.input_file import read_input
+from trueloop.formats.job import Job, read_job
 from trueloop.formats.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.touches_csv import read_touches
 from trueloop.gauging.error_vectors import ErrorVectors
@@ -23,127 +28,147 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 
 @dataclass(frozen=True)
-class JobInputs:
-    """What the loop works on, the files it was read from (never to be overwritten), and where results go."""
+class ReadJob:
+    """A job as values, and what it was read from: `files` are all inputs, `finish` the program to be corrected."""
 
     inputs: Inputs
     finish: Path
-    output_folder: Path
     files: tuple[Path, ...]
+    output_folder: Path
 
 
-def read_inputs(path: Path) -> JobInputs:
-    """Reads a job. Raises the errors of whatever cannot be read, with the file named."""
-    job, folder = read_job(path), path.parent
-    files = _files(job, path)
-    program = _program(folder / job.programs.finish, job)
-    nose_radius_mm = _nose_radius_mm(job)
-    profile = _profile(job, folder, path, program, nose_radius_mm)
-    after = job.gauging.finish_touches
+@dataclass(frozen=True)
+class ReadPart:
+    """A job's nominal profile and tool."""
+
+    name: str
+    profile: Profile
+    nose_radius_mm: float
+
+
+def read_part(path: Path) -> ReadPart:
+    """The part of a job alone: its touches need not exist yet."""
+    job = read_job(path)
+    program = _program(path, job, job.programs.finish) if job.part.from_program else None
+    return ReadPart(job.part.name, _profile(path, job, program), _nose_radius_mm(job))
+
+
+def read_inputs(path: Path) -> ReadJob:
+    """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in."""
+    job = read_job(path)
+    program = _program(path, job, job.programs.finish)
+    profile = _profile(path, job, program)
+    finish_touches = job.gauging.finish_touches
+    files = _files(path, job)
     inputs = Inputs(
         part=job.part.name,
         profile=profile,
-        nose_radius_mm=nose_radius_mm,
+        nose_radius_mm=_nose_radius_mm(job),
         program=program,
-        touches=_touches(profile, folder / job.gauging.touches, job.gauging),
+        touches=_touches(path.parent / job.gauging.touches, job, profile),
         options=_options(job),
-        semifinish=None if job.programs.semifinish is None else _program(folder / job.programs.semifinish, job),
+        semifinish=_program(path, job, job.programs.semifinish) if job.programs.semifinish else None,
         allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
-        measured_at=job.gauging.measured_at,
+        # A time without a zone is the clock on the wall here.
+        measured_at=job.gauging.measured_at.astimezone() if job.gauging.measured_at else None,
         program_sha256=job.gauging.program_sha256,
-        finish_touches=None if after is None else _touches(profile, folder / after, job.gauging),
+        finish_touches=_touches(path.parent / finish_touches, job, profile) if finish_touches else None,
         inputs_sha256={name: sha256_of(file.read_bytes()) for name, file in files.items()},
         made_by=_user(),
     )
-    return JobInputs(inputs, folder / job.programs.finish, folder / job.output.folder, tuple(files.values()))
+    return ReadJob(inputs, path.parent / job.programs.finish, tuple(files.values()), path.parent / job.output.folder)
 
 
-def _files(job: Job, path: Path) -> Mapping[str, Path]:
-    """Every input by what it is. Raises JOB-MISSING for the first that is not there."""
-    named = {
-        "finish": job.programs.finish,
-        "semifinish": job.programs.semifinish,
-        "touches": job.gauging.touches,
-        "finish_touches": job.gauging.finish_touches,
-        "dxf": job.part.dxf,
-        "nose_model": job.compensation.nose_model,
-    }
-    files = {"job": path} | {what: path.parent / file for what, file in named.items() if file is not None}
-    for what, file in files.items():
-        if not file.is_file():
-            raise TrueloopError(
-                Code.JOB_MISSING,
-                f"the job names {str(file)!r} as {what!r}, and there is no such file",
-                hint="paths are relative to the job file",
-                place=Place(str(path)),
-            )
-    return files
-
-
-def _program(path: Path, job: Job) -> Program:
-    return read_program(path.read_bytes(), job.programs.dialect, str(path))
-
-
-def _nose_radius_mm(job: Job) -> float:
-    if job.tool.nose_radius_mm is not None:
-        return job.tool.nose_radius_mm
-    assert job.tool.nose_radius_in is not None  # the job was validated: one of the two is there
-    return job.tool.nose_radius_in * MM_PER_INCH
-
-
-def _profile(job: Job, folder: Path, path: Path, program: Program, nose_radius_mm: float) -> Profile:
+@contextmanager
+def _named(file: Path) -> Iterator[None]:
+    """Puts the file into refusals that do not know it."""
     try:
-        if job.part.dxf is not None:
-            return _from_dxf(job.part, folder / job.part.dxf)
-        if job.part.from_program:
-            moves = feed_moves(program.run(job.programs.parameters))
-            found = contour_of_program(moves, nose_radius_mm).profile
-            return checked_profile(found.features, junctions_by_design(job.part.junctions))
-        return profile_of_table(job.part)
+        yield
     except TrueloopError as error:
-        raise error.in_file(str(path)) from None
+        raise error.in_file(str(file)) from error
 
 
-def _from_dxf(part: PartTable, path: Path) -> Profile:
-    from trueloop.formats.dxf import read_dxf  # ezdxf is slow to import and few jobs need it
-
-    drawing = read_dxf(path, layer=part.dxf_layer, x_is=part.x_is)
-    return checked_profile(drawing.features, junctions_by_design(part.junctions))
-
-
-def _touches(profile: Profile, path: Path, gauging: GaugingTable) -> ErrorVectors:
-    how = Gauging(
-        ball_radius_mm=gauging.ball_radius_mm,
-        allowance_mm=gauging.measured_allowance_mm,
-        range_x_mm=gauging.repeatability_diameter_um / UM_PER_MM,
-        range_z_mm=gauging.repeatability_face_um / UM_PER_MM,
-        z_reference=gauging.z_reference,
+def _files(path: Path, job: Job) -> dict[str, Path]:
+    """Every input by the name the job gives it."""
+    named = (
+        job.part.dxf,
+        job.programs.finish,
+        job.programs.semifinish,
+        job.gauging.touches,
+        job.gauging.finish_touches,
     )
-    try:
-        return error_vectors(profile, read_touches(path), how)
-    except TrueloopError as error:
-        raise error.in_file(str(path)) from None
+    return {path.name: path} | {str(file): path.parent / file for file in named if file is not None}
+
+
+def _program(path: Path, job: Job, file: Path) -> Program:
+    hint = "the job's table [programs] names it, relative to the job file"
+    source = read_input(path.parent / file, Code.NC_FILE, hint=hint)
+    with _named(path):
+        return read_program(source, job.programs.dialect, str(path.parent / file))
+
+
+def _profile(path: Path, job: Job, program: Program | None) -> Profile:
+    part, by_design = job.part, junctions_by_design(job.part.junctions)
+    if part.from_program:
+        assert program is not None
+        with _named(path.parent / job.programs.finish):
+            tool_path = program.run(job.programs.parameters, skipped_blocks=job.programs.execute_deleted_blocks)
+            features = contour_of_program(feed_moves(tool_path), _nose_radius_mm(job)).profile.features
+    elif part.dxf is not None:
+        # ezdxf takes long to import, and most jobs have no drawing.
+        from trueloop.formats.dxf import read_dxf
+
+        unit = part.unit if "unit" in part.model_fields_set else None
+        features = read_dxf(path.parent / part.dxf, layer=part.dxf_layer, unit=unit, x_is=part.x_is).features
+    else:
+        with _named(path):
+            return profile_of_table(part)
+    with _named(path):
+        return checked_profile(features, by_design)
+
+
+def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:
+    gauging = Gauging(
+        ball_radius_mm=job.gauging.ball_radius_mm,
+        allowance_mm=job.gauging.measured_allowance_mm,
+        range_x_mm=job.gauging.repeatability_diameter_um / UM_PER_MM,
+        range_z_mm=job.gauging.repeatability_face_um / UM_PER_MM,
+        z_reference=job.gauging.z_reference,
+    )
+    with _named(file):
+        return error_vectors(profile, read_touches(file), gauging)
 
 
 def _options(job: Job) -> Options:
-    table, programs = job.compensation, job.programs
+    given = job.compensation
     return Options(
-        weight=table.weight,
-        junctions=table.junctions,
-        knot_every=table.knot_every,
-        chord_tolerance_mm=table.chord_tolerance_um / UM_PER_MM,
-        arcs=table.arcs,
-        limits=Limits(table.max_correction_um / UM_PER_MM, table.max_slope_um_per_mm / UM_PER_MM, table.max_age_hours),
-        resolution_mm=programs.resolution_mm,
-        offset_is_diameter=None if programs.offset_x_is is None else programs.offset_x_is == "diameter",
+        weight=given.weight,
+        junctions=given.junctions,
+        knot_every=given.knot_every,
+        chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,
+        arcs=given.arcs,
+        limits=Limits(
+            correction_mm=given.max_correction_um / UM_PER_MM,
+            slope=given.max_slope_um_per_mm / UM_PER_MM,
+            age_hours=given.max_age_hours,
+        ),
+        resolution_mm=job.programs.resolution_mm,
+        offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
         tool=job.tool.number,
     )
 
 
+def _nose_radius_mm(job: Job) -> float:
+    if job.tool.nose_radius_in is not None:
+        return job.tool.nose_radius_in * MM_PER_INCH
+    assert job.tool.nose_radius_mm is not None
+    return job.tool.nose_radius_mm
+
+
 def _user() -> str:
-    """Who makes the correction, as the system knows them."""
+    """Who runs this, as far as the system knows."""
     try:
         return getpass.getuser()
     except (KeyError, OSError):

@@ -73,7 +73,8 @@ class Correction:
     """Everything one correction is made of and was made from: what the report shows and the files hold.
 
     `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
-    corrected one does; `commanded` and `corrected` are the nose-centre paths of both.
+    corrected one does; `by_offset` for which features a constant offset takes the place of their error curve;
+    `commanded` and `corrected` are the nose-centre paths of both.
     """
 
     part: str
@@ -85,6 +86,7 @@ class Correction:
     decision: Decision
     commanded_shift: tuple[Shift, ...]
     corrected_shift: tuple[Shift, ...]
+    by_offset: tuple[bool, ...]
     commanded: tuple[CentrePiece, ...]
     corrected: tuple[CentrePiece, ...]
     prediction: Prediction
@@ -127,6 +129,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         decision=decision,
         commanded_shift=told.finish,
         corrected_shift=shifts.contour,
+        by_offset=shifts.by_offset,
         commanded=before,
         corrected=after,
         prediction=_prediction(inputs.touches, model, decision, shifts, options.weight),
