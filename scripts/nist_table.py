@@ -32,8 +32,8 @@ NISTIR 6811 reports fourteen parts, each measured after the semi-finish cut and 
 authors had corrected: four FACETST (two cylinders, two faces, tapers cut on purpose), four MODBAS2 (dome tangent to a
 cylinder) and six PIECS11 (knob on a cone), the last two families with a worn insert. Here trueloop is given the same
 touches after the semi-finish cut, Tables 4, 8 and 10, with a job and programs made as in `examples/`. One limit is
-raised by name, `max_slope_um_per_mm = {MAX_SLOPE_UM_PER_MM:g}`: on the arcs of some parts the correction is steep at the axis, where the
-last touch is 2.5 mm away.
+raised by name, `max_slope_um_per_mm = {MAX_SLOPE_UM_PER_MM:g}`:
+on the arcs of some parts the correction is steep at the axis, where the last touch is 2.5 mm away.
 
 - **Semi-finish**: root mean square of the measured errors, µm, material left on or taken too much.
 - **NIST's finish**: the same after NIST's corrected finish cut, Tables 7, 9 and 11. Measured.
