@@ -112,7 +112,7 @@ class CompensationTable(_Table):
     weight: Annotated[float, Field(gt=0, le=1)] = 1.0
     junctions: Literal["part", "path"] = "part"
     knot_every: Annotated[int, Field(ge=1)] | None = None
-    nose_model: Path | None = None
+    nose_from: tuple[Path, ...] = ()
     chord_tolerance_um: PositiveFloat = 0.5
     arcs: Literal["auto", "lines", "arcs"] = "auto"
     max_correction_um: PositiveFloat = 150.0

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from trueloop.compensation.limits import Limits
 from trueloop.compensation.record import sha256_of
+from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
+from trueloop.error_curve.nose_model import NoseModel
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import read_input
 from trueloop.formats.job import Job, read_job
@@ -75,6 +77,7 @@ def read_inputs(path: Path) -> ReadJob:
         measured_at=job.gauging.measured_at.astimezone() if job.gauging.measured_at else None,
         program_sha256=job.gauging.program_sha256,
         finish_touches=_touches(path.parent / finish_touches, job, profile) if finish_touches else None,
+        nose=_nose(path, job),
         inputs_sha256={name: sha256_of(file.read_bytes()) for name, file in files.items()},
         made_by=_user(),
     )
@@ -98,6 +101,7 @@ def _files(path: Path, job: Job) -> dict[str, Path]:
         job.programs.semifinish,
         job.gauging.touches,
         job.gauging.finish_touches,
+        *job.compensation.nose_from,
     )
     return {path.name: path} | {str(file): path.parent / file for file in named if file is not None}
 
@@ -139,6 +143,20 @@ def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:
     )
     with _named(file):
         return error_vectors(profile, read_touches(file), gauging)
+
+
+def _nose(path: Path, job: Job) -> NoseModel | None:
+    """The nose as the jobs of other parts know it that were cut with the same edge."""
+    parts = []
+    for file in job.compensation.nose_from:
+        other = path.parent / file
+        told = read_job(other)
+        program = _program(other, told, told.programs.finish) if told.part.from_program else None
+        profile = _profile(other, told, program)
+        parts.append(
+            nose_touches(told.part.name, profile, _touches(other.parent / told.gauging.touches, told, profile))
+        )
+    return fit_nose_model(parts) if parts else None
 
 
 def _options(job: Job) -> Options:

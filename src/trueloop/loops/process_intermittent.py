@@ -21,6 +21,7 @@ from trueloop.compensation.table import CorrectionTable, correction_table
 from trueloop.compensation.targets import Fitting
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.error_curve.nose_model import NoseModel
 from trueloop.error_curve.options import FitOptions
 from trueloop.errors import TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
@@ -64,6 +65,7 @@ class Inputs:
     measured_at: datetime | None = None
     program_sha256: str | None = None
     finish_touches: ErrorVectors | None = None
+    nose: NoseModel | None = None
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     made_by: str = ""
 
@@ -107,7 +109,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     run = Run(inputs.parameters, inputs.execute_deleted_blocks, options.resolution_mm)
     told = commanded(inputs.program, inputs.semifinish, profile, nose, inputs.allowance_mm, run)
     process = replace(inputs.touches, error_mm=inputs.touches.error_mm - told.measured_at(inputs.touches))
-    model = fit_profile(profile, process, _fit_options(options))
+    model = fit_profile(profile, process, _fit_options(options), inputs.nose)
     decision = _decision(model, told, options)
     shifts = corrected_shifts(profile, model, decision, told, options.weight)
     before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
