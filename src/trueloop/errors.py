@@ -50,6 +50,7 @@ class Code(StrEnum):
     NC_RAPID = "NC-RAPID"
     NC_OPAQUE = "NC-OPAQUE"
     NC_FLOW = "NC-FLOW"
+    NC_UNIT = "NC-UNIT"
     NC_LIMIT = "NC-LIMIT"
     NC_EDIT = "NC-EDIT"
     NC_OFFSET = "NC-OFFSET"

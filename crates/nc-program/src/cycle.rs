@@ -33,11 +33,7 @@ impl Turning {
         let mut above = x_start;
         for pass in 1..=passes as usize {
             let depth = (pass as f64 * self.depth_of_cut).min(total.abs());
-            let x = if pass as f64 == passes {
-                x_end
-            } else {
-                x_start + depth.copysign(total)
-            };
+            let x = if pass as f64 == passes { x_end } else { x_start + depth.copysign(total) };
             steps.push((false, [x, z_start]));
             steps.push((true, [x, self.exit_z(x)]));
             steps.push((true, [above, self.exit_z(above)]));
@@ -60,12 +56,7 @@ mod tests {
 
     #[test]
     fn passes_of_the_full_depth_then_the_rest() {
-        let cycle = Turning {
-            start: [10.0, 1.0],
-            end: [5.0, -20.0],
-            depth_of_cut: 2.0,
-            taper_start_z: -15.0,
-        };
+        let cycle = Turning { start: [10.0, 1.0], end: [5.0, -20.0], depth_of_cut: 2.0, taper_start_z: -15.0 };
         let steps = cycle.steps().unwrap();
         let depths: Vec<f64> = steps.chunks(4).map(|pass| pass[0].1[0]).collect();
         assert_eq!(depths, [8.0, 6.0, 5.0, 10.0]);
@@ -77,12 +68,7 @@ mod tests {
     #[test]
     fn a_depth_of_cut_that_makes_no_sense() {
         for depth_of_cut in [0.0, -1.0, 1e-9, f64::NAN] {
-            let cycle = Turning {
-                start: [10.0, 1.0],
-                end: [5.0, -20.0],
-                depth_of_cut,
-                taper_start_z: -15.0,
-            };
+            let cycle = Turning { start: [10.0, 1.0], end: [5.0, -20.0], depth_of_cut, taper_start_z: -15.0 };
             assert!(cycle.steps().is_none());
         }
     }

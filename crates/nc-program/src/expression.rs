@@ -1,6 +1,7 @@
 //! Expressions, computed straight from the bytes: brackets, parameters, and for RS-274 its functions and operators.
 
 use crate::dialect::Dialect;
+use crate::functions::{function, Operator, ARITHMETIC, RS274};
 use crate::number;
 use crate::parameters::{read_number, Key};
 
@@ -25,37 +26,15 @@ pub trait Values {
 }
 
 /// Computes the value that starts at `at`; gives it and the position after it.
-pub fn value(
-    source: &[u8],
-    at: usize,
-    dialect: &Dialect,
-    values: &mut dyn Values,
-) -> Result<(f64, usize), Fault> {
-    let mut reader = Reader {
-        source,
-        dialect,
-        values,
-        at,
-        depth: 0,
-    };
+pub fn value(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Fault> {
+    let mut reader = Reader { source, dialect, values, at, depth: 0 };
     let value = reader.value()?;
     Ok((value, reader.at))
 }
 
 /// The parameter named at `at` (its mark included), and the position after it.
-pub fn key(
-    source: &[u8],
-    at: usize,
-    dialect: &Dialect,
-    values: &mut dyn Values,
-) -> Result<(Key, usize), Fault> {
-    let mut reader = Reader {
-        source,
-        dialect,
-        values,
-        at,
-        depth: 0,
-    };
+pub fn key(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(Key, usize), Fault> {
+    let mut reader = Reader { source, dialect, values, at, depth: 0 };
     let key = reader.key()?;
     Ok((key, reader.at))
 }
@@ -68,54 +47,13 @@ struct Reader<'a> {
     depth: u32,
 }
 
-#[derive(Clone, Copy)]
-enum Operator {
-    Power,
-    Times,
-    Over,
-    Modulo,
-    Plus,
-    Minus,
-    Compare(fn(f64, f64) -> bool),
-    Logic(fn(bool, bool) -> bool),
-}
-
-/// RS-274's operators: text, how strongly it binds, meaning. Longer texts first.
-const OPERATORS: [(&[u8], u8, Operator); 15] = [
-    (b"**", 5, Operator::Power),
-    (b"mod", 4, Operator::Modulo),
-    (b"and", 1, Operator::Logic(|a, b| a && b)),
-    (b"xor", 1, Operator::Logic(|a, b| a != b)),
-    (b"or", 1, Operator::Logic(|a, b| a || b)),
-    (b"eq", 2, Operator::Compare(|a, b| (a - b).abs() < EQUAL)),
-    (b"ne", 2, Operator::Compare(|a, b| (a - b).abs() >= EQUAL)),
-    (b"gt", 2, Operator::Compare(|a, b| a > b)),
-    (b"ge", 2, Operator::Compare(|a, b| a >= b)),
-    (b"lt", 2, Operator::Compare(|a, b| a < b)),
-    (b"le", 2, Operator::Compare(|a, b| a <= b)),
-    (b"*", 4, Operator::Times),
-    (b"/", 4, Operator::Over),
-    (b"+", 3, Operator::Plus),
-    (b"-", 3, Operator::Minus),
-];
-
-/// LinuxCNC calls two numbers equal that differ by less.
-const EQUAL: f64 = 1e-6;
-
 impl Reader<'_> {
     fn fault<T>(&self, at: usize, what: &str) -> Result<T, Fault> {
-        Err(Fault {
-            at,
-            what: what.to_owned(),
-        })
+        Err(Fault { at, what: what.to_owned() })
     }
 
     fn peek(&mut self) -> Option<u8> {
-        while self
-            .source
-            .get(self.at)
-            .is_some_and(|byte| matches!(byte, b' ' | b'\t'))
-        {
+        while self.source.get(self.at).is_some_and(|byte| matches!(byte, b' ' | b'\t')) {
             self.at += 1;
         }
         self.source.get(self.at).copied()
@@ -170,9 +108,7 @@ impl Reader<'_> {
             digits.push(byte);
             at += 1;
         }
-        number::read(&digits, 0)
-            .filter(|(_, used)| *used == digits.len())
-            .map(|(value, _)| (value, end))
+        number::read(&digits, 0).filter(|(_, used)| *used == digits.len()).map(|(value, _)| (value, end))
     }
 
     fn computed(&mut self) -> Result<f64, Fault> {
@@ -184,10 +120,7 @@ impl Reader<'_> {
                 Ok(self.values.get(&key, at))
             }
             Some(byte) if self.dialect.functions && byte.is_ascii_alphabetic() => self.function(),
-            _ => self.fault(
-                self.at,
-                "a number, a parameter or an opening bracket is missing",
-            ),
+            _ => self.fault(self.at, "a number, a parameter or an opening bracket is missing"),
         }
     }
 
@@ -217,49 +150,21 @@ impl Reader<'_> {
     /// A chain of values and operators that bind more strongly than `floor`; equals associate to the left.
     fn expression(&mut self, floor: u8) -> Result<f64, Fault> {
         let mut left = self.value()?;
-        while let Some((length, strength, operator)) = self.operator() {
-            if strength <= floor {
-                break;
-            }
+        while let Some(operator) = self.operator().filter(|operator| operator.strength > floor) {
             let at = self.at;
-            self.at += length;
-            let right = self.expression(strength)?;
-            left = self.apply(operator, left, right, at)?;
+            self.at += operator.text.len();
+            let right = self.expression(operator.strength)?;
+            left = (operator.apply)(left, right).or_else(|what| self.fault(at, what))?;
         }
         Ok(left)
     }
 
-    fn operator(&mut self) -> Option<(usize, u8, Operator)> {
+    fn operator(&mut self) -> Option<&'static Operator> {
         self.peek()?;
         let rest = self.source.get(self.at..)?;
-        let words = self.dialect.functions;
-        OPERATORS
-            .iter()
-            .filter(|(text, strength, _)| words || (text.len() == 1 && *strength >= 3))
-            .find(|(text, _, _)| {
-                rest.get(..text.len())
-                    .is_some_and(|start| start.eq_ignore_ascii_case(text))
-            })
-            .map(|(text, strength, operator)| (text.len(), *strength, *operator))
-    }
-
-    fn apply(&self, operator: Operator, left: f64, right: f64, at: usize) -> Result<f64, Fault> {
-        let value = match operator {
-            Operator::Plus => left + right,
-            Operator::Minus => left - right,
-            Operator::Times => left * right,
-            Operator::Over if right == 0.0 => return self.fault(at, "division by zero"),
-            Operator::Over => left / right,
-            Operator::Modulo if right == 0.0 => return self.fault(at, "division by zero"),
-            Operator::Modulo => left.rem_euclid(right),
-            Operator::Power if left < 0.0 && right.fract() != 0.0 => {
-                return self.fault(at, "a negative number to a fractional power")
-            }
-            Operator::Power => left.powf(right),
-            Operator::Compare(holds) => f64::from(u8::from(holds(left, right))),
-            Operator::Logic(holds) => f64::from(u8::from(holds(left != 0.0, right != 0.0))),
-        };
-        Ok(value)
+        let own: &[Operator] = if self.dialect.functions { &RS274 } else { &[] };
+        let begins = |text: &[u8]| rest.get(..text.len()).is_some_and(|start| start.eq_ignore_ascii_case(text));
+        own.iter().chain(&ARITHMETIC).find(|operator| begins(operator.text))
     }
 
     fn key(&mut self) -> Result<Key, Fault> {
@@ -295,31 +200,20 @@ impl Reader<'_> {
 
     fn function(&mut self) -> Result<f64, Fault> {
         let start = self.at;
-        while self
-            .source
-            .get(self.at)
-            .is_some_and(u8::is_ascii_alphabetic)
-        {
+        while self.source.get(self.at).is_some_and(u8::is_ascii_alphabetic) {
             self.at += 1;
         }
-        let name = self
-            .source
-            .get(start..self.at)
-            .unwrap_or(&[])
-            .to_ascii_lowercase();
+        let name = self.source.get(start..self.at).unwrap_or(&[]).to_ascii_lowercase();
         if name == b"exists" {
             return self.exists();
         }
         let argument = self.brackets()?;
         match name.as_slice() {
             b"atan" => self.arc_tangent(argument),
-            name => match evaluate(name, argument) {
+            name => match function(name, argument) {
                 Some(value) if value.is_finite() || argument.is_nan() => Ok(value),
                 Some(_) => self.fault(start, &format!("the function has no value at {argument}")),
-                None => self.fault(
-                    start,
-                    &format!("unknown function {}", String::from_utf8_lossy(name)),
-                ),
+                None => self.fault(start, &format!("unknown function {}", String::from_utf8_lossy(name))),
             },
         }
     }
@@ -344,23 +238,4 @@ impl Reader<'_> {
         self.close()?;
         Ok(f64::from(u8::from(self.values.exists(&key))))
     }
-}
-
-/// RS-274's functions of one argument; angles in degrees. `None`: there is no such function.
-fn evaluate(name: &[u8], argument: f64) -> Option<f64> {
-    Some(match name {
-        b"abs" => argument.abs(),
-        b"acos" => argument.acos().to_degrees(),
-        b"asin" => argument.asin().to_degrees(),
-        b"cos" => argument.to_radians().cos(),
-        b"exp" => argument.exp(),
-        b"fix" => argument.floor(),
-        b"fup" => argument.ceil(),
-        b"ln" => argument.ln(),
-        b"round" => argument.round(),
-        b"sin" => argument.to_radians().sin(),
-        b"sqrt" => argument.sqrt(),
-        b"tan" => argument.to_radians().tan(),
-        _ => return None,
-    })
 }

@@ -31,6 +31,8 @@ pub const ARC: &str = "NC-ARC";
 pub const OPAQUE: &str = "NC-OPAQUE";
 /// Flow control that does not fit together.
 pub const FLOW: &str = "NC-FLOW";
+/// A unit that the program does not say.
+pub const UNIT: &str = "NC-UNIT";
 /// A bound on blocks, depth or moves was reached.
 pub const LIMIT: &str = "NC-LIMIT";
 
@@ -52,32 +54,18 @@ pub struct Finding {
     pub at: usize,
 }
 
-impl Finding {
-    pub(crate) fn new(
-        severity: Severity,
-        code: &'static str,
-        at: usize,
-        message: String,
-        hint: String,
-    ) -> Self {
-        Self {
-            severity,
-            code,
-            message,
-            hint,
-            at,
-        }
+/// Adds a finding unless there are too many or it is there already.
+pub(crate) fn add(findings: &mut Vec<Finding>, finding: Finding) {
+    let known = |other: &Finding| other.at == finding.at && other.code == finding.code;
+    if findings.len() < MOST && !findings.iter().any(known) {
+        findings.push(finding);
     }
 }
 
-/// Adds a finding unless there are too many or it is there already.
-pub(crate) fn add(findings: &mut Vec<Finding>, finding: Finding) {
-    let known = findings
-        .iter()
-        .rev()
-        .take(MOST)
-        .any(|other| other.at == finding.at && other.code == finding.code);
-    if findings.len() < MOST && !known {
-        findings.push(finding);
-    }
+/// Text of the source for a message: at most 40 characters.
+pub(crate) fn excerpt(text: &[u8]) -> String {
+    text.iter()
+        .take(40)
+        .map(|byte| if byte.is_ascii_graphic() || *byte == b' ' { char::from(*byte) } else { '?' })
+        .collect()
 }

@@ -1,8 +1,12 @@
 //! What a position is called: work offset, position register and tool offset over the machine position, mm.
 
+use crate::finding;
+use crate::request::Request;
+use crate::run::{Runner, AXES};
+
 /// Offsets in force. machine = program + work + register + tool.
 #[derive(Clone, Debug)]
-pub struct Frame {
+pub(crate) struct Frame {
     /// Work offsets, from 1; index 0 is not used.
     pub work: [[f64; 3]; 10],
     /// The one in force.
@@ -18,26 +22,76 @@ pub struct Frame {
 impl Frame {
     /// No offsets.
     pub const fn new() -> Self {
-        Self {
-            work: [[0.0; 3]; 10],
-            active: 1,
-            register: [0.0; 3],
-            set_aside: [0.0; 3],
-            tool: [0.0; 3],
+        Self { work: [[0.0; 3]; 10], active: 1, register: [0.0; 3], set_aside: [0.0; 3], tool: [0.0; 3] }
+    }
+
+    /// Machine position minus program position.
+    pub fn total(&self) -> [f64; 3] {
+        let work = self.work.get(self.active).copied().unwrap_or_default();
+        [0, 1, 2].map(|axis| work[axis] + self.register[axis] + self.tool[axis])
+    }
+}
+
+impl Runner<'_> {
+    /// Changes what positions are called: the tool stays where it is.
+    pub(crate) fn reframe(&mut self, change: impl FnOnce(&mut Frame)) {
+        let before = self.frame.total();
+        change(&mut self.frame);
+        let after = self.frame.total();
+        self.position = [0, 1, 2].map(|axis| self.position[axis] + before[axis] - after[axis]);
+    }
+
+    /// The block's coordinates in mm, X a radius.
+    fn given(&self, request: &Request) -> [Option<f64>; 3] {
+        [0, 1, 2].map(|axis| request.get(AXES[axis]).map(|value| value * self.modal.axis_mm(axis)))
+    }
+
+    /// G92: the present position gets the values given.
+    pub(crate) fn set_register(&mut self, request: &Request) {
+        let (given, position) = (self.given(request), self.position);
+        let named = [0, 1, 2].map(|axis| given[axis].unwrap_or(position[axis]));
+        self.reframe(|frame| {
+            frame.register = [0, 1, 2].map(|axis| frame.register[axis] + position[axis] - named[axis]);
+            frame.set_aside = frame.register;
+        });
+        self.position = named; // exactly, without the rounding of the difference
+    }
+
+    pub(crate) fn cancel_register(&mut self, forget: bool) {
+        self.reframe(|frame| {
+            frame.set_aside = if forget { [0.0; 3] } else { frame.register };
+            frame.register = [0.0; 3];
+        });
+    }
+
+    /// G10: L2 sets a work offset, L20 so that the present position gets the values given.
+    pub(crate) fn set_data(&mut self, request: &Request) {
+        let level = request.get(b'L').unwrap_or(0.0).round() as i64;
+        let system = match request.get(b'P').unwrap_or(0.0).round() as i64 {
+            0 => self.frame.active,
+            number => usize::try_from(number).unwrap_or(usize::MAX),
+        };
+        let rotated = request.get(b'R').is_some_and(|angle| angle != 0.0);
+        if !matches!(level, 2 | 20) || !(1..=9).contains(&system) || rotated {
+            let message = format!("G10 L{level}: only work offsets without rotation are followed");
+            let hint = "the path is given as if this block were not there";
+            return self.warn(finding::OPAQUE, self.block_start(), message, hint);
         }
+        let (given, position, total) = (self.given(request), self.position, self.frame.total());
+        self.reframe(|frame| {
+            let others = [0, 1, 2].map(|axis| frame.register[axis] + frame.tool[axis]);
+            let Some(offsets) = frame.work.get_mut(system) else { return };
+            *offsets = [0, 1, 2].map(|axis| match given[axis] {
+                Some(value) if level == 2 => value,
+                Some(value) => position[axis] + total[axis] - others[axis] - value,
+                None => offsets[axis],
+            });
+        });
     }
 
-    /// Machine position minus program position along an axis.
-    pub fn total(&self, axis: usize) -> f64 {
-        let work = self
-            .work
-            .get(self.active)
-            .map_or(0.0, |offsets| offsets[axis]);
-        work + self.register[axis] + self.tool[axis]
-    }
-
-    /// All three axes.
-    pub fn totals(&self) -> [f64; 3] {
-        [self.total(0), self.total(1), self.total(2)]
+    /// A tool length offset given in the block.
+    pub(crate) fn tool_offset(&mut self, request: &Request) {
+        let given = self.given(request);
+        self.reframe(|frame| frame.tool = [0, 1, 2].map(|axis| given[axis].unwrap_or(frame.tool[axis])));
     }
 }

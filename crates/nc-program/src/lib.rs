@@ -8,21 +8,28 @@
 //! Units inside are millimetres, X is a radius. No input makes this crate panic; loops, depth and sizes are bounded.
 
 mod arc;
-mod block;
+mod codes;
 mod cycle;
 pub mod dialect;
 mod expression;
 pub mod finding;
 mod flow;
+mod follow;
 mod frame;
+mod functions;
+mod gather;
 mod lex;
 mod lint;
 mod modal;
+mod motion;
 mod number;
 mod parameters;
 mod path;
 mod program;
+mod request;
 mod run;
+mod scan;
+mod scope;
 mod statement;
 mod uses;
 

@@ -2,8 +2,8 @@
 
 /// Powers of ten that a double holds exactly.
 const POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
-    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
 ];
 
 /// The number that starts at `at` and the position after it; `None` without a digit.
@@ -58,10 +58,7 @@ fn digits(bytes: &[u8], mut at: usize, mantissa: &mut u64) -> usize {
 }
 
 fn slow(text: &[u8]) -> f64 {
-    std::str::from_utf8(text)
-        .ok()
-        .and_then(|text| text.parse().ok())
-        .unwrap_or(f64::NAN)
+    std::str::from_utf8(text).ok().and_then(|text| text.parse().ok()).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
@@ -71,12 +68,7 @@ mod tests {
 
     #[test]
     fn numbers_as_shops_write_them() {
-        for (text, value) in [
-            ("00.03125", 0.03125),
-            ("-.0625", -0.0625),
-            ("+2.", 2.0),
-            ("100", 100.0),
-        ] {
+        for (text, value) in [("00.03125", 0.03125), ("-.0625", -0.0625), ("+2.", 2.0), ("100", 100.0)] {
             assert_eq!(read(text.as_bytes(), 0), Some((value, text.len())));
         }
         for text in ["", "-", ".", "+.", "x"] {

@@ -25,17 +25,11 @@ impl Key {
     pub fn parse(text: &str, dialect: &Dialect) -> Option<Self> {
         let mark = char::from(dialect.parameters.mark);
         let text = text.trim();
-        let bare = text
-            .strip_prefix(mark)
-            .or_else(|| text.strip_prefix(mark.to_ascii_lowercase()))
-            .unwrap_or(text);
+        let bare = text.strip_prefix(mark).or_else(|| text.strip_prefix(mark.to_ascii_lowercase())).unwrap_or(text);
         if let Ok(number) = bare.parse::<u32>() {
             return (number <= LAST_NUMBER).then_some(Self::Number(number));
         }
-        let name = bare
-            .strip_prefix('<')
-            .and_then(|name| name.strip_suffix('>'))
-            .unwrap_or(bare);
+        let name = bare.strip_prefix('<').and_then(|name| name.strip_suffix('>')).unwrap_or(bare);
         (dialect.parameters.named && !name.is_empty()).then(|| Self::named(name.as_bytes()))
     }
 
@@ -43,17 +37,13 @@ impl Key {
     pub fn numbered(value: f64) -> Option<Self> {
         let number = value.round();
         let whole = (value - number).abs() < 1e-4;
-        (whole && (0.0..=f64::from(LAST_NUMBER)).contains(&number))
-            .then_some(Self::Number(number as u32))
+        (whole && (0.0..=f64::from(LAST_NUMBER)).contains(&number)).then_some(Self::Number(number as u32))
     }
 
     /// The key of a name between angle brackets.
     pub fn named(name: &[u8]) -> Self {
         let kept = name.iter().filter(|byte| !byte.is_ascii_whitespace());
-        Self::Name(
-            kept.map(|byte| char::from(byte.to_ascii_lowercase()))
-                .collect(),
-        )
+        Self::Name(kept.map(|byte| char::from(byte.to_ascii_lowercase())).collect())
     }
 
     /// As the dialect writes it.
@@ -112,21 +102,10 @@ impl Store {
 
     /// Enters a subroutine: the arguments become #1, #2, …, the rest of #1 to #30 zero; the other local parameters are put away.
     pub fn enter(&mut self, arguments: &[f64]) {
-        self.numbered
-            .resize(self.numbered.len().max(LAST_LOCAL + 1), None);
-        let saved = self
-            .numbered
-            .iter_mut()
-            .take(LAST_LOCAL + 1)
-            .map(Option::take)
-            .collect();
+        self.numbered.resize(self.numbered.len().max(LAST_LOCAL + 1), None);
+        let saved = self.numbered.iter_mut().take(LAST_LOCAL + 1).map(Option::take).collect();
         self.callers.push((saved, std::mem::take(&mut self.local)));
-        for (index, value) in arguments
-            .iter()
-            .chain(std::iter::repeat(&0.0))
-            .enumerate()
-            .take(LAST_LOCAL)
-        {
+        for (index, value) in arguments.iter().chain(std::iter::repeat(&0.0)).enumerate().take(LAST_LOCAL) {
             if let Some(slot) = self.numbered.get_mut(index + 1) {
                 *slot = Some(*value);
             }

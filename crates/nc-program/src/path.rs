@@ -46,14 +46,8 @@ impl Move {
     pub fn column(&self, program: &Program) -> usize {
         let block = self.block as usize;
         let start = program.blocks().get(block).map_or(0, |found| found.start);
-        let own = self
-            .words
-            .iter()
-            .filter_map(|word| program.words().get(usize::try_from(*word).ok()?));
-        let first = own
-            .map(|word| word.start)
-            .min()
-            .or(program.words_of(block).first().map(|word| word.start));
+        let own = self.words.iter().filter_map(|word| program.words().get(usize::try_from(*word).ok()?));
+        let first = own.map(|word| word.start).min().or(program.words_of(block).first().map(|word| word.start));
         (first.unwrap_or(start) - start) as usize + 1
     }
 }

@@ -73,17 +73,10 @@ impl Program {
     /// Lays blocks and words over the source. Any bytes can be read.
     pub fn read(source: Vec<u8>, dialect: &'static Dialect) -> Result<Self, TooLarge> {
         if u32::try_from(source.len()).is_err() {
-            return Err(TooLarge {
-                bytes: source.len(),
-            });
+            return Err(TooLarge { bytes: source.len() });
         }
         let (blocks, words) = lex::lex(&source, dialect);
-        Ok(Self {
-            source,
-            dialect,
-            blocks,
-            words,
-        })
+        Ok(Self { source, dialect, blocks, words })
     }
 
     /// The bytes, as they were read.
@@ -109,14 +102,8 @@ impl Program {
     /// Range of indices of a block's words.
     pub fn word_range(&self, block: usize) -> std::ops::Range<usize> {
         let total = self.words.len();
-        let first = self
-            .blocks
-            .get(block)
-            .map_or(total, |found| found.first_word as usize);
-        let after = self
-            .blocks
-            .get(block + 1)
-            .map_or(total, |next| next.first_word as usize);
+        let first = self.blocks.get(block).map_or(total, |found| found.first_word as usize);
+        let after = self.blocks.get(block + 1).map_or(total, |next| next.first_word as usize);
         first..after
     }
 
@@ -127,27 +114,18 @@ impl Program {
 
     /// The text of a word.
     pub fn text(&self, word: &Word) -> &[u8] {
-        self.source
-            .get(word.start as usize..word.end as usize)
-            .unwrap_or(&[])
+        self.source.get(word.start as usize..word.end as usize).unwrap_or(&[])
     }
 
     /// Where the value of a word starts: after its letter, after the equals sign of an assignment.
     pub fn value_start(&self, word: &Word) -> usize {
         let (mut at, end) = (word.start as usize, word.end as usize);
         match word.kind {
-            WordKind::Assignment => {
-                at = memchr::memchr(b'=', self.text(word)).map_or(end, |offset| at + offset + 1)
-            }
+            WordKind::Assignment => at = memchr::memchr(b'=', self.text(word)).map_or(end, |offset| at + offset + 1),
             WordKind::Number | WordKind::Expression => at += 1,
             WordKind::Statement | WordKind::Flow | WordKind::Unknown => return at,
         }
-        while at < end
-            && self
-                .source
-                .get(at)
-                .is_some_and(|byte| self.dialect.class(*byte) == Class::Space)
-        {
+        while at < end && self.source.get(at).is_some_and(|byte| self.dialect.class(*byte) == Class::Space) {
             at += 1;
         }
         at
@@ -155,8 +133,6 @@ impl Program {
 
     /// Index of the block that holds a byte.
     pub fn block_at(&self, offset: usize) -> usize {
-        self.blocks
-            .partition_point(|block| block.start as usize <= offset)
-            .saturating_sub(1)
+        self.blocks.partition_point(|block| block.start as usize <= offset).saturating_sub(1)
     }
 }

@@ -22,32 +22,19 @@ pub struct OffsetStatement {
 
 /// Every tool offset update of a program whose value is a number.
 pub fn offset_statements(program: &Program) -> Vec<OffsetStatement> {
-    let statements = program
-        .words()
-        .iter()
-        .enumerate()
-        .filter(|(_, word)| word.kind == WordKind::Statement);
-    statements
-        .filter_map(|(index, word)| parse(program.text(word), word.start as usize, index))
-        .collect()
+    let statements = program.words().iter().enumerate().filter(|(_, word)| word.kind == WordKind::Statement);
+    statements.filter_map(|(index, word)| parse(program.text(word), word.start as usize, index)).collect()
 }
 
 fn parse(text: &[u8], offset: usize, word: usize) -> Option<OffsetStatement> {
     let mut fields = fields(text);
     let name = fields.next()?.1;
     let tool = std::str::from_utf8(fields.next()?.1).ok()?.parse().ok()?;
-    let axis = *fields
-        .next()?
-        .1
-        .to_ascii_uppercase()
-        .strip_prefix(b"TOV(")?
-        .strip_suffix(b")")?
-        .trim_ascii()
-        .first()?;
+    let axis =
+        *fields.next()?.1.to_ascii_uppercase().strip_prefix(b"TOV(")?.strip_suffix(b")")?.trim_ascii().first()?;
     let (start, text) = fields.next()?;
     let (value, used) = number::read(text, 0)?;
-    let complete =
-        name.eq_ignore_ascii_case(b"UPD") && used == text.len() && fields.next().is_none();
+    let complete = name.eq_ignore_ascii_case(b"UPD") && used == text.len() && fields.next().is_none();
     complete.then_some(OffsetStatement {
         tool,
         axis,

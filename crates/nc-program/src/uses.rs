@@ -1,11 +1,14 @@
 //! Which parameters a program reads.
 
+use std::collections::HashSet;
+
 use crate::parameters::{read_number, Key};
 use crate::program::{Program, WordKind};
+use crate::scan::NAME_LENGTH;
 
 /// Every parameter that some expression reads, with the byte of its first use; those of a computed number left out.
 pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
-    let mut used: Vec<(Key, usize)> = Vec::new();
+    let (mut used, mut known) = (Vec::new(), HashSet::new());
     for word in program.words() {
         let from = match word.kind {
             WordKind::Expression | WordKind::Assignment => program.value_start(word),
@@ -13,10 +16,8 @@ pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
             WordKind::Number | WordKind::Statement | WordKind::Unknown => continue,
         };
         for at in from..word.end as usize {
-            if let Some(key) = key_at(program, at) {
-                if !used.iter().any(|(known, _)| *known == key) {
-                    used.push((key, at));
-                }
+            if let Some(key) = key_at(program, at).filter(|key| known.insert(key.clone())) {
+                used.push((key, at));
             }
         }
     }
@@ -31,10 +32,7 @@ fn key_at(program: &Program, at: usize) -> Option<Key> {
     if let Some((key, _)) = read_number(source, at + 1) {
         return Some(key);
     }
-    let name = source
-        .get(at + 1..)?
-        .strip_prefix(b"<")
-        .filter(|_| rules.named)?;
-    let length = memchr::memchr2(b'>', b'\n', name)?;
+    let name = source.get(at + 1..)?.strip_prefix(b"<").filter(|_| rules.named)?;
+    let length = memchr::memchr2(b'>', b'\n', name.get(..NAME_LENGTH.min(name.len()))?)?;
     (name.get(length) == Some(&b'>')).then(|| Key::named(name.get(..length).unwrap_or(&[])))
 }

@@ -145,6 +145,7 @@ impl NcProgram {
             parameters,
             optional_blocks,
             initial: Some(initial),
+            unit_is_known: inch.is_some(),
             position,
             block_limit,
         };

@@ -11,24 +11,16 @@ pub const GE2000T: Dialect = Dialect {
     name: "ge2000t",
     classes: common_classes(&[(b'!', Class::LineComment), (b'(', Class::Statement)]),
     brackets: (b'(', b')'),
-    parameters: Parameters {
-        mark: b'P',
-        named: false,
-        unset_is_zero: false,
-    },
+    parameters: Parameters { mark: b'P', named: false, unset_is_zero: false },
     functions: false,
     spaced_numbers: false,
     decimal_comma: true,
+    turns: false,
     flow: false,
     letters: b"FGIJKMNPQRSTUWXYZ",
     g: g_code,
     m: m_code,
-    initial: Modal {
-        inch: true,
-        diameter: true,
-        plane: Plane::Zx,
-        ..Modal::INITIAL
-    },
+    initial: Modal { inch: true, diameter: true, plane: Plane::Zx, ..Modal::INITIAL },
     resolution: (1e-5, 1e-4),
     comment: ("! ", ""),
 };

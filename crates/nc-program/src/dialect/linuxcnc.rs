@@ -6,30 +6,18 @@ use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 /// The dialect.
 pub const LINUXCNC: Dialect = Dialect {
     name: "linuxcnc",
-    classes: common_classes(&[
-        (b';', Class::LineComment),
-        (b'(', Class::Comment),
-        (b'#', Class::Parameter),
-    ]),
+    classes: common_classes(&[(b';', Class::LineComment), (b'(', Class::Comment), (b'#', Class::Parameter)]),
     brackets: (b'[', b']'),
-    parameters: Parameters {
-        mark: b'#',
-        named: true,
-        unset_is_zero: true,
-    },
+    parameters: Parameters { mark: b'#', named: true, unset_is_zero: true },
     functions: true,
     spaced_numbers: true,
     decimal_comma: false,
+    turns: true,
     flow: true,
     letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
     g: g_code,
     m: m_code,
-    initial: Modal {
-        inch: true,
-        diameter: false,
-        plane: Plane::Xy,
-        ..Modal::INITIAL
-    },
+    initial: Modal { inch: true, diameter: false, plane: Plane::Xy, ..Modal::INITIAL },
     resolution: (1e-6, 1e-5),
     comment: ("(", ")"),
 };
@@ -42,7 +30,6 @@ fn g_code(tenths: u16) -> Option<G> {
         30 => G::Motion(Motion::Counterclockwise),
         330 => G::Motion(Motion::Thread),
         382..=385 => G::Motion(Motion::Probe),
-        40 => G::Dwell,
         70 => G::Diameter(true),
         80 => G::Diameter(false),
         100 => G::SetData,
@@ -63,9 +50,7 @@ fn g_code(tenths: u16) -> Option<G> {
         540 | 550 | 560 | 570 | 580 => G::WorkOffset(((tenths - 530) / 10) as u8),
         590 => G::WorkOffset(6),
         591..=593 => G::WorkOffset((tenths - 584) as u8),
-        50 | 51 | 52 | 53 | 331 | 700..=702 | 710..=712 | 720..=722 | 730 | 740 | 760 => {
-            G::OpaqueCycle
-        }
+        50 | 51 | 52 | 53 | 331 | 700..=702 | 710..=712 | 720..=722 | 730 | 740 | 760 => G::OpaqueCycle,
         810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => G::OpaqueCycle,
         800 => G::NoMotion,
         900 => G::Incremental(false),
@@ -80,7 +65,7 @@ fn g_code(tenths: u16) -> Option<G> {
         950 => G::Feed(FeedMode::PerRevolution),
         960 => G::Spindle(SpindleMode::SurfaceSpeed),
         970 => G::Spindle(SpindleMode::Revolutions),
-        281 | 301 | 610 | 611 | 640 | 980 | 990 => G::Inert,
+        40 | 281 | 301 | 610 | 611 | 640 | 980 | 990 => G::Inert,
         _ => return None,
     })
 }
@@ -88,7 +73,10 @@ fn g_code(tenths: u16) -> Option<G> {
 fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
-        0..=9 | 19 | 48..=53 | 60..=73 | 100..=199 => Some(M::Inert),
+        70 => Some(M::SaveState),
+        72 => Some(M::RestoreState),
+        73 => Some(M::SaveStateUntilReturn),
+        0..=9 | 19 | 48..=53 | 60..=71 | 100..=199 => Some(M::Inert),
         _ => None,
     }
 }

@@ -82,7 +82,7 @@ pub enum G {
     Home,
     /// Longitudinal turning cycle: X, Z, P1 depth of cut, P2 start of the exit taper.
     TurningCycle,
-    /// Dwell: the coordinates of the block are a time.
+    /// A dwell whose time is written as a coordinate.
     Dwell,
     /// A cycle that the runner knows but does not take apart: it ends where it began.
     OpaqueCycle,
@@ -95,6 +95,12 @@ pub enum G {
 pub enum M {
     /// Ends the program.
     End,
+    /// Puts the modal state away.
+    SaveState,
+    /// Puts it away and brings it back when the subroutine ends.
+    SaveStateUntilReturn,
+    /// Brings it back.
+    RestoreState,
     /// Without influence on the path.
     Inert,
 }
@@ -127,6 +133,8 @@ pub struct Dialect {
     pub spaced_numbers: bool,
     /// A comma between digits is read as a decimal point, and reported.
     pub decimal_comma: bool,
+    /// P in an arc block is the number of turns begun.
+    pub turns: bool,
     /// `o` starts a line of flow control.
     pub flow: bool,
     /// Address letters that mean something.

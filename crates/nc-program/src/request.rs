@@ -46,8 +46,7 @@ impl Request {
     #[inline]
     pub fn set(&mut self, letter: u8, value: f64, word: usize) {
         let index = usize::from(letter.wrapping_sub(b'A'));
-        if let (Some(slot), Some(source)) = (self.values.get_mut(index), self.words.get_mut(index))
-        {
+        if let (Some(slot), Some(source)) = (self.values.get_mut(index), self.words.get_mut(index)) {
             *slot = value;
             *source = word as i32;
             self.present |= 1 << index;
@@ -77,9 +76,7 @@ impl Request {
     /// Whether any of these letters is there.
     #[inline]
     pub fn any(&self, letters: &[u8]) -> bool {
-        let wanted = letters
-            .iter()
-            .fold(0u32, |bits, letter| bits | 1 << letter.wrapping_sub(b'A'));
+        let wanted = letters.iter().fold(0u32, |bits, letter| bits | 1 << letter.wrapping_sub(b'A'));
         self.present & wanted != 0
     }
 
@@ -93,17 +90,13 @@ impl Request {
         true
     }
 
-    /// The G codes in order.
-    pub fn codes(&self) -> ([(u16, u32); CODES], usize) {
-        (self.codes, self.code_count)
+    /// The G codes in order: ten times the number, and the word's index.
+    pub fn codes(&self) -> &[(u16, u32)] {
+        self.codes.get(..self.code_count).unwrap_or(&[])
     }
 
     /// A cycle's own parameter: `P1=0.15`.
     pub fn cycle_parameter(&self, number: u32) -> Option<f64> {
-        self.assignments
-            .iter()
-            .rev()
-            .find(|(key, _)| *key == Key::Number(number))
-            .map(|(_, value)| *value)
+        self.assignments.iter().rev().find(|(key, _)| *key == Key::Number(number)).map(|(_, value)| *value)
     }
 }

@@ -1,0 +1,130 @@
+//! Codes: what a block changes of the modal state, and what it does besides.
+
+use crate::dialect::G;
+use crate::finding::{self, Severity};
+use crate::modal::{FeedMode, Motion};
+use crate::request::Request;
+use crate::run::Runner;
+
+/// What a block does besides setting modes.
+#[derive(Clone, Copy, PartialEq)]
+enum Action {
+    /// Its coordinates are a move; in machine coordinates if true.
+    Motion(bool),
+    SetRegister,
+    CancelRegister(bool),
+    RestoreRegister,
+    SetData,
+    ToolOffset,
+    Home,
+    TurningCycle,
+    Nothing,
+}
+
+impl Runner<'_> {
+    /// Does what the block asks for: modes first, then feed, speed and tool, then parameters, then its action.
+    pub(crate) fn execute(&mut self, request: &mut Request) {
+        let action = self.apply_codes(request);
+        self.apply_feed_speed_tool(request, action);
+        if action != Action::TurningCycle {
+            for (key, value) in request.assignments.drain(..) {
+                self.store.set(key, value);
+            }
+        }
+        match action {
+            Action::Motion(in_machine) => self.motion(request, in_machine),
+            Action::SetRegister => self.set_register(request),
+            Action::CancelRegister(forget) => self.cancel_register(forget),
+            Action::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
+            Action::SetData => self.set_data(request),
+            Action::ToolOffset => self.tool_offset(request),
+            Action::Home => self.home(request),
+            Action::TurningCycle => self.turning_cycle(request),
+            Action::Nothing => {}
+        }
+    }
+
+    fn apply_codes(&mut self, request: &Request) -> Action {
+        let mut action = Action::Motion(false);
+        for (tenths, word) in request.codes() {
+            let code = (self.program.dialect().g)(*tenths);
+            action = code.and_then(|code| self.apply_code(code, *word as i32)).unwrap_or(action);
+        }
+        action
+    }
+
+    fn apply_code(&mut self, code: G, word: i32) -> Option<Action> {
+        let modal = &mut self.modal;
+        match code {
+            G::Motion(motion) => modal.motion = motion,
+            G::NoMotion => modal.motion = Motion::None,
+            G::Plane(plane) => modal.plane = plane,
+            G::Inch(inch) => {
+                modal.inch = inch;
+                self.unit_is_known = true;
+            }
+            G::Incremental(incremental) => modal.incremental = incremental,
+            G::CentreAbsolute(absolute) => modal.centre_absolute = absolute,
+            G::Diameter(diameter) => modal.diameter = diameter,
+            G::Feed(mode) => self.set_feed_mode(mode),
+            G::Spindle(mode) => modal.spindle_mode = mode,
+            G::Compensation(compensation) => modal.compensation = compensation,
+            G::WorkOffset(number) => {
+                modal.work_offset = number;
+                self.reframe(|frame| frame.active = usize::from(number));
+            }
+            G::NoToolOffset => self.reframe(|frame| frame.tool = [0.0; 3]),
+            G::ToolTableOffset => self.note_opaque(word, "the tool table's length offset is taken as zero"),
+            G::OpaqueCycle => {
+                modal.motion = Motion::None;
+                self.note_opaque(word, "the cycle's own moves are not in the path");
+            }
+            _ => {}
+        }
+        action_of(code)
+    }
+
+    /// A feed in another unit has to be given anew.
+    fn set_feed_mode(&mut self, mode: FeedMode) {
+        if mode != self.modal.feed_mode {
+            self.modal.feed_mode = mode;
+            self.modal.feed = -1.0;
+        }
+    }
+
+    fn note_opaque(&mut self, word: i32, what: &str) {
+        let message = format!("{}: {what}", self.word_text(word));
+        let hint = "nothing to mend; a correction never touches these blocks";
+        self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
+    }
+
+    fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
+        if let Some(feed) = request.get(b'F') {
+            let unit = if self.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modal.mm() };
+            self.modal.feed = feed * unit;
+        }
+        // With the position register S is the greatest speed, not the one to run at.
+        if let Some(speed) = request.get(b'S').filter(|_| action != Action::SetRegister) {
+            self.modal.spindle_speed = speed;
+        }
+        if let Some(tool) = request.get(b'T') {
+            self.modal.tool = tool.round() as i32;
+        }
+    }
+}
+
+/// What the code makes of its block's coordinates; `None` leaves it to the other codes.
+fn action_of(code: G) -> Option<Action> {
+    match code {
+        G::MachineCoordinates => Some(Action::Motion(true)),
+        G::SetRegister => Some(Action::SetRegister),
+        G::CancelRegister(forget) => Some(Action::CancelRegister(forget)),
+        G::RestoreRegister => Some(Action::RestoreRegister),
+        G::SetData => Some(Action::SetData),
+        G::ToolOffset => Some(Action::ToolOffset),
+        G::Home => Some(Action::Home),
+        G::TurningCycle => Some(Action::TurningCycle),
+        G::Dwell | G::OpaqueCycle => Some(Action::Nothing),
+        _ => None,
+    }
+}

@@ -1,0 +1,78 @@
+//! Operators and functions of expressions.
+
+/// An operator and how strongly it binds.
+#[derive(Clone, Copy)]
+pub(crate) struct Operator {
+    /// As it is written, in lower case.
+    pub text: &'static [u8],
+    /// Operators of a higher number bind first; equals from left to right.
+    pub strength: u8,
+    /// The value, or what is wrong.
+    pub apply: fn(f64, f64) -> Result<f64, &'static str>,
+}
+
+/// The four operations that every dialect has.
+pub(crate) const ARITHMETIC: [Operator; 4] = [
+    Operator { text: b"+", strength: 3, apply: |a, b| Ok(a + b) },
+    Operator { text: b"-", strength: 3, apply: |a, b| Ok(a - b) },
+    Operator { text: b"*", strength: 4, apply: |a, b| Ok(a * b) },
+    Operator { text: b"/", strength: 4, apply: |a, b| divided(a, b, a / b) },
+];
+
+/// Those that RS-274 has besides; `**` is to be looked for before `*`.
+pub(crate) const RS274: [Operator; 11] = [
+    Operator { text: b"**", strength: 5, apply: power },
+    Operator { text: b"mod", strength: 4, apply: |a, b| divided(a, b, a.rem_euclid(b)) },
+    Operator { text: b"eq", strength: 2, apply: |a, b| truth((a - b).abs() < EQUAL) },
+    Operator { text: b"ne", strength: 2, apply: |a, b| truth((a - b).abs() >= EQUAL) },
+    Operator { text: b"gt", strength: 2, apply: |a, b| truth(a > b) },
+    Operator { text: b"ge", strength: 2, apply: |a, b| truth(a >= b) },
+    Operator { text: b"lt", strength: 2, apply: |a, b| truth(a < b) },
+    Operator { text: b"le", strength: 2, apply: |a, b| truth(a <= b) },
+    Operator { text: b"and", strength: 1, apply: |a, b| truth(a != 0.0 && b != 0.0) },
+    Operator { text: b"xor", strength: 1, apply: |a, b| truth((a != 0.0) != (b != 0.0)) },
+    Operator { text: b"or", strength: 1, apply: |a, b| truth(a != 0.0 || b != 0.0) },
+];
+
+/// LinuxCNC takes two numbers for equal that differ by less.
+const EQUAL: f64 = 1e-6;
+
+#[allow(clippy::unnecessary_wraps)] // the type of `Operator::apply`
+fn truth(holds: bool) -> Result<f64, &'static str> {
+    Ok(f64::from(u8::from(holds)))
+}
+
+fn divided(_: f64, by: f64, result: f64) -> Result<f64, &'static str> {
+    if by == 0.0 {
+        Err("division by zero")
+    } else {
+        Ok(result)
+    }
+}
+
+fn power(base: f64, exponent: f64) -> Result<f64, &'static str> {
+    if base < 0.0 && exponent.fract() != 0.0 {
+        Err("a negative number to a fractional power")
+    } else {
+        Ok(base.powf(exponent))
+    }
+}
+
+/// RS-274's functions of one argument, named in lower case; angles in degrees. `None`: there is no such function.
+pub(crate) fn function(name: &[u8], argument: f64) -> Option<f64> {
+    Some(match name {
+        b"abs" => argument.abs(),
+        b"acos" => argument.acos().to_degrees(),
+        b"asin" => argument.asin().to_degrees(),
+        b"cos" => argument.to_radians().cos(),
+        b"exp" => argument.exp(),
+        b"fix" => argument.floor(),
+        b"fup" => argument.ceil(),
+        b"ln" => argument.ln(),
+        b"round" => argument.round(),
+        b"sin" => argument.to_radians().sin(),
+        b"sqrt" => argument.sqrt(),
+        b"tan" => argument.to_radians().tan(),
+        _ => return None,
+    })
+}

@@ -1,0 +1,121 @@
+//! Gathering: the words of a block become values by letter and codes.
+
+use crate::dialect::M;
+use crate::expression::{self, Fault};
+use crate::finding::{self, Severity};
+use crate::parameters::Key;
+use crate::program::{Word, WordKind};
+use crate::request::Request;
+use crate::run::Runner;
+use crate::scope::Scope;
+
+impl Runner<'_> {
+    /// Reads the block being executed into the request, which is cleared first.
+    pub(crate) fn gather(&mut self, request: &mut Request) {
+        request.clear();
+        let program = self.program;
+        for index in program.word_range(self.block) {
+            let Some(word) = program.words().get(index) else { return };
+            let value = match word.kind {
+                WordKind::Number => word.value,
+                WordKind::Expression => self.value(program.value_start(word)).0,
+                WordKind::Assignment => {
+                    self.gather_assignment(word, request);
+                    continue;
+                }
+                WordKind::Statement | WordKind::Flow | WordKind::Unknown => continue,
+            };
+            match word.letter {
+                b'G' => self.gather_g(value, index, request),
+                b'M' => self.gather_m(value, request),
+                letter => request.set(letter, value, index),
+            }
+        }
+    }
+
+    fn gather_g(&mut self, value: f64, index: usize, request: &mut Request) {
+        let tenths = (value * 10.0).round();
+        if (0.0..=9999.0).contains(&tenths) && !request.add_code(tenths as u16, index) {
+            let at = self.word_start(index as i32);
+            self.refuse(finding::LIMIT, at, "more than 16 G codes in a block".into(), "split the block");
+        }
+    }
+
+    fn gather_m(&mut self, value: f64, request: &mut Request) {
+        if !(0.0..=999.0).contains(&value) {
+            return;
+        }
+        match (self.program.dialect().m)(value.round() as u16) {
+            Some(M::End) => request.ends = true,
+            Some(M::SaveState) => self.saved.push((self.modal, None)),
+            Some(M::SaveStateUntilReturn) => self.saved.push((self.modal, Some(self.returns.len()))),
+            Some(M::RestoreState) => self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal),
+            Some(M::Inert) | None => {}
+        }
+    }
+
+    fn gather_assignment(&mut self, word: &Word, request: &mut Request) {
+        let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
+        let (value, _) = self.value(self.program.value_start(word));
+        if let Some(key) = key {
+            request.assignments.push((key, value));
+        }
+    }
+
+    /// Computes the value at a byte; faults are reported and read as NaN. Gives the byte after it too.
+    pub(crate) fn value(&mut self, at: usize) -> (f64, usize) {
+        let mut undefined = Vec::new();
+        let outcome =
+            expression::value(self.program.source(), at, self.program.dialect(), &mut self.scope(&mut undefined));
+        self.report_undefined(undefined);
+        outcome.unwrap_or_else(|fault| {
+            self.report_fault(&fault);
+            (f64::NAN, at)
+        })
+    }
+
+    fn key(&mut self, at: usize) -> Option<Key> {
+        let mut undefined = Vec::new();
+        let outcome =
+            expression::key(self.program.source(), at, self.program.dialect(), &mut self.scope(&mut undefined));
+        self.report_undefined(undefined);
+        outcome.map_err(|fault| self.report_fault(&fault)).ok().map(|(key, _)| key)
+    }
+
+    fn scope<'s>(&'s self, undefined: &'s mut Vec<(Key, usize)>) -> Scope<'s> {
+        Scope {
+            store: &self.store,
+            modal: &self.modal,
+            frame: &self.frame,
+            position: self.position,
+            unset_is_zero: self.program.dialect().parameters.unset_is_zero,
+            undefined,
+        }
+    }
+
+    fn report_fault(&mut self, fault: &Fault) {
+        let words = self.program.words();
+        let word = words.partition_point(|word| word.start as usize <= fault.at).checked_sub(1);
+        let text = word.map_or(String::new(), |index| self.word_text(index as i32));
+        let message = format!("{} in \"{text}\"", fault.what);
+        self.refuse(finding::EXPRESSION, fault.at, message, "mend the expression at this column");
+    }
+
+    fn report_undefined(&mut self, undefined: Vec<(Key, usize)>) {
+        for (key, at) in undefined {
+            if self.undefined.contains(&key) {
+                continue;
+            }
+            let text = key.text(self.program.dialect());
+            let hint = format!("give it one: --set '{text}=…'");
+            let zero = self.program.dialect().parameters.unset_is_zero && matches!(key, Key::Number(_));
+            if zero {
+                let message = format!("parameter {text} has no value: the control reads it as 0");
+                self.report(Severity::Warning, finding::PARAMETER, at, message, &hint);
+            } else {
+                self.refuse(finding::PARAMETER, at, format!("parameter {text} has no value"), &hint);
+            }
+            self.undefined.push(key);
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Motion: what moves a block asks for.
+
+use crate::arc::{self, Circle};
+use crate::cycle::Turning;
+use crate::dialect::G;
+use crate::finding;
+use crate::modal::Motion;
+use crate::path::{Arc, Move, MoveKind, INHERITED};
+use crate::request::Request;
+use crate::run::{Runner, AXES};
+
+/// Offsets of the arc centre, in order of axis index.
+const CENTRES: [u8; 3] = *b"IJK";
+
+impl Runner<'_> {
+    /// Moves to the block's coordinates by the motion in force.
+    pub(crate) fn motion(&mut self, request: &Request, in_machine: bool) {
+        if !(request.any(&AXES) || is_arc(self.modal.motion) && request.any(&CENTRES)) {
+            return self.warn_no_target(request);
+        }
+        let (end, words) = self.target(request, in_machine);
+        let kind = match self.modal.motion {
+            Motion::Rapid => MoveKind::Rapid,
+            Motion::Line => MoveKind::Line,
+            Motion::Probe => MoveKind::Probe,
+            Motion::Thread => MoveKind::Thread,
+            Motion::Clockwise | Motion::Counterclockwise => return self.arc(request, end, words),
+            Motion::None => return self.warn_no_motion(request),
+        };
+        self.emit(kind, end, words, -1);
+        if request.any(b"R") {
+            let word = request.word(b'R');
+            let message = format!("{} on a straight move has no meaning", self.word_text(word));
+            let hint = "a block may have lost its G02 or G03";
+            self.warn(finding::MISPLACED, self.word_start(word), message, hint);
+        }
+    }
+
+    /// End of the move that the block asks for, and the words that set it.
+    fn target(&self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
+        let (mut end, mut words) = (self.position, [INHERITED; 3]);
+        for axis in 0..3 {
+            let Some(value) = request.get(AXES[axis]) else { continue };
+            let value = value * self.modal.axis_mm(axis);
+            end[axis] = if in_machine {
+                value - self.frame.total()[axis]
+            } else if self.modal.incremental {
+                self.position[axis] + value
+            } else {
+                value
+            };
+            words[axis] = request.word(AXES[axis]);
+        }
+        (end, words)
+    }
+
+    fn warn_no_target(&mut self, request: &Request) {
+        let meaning = self.program.dialect().g;
+        let arc = |tenths: u16| matches!(meaning(tenths), Some(G::Motion(motion)) if is_arc(motion));
+        let Some((_, word)) = request.codes().iter().find(|(tenths, _)| arc(*tenths)) else { return };
+        let word = *word as i32;
+        let message = format!("{} without coordinates: nothing moves", self.word_text(word));
+        let hint = "its coordinates may have slipped into the comment of the line before";
+        self.warn(finding::MISPLACED, self.word_start(word), message, hint);
+    }
+
+    fn warn_no_motion(&mut self, request: &Request) {
+        let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(INHERITED);
+        let message = format!("\"{}\" without a motion code in force: nothing moves", self.word_text(word));
+        self.warn(finding::MISPLACED, self.word_start(word), message, "write G00 or G01 before it");
+    }
+
+    fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3], arc: i32) {
+        if !self.unit_is_known {
+            self.warn_unit(words);
+        }
+        let state = self.path.state(&self.modal);
+        let (start, block) = (self.position, self.block as u32);
+        self.path.moves.push(Move { kind, start, end, words, block, state, arc });
+        self.position = end;
+    }
+
+    fn warn_unit(&mut self, words: [i32; 3]) {
+        self.unit_is_known = true;
+        let unit = if self.modal.inch { "inch" } else { "millimetre" };
+        let message = format!(
+            "the program does not say its unit before its first move; read as {unit} (1 = {} mm)",
+            self.modal.mm()
+        );
+        let at = self.word_start(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
+        self.warn(finding::UNIT, at, message, "write G20 or G21 (G70 or G71) first, or name the unit");
+    }
+
+    fn arc(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) {
+        let (circle, radius) = match self.circle(request, end) {
+            Ok(found) => found,
+            Err(why) => {
+                let hint = "check the end point and R, or I, J, K; the path goes straight to the end";
+                self.refuse(finding::ARC, self.block_start(), why, hint);
+                return self.emit(MoveKind::Line, end, words, -1);
+            }
+        };
+        let (first, second, _) = self.modal.plane.axes();
+        let mut centre = self.position;
+        centre[first] = circle.centre[0];
+        centre[second] = circle.centre[1];
+        let sweep = circle.sweep + self.further_turns(request).copysign(circle.sweep);
+        let index = self.path.arcs.len() as i32;
+        self.path.arcs.push(Arc { centre, sweep, radius });
+        self.emit(MoveKind::Arc, end, words, index);
+    }
+
+    /// P: the number of turns begun, where the dialect has it.
+    fn further_turns(&self, request: &Request) -> f64 {
+        let turns = request.get(b'P').map_or(1.0, f64::round);
+        if self.program.dialect().turns && (1.0..=1e6).contains(&turns) {
+            std::f64::consts::TAU * (turns - 1.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// The circle of an arc block, and its R in mm (NaN without one). I, J, K are radius values.
+    fn circle(&self, request: &Request, end: [f64; 3]) -> Result<(Circle, f64), String> {
+        let (first, second, _) = self.modal.plane.axes();
+        let clockwise = self.modal.motion == Motion::Clockwise;
+        let (from, to) = ([self.position[first], self.position[second]], [end[first], end[second]]);
+        let mm = self.modal.mm();
+        if let Some(radius) = request.get(b'R').map(|radius| radius * mm) {
+            let circle = arc::with_radius(from, to, radius, clockwise, self.resolution_mm() * 10.0);
+            let chord = (to[0] - from[0]).hypot(to[1] - from[1]);
+            let why = || format!("an arc of radius {radius:.5} mm over a chord of {chord:.5} mm cannot exist");
+            return circle.map(|circle| (circle, radius.abs())).ok_or_else(why);
+        }
+        let given = [request.get(CENTRES[first]), request.get(CENTRES[second])];
+        if given == [None, None] {
+            return Err(format!("G0{} without R or the centre's coordinates", if clockwise { 2 } else { 3 }));
+        }
+        let offset = given.map(|value| value.unwrap_or(0.0) * mm);
+        let centre = if self.modal.centre_absolute { offset } else { [from[0] + offset[0], from[1] + offset[1]] };
+        let why = || format!("an arc whose centre ({:.5}, {:.5}) mm is its start or end", centre[0], centre[1]);
+        arc::about(from, to, centre, clockwise).map(|circle| (circle, f64::NAN)).ok_or_else(why)
+    }
+
+    fn resolution_mm(&self) -> f64 {
+        let (inch, millimetre) = self.program.dialect().resolution;
+        if self.modal.inch {
+            inch * 25.4
+        } else {
+            millimetre
+        }
+    }
+
+    /// Through the given point to the stored machine position of the axes given (all axes when none is).
+    pub(crate) fn home(&mut self, request: &Request) {
+        let some = request.any(&AXES);
+        if some {
+            let (through, words) = self.target(request, false);
+            self.emit(MoveKind::Rapid, through, words, -1);
+        }
+        let total = self.frame.total();
+        let goes = |axis: usize| !some || request.get(AXES[axis]).is_some();
+        let end = [0, 1, 2].map(|axis| if goes(axis) { -total[axis] } else { self.position[axis] });
+        self.emit(MoveKind::Rapid, end, [INHERITED; 3], -1);
+    }
+
+    /// A longitudinal turning cycle, taken apart.
+    pub(crate) fn turning_cycle(&mut self, request: &Request) {
+        let (end, _) = self.target(request, false);
+        let mm = self.modal.mm();
+        let cycle = Turning {
+            start: [self.position[0], self.position[2]],
+            end: [end[0], end[2]],
+            depth_of_cut: request.cycle_parameter(1).unwrap_or(0.0) * mm,
+            taper_start_z: request.cycle_parameter(2).map_or(end[2], |value| value * mm),
+        };
+        let Some(steps) = cycle.steps() else {
+            let (depth, total) = (cycle.depth_of_cut, end[0] - self.position[0]);
+            let message = format!("a turning cycle of {total:.5} mm in passes of {depth:.5} mm");
+            let hint = "give P1=, the depth of cut on the radius, and an X other than the start's";
+            return self.refuse(finding::MISPLACED, self.block_start(), message, hint);
+        };
+        for (at_feed, [x, z]) in steps {
+            let kind = if at_feed { MoveKind::Line } else { MoveKind::Rapid };
+            self.emit(kind, [x, self.position[1], z], [INHERITED; 3], -1);
+        }
+    }
+}
+
+fn is_arc(motion: Motion) -> bool {
+    matches!(motion, Motion::Clockwise | Motion::Counterclockwise)
+}

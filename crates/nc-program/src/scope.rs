@@ -1,0 +1,82 @@
+//! What parameters read as while a program runs: the program's own values, then those the control keeps.
+
+use crate::expression::Values;
+use crate::frame::Frame;
+use crate::modal::Modal;
+use crate::parameters::{Key, Store};
+
+/// Everything an expression can ask for.
+pub(crate) struct Scope<'a> {
+    pub store: &'a Store,
+    pub modal: &'a Modal,
+    pub frame: &'a Frame,
+    pub position: [f64; 3],
+    pub unset_is_zero: bool,
+    pub undefined: &'a mut Vec<(Key, usize)>,
+}
+
+impl Values for Scope<'_> {
+    fn get(&mut self, key: &Key, at: usize) -> f64 {
+        if let Some(value) = self.store.get(key).or_else(|| self.system(key)) {
+            return value;
+        }
+        self.undefined.push((key.clone(), at));
+        if self.unset_is_zero && matches!(key, Key::Number(_)) {
+            0.0
+        } else {
+            f64::NAN
+        }
+    }
+
+    fn exists(&self, key: &Key) -> bool {
+        self.store.get(key).or_else(|| self.system(key)).is_some()
+    }
+}
+
+impl Scope<'_> {
+    /// Parameters that the control itself keeps, in program units.
+    fn system(&self, key: &Key) -> Option<f64> {
+        if !self.unset_is_zero {
+            return None;
+        }
+        let mm = self.modal.mm();
+        let axis = |first: u32, number: u32| (number - first) as usize;
+        match key {
+            Key::Number(number @ 5420..=5422) => Some(self.position[axis(5420, *number)] / mm),
+            Key::Number(number @ 5401..=5403) => Some(self.frame.tool[axis(5401, *number)] / mm),
+            Key::Number(number @ 5211..=5213) => Some(self.frame.register[axis(5211, *number)] / mm),
+            Key::Number(5220) => Some(self.frame.active as f64),
+            Key::Number(5400) => Some(f64::from(self.modal.tool.max(0))),
+            Key::Number(number @ 5221..=5400) => {
+                let (system, axis) = ((number - 5221) / 20, (number - 5221) % 20);
+                let offsets = self.frame.work.get(system as usize + 1)?;
+                Some(offsets.get(axis as usize).map_or(0.0, |offset| offset / mm))
+            }
+            Key::Number(5061..=5070 | 5161..=5189 | 5210..=5219 | 5404..=5429) => Some(0.0),
+            Key::Number(_) => None,
+            Key::Name(name) => self.named(name),
+        }
+    }
+
+    fn named(&self, name: &str) -> Option<f64> {
+        let flag = |value: bool| Some(f64::from(u8::from(value)));
+        match name {
+            "_x" => Some(self.position[0] / self.modal.mm()),
+            "_y" => Some(self.position[1] / self.modal.mm()),
+            "_z" => Some(self.position[2] / self.modal.mm()),
+            "_metric" => flag(!self.modal.inch),
+            "_imperial" => flag(self.modal.inch),
+            "_absolute" => flag(!self.modal.incremental),
+            "_incremental" => flag(self.modal.incremental),
+            "_lathe_diameter_mode" => flag(self.modal.diameter),
+            "_lathe_radius_mode" => flag(!self.modal.diameter),
+            "_feed" => Some(self.modal.feed.max(0.0) / self.modal.mm()),
+            "_rpm" => Some(self.modal.spindle_speed.max(0.0)),
+            "_current_tool" | "_selected_tool" => Some(f64::from(self.modal.tool.max(0))),
+            "_coord_system" => Some(530.0 + 10.0 * self.frame.active as f64),
+            "_plane" => Some(f64::from(self.modal.plane as u8) * 10.0),
+            "_task" => Some(0.0),
+            _ => None,
+        }
+    }
+}
