@@ -19,13 +19,12 @@ from scripts.nist_parts import (
     program,
 )
 from tests.support.linuxcnc import Tool, interpret
+from trueloop.compensation.prediction import rms
 from trueloop.errors import Severity
-from trueloop.formats.job import read_job
-from trueloop.formats.profile_of_job import profile_of_table
-from trueloop.formats.touches_csv import read_touches
-from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Arc
+from trueloop.loops.job_inputs import read_inputs
+from trueloop.loops.process_intermittent import Inputs, compensate
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.matching import match_contour
 from trueloop.nc.program import read_program
@@ -41,27 +40,24 @@ WORD = re.compile(r"[XZRIKF](?:-?[\d.]+|\((?:[^()]|\([^()]*\))*\))|UPD, *\d+, *T
 """A coordinate, a feed or a tool-offset statement of a GE 2000T program."""
 
 
-def vectors_of(job_file: Path) -> ErrorVectors:
-    job = read_job(job_file)
-    touches = read_touches(job_file.parent / job.gauging.touches)
-    return error_vectors(profile_of_table(job.part), touches, Gauging(z_reference=job.gauging.z_reference))
+def inputs_of(job_file: Path) -> Inputs:
+    return read_inputs(job_file).inputs
 
 
-def test_there_are_four_example_jobs() -> None:
-    assert [job.parent.name for job in JOBS] == ["facetst", "linuxcnc", "modbas2", "piecs11"]
+def test_these_are_the_example_jobs() -> None:
+    assert [job.parent.name for job in JOBS] == ["dxf", "facetst", "linuxcnc", "modbas2", "piecs11"]
 
 
 @pytest.mark.parametrize("job_file", JOBS, ids=lambda path: path.parent.name)
 def test_touches_lie_on_the_profile(job_file: Path) -> None:
-    job = read_job(job_file)
-    vectors = vectors_of(job_file)
-    distance = profile_of_table(job.part).locate(vectors.nominal_mm).distance_mm
+    inputs = inputs_of(job_file)
+    distance = inputs.profile.locate(inputs.touches.nominal_mm).distance_mm
     np.testing.assert_allclose(distance, 0.0, atol=5e-5)
 
 
 def test_the_main_example_is_the_mean_part_of_6517_table_1() -> None:
     """Table 1: errors from −18.733 µm at the top of the dome to 94.1705 µm on the cone; z from point 11."""
-    vectors = vectors_of(EXAMPLES / "modbas2" / "job.toml")
+    vectors = inputs_of(EXAMPLES / "modbas2" / "job.toml").touches
     assert len(vectors.point) == 32
     assert vectors.error_mm.min() * UM_PER_MM == pytest.approx(-18.733)
     assert vectors.error_mm.max() * UM_PER_MM == pytest.approx(94.1705)
@@ -70,19 +66,28 @@ def test_the_main_example_is_the_mean_part_of_6517_table_1() -> None:
 
 @pytest.mark.parametrize("job_file", JOBS, ids=lambda path: path.parent.name)
 def test_programs_cut_the_profile_and_nothing_is_found_wrong_with_them(job_file: Path) -> None:
-    job = read_job(job_file)
-    programs, profile = job.programs, profile_of_table(job.part)
-    assert job.tool.nose_radius_in is not None
-    for name, allowance_mm in ((programs.finish, 0.0), (programs.semifinish, programs.semifinish_allowance_mm)):
-        if name is None or allowance_mm is None:
+    inputs = inputs_of(job_file)
+    for cut, allowance_mm in ((inputs.program, 0.0), (inputs.semifinish, inputs.allowance_mm)):
+        if cut is None:
             continue
-        cut = read_program((job_file.parent / name).read_bytes(), programs.dialect, str(name))
-        path = cut.run(programs.parameters)
+        path = cut.run(inputs.parameters)
         assert [found for found in (*cut.findings, *path.findings) if found.severity is not Severity.NOTE] == []
-        match = match_contour(
-            feed_moves(path), profile, job.tool.nose_radius_in * MM_PER_INCH, allowance_mm=allowance_mm
-        )
+        match = match_contour(feed_moves(path), inputs.profile, inputs.nose_radius_mm, allowance_mm=allowance_mm)
         assert match.largest_deviation_mm() <= ROUNDING_MM
+
+
+@pytest.mark.parametrize("job_file", JOBS, ids=lambda path: path.parent.name)
+def test_every_example_is_corrected(job_file: Path) -> None:
+    correction = compensate(inputs_of(job_file))
+    assert correction.corrected_program != correction.source_program
+    assert rms(correction.prediction.after_mm) < rms(correction.prediction.before_mm) / 10
+
+
+def test_the_drawing_and_the_listed_profile_give_the_same_correction() -> None:
+    """Features named or not, the profile read from a drawing or listed in the job: the same prediction."""
+    listed, drawn = (compensate(inputs_of(EXAMPLES / name / "job.toml")) for name in ("piecs11", "dxf"))
+    np.testing.assert_allclose(drawn.prediction.after_mm, listed.prediction.after_mm, atol=1e-9)
+    assert drawn.profile.names == ("line-1", "line-2", "line-3", "line-4", "arc-1")
 
 
 @pytest.mark.parametrize("cut", ["semifinish", "finish"])
@@ -127,8 +132,8 @@ def test_programs_have_the_published_coordinates(part: NistPart, cut: str, corpu
 
 def test_the_linuxcnc_example_cuts_the_same_path() -> None:
     """As LinuxCNC's own interpreter reads it, against the GE 2000T program as ours does: every feed move, in mm."""
-    ge2000t = read_program((EXAMPLES / "modbas2" / "finish.nc").read_bytes(), "ge2000t")
-    ours = feed_moves(ge2000t.run(read_job(EXAMPLES / "modbas2" / "job.toml").programs.parameters))
+    inputs = inputs_of(EXAMPLES / "modbas2" / "job.toml")
+    ours = feed_moves(inputs.program.run(inputs.parameters))
     theirs = interpret(EXAMPLES / "linuxcnc" / "finish.ngc", tools=[Tool(1)])
     theirs = [move for move in theirs if move.kind != "rapid"]
     cutting = ours[: len(theirs)]
