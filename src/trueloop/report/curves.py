@@ -21,10 +21,11 @@ CLEAR_OF_ENDS: Final = 0.02
 def error_curve(correction: Correction, index: int, width: int = 980) -> Figure:
     """Feature `index` over its arc length from the chuck end, errors in µm, positive = material left on.
 
+    Errors are those of the process: measured less what the semi-finish program commanded on purpose.
     Upper panel: touches with ±U, the fitted curve with its 95 % band, knots on the zero line, prescribed end values.
     Lower panel, scale of its own: predicted after the cut, and each touch predicted from the others.
     """
-    curve: ErrorCurve = correction.model.curves[index]
+    curve = correction.model.curves[index]
     rows = correction.touches.of_feature(index)
     s = correction.touches.arc_length_mm[rows]
     along = np.linspace(0.0, curve.length_mm, SAMPLES)
@@ -62,11 +63,11 @@ def _fit(along: Array, value: Array) -> Trace:
 
 def _touches(correction: Correction, rows: Any, s: Array) -> Trace:
     """Filled circles, red and blue by sign, with ±U of gauging."""
-    touches = correction.touches
+    touches = correction.model.vectors
     error = touches.error_mm[rows] * UM_PER_MM
     u = COVERAGE * touches.standard_u_mm[rows] * UM_PER_MM
     hover = [
-        f"point {style.label(touches.point[i])}<br>measured {style.signed(e)} ± {style.plain(w)} µm (k = {COVERAGE:g})"
+        f"point {style.label(touches.point[i])}<br>error {style.signed(e)} ± {style.plain(w)} µm (k = {COVERAGE:g})"
         for i, e, w in zip(rows, error, u, strict=True)
     ]
     colours = [style.colour_of(e) for e in error]

@@ -28,13 +28,14 @@ def decisions(correction: Correction) -> str:
 
 
 def commanded_words(correction: Correction) -> str:
-    """How far the program that was measured stands off the nominal contour by itself."""
-    peak_um, feature = _peak_um(correction.profile, correction.commanded_shift)
-    if abs(peak_um) < RESOLVED_UM:
-        return "The programmed contour is the nominal one, to 0.1 µm: all of the error is the process's."
+    """What of the measured errors was commanded: where the semi-finish program's own contour stands off the nominal."""
+    commanded_um = (correction.touches.error_mm - correction.model.vectors.error_mm) * UM_PER_MM
+    worst = int(np.argmax(np.abs(commanded_um)))
+    if abs(commanded_um[worst]) < RESOLVED_UM:
+        return "The programmed contour is the nominal one: all of the measured error is the process's."
     return (
-        f"The programmed contour itself stands off the nominal by up to {signed(peak_um)} µm ({feature}). The touches "
-        "contain that; what is corrected is what was commanded."
+        f"The program that cut the measured surface stands off the nominal by up to {signed(commanded_um[worst])} µm "
+        f"(point {correction.touches.point[worst]}). The touches contain that; error curves and predictions do not."
     )
 
 

@@ -64,7 +64,7 @@ def _place(correction: Correction, junction: DisplacedJunction) -> tuple[str, st
     if junction.before is None or junction.after is None:
         index = junction.after if junction.before is None else junction.before
         which = "start" if junction.before is None else "end"
-        return (f"{which} of {esc(names[index])}" if index is not None else "", "end of profile", "")
+        return (f"{which} of {esc(names[index])}" if index is not None else "", "end", "")
     met = correction.profile.junctions[junction.before]
     by_design = " by design" if met.by_design else ""
     between = f"{esc(names[junction.before])} – {esc(names[junction.after])}"

@@ -5,7 +5,7 @@ Plotly library that is embedded, and as a still picture for paper and for browse
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -20,10 +20,11 @@ from trueloop.report.junctions import junctions
 from trueloop.report.markup import esc, section, table
 from trueloop.report.program_diff import changed_lines, program_diff
 from trueloop.report.still import svg
-from trueloop.report.style import Figure
+from trueloop.report.style import Figure, plain
 from trueloop.report.summary import feature_table, kind_of_correction, verdict
 from trueloop.report.touch_table import touches_csv, touches_table
 from trueloop.report.whiskers import COVERAGE
+from trueloop.units import UM_PER_MM
 
 HERE: Final = Path(__file__).parent
 FULL_WIDTH: Final = 980
@@ -112,12 +113,18 @@ def _curves(correction: Correction) -> str:
 
 
 def _program(correction: Correction) -> str:
-    gone, come = changed_lines(correction.source_program, correction.corrected_program)
-    parts = [f"<p><code>corrected.nc</code>: {gone} lines of the program changed, {come} lines in their place.</p>"]
-    parts.append(program_diff(correction.source_program, correction.corrected_program))
-    if correction.offsets_program != correction.source_program:
-        parts.append("<p><code>offsets.nc</code>: coordinates as they were, the tool offsets changed.</p>")
-        parts.append(program_diff(correction.source_program, correction.offsets_program))
+    """The changes of the program to finish with, and of the variant that changes tool offsets only."""
+    source, decision = correction.source_program, correction.decision
+    parts = []
+    if not decision.offset_is_enough:
+        gone, come = changed_lines(source, correction.corrected_program)
+        parts.append(f"<p><code>corrected.nc</code>: {come} lines in the place of {gone}, all others as they were.</p>")
+        parts.append(program_diff(source, correction.corrected_program))
+    left = plain(max(decision.x.largest_left_mm, decision.z.largest_left_mm) * UM_PER_MM)
+    parts.append(
+        f"<p><code>offsets.nc</code>: tool offsets alone, coordinates as they were; it leaves up to {left} µm.</p>"
+    )
+    parts.append(program_diff(source, correction.offsets_program))
     return section("program", "Changes to the program", *parts)
 
 
@@ -137,7 +144,7 @@ def _numbers(correction: Correction) -> str:
 def _origin(correction: Correction) -> str:
     record = correction.record
     inputs = [(esc(name), f"<code class='hash'>{esc(digest)}</code>") for name, digest in record.inputs_sha256.items()]
-    options = [(esc(name), esc(value)) for name, value in record.options.items()]
+    options = [(esc(name), esc(value)) for name, value in _flat(record.options)]
     return section(
         "origin",
         "Made from",
@@ -145,6 +152,15 @@ def _origin(correction: Correction) -> str:
         table(("option", "value"), options, words=(0, 1), name="options"),
         f"<p class='note'>trueloop {esc(record.trueloop_version)}. The record of this id names every changed word.</p>",
     )
+
+
+def _flat(options: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Options that are tables of options in turn, with dotted names; what was left open is said to be chosen."""
+    for name, value in options.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, "chosen by trueloop" if value is None else value
 
 
 def _figure(name: str, figure: Figure, caption: str, small: bool = False) -> str:
@@ -164,7 +180,7 @@ def _plotly() -> str:
     return (Path(package.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
 
 
-def figures(correction: Correction) -> Iterable[Figure]:
+def figures(correction: Correction) -> Iterator[Figure]:
     """Every figure of the report, for notebooks and other pages."""
     yield whiskers.before_and_after(correction)
     yield whiskers.after_enlarged(correction)

@@ -1,5 +1,6 @@
 """What was changed in a program, line by line: the source's lines crossed out, the corrected ones below them."""
 
+import re
 from collections.abc import Sequence
 from difflib import SequenceMatcher
 from typing import Final
@@ -9,6 +10,9 @@ from trueloop.report.markup import esc
 FOLD_FROM: Final = 8
 """New lines in one place from which on the middle ones are folded away: an arc written as many moves."""
 SHOWN_BEFORE_FOLD: Final = 3
+ALIKE: Final = 0.6
+"""Share of common characters from which on a line counts as another's new version."""
+WORDS: Final = re.compile(r"\s+|[A-Za-z_]+|[\d.]+|.")
 
 
 def program_diff(source: bytes, corrected: bytes) -> str:
@@ -35,19 +39,29 @@ def changed_lines(source: bytes, corrected: bytes) -> tuple[int, int]:
 
 
 def _changed(old: Sequence[str], old_number: int, new: Sequence[str], new_number: int) -> list[str]:
-    """Line under line while the two versions are alike, then what is left of either."""
-    rows: list[str] = []
-    alike = 0
-    while alike < min(len(old), len(new)) and _alike(old[alike], new[alike]):
-        was, became = _marked(old[alike], new[alike])
-        rows += [_row("old", old_number + alike, was), _row("new", new_number + alike, became)]
-        alike += 1
-    rows += [_row("old", old_number + k, esc(old[k])) for k in range(alike, len(old))]
-    return rows + _folded([_row("new", new_number + k, esc(new[k])) for k in range(alike, len(new))])
+    """Line under line where both versions begin and end alike; between, what is left of the old and of the new."""
+    first = _alike_from_start(old, new)
+    last = _alike_from_start(old[first:][::-1], new[first:][::-1])
+    old_end, new_end = len(old) - last, len(new) - last
+    gone = [_row("old", old_number + i, esc(old[i])) for i in range(first, old_end)]
+    come = [_row("new", new_number + j, esc(new[j])) for j in range(first, new_end)]
+    above = _pairs(old[:first], old_number, new[:first], new_number)
+    below = _pairs(old[old_end:], old_number + old_end, new[new_end:], new_number + new_end)
+    return [*above, *gone, *_folded(come), *below]
 
 
-def _alike(old: str, new: str) -> bool:
-    return SequenceMatcher(None, old, new).ratio() > 0.6
+def _alike_from_start(old: Sequence[str], new: Sequence[str]) -> int:
+    """How many first lines are versions of one another."""
+    pairs = enumerate(zip(old, new, strict=False))
+    return next((k for k, (a, b) in pairs if SequenceMatcher(None, a, b).ratio() < ALIKE), min(len(old), len(new)))
+
+
+def _pairs(old: Sequence[str], old_number: int, new: Sequence[str], new_number: int) -> list[str]:
+    rows = []
+    for k, (a, b) in enumerate(zip(old, new, strict=True)):
+        was, became = _marked(a, b)
+        rows += [_row("old", old_number + k, was), _row("new", new_number + k, became)]
+    return rows
 
 
 def _folded(rows: list[str]) -> list[str]:
@@ -59,20 +73,14 @@ def _folded(rows: list[str]) -> list[str]:
 
 
 def _marked(old: str, new: str) -> tuple[str, str]:
-    """Two versions of one line, with what differs between their common beginning and end marked."""
-    start = _common_start(old, new)
-    same_end = _common_start(old[start:][::-1], new[start:][::-1])
-
-    def mark(line: str, tag: str) -> str:
-        stop = len(line) - same_end
-        middle = f"<{tag}>{esc(line[start:stop])}</{tag}>" if stop > start else ""
-        return esc(line[:start]) + middle + esc(line[stop:])
-
-    return mark(old, "del"), mark(new, "ins")
-
-
-def _common_start(a: str, b: str) -> int:
-    return next((k for k, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), min(len(a), len(b)))
+    """Two versions of one line, with the words that differ marked."""
+    before, after = WORDS.findall(old), WORDS.findall(new)
+    was, became = "", ""
+    for tag, i, i_end, j, j_end in SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
+        gone, come = esc("".join(before[i:i_end])), esc("".join(after[j:j_end]))
+        was += gone if tag == "equal" or not gone else f"<del>{gone}</del>"
+        became += come if tag == "equal" or not come else f"<ins>{come}</ins>"
+    return was, became
 
 
 def _row(kind: str, number: int, line: str) -> str:

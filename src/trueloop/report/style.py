@@ -47,9 +47,11 @@ def label(text: str) -> str:
     return html.escape(text)
 
 
-def colour_of(error: float) -> str:
-    """Red for material left on, blue for too much taken, grey for exactly nominal."""
-    return SOFT if error == 0 else LEFT_ON if error > 0 else TAKEN
+def colour_of(error_um: float) -> str:
+    """Red for material left on, blue for too much taken, grey for what is written as 0.0 µm."""
+    if round(error_um, 1) == 0:
+        return SOFT
+    return LEFT_ON if error_um > 0 else TAKEN
 
 
 def round_step(span: float, about: int) -> float:

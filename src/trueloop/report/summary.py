@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.compensation.prediction import rms
-from trueloop.error_curve.curve import ErrorCurve
 from trueloop.geometry.feature import Array
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report.markup import esc, table
@@ -47,12 +46,12 @@ def feature_table(correction: Correction) -> str:
 
 def kind_of_correction(correction: Correction, index: int) -> str:
     """How a feature's error is described and corrected, in a few words."""
-    curve: ErrorCurve = correction.model.curves[index]
+    curve = correction.model.curves[index]
     touches = len(correction.touches.of_feature(index))
     if touches == 0:
         return "not touched: estimated"
-    if correction.decision.offset_is_enough:
-        return "tool offset"
+    if correction.by_offset[index]:
+        return "constant offset"
     if curve.spline.degree == 0:
         return "one touch: constant" if touches == 1 else "constant"
     if curve.spline.degree == 1:
