@@ -15,7 +15,7 @@ from trueloop.cli.program_file import (
     parameters_of,
     read_program_file,
 )
-from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
 
 if TYPE_CHECKING:
     from trueloop.errors import Finding
@@ -105,10 +105,9 @@ def _moves(path: "ToolPath") -> list[dict[str, object]]:
 
 
 def _print_findings(findings: Sequence["Finding"], of: str, errors: int) -> None:
-    from rich.console import Console
     from rich.text import Text
 
-    console = Console(highlight=False, soft_wrap=True)
+    console = wide_console()
     colours = {"error": "bold red", "warning": "yellow", "note": "cyan"}
     for finding in findings:
         text = Text.assemble(

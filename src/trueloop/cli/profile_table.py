@@ -2,6 +2,7 @@
 
 import math
 
+from trueloop.cli.terminal import wide_console
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.offset import CentrePath
 from trueloop.geometry.profile import Profile
@@ -41,11 +42,12 @@ def kind_of(feature: Feature) -> str:
 
 def print_profile(name: str, profile: Profile, centre: CentrePath) -> None:
     """The features as a table, each with the junction that follows it."""
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False, soft_wrap=True)
-    table = Table("feature", "kind", box=None, pad_edge=False)
+    console = wide_console()
+    table = Table(box=None, pad_edge=False)
+    for heading in ("feature", "kind"):
+        table.add_column(heading, no_wrap=True)
     for heading in ("start x", "start z", "end x", "end z", "length", "reached from", "to"):
         table.add_column(heading, justify="right")
     table.add_column("next junction")

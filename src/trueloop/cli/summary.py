@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from trueloop.cli.terminal import wide_console
 from trueloop.compensation.prediction import rms
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report.style import plain, signed
@@ -76,17 +77,19 @@ def _known(value: object) -> object:
 
 def print_summary(correction: Correction, program_to_run: str, files: Sequence[Path]) -> None:
     """The summary for people, on stdout."""
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False, soft_wrap=True)
-    table = Table("feature", "touches", "correction", box=None, title_justify="left", pad_edge=False)
+    console = wide_console()
+    table = Table(box=None, pad_edge=False)
+    table.add_column("feature", no_wrap=True)
+    table.add_column("touches", justify="right")
     for heading in ("before\nRMS µm", "\nworst", "predicted\nRMS µm", "\nworst", f"\n±U (k = {COVERAGE:g})"):
         table.add_column(heading, justify="right")
+    table.add_column("correction")
     for line in feature_summaries(correction):
         before = plain(line.before_rms_um), signed(line.before_worst_um)
         after = plain(line.predicted_rms_um), signed(line.predicted_worst_um), plain(line.predicted_expanded_u_um)
-        table.add_row(line.feature, str(line.touches), line.correction, *before, *after)
+        table.add_row(line.feature, str(line.touches), *before, *after, line.correction)
     console.print(f"[bold]{_escaped(correction.part)}[/], correction {correction.record.id}\n")
     console.print(table)
     console.print("\n+ is material left on. Predicted: if the finish cut errs as the semi-finish cut did.\n")

@@ -1,11 +1,15 @@
 """How commands talk: results on stdout, progress on stderr while a person watches."""
 
 import json
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON object instead, for machines.")]
 
@@ -19,6 +23,14 @@ def busy(doing: str) -> Iterator[None]:
         yield
 
 
+def wide_console() -> "Console":
+    """Stdout for people: as wide as the terminal; where there is none, wide enough for every table."""
+    from rich.console import Console
+
+    width = None if sys.stdout.isatty() else 160
+    return Console(highlight=False, soft_wrap=True, width=width)
+
+
 def print_json(value: Mapping[str, object]) -> None:
-    """One JSON object on stdout; numbers that JSON does not know (nan, inf) are refused by `allow_nan`."""
+    """One JSON object on stdout. What JSON has no word for (nan, inf) must be null already."""
     typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))

@@ -37,7 +37,7 @@ def junctions_by_design(named: Mapping[str, str]) -> dict[tuple[str, str], Junct
 
 
 def part_table_toml(name: str, profile: Profile) -> str:
-    """A `[part]` table in mm and radii that reads back as this profile. Numbers have every digit they need."""
+    """A `[part]` table in mm and radii that reads back as this profile, to a picometre."""
     lines = ["[part]", f"name = {_quoted(name)}", 'unit = "mm"', 'x_is = "radius"']
     lines.append(f"start = {_pair(profile.features[0].start_mm)}")
     for feature in profile.features:
@@ -89,7 +89,8 @@ def _turn(arc: Arc) -> str:
 
 
 def _pair(point: Point) -> str:
-    return f"[{point[0]!r}, {point[1]!r}]"
+    x, z = (round(value, 9) + 0.0 for value in point)  # + 0.0 turns −0.0 into 0.0
+    return f"[{x!r}, {z!r}]"
 
 
 def _quoted(text: str) -> str:

@@ -131,11 +131,11 @@ def test_a_junction_of_features_that_do_not_meet_is_refused() -> None:
 
 
 def _same(read: Profile, written: Profile) -> bool:
-    """Lines and end points to the last bit; sweeps, which are found again from the centre, to rounding."""
+    """Points to a picometre; sweeps, which are found again from the rounded centre, to what that makes of them."""
     sweeps = [[getattr(f, "sweep_rad", 0.0) for f in profile.features] for profile in (read, written)]
     return (
         read.names == written.names
-        and [f.end_mm for f in read.features] == [f.end_mm for f in written.features]
+        and np.allclose([f.end_mm for f in read.features], [f.end_mm for f in written.features], rtol=0, atol=1e-9)
         and np.allclose(sweeps[0], sweeps[1], rtol=0, atol=1e-9)
         and [j.kind for j in read.junctions] == [j.kind for j in written.junctions]
     )
