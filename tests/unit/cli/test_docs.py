@@ -1,0 +1,83 @@
+"""docs/cli.md and `--help` say the same commands, options and exit statuses."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from trueloop.cli.failure import ExitStatus
+from trueloop.cli.main import app
+
+DOCUMENT = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
+COMMANDS = ("compensate", "demo", "part show", "part from-program", "part from-dxf", "nc path", "nc check")
+HELP = {"--help", "-h"}
+
+
+def _section(title: str) -> str:
+    found = re.search(rf"^### `trueloop {re.escape(title)}[ `].*?(?=^##)", DOCUMENT, re.M | re.S)
+    assert found, f"docs/cli.md has no section for {title}"
+    return found[0]
+
+
+def _help(*command: str) -> str:
+    result = CliRunner().invoke(app, [*command, "--help"], env={"TERMINAL_WIDTH": "200"})
+    assert result.exit_code == 0
+    return result.stdout
+
+
+def test_every_command_has_a_section_and_every_section_a_command() -> None:
+    sections = re.findall(r"^### `trueloop ((?:part |nc )?[a-z-]+)", DOCUMENT, re.M)
+    assert sorted(sections) == sorted(COMMANDS)
+    groups = {"": [], "part": [], "nc": []}  # type: dict[str, list[str]]
+    for command in COMMANDS:
+        group, _, name = command.rpartition(" ")
+        groups[group].append(name)
+    for group, names in groups.items():
+        listed = re.findall(r"^  ([a-z-]+)  ", _help(*group.split()).split("Commands:")[1], re.M)
+        assert sorted(set(listed) - {"part", "nc"}) == sorted(names)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_options_are_those_of_help(command: str) -> None:
+    in_help = set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", _help(*command.split()).split("Options:")[1])) - HELP
+    rows = re.findall(r"^\| (`-.*?) \|", _section(command), re.M)
+    in_document = {option for row in rows for option in re.findall(r"`(-[a-z-]+)`", row)}
+    assert in_document == in_help
+
+
+def test_exit_statuses_are_those_of_the_code() -> None:
+    in_document = [int(status) for status in re.findall(r"^\| (\d+) \|", DOCUMENT, re.M)]
+    assert in_document == [status.value for status in ExitStatus]
+
+
+@pytest.mark.parametrize("command", [(), *(tuple(command.split()) for command in (*COMMANDS, "part", "nc"))])
+def test_help_needs_nothing_heavy(command: tuple[str, ...]) -> None:
+    """What takes time to import is imported when a command runs."""
+    program = (
+        "import sys\nfrom trueloop.cli.main import app\n"
+        "try:\n    app([*sys.argv[1:], '--help'])\nexcept SystemExit as end:\n    assert not end.code\n"
+        "heavy = {'numpy', 'scipy', 'rich', 'ezdxf', 'plotly', 'trueloop._core'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    run = subprocess.run([sys.executable, "-c", program, *command], capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stderr
+
+
+def test_the_version() -> None:
+    import trueloop
+
+    result = CliRunner().invoke(app, ["--version"])
+    assert (result.exit_code, result.stdout) == (0, f"trueloop {trueloop.__version__}\n")
+
+
+def test_without_arguments_the_help_is_shown() -> None:
+    result = CliRunner().invoke(app, [])
+    assert "Commands:" in result.output
+    assert result.exit_code == ExitStatus.USAGE
+
+
+def test_an_unknown_command_is_a_usage_error() -> None:
+    assert CliRunner().invoke(app, ["compensat", "job.toml"]).exit_code == ExitStatus.USAGE

@@ -1,0 +1,116 @@
+"""`trueloop nc`: tool paths and findings."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from trueloop.cli.failure import ExitStatus
+from trueloop.cli.main import app
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+FINISH = EXAMPLES / "modbas2" / "finish.nc"
+SET = ("--set", "P42=8", "--set", "P46=3.52", "-s", " P47 = 0 ")
+
+
+def _run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, ["nc", *arguments])
+
+
+@pytest.fixture
+def odd(tmp_path: Path) -> Path:
+    """A program whose arc does not end on its circle, on line 4."""
+    path = tmp_path / "odd.ngc"
+    path.write_text("G18 G21 G90 G8\nG0 X20 Z0\nG1 X20 Z-5 F0.1\nG2 X10 Z5 I-10 K0.5\nM2\n")
+    return path
+
+
+def test_the_path_in_mm_with_radii_from_inches_and_diameters() -> None:
+    result = _run("path", str(FINISH), "--dialect", "ge2000t", *SET, "--format", "csv")
+    assert result.exit_code == ExitStatus.DONE, result.stderr
+    rows = list(csv.DictReader(io.StringIO(result.stdout)))
+    (cylinder,) = [row for row in rows if row["line"] == "26"]
+    assert float(cylinder["x_mm"]) == pytest.approx((3.52 + 0.0625) / 2 * 25.4, abs=1e-9)
+    assert float(cylinder["z_mm"]) == pytest.approx((-1.76875 + (3.6 - 3.52) / 2) * 25.4, abs=1e-9)
+    assert (cylinder["motion"], cylinder["feed"], cylinder["feed_unit"]) == ("line", "0.127", "mm/rev")
+
+
+def test_json_says_the_same_as_csv() -> None:
+    rows = list(csv.DictReader(io.StringIO(_run("path", str(FINISH), *SET).stdout)))
+    told = json.loads(_run("path", str(FINISH), *SET, "-f", "json").stdout)
+    assert (told["file"], told["dialect"]) == (str(FINISH), "ge2000t")
+    for row, move in zip(rows, told["moves"], strict=True):
+        for name, cell in row.items():
+            assert move[name] == (None if cell == "" else cell if name in ("motion", "feed_unit") else float(cell))
+
+
+@pytest.mark.parametrize("program, dialect", [("modbas2/finish.nc", "ge2000t"), ("linuxcnc/finish.ngc", "linuxcnc")])
+def test_the_dialect_is_found_where_the_text_leaves_no_doubt(program: str, dialect: str) -> None:
+    told = json.loads(
+        _run("path", str(EXAMPLES / program), *(SET if dialect == "ge2000t" else ()), "-f", "json").stdout
+    )
+    assert told["dialect"] == dialect
+
+
+def test_where_it_leaves_doubt_the_dialect_is_asked_for(tmp_path: Path) -> None:
+    plain = tmp_path / "plain.nc"
+    plain.write_text("G01 X10. Z5.\n")
+    result = _run("path", str(plain))
+    assert result.exit_code == ExitStatus.REFUSED
+    assert f"{plain}: NC-DIALECT: " in result.stderr
+    assert "--dialect ge2000t or --dialect linuxcnc" in result.stderr
+
+
+def test_an_unknown_dialect_is_answered_with_the_known_ones() -> None:
+    result = _run("path", str(FINISH), "--dialect", "fanuc")
+    assert result.exit_code == ExitStatus.REFUSED
+    assert "unknown NC dialect 'fanuc'" in result.stderr
+    assert "ge2000t, linuxcnc" in result.stderr
+
+
+def test_an_undefined_parameter_is_refused_where_it_stands() -> None:
+    result = _run("path", str(FINISH), "--set", "P42=8", "--set", "P47=0")
+    assert result.exit_code == ExitStatus.REFUSED
+    assert result.stderr.startswith(f"{FINISH}:17:")
+    assert "NC-PARAMETER: parameter P46 has no value" in result.stderr
+    assert result.stdout == ""
+
+
+@pytest.mark.parametrize("setting", ["P46", "P46=", "=3.52", "P46=wide", "P46=1=2"])
+def test_a_setting_that_is_none_is_a_usage_error(setting: str) -> None:
+    result = _run("path", str(FINISH), "--set", setting)
+    assert result.exit_code == ExitStatus.USAGE
+    assert f"{setting!r} is no name=number" in result.stderr
+
+
+def test_a_sound_program_has_no_errors() -> None:
+    result = _run("check", str(FINISH), *SET)
+    assert result.exit_code == ExitStatus.DONE
+    assert "0 of them errors" in result.stdout
+
+
+def test_errors_are_told_with_their_place_and_by_the_exit_status(odd: Path) -> None:
+    result = _run("check", str(odd), "--dialect", "linuxcnc")
+    assert result.exit_code == ExitStatus.FINDINGS
+    assert f"{odd}:4:" in result.stdout
+    assert "error NC-ARC" in result.stdout
+    assert result.stderr == ""
+
+
+def test_findings_as_json(odd: Path) -> None:
+    result = _run("check", str(odd), "--dialect", "linuxcnc", "--json")
+    assert result.exit_code == ExitStatus.FINDINGS
+    told = json.loads(result.stdout)
+    errors = [finding for finding in told["findings"] if finding["severity"] == "error"]
+    assert told["errors"] == len(errors) > 0
+    assert errors[0]["place"]["line"] == 4
+    assert set(errors[0]) == {"severity", "code", "message", "hint", "place"}
+
+
+def test_a_mistyped_file_name_is_answered_with_the_nearest(odd: Path) -> None:
+    result = _run("check", str(odd.with_name("od.ngc")))
+    assert result.exit_code == ExitStatus.REFUSED
+    assert f"did you mean {str(odd)!r}?" in result.stderr
