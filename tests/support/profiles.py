@@ -93,3 +93,18 @@ def profiles(draw: st.DrawFn) -> Profile:
         features.append(turned_on(features[-1] if features else None, f"f{i}", heading, draw(st.floats(5, 20)), sweep))
         heading -= sweep
     return checked_profile(features)
+
+
+@st.composite
+def wild_chains(draw: st.DrawFn) -> list[Feature]:
+    """Chains with grooves, hooks, undercuts and features smaller than a nose; not all of them are profiles."""
+    features: list[Feature] = []
+    headings, sizes = st.floats(-2.2, 2.2), st.floats(0.2, 2) | st.floats(2, 20)
+    heading = draw(headings)
+    for i in range(draw(st.integers(2, 6))):
+        heading = heading if draw(st.booleans()) else draw(headings)
+        sweep = heading - draw(headings) if draw(st.booleans()) else 0.0
+        sweep = sweep if abs(sweep) > 0.1 else 0.0
+        features.append(turned_on(features[-1] if features else None, f"f{i}", heading, draw(sizes), sweep))
+        heading -= sweep
+    return features

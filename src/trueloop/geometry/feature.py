@@ -147,3 +147,11 @@ class Arc:
 
 
 Feature: TypeAlias = Line | Arc
+
+
+def distance_mm(feature: Feature, point_mm: Point) -> float:
+    """Distance of a point (x, z) from a feature, its ends included."""
+    arc_length, distance = (float(value) for value in feature.locate(point_mm))
+    if 0 <= arc_length <= feature.length_mm:
+        return abs(distance)
+    return min(math.dist(point_mm, feature.start_mm), math.dist(point_mm, feature.end_mm))

@@ -16,7 +16,10 @@ _TOUCH_MM: Final = 1e-9
 
 
 def intersections(first: Feature, second: Feature) -> list[Point]:
-    """Points (x, z) in mm common to the whole line or circle of each feature: none, one or two."""
+    """Points (x, z) in mm common to the whole line or circle of each feature: none, one or two.
+
+    None for parallel lines and concentric circles, those that coincide included.
+    """
     if isinstance(first, Line):
         return _line_line(first, second) if isinstance(second, Line) else _line_circle(first, second)
     return _line_circle(second, first) if isinstance(second, Line) else _circle_circle(first, second)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Arc, Array, Feature, Point
+from trueloop.geometry.feature import Arc, Array, Feature, Point, distance_mm
 from trueloop.geometry.intersection import crossings, intersections
 from trueloop.geometry.profile import Profile, junctions_of
 
@@ -46,12 +46,16 @@ def nose_centre_path(profile: Profile, nose_radius_mm: float) -> CentrePath:
     moved = _offset_chain(profile.features, nose_radius_mm)
     for i, j, place in crossings(moved, tolerance_mm=1e-3):
         raise _narrow(profile.features[i].name, profile.features[j].name, place, nose_radius_mm)
+    _require_clear_ends(profile.features, moved, nose_radius_mm)
     feet = [
         (float(nominal.locate(path.start_mm)[0]), float(nominal.locate(path.end_mm)[0]))
         for nominal, path in zip(profile.features, moved, strict=True)
     ]
     lengths = np.array([[feature.length_mm] for feature in profile.features])
-    return CentrePath(tuple(moved), np.clip(np.array(feet), 0.0, lengths), nose_radius_mm)
+    reachable = np.clip(np.array(feet), 0.0, lengths)
+    for feature in np.flatnonzero(reachable[:, 1] <= reachable[:, 0]):
+        raise _narrow(moved[feature].name, moved[feature].name, moved[feature].start_mm, nose_radius_mm)
+    return CentrePath(tuple(moved), reachable, nose_radius_mm)
 
 
 def contour_from_centre_path(features: Sequence[Feature], nose_radius_mm: float) -> tuple[Feature, ...]:
@@ -122,6 +126,15 @@ def _between(moved: Feature, start: Point, end: Point, distance_mm: float) -> Fe
     return replace(moved, start_mm=start, end_mm=end)
 
 
+def _require_clear_ends(features: Sequence[Feature], moved: Sequence[Feature], nose_radius_mm: float) -> None:
+    """A path that crosses itself nowhere can still cut into the profile where either ends, and only there."""
+    for cut, path in ((features, moved), (moved, features)):
+        for end in (cut[0].start_mm, cut[-1].end_mm):
+            nearest = min(path, key=lambda feature, end=end: distance_mm(feature, end))  # type: ignore[misc]
+            if distance_mm(nearest, end) < nose_radius_mm - 1e-6:
+                raise _narrow(nearest.name, nearest.name, end, nose_radius_mm)
+
+
 def _point(xz: Array) -> Point:
     return float(xz[0]), float(xz[1])
 
@@ -138,7 +151,7 @@ def _too_tight(feature: Arc, distance_mm: float) -> TrueloopError:
         Code.GEO_NOSE,
         f"'{feature.name}' has a radius of {feature.radius_mm:.4f} mm, not larger than the nose radius of "
         f"{abs(distance_mm):.4f} mm",
-        hint="use an insert with a smaller nose, or check the radii's units",
+        hint="draw a sharp corner where the nose itself is to leave the fillet, or use a smaller nose",
     )
 
 

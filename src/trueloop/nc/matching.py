@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Arc, Array, Feature
+from trueloop.geometry.feature import Arc, Array, Feature, distance_mm
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.nc.contour_match import ContourMatch, FeatureMatch, MatchedMove
@@ -148,17 +148,17 @@ class _Search:
             cut_mm, by_line = best.length_mm - best.missing_mm, best.moves[0].move.line
             message = f"'{name}' is cut on {cut_mm:.3f} mm of {best.length_mm:.3f} mm only, from line {by_line} on"
             return TrueloopError(Code.NC_NO_MATCH, message, hint=hint, place=Place(line=by_line))
-        distance_mm, line = self._nearest(index)
+        nearest_mm, line = self._nearest(index)
         message = f"no feed move cuts '{name}' within {self.tolerance_mm:.3f} mm" + (
-            f": the nearest, line {line}, passes its middle at {distance_mm:.3f} mm" if line else ": there are 0 moves"
+            f": the nearest, line {line}, passes its middle at {nearest_mm:.3f} mm" if line else ": there are 0 moves"
         )
         return TrueloopError(Code.NC_NO_MATCH, message, hint=hint, place=Place(line=line))
 
     def _nearest(self, index: int) -> tuple[float, int | None]:
         """Distance from the middle of the centre path's feature to the nearest feed move, and that move's line."""
         feature = self.path.features[index]
-        middle = feature.point_mm(feature.length_mm / 2)
-        found = [(_distance_mm(move.path, middle), move.line) for move in self.moves]
+        x, z = feature.point_mm(feature.length_mm / 2)
+        found = [(distance_mm(move.path, (float(x), float(z))), move.line) for move in self.moves]
         return min(found, default=(math.inf, None))
 
     def _ambiguous(self, index: int, passes: Sequence[_Pass]) -> TrueloopError:
@@ -175,14 +175,6 @@ class _Search:
 def _span(moves: Sequence[MatchedMove]) -> str:
     first, last = moves[0].move.line, moves[-1].move.line
     return str(first) if first == last else f"{first}–{last}"
-
-
-def _distance_mm(feature: Feature, point: Array) -> float:
-    """Distance of a point from a move, its ends included."""
-    s, distance = (float(value) for value in feature.locate(point))
-    if 0 <= s <= feature.length_mm:
-        return abs(distance)
-    return min(math.dist(point, feature.start_mm), math.dist(point, feature.end_mm))
 
 
 def _with_the_rest(
