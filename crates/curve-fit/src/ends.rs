@@ -2,6 +2,7 @@
 
 use crate::error::FitError;
 use crate::space::SplineSpace;
+use std::ops::Range;
 
 /// Value and slope prescribed at either end; `None` leaves it free.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,6 +40,9 @@ pub(crate) struct Elimination {
     pub(crate) unknowns: usize,
     pub(crate) shift: Vec<[f64; 4]>,
     pub(crate) prescribed: Vec<f64>,
+    /// First coefficients of the rows that no elimination touches, and by how much they are ahead of their unknowns.
+    pub(crate) plain: Range<usize>,
+    pub(crate) before: usize,
 }
 
 impl Elimination {
@@ -62,6 +66,8 @@ impl Elimination {
             unknowns: 0,
             shift: vec![[0.0; 4]; n],
             prescribed,
+            plain: 0..0,
+            before: 0,
         };
         let mut column = 0;
         let start = End {
@@ -87,6 +93,15 @@ impl Elimination {
             &mut column,
         );
         found.number(ends);
+        let start = reach(ends.start_value, ends.start_slope);
+        let end = reach(ends.end_value, ends.end_slope);
+        found.plain = start..(n - end).saturating_sub(space.degree());
+        found.before = found
+            .free
+            .get(start)
+            .copied()
+            .flatten()
+            .map_or(0, |unknown| start - unknown);
         Ok(found)
     }
 

@@ -130,19 +130,25 @@ impl Rows {
     /// `hᵢ = wᵢ bᵢᵀ C bᵢ`.
     fn leverages(&self, band: &[[f64; ORDER]], weights: &[f64]) -> Vec<f64> {
         let leverage = |(i, row): (usize, &Row)| {
-            let mut sum = 0.0;
-            for (a, entries) in band.iter().skip(row.first).take(ORDER).enumerate() {
-                let upper: f64 = entries
-                    .iter()
-                    .zip(&row.values[a..])
-                    .map(|(c, b)| c * b)
-                    .sum();
-                sum += row.values[a] * (2.0 * upper - entries[0] * row.values[a]);
-            }
-            sum * weights.get(i).copied().unwrap_or(1.0)
+            let weight = weights.get(i).copied().unwrap_or(1.0);
+            weight * quadratic_form(&band[row.first..], &row.values)
         };
         self.0.iter().enumerate().map(leverage).collect()
     }
+}
+
+/// `bᵀ C b` with the band of a symmetric C from b's first entry on.
+#[inline]
+fn quadratic_form(band: &[[f64; ORDER]], b: &[f64; ORDER]) -> f64 {
+    let mut sum = 0.0;
+    for (a, entries) in band.iter().take(ORDER).enumerate() {
+        let mut beside = 0.0;
+        for k in 1..ORDER - a {
+            beside += entries[k] * b[a + k];
+        }
+        sum += b[a] * (entries[0] * b[a] + 2.0 * beside);
+    }
+    sum
 }
 
 #[inline]
@@ -156,7 +162,7 @@ fn add_scaled(sum: &mut [f64; 4], factor: f64, terms: &[f64; 4]) {
 struct System<'a> {
     elimination: &'a Elimination,
     triangle: Triangle,
-    /// `AᵀW(A shift)`: how the prescribed numbers pull at the unknowns.
+    /// `−AᵀW(A shift)`: how the prescribed numbers pull at the unknowns.
     pull: Vec<[f64; 4]>,
     /// Squared length of each column.
     column: Vec<f64>,
@@ -175,10 +181,27 @@ impl<'a> System<'a> {
 
     #[inline]
     fn include(&mut self, row: &Row, weight: f64, value: f64) {
+        if self.elimination.plain.contains(&row.first) {
+            let first = row.first - self.elimination.before;
+            self.rotate_in(first, row.values, weight, value);
+        } else {
+            self.include_near_an_end(row, weight, value);
+        }
+    }
+
+    #[inline]
+    fn rotate_in(&mut self, first: usize, entries: [f64; ORDER], weight: f64, value: f64) {
+        for (column, entry) in self.column.iter_mut().skip(first).zip(entries) {
+            *column += weight * entry * entry;
+        }
+        self.triangle.include(first, entries, weight, value);
+    }
+
+    /// A row some of whose coefficients are prescribed, or tied to their neighbour.
+    fn include_near_an_end(&mut self, row: &Row, weight: f64, value: f64) {
         let mut first = None;
         let mut entries = [0.0; ORDER];
         let mut shift = [0.0; 4];
-        let mut shifted = false;
         let near = self
             .elimination
             .free
@@ -190,27 +213,18 @@ impl<'a> System<'a> {
                 let first = *first.get_or_insert(unknown);
                 entries[unknown - first] += b;
             }
-            if *by != [0.0; 4] {
-                shifted = true;
-                add_scaled(&mut shift, b, by);
-            }
+            add_scaled(&mut shift, b, by);
         }
         let Some(first) = first else { return };
-        for (k, entry) in entries.iter().enumerate().take(self.column.len() - first) {
-            self.column[first + k] += weight * entry * entry;
+        for (pull, entry) in self.pull.iter_mut().skip(first).zip(entries) {
+            add_scaled(pull, -weight * entry, &shift);
         }
-        let mut rest = value;
-        if shifted {
-            rest -= shift
-                .iter()
-                .zip(&self.elimination.prescribed)
-                .map(|(a, b)| a * b)
-                .sum::<f64>();
-            for (k, entry) in entries.iter().enumerate().take(self.column.len() - first) {
-                add_scaled(&mut self.pull[first + k], weight * entry, &shift);
-            }
-        }
-        self.triangle.include(first, entries, weight, rest);
+        let known: f64 = shift
+            .iter()
+            .zip(&self.elimination.prescribed)
+            .map(|(a, b)| a * b)
+            .sum();
+        self.rotate_in(first, entries, weight, value - known);
     }
 
     fn check_rank(&self, space: &SplineSpace) -> Result<(), FitError> {
@@ -246,15 +260,134 @@ impl<'a> System<'a> {
     /// `S = shift − (AᵀWA)⁻¹ AᵀW(A shift)` on the free unknowns.
     fn sensitivity(&self) -> Vec<[f64; 4]> {
         let mut sensitivity = self.elimination.shift.clone();
-        for m in 0..self.elimination.prescribed.len() {
-            let mut response: Vec<f64> = self.pull.iter().map(|pull| -pull[m]).collect();
-            self.triangle.solve_normal(&mut response);
-            for (row, free) in sensitivity.iter_mut().zip(&self.elimination.free) {
-                if let Some(unknown) = *free {
-                    row[m] += response[unknown];
-                }
+        if self.elimination.prescribed.is_empty() {
+            return sensitivity;
+        }
+        let mut response = self.pull.clone();
+        self.triangle.solve_normal(&mut response);
+        for (row, free) in sensitivity.iter_mut().zip(&self.elimination.free) {
+            if let Some(unknown) = *free {
+                add_scaled(row, 1.0, &response[unknown]);
             }
         }
         sensitivity
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LENGTH: f64 = 4.0;
+
+    fn cubic(s: f64) -> f64 {
+        1.0 - 2.0 * s + 0.5 * s * s - 0.25 * s * s * s
+    }
+
+    fn points(n: usize) -> Vec<f64> {
+        (0..n)
+            .map(|i| LENGTH * (i as f64 + 0.5) / n as f64)
+            .collect()
+    }
+
+    fn value(space: &SplineSpace, fitted: &Fit, point: f64) -> f64 {
+        let row = space.row(point, space.piece(point, crate::Side::After));
+        let near = fitted.coefficients.iter().skip(row.first);
+        near.zip(row.values).map(|(c, b)| c * b).sum()
+    }
+
+    #[test]
+    fn a_cubic_is_reproduced_under_any_of_its_own_end_conditions() {
+        let space = SplineSpace::new(&[1.0, 1.5, 3.0], LENGTH, 3).unwrap();
+        let s = points(12);
+        let y: Vec<f64> = s.iter().map(|&s| cubic(s)).collect();
+        for mask in 0..16 {
+            let given = |bit: usize, number: f64| (mask >> bit & 1 == 1).then_some(number);
+            let ends = EndConditions {
+                start_value: given(0, 1.0),
+                start_slope: given(1, -2.0),
+                end_value: given(2, cubic(LENGTH)),
+                end_slope: given(3, -2.0 + LENGTH - 0.75 * LENGTH * LENGTH),
+            };
+            let fitted = fit(&space, &s, &y, &[], &ends).unwrap();
+            for step in 0..=40 {
+                let at = LENGTH * f64::from(step) / 40.0;
+                assert!(
+                    (value(&space, &fitted, at) - cubic(at)).abs() < 1e-13,
+                    "mask {mask} at {at}"
+                );
+            }
+            let unknowns = fitted.coefficients.len() - fitted.conditions;
+            assert!((fitted.leverages.iter().sum::<f64>() - unknowns as f64).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn weights_count_like_repeated_points() {
+        let space = SplineSpace::new(&[2.0], LENGTH, 3).unwrap();
+        let y: Vec<f64> = (0..8).map(|i| f64::from(i * i % 5)).collect();
+        let weights = [1.0, 2.0, 1.0, 1.0, 3.0, 1.0, 1.0, 1.0];
+        let weighted = fit(&space, &points(8), &y, &weights, &EndConditions::default()).unwrap();
+        let repeat = |values: &[f64]| -> Vec<f64> {
+            values
+                .iter()
+                .zip(weights)
+                .flat_map(|(v, w)| vec![*v; w as usize])
+                .collect()
+        };
+        let repeated = fit(
+            &space,
+            &repeat(&points(8)),
+            &repeat(&y),
+            &[],
+            &EndConditions::default(),
+        )
+        .unwrap();
+        for (a, b) in weighted.coefficients.iter().zip(&repeated.coefficients) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn no_points_are_needed_when_the_ends_say_all() {
+        let space = SplineSpace::new(&[], LENGTH, 3).unwrap();
+        let ends = EndConditions {
+            start_value: Some(0.0),
+            start_slope: Some(1.0),
+            end_value: Some(4.0),
+            end_slope: Some(1.0),
+        };
+        let fitted = fit(&space, &[], &[], &[], &ends).unwrap();
+        assert!((value(&space, &fitted, 1.0) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_cannot_be_fitted_is_refused_with_its_kind() {
+        let space = SplineSpace::new(&[2.0], LENGTH, 3).unwrap();
+        let free = EndConditions::default();
+        let kind = |points: &[f64], values: &[f64], weights: &[f64], ends: &EndConditions| {
+            fit(&space, points, values, weights, ends)
+                .unwrap_err()
+                .kind()
+        };
+        assert_eq!(kind(&[1.0], &[], &[], &free), "shape");
+        assert_eq!(kind(&[1.0], &[f64::NAN], &[], &free), "not-finite");
+        assert_eq!(kind(&[5.0], &[0.0], &[], &free), "outside");
+        assert_eq!(kind(&[2.0, 1.0], &[0.0, 0.0], &[], &free), "unordered");
+        assert_eq!(kind(&[1.0], &[0.0], &[-1.0], &free), "weight");
+        assert_eq!(
+            kind(&[0.1, 0.2, 0.3, 0.4, 0.5, 0.6], &[0.0; 6], &[], &free),
+            "undetermined"
+        );
+        let line = SplineSpace::new(&[], LENGTH, 1).unwrap();
+        let slopes = EndConditions {
+            start_slope: Some(0.0),
+            end_slope: Some(0.0),
+            ..free
+        };
+        assert_eq!(
+            fit(&line, &[1.0], &[0.0], &[], &slopes).unwrap_err().kind(),
+            "too-many-conditions"
+        );
     }
 }

@@ -118,25 +118,36 @@ impl SplineSpace {
         piece
     }
 
-    /// The reciprocals of the knot distances that the recursion needs on one piece.
+    /// What the recursion needs of one piece.
+    #[inline]
     pub(crate) fn on_piece(&self, piece: usize) -> Piece {
-        let mut near = [0.0; 2 * MAX_DEGREE];
-        for (k, knot) in near.iter_mut().enumerate().take(2 * self.degree) {
-            *knot = self.knots[piece + 1 + k - self.degree];
+        match self.degree {
+            0 => self.prepare::<0>(piece),
+            1 => self.prepare::<1>(piece),
+            2 => self.prepare::<2>(piece),
+            _ => self.prepare::<3>(piece),
         }
-        let mut reciprocals = [[0.0; MAX_DEGREE]; MAX_DEGREE];
-        for (level, row) in reciprocals.iter_mut().enumerate().take(self.degree) {
-            for (k, reciprocal) in row.iter_mut().enumerate().take(level + 1) {
-                // Never zero: both knots bound the piece, which has a length.
-                *reciprocal = 1.0 / (near[self.degree + k] - near[self.degree + k - level - 1]);
+    }
+
+    /// The degree is a constant so that the loops unroll.
+    #[inline]
+    fn prepare<const DEGREE: usize>(&self, piece: usize) -> Piece {
+        let mut found = Piece {
+            degree: DEGREE,
+            first: piece - DEGREE,
+            ..Piece::default()
+        };
+        for k in 0..DEGREE {
+            found.after[k] = self.knots[piece + 1 + k];
+            found.before[k] = self.knots[piece - k];
+        }
+        for level in 0..DEGREE {
+            for k in 0..=level {
+                // Never zero: the two knots enclose the piece, which has a length.
+                found.reciprocals[level][k] = 1.0 / (found.after[k] - found.before[level - k]);
             }
         }
-        Piece {
-            degree: self.degree,
-            first: piece - self.degree,
-            near,
-            reciprocals,
-        }
+        found
     }
 
     /// Values and slopes at any point, on a piece from `piece`; outside the piece its polynomials are continued.
@@ -152,38 +163,22 @@ impl SplineSpace {
 }
 
 /// One piece between two knots, prepared for many points.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Piece {
     degree: usize,
     pub(crate) first: usize,
-    /// The knots from `degree − 1` before the piece's start to `degree − 1` after its end.
-    near: [f64; 2 * MAX_DEGREE],
+    /// The knots from the piece's end on, and those from its start back.
+    after: [f64; MAX_DEGREE],
+    before: [f64; MAX_DEGREE],
     /// `reciprocals[level][k]`: one over the support of function `k` of degree `level`.
     reciprocals: [[f64; MAX_DEGREE]; MAX_DEGREE],
 }
 
 impl Piece {
-    /// Values of the functions that differ from zero (de Boor's recursion).
+    /// Values of the functions that differ from zero.
     #[inline]
     pub(crate) fn values(&self, point: f64) -> [f64; ORDER] {
-        self.raise(point, self.degree)
-    }
-
-    #[inline]
-    fn raise(&self, point: f64, degree: usize) -> [f64; ORDER] {
-        let mut values = [1.0, 0.0, 0.0, 0.0];
-        for level in 0..degree {
-            let mut carried = 0.0;
-            for (k, value) in values.iter_mut().enumerate().take(level + 1) {
-                let after = self.near[self.degree + k];
-                let before = self.near[self.degree + k - level - 1];
-                let share = *value * self.reciprocals[level][k];
-                *value = carried + (after - point) * share;
-                carried = (point - before) * share;
-            }
-            values[level + 1] = carried;
-        }
-        values
+        self.raised_to(self.degree, point)
     }
 
     /// Slopes: differences of the functions one degree lower.
@@ -192,13 +187,40 @@ impl Piece {
         if self.degree == 0 {
             return slopes;
         }
-        let lower = self.raise(point, self.degree - 1);
+        let lower = self.raised_to(self.degree - 1, point);
         for k in 0..self.degree {
             let share = self.degree as f64 * lower[k] * self.reciprocals[self.degree - 1][k];
             slopes[k] -= share;
             slopes[k + 1] += share;
         }
         slopes
+    }
+
+    #[inline]
+    fn raised_to(&self, degree: usize, point: f64) -> [f64; ORDER] {
+        match degree {
+            0 => self.raise::<0>(point),
+            1 => self.raise::<1>(point),
+            2 => self.raise::<2>(point),
+            _ => self.raise::<3>(point),
+        }
+    }
+
+    /// De Boor's recursion; the degree is a constant so that the loops unroll.
+    #[inline]
+    #[allow(clippy::needless_range_loop)] // four arrays are indexed at once, as in the formula
+    fn raise<const DEGREE: usize>(&self, point: f64) -> [f64; ORDER] {
+        let mut values = [1.0, 0.0, 0.0, 0.0];
+        for level in 0..DEGREE {
+            let mut carried = 0.0;
+            for k in 0..=level {
+                let share = values[k] * self.reciprocals[level][k];
+                values[k] = carried + (self.after[k] - point) * share;
+                carried = (point - self.before[level - k]) * share;
+            }
+            values[level + 1] = carried;
+        }
+        values
     }
 }
 

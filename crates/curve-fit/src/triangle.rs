@@ -8,19 +8,18 @@ use crate::space::{MAX_DEGREE, ORDER};
 /// (W. M. Gentleman, J. Inst. Maths Applics 12, 1973): the accuracy of an orthogonal factorization of A, one division a
 /// rotation, at most `ORDER` rotations a row.
 #[derive(Clone, Debug)]
-pub(crate) struct Triangle {
-    diagonal: Vec<f64>,
-    right: Vec<[f64; MAX_DEGREE]>,
-    rotated: Vec<f64>,
+pub(crate) struct Triangle(Vec<FactorRow>);
+
+#[derive(Clone, Copy, Debug, Default)]
+struct FactorRow {
+    diagonal: f64,
+    right: [f64; MAX_DEGREE],
+    rotated: f64,
 }
 
 impl Triangle {
     pub(crate) fn new(unknowns: usize) -> Self {
-        Self {
-            diagonal: vec![0.0; unknowns],
-            right: vec![[0.0; MAX_DEGREE]; unknowns],
-            rotated: vec![0.0; unknowns],
-        }
+        Self(vec![FactorRow::default(); unknowns])
     }
 
     /// Rotates in the row with entries from column `first` on, its weight and its right-hand side.
@@ -32,74 +31,59 @@ impl Triangle {
         mut weight: f64,
         mut value: f64,
     ) {
-        let rows = self
-            .diagonal
-            .iter_mut()
-            .zip(&mut self.right)
-            .zip(&mut self.rotated);
-        for ((diagonal, right), rotated) in rows.skip(first) {
+        for factor in self.0.iter_mut().skip(first).take(ORDER) {
             let [lead, rest @ ..] = row;
-            let before = *diagonal;
-            if lead != 0.0 {
-                let weighted = weight * lead;
-                let after = before + weighted * lead;
+            let weighted = weight * lead;
+            let after = factor.diagonal + weighted * lead;
+            if after > 0.0 {
                 let reciprocal = 1.0 / after;
-                let (cosine, sine) = (before * reciprocal, weighted * reciprocal);
-                *diagonal = after;
-                weight *= cosine;
-                let mut next = [0.0; ORDER];
-                for k in 0..MAX_DEGREE {
-                    next[k] = rest[k] - lead * right[k];
-                    right[k] = cosine * right[k] + sine * rest[k];
+                let (cosine, sine) = (factor.diagonal * reciprocal, weighted * reciprocal);
+                for (k, entry) in rest.into_iter().enumerate() {
+                    row[k] = entry - lead * factor.right[k];
+                    factor.right[k] = cosine * factor.right[k] + sine * entry;
                 }
-                let old = *rotated;
-                *rotated = cosine * old + sine * value;
+                let old = factor.rotated;
+                factor.rotated = cosine * old + sine * value;
                 value -= lead * old;
-                row = next;
+                factor.diagonal = after;
+                weight *= cosine;
             } else {
-                row = [rest[0], rest[1], rest[2], 0.0];
+                row[..MAX_DEGREE].copy_from_slice(&rest);
             }
-            if weight == 0.0 || row == [0.0; ORDER] {
-                return;
-            }
+            row[MAX_DEGREE] = 0.0;
         }
     }
 
     /// Squared diagonal entry of the factor.
     pub(crate) fn diagonal(&self, row: usize) -> f64 {
-        self.diagonal[row]
+        self.0[row].diagonal
     }
 
     /// Unknowns that minimize the weighted sum of squares.
     pub(crate) fn solve(&self) -> Vec<f64> {
-        let mut unknowns = self.rotated.clone();
-        self.back_substitute(&mut unknowns);
+        let mut unknowns: Vec<f64> = self.0.iter().map(|row| row.rotated).collect();
+        let mut right_of = [0.0; MAX_DEGREE];
+        for (row, unknown) in self.0.iter().zip(&mut unknowns).rev() {
+            *unknown -= dot(&row.right, &right_of);
+            right_of = [*unknown, right_of[0], right_of[1]];
+        }
         unknowns
     }
 
-    /// `AᵀWA x = b`, in place.
-    pub(crate) fn solve_normal(&self, b: &mut [f64]) {
-        for i in 0..b.len() {
+    /// `AᵀWA X = B` for four right-hand sides at once, in place.
+    pub(crate) fn solve_normal(&self, b: &mut [[f64; 4]]) {
+        for (i, row) in self.0.iter().enumerate() {
             let known = b[i];
-            for (k, r) in self.right[i].iter().enumerate() {
-                if let Some(entry) = b.get_mut(i + 1 + k) {
-                    *entry -= r * known;
-                }
+            for (r, below) in row.right.iter().zip(b.iter_mut().skip(i + 1)) {
+                subtract(below, *r, &known);
             }
         }
-        for (entry, d) in b.iter_mut().zip(&self.diagonal) {
-            *entry /= d;
-        }
-        self.back_substitute(b);
-    }
-
-    fn back_substitute(&self, x: &mut [f64]) {
-        for i in (0..x.len()).rev() {
-            let mut sum = x[i];
-            for (r, known) in self.right[i].iter().zip(x.iter().skip(i + 1)) {
-                sum -= r * known;
+        for (i, row) in self.0.iter().enumerate().rev() {
+            let mut found = b[i].map(|entry| entry / row.diagonal);
+            for (r, known) in row.right.iter().zip(b.iter().skip(i + 1)) {
+                subtract(&mut found, *r, known);
             }
-            x[i] = sum;
+            b[i] = found;
         }
     }
 
@@ -107,27 +91,32 @@ impl Triangle {
     ///
     /// `C = D⁻¹R⁻ᵀ + (I − R) C`, from the last row up (Takahashi's recursion): the full inverse is never formed.
     pub(crate) fn inverse_band(&self) -> Vec<[f64; ORDER]> {
-        let n = self.diagonal.len();
-        let mut band = vec![[0.0; ORDER]; n];
-        for i in (0..n).rev() {
-            let width = MAX_DEGREE.min(n - 1 - i);
-            let mut row = [0.0; ORDER];
-            for j in (0..=width).rev() {
-                let mut sum = if j == 0 { 1.0 / self.diagonal[i] } else { 0.0 };
-                for k in 1..=width {
-                    let known = if k <= j {
-                        band[i + k][j - k]
-                    } else if j == 0 {
-                        row[k]
-                    } else {
-                        band[i + j][k - j]
-                    };
-                    sum -= self.right[i][k - 1] * known;
-                }
-                row[j] = sum;
-            }
-            band[i] = row;
+        let mut band = vec![[0.0; ORDER]; self.0.len()];
+        // The rows below the one in work, zero beyond the last.
+        let mut below = [[0.0; ORDER]; MAX_DEGREE];
+        for (row, entries) in self.0.iter().zip(&mut band).rev() {
+            let [a, b, c] = below;
+            let beside = [
+                -dot(&row.right, &[a[0], a[1], a[2]]),
+                -dot(&row.right, &[a[1], b[0], b[1]]),
+                -dot(&row.right, &[a[2], b[1], c[0]]),
+            ];
+            let own = 1.0 / row.diagonal - dot(&row.right, &beside);
+            *entries = [own, beside[0], beside[1], beside[2]];
+            below = [*entries, a, b];
         }
         band
+    }
+}
+
+#[inline]
+fn dot(a: &[f64; MAX_DEGREE], b: &[f64; MAX_DEGREE]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+fn subtract(from: &mut [f64; 4], factor: f64, terms: &[f64; 4]) {
+    for (entry, term) in from.iter_mut().zip(terms) {
+        *entry -= factor * term;
     }
 }
