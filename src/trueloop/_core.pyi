@@ -70,3 +70,20 @@ class NcProgram:
         plane: int | None = None,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]]]:
         """Columns of the moves, columns of the modal states, findings."""
+
+# envelope: the surface that a swept nose leaves
+
+class NoseSweep:
+    """A nose swept along a polyline of its centre (n, 2), x a radius, mm.
+
+    Its radius error over contact angle is a cubic a piece (m, 4), pieces `step` rad wide from `first` on, constant
+    beyond; no pieces: round. Raises ValueError for a nose that is not convex and for points that are no finite numbers.
+    """
+
+    def __new__(
+        cls, nodes: NDArray[np.float64], radius: float, first: float, step: float, pieces: NDArray[np.float64]
+    ) -> NoseSweep: ...
+    def entries(
+        self, origins: NDArray[np.float64], directions: NDArray[np.float64], reach: float
+    ) -> NDArray[np.float64]:
+        """Where rays out of the material first meet the swept region, (q,): −reach to +reach (nothing met)."""

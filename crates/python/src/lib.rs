@@ -4,9 +4,11 @@ use pyo3::prelude::*;
 
 mod curve;
 mod nc;
+mod simulator;
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     curve::register(module)?;
-    nc::register(module)
+    nc::register(module)?;
+    simulator::register(module)
 }

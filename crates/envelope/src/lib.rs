@@ -1,0 +1,15 @@
+//! What a tool nose leaves when its centre runs along a path: the envelope, asked ray by ray.
+//!
+//! The plane is (x, z). A nose is a convex body given by its support function (`nose`), so that a worn nose is as
+//! exact as a round one. Its sweep along a polyline is the union of one convex hull a segment (`sweep`). A ray that
+//! leaves the material asks where it first meets that union; boxes around runs of segments (`tree`) leave a handful of
+//! segments to look at. Undercuts need nothing special: rays go in any direction. Nothing here panics.
+
+mod nose;
+mod ray;
+mod sweep;
+mod tree;
+
+pub use nose::{Nose, NoseError};
+pub use ray::{Point, Ray};
+pub use sweep::Sweep;

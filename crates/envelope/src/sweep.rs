@@ -1,0 +1,226 @@
+//! The region a nose passes over, and where rays out of the material meet it.
+
+use crate::nose::Nose;
+use crate::ray::{Point, Ray};
+use crate::tree::{Tree, RUN};
+
+/// A nose swept along a polyline of its centre.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    nodes: Vec<Point>,
+    /// Contact of each segment's two sides, from the centre: surface normal to the left of travel, and to the right.
+    contacts: Vec<[Point; 2]>,
+    nose: Nose,
+    tree: Tree,
+}
+
+/// The lowest meeting so far, and the run of segments it was found in.
+#[derive(Clone, Copy)]
+struct Found {
+    along: f64,
+    run: usize,
+}
+
+impl Sweep {
+    /// The sweep; one node is a nose that stands still, none sweeps nothing. Nodes must be finite numbers.
+    pub fn new(nodes: Vec<Point>, nose: Nose) -> Self {
+        let contacts = nodes
+            .windows(2)
+            .map(|pair| match *pair {
+                [a, b] => contacts_of(a, b, &nose),
+                _ => [[0.0; 2]; 2],
+            })
+            .collect();
+        let tree = Tree::over(&nodes);
+        Self {
+            nodes,
+            contacts,
+            nose,
+            tree,
+        }
+    }
+
+    /// Where each ray, coming out of the material, first meets the swept region: between −reach and +reach.
+    ///
+    /// +reach where it meets nothing. A nose whose centre lies below −reach on the ray is not seen.
+    pub fn entries(&self, rays: impl Iterator<Item = Ray>, reach: f64) -> Vec<f64> {
+        let mut run = 0;
+        rays.map(|ray| {
+            let found = self.entry(&ray, reach, run);
+            run = found.run;
+            found.along.max(-reach)
+        })
+        .collect()
+    }
+
+    /// Neighbouring rays meet neighbouring segments: looking at `hint` first leaves little else to look at.
+    fn entry(&self, ray: &Ray, reach: f64, hint: usize) -> Found {
+        let mut found = Found {
+            along: reach,
+            run: hint,
+        };
+        self.look_at(ray, reach, hint, &mut found);
+        let mut stack = [(0_usize, 0_usize, 0.0_f64); 64];
+        let mut depth = 0;
+        push(
+            &mut stack,
+            &mut depth,
+            (self.tree.top(), 0, f64::NEG_INFINITY),
+        );
+        while depth > 0 {
+            depth -= 1;
+            let Some(&(level, index, bound)) = stack.get(depth) else {
+                break;
+            };
+            if bound >= found.along {
+                continue;
+            }
+            if level == 0 {
+                if index != hint {
+                    self.look_at(ray, reach, index, &mut found);
+                }
+                continue;
+            }
+            let [near, far] = self.children(ray, reach, level - 1, 2 * index);
+            for child in [far, near] {
+                if child.2 < found.along {
+                    push(&mut stack, &mut depth, child);
+                }
+            }
+        }
+        found
+    }
+
+    /// Two boxes with their bounds, the more promising first.
+    fn children(
+        &self,
+        ray: &Ray,
+        reach: f64,
+        level: usize,
+        first: usize,
+    ) -> [(usize, usize, f64); 2] {
+        let bound = |index| {
+            self.tree.get(level, index).map_or(f64::INFINITY, |found| {
+                found.lowest(ray, self.nose.largest(), -reach)
+            })
+        };
+        let (a, b) = (
+            (level, first, bound(first)),
+            (level, first + 1, bound(first + 1)),
+        );
+        if b.2 < a.2 {
+            [b, a]
+        } else {
+            [a, b]
+        }
+    }
+
+    fn look_at(&self, ray: &Ray, reach: f64, run: usize, found: &mut Found) {
+        let first = run * RUN;
+        let mut before: Option<(f64, f64)> = None;
+        for k in first..=first + RUN {
+            let Some(&node) = self.nodes.get(k) else {
+                break;
+            };
+            let here = ray.of(node);
+            let mut meets = self.body(ray, here, reach, found.along);
+            if let (Some(there), Some(contacts)) =
+                (before, k.checked_sub(1).and_then(|j| self.contacts.get(j)))
+            {
+                meets = meets.min(flat(ray, there, here, contacts, reach));
+            }
+            if meets < found.along {
+                *found = Found { along: meets, run };
+            }
+            before = Some(here);
+        }
+    }
+
+    /// Where the ray meets the nose standing at a node; infinite when not below `best`.
+    fn body(&self, ray: &Ray, (along, over): (f64, f64), reach: f64, best: f64) -> f64 {
+        let largest = self.nose.largest();
+        let below = largest * largest - over * over;
+        if along <= -reach || below <= 0.0 || along - below.sqrt() >= best {
+            return f64::INFINITY;
+        }
+        self.nose
+            .depth(ray.angle, over)
+            .map_or(f64::INFINITY, |depth| along - depth)
+    }
+}
+
+/// Where the ray meets the straight side between the contacts of a segment's two ends; infinite when it passes beside.
+fn flat(ray: &Ray, a: (f64, f64), b: (f64, f64), contacts: &[Point; 2], reach: f64) -> f64 {
+    // Of the two sides the one whose normal looks along the ray: travel to greater `across` has it on its right.
+    let [left, right] = contacts;
+    let contact = if a.1 < b.1 { right } else { left };
+    let (along, over) = (ray.along(*contact), ray.over(*contact));
+    let (from, to) = (a.1 + over, b.1 + over);
+    if (from > 0.0) == (to > 0.0) || from == to {
+        return f64::INFINITY;
+    }
+    let share = from / (from - to);
+    let centre = a.0 + share * (b.0 - a.0);
+    if centre <= -reach {
+        return f64::INFINITY;
+    }
+    centre + along
+}
+
+fn contacts_of(a: Point, b: Point, nose: &Nose) -> [Point; 2] {
+    let (dx, dz) = (b[0] - a[0], b[1] - a[1]);
+    let length = dx.hypot(dz);
+    if length <= 0.0 {
+        return [[0.0; 2]; 2];
+    }
+    let left = [dz / length, -dx / length];
+    [nose.contact(left), nose.contact([-left[0], -left[1]])]
+}
+
+fn push(stack: &mut [(usize, usize, f64); 64], depth: &mut usize, item: (usize, usize, f64)) {
+    if let Some(place) = stack.get_mut(*depth) {
+        *place = item;
+        *depth += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn round(radius: f64) -> Nose {
+        Nose::new(radius, 0.0, 1.0, Vec::new()).expect("round")
+    }
+
+    #[test]
+    fn a_straight_cut_leaves_a_straight_line() {
+        for nodes in [
+            vec![[10.8, 0.0], [10.8, 50.0]],
+            vec![[10.8, 50.0], [10.8, 0.0]],
+        ] {
+            let sweep = Sweep::new(nodes, round(0.8));
+            let rays = (1..40).map(|k| Ray::new([9.9, k as f64], [1.0, 0.0]));
+            for height in sweep.entries(rays, 1.0) {
+                assert!((height - 0.1).abs() < 1e-12, "{height}");
+            }
+        }
+    }
+
+    #[test]
+    fn beyond_the_end_the_nose_leaves_its_own_arc() {
+        let sweep = Sweep::new(vec![[10.8, 0.0], [10.8, 50.0]], round(0.8));
+        let height = sweep.entries(std::iter::once(Ray::new([10.0, 50.5], [1.0, 0.0])), 2.0);
+        assert!((height[0] - (0.8 - (0.64_f64 - 0.25).sqrt())).abs() < 1e-12);
+        let none = sweep.entries(std::iter::once(Ray::new([10.0, 60.0], [1.0, 0.0])), 2.0);
+        assert_eq!(none, vec![2.0]);
+    }
+
+    #[test]
+    fn nothing_swept_is_nothing_cut() {
+        assert_eq!(
+            Sweep::new(Vec::new(), round(0.8))
+                .entries([Ray::new([0.0; 2], [1.0, 0.0])].into_iter(), 1.0),
+            vec![1.0]
+        );
+    }
+}

@@ -1,0 +1,80 @@
+//! `envelope` for Python: a swept nose, asked by rays.
+
+use envelope::{Nose, Point, Ray, Sweep};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+fn points(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Point>> {
+    let shape = array.shape();
+    let flat = array.as_slice()?;
+    if shape.get(1) != Some(&2) || flat.iter().any(|value| !value.is_finite()) {
+        return Err(PyValueError::new_err(
+            "points must be finite numbers of shape (n, 2)",
+        ));
+    }
+    Ok(flat
+        .chunks_exact(2)
+        .filter_map(|pair| Some([*pair.first()?, *pair.last()?]))
+        .collect())
+}
+
+/// A nose swept along a polyline of its centre, (n, 2), x a radius, mm.
+///
+/// The nose is round with `radius`, plus a cubic a piece over contact angle, (m, 4), pieces `step` wide from `first` on.
+#[pyclass(frozen)]
+struct NoseSweep {
+    sweep: Sweep,
+}
+
+#[pymethods]
+impl NoseSweep {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        nodes: PyReadonlyArray2<'_, f64>,
+        radius: f64,
+        first: f64,
+        step: f64,
+        pieces: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Self> {
+        let pieces = pieces
+            .as_slice()?
+            .chunks_exact(4)
+            .filter_map(|piece| piece.try_into().ok())
+            .collect();
+        let nose = Nose::new(radius, first, step, pieces)
+            .map_err(|refused| PyValueError::new_err(refused.to_string()))?;
+        let nodes = points(&nodes)?;
+        Ok(Self {
+            sweep: py.detach(|| Sweep::new(nodes, nose)),
+        })
+    }
+
+    /// Where rays out of the material first meet the swept region, (q,), between −reach and +reach (nothing met).
+    fn entries<'py>(
+        &self,
+        py: Python<'py>,
+        origins: PyReadonlyArray2<'py, f64>,
+        directions: PyReadonlyArray2<'py, f64>,
+        reach: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (origins, directions) = (points(&origins)?, points(&directions)?);
+        if origins.len() != directions.len() {
+            return Err(PyValueError::new_err("as many directions as origins"));
+        }
+        let found = py.detach(|| {
+            let rays = origins
+                .iter()
+                .zip(&directions)
+                .map(|(o, d)| Ray::new(*o, *d));
+            self.sweep.entries(rays, reach)
+        });
+        Ok(found.into_pyarray(py))
+    }
+}
+
+/// Adds what this file binds to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<NoseSweep>()
+}
