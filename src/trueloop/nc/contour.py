@@ -39,8 +39,9 @@ def contour_of_program(
     """The contour that a finish pass leaves, features named cylinder-1, cone-1, arc-1… from chuck end to free end.
 
     Without `lines` (from–to, both included) the pass is the uninterrupted chain of feed moves with the most moves, the
-    last one of equals; a radial move that leads from outside into a corner at its chuck end is taken for the approach
-    and left out. With `lines` all feed moves of that range count. What lies beyond the spindle axis is always cut off.
+    last one of equals; straight moves at its ends that come in from outside or leave outwards, by a concave corner of
+    more than 45°, are taken for the ways in and out. With `lines` all feed moves of that range count. What lies beyond
+    the spindle axis is always cut off. The notes say what was left out.
     Raises NC-NO-CONTOUR where no feed moves are left, and the GEO errors of a contour that cannot be.
     """
     found = [m for m in moves if m.path.length_mm > GAP_MM]
@@ -77,7 +78,10 @@ def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[li
 
 
 def _chuck_end_first(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
-    if not moves or moves[-1].path.end_mm[1] >= moves[0].path.start_mm[1]:
+    if not moves:
+        return moves
+    (x0, z0), (x1, z1) = moves[0].path.start_mm, moves[-1].path.end_mm
+    if z1 > z0 + GAP_MM or (z1 > z0 - GAP_MM and x1 <= x0):
         return moves
     notes.append("The program cuts towards the chuck: its moves were put in the opposite order.")
     return [replace(move, path=move.path.reversed()) for move in reversed(moves)]

@@ -89,6 +89,14 @@ def test_moves_beside_the_contour_are_left_out_and_named() -> None:
     assert "Of 2 chains of feed moves, lines 10–60 were taken" in contour_of_program(moves, NOSE_RADIUS_MM).notes[0]
 
 
+def test_face_alone_is_read_inwards_either_way() -> None:
+    face = to((30.0, 0.8), (-0.5, 0.8))
+    for moves in (cut([face]), cut([face.reversed()])):
+        feature = contour_of_program(moves, 0.8).profile.features[0]
+        assert (feature.start_mm, feature.end_mm) == (pytest.approx((30.0, 0.0)), pytest.approx((0.0, 0.0)))
+        assert feature.outward_normal(1.0) == pytest.approx([0.0, 1.0])
+
+
 def test_pull_out_at_the_free_end_is_no_cone() -> None:
     """A ring's face, then away at 45°; a chamfer at the same place leads inwards and stays."""
     ring = checked_profile(polyline([(20.0, -30.0), (20.0, 0.0), (10.0, 0.0)]))
