@@ -23,17 +23,12 @@ from trueloop.units import UM_PER_MM
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "nist-parts.md"
 
-MAX_SLOPE_UM_PER_MM: Final = 30.0
-"""Some arcs' corrections are steeper at the axis, 2.5 mm beyond their last touch, than the usual limit allows."""
-
-HEAD: Final = f"""# Fourteen parts of metal
+HEAD: Final = """# Fourteen parts of metal
 
 NISTIR 6811 reports fourteen parts, each measured after the semi-finish cut and again after a finish cut that its
 authors had corrected: four FACETST (two cylinders, two faces, tapers cut on purpose), four MODBAS2 (dome tangent to a
 cylinder) and six PIECS11 (knob on a cone), the last two families with a worn insert. Here trueloop is given the same
-touches after the semi-finish cut, Tables 4, 8 and 10, with a job and programs made as in `examples/`. One limit is
-raised by name, `max_slope_um_per_mm = {MAX_SLOPE_UM_PER_MM:g}`:
-on the arcs of some parts the correction is steep at the axis, where the last touch is 2.5 mm away.
+touches after the semi-finish cut, Tables 4, 8 and 10, with a job and programs made as in `examples/`.
 
 - **Semi-finish**: root mean square of the measured errors, µm, material left on or taken too much.
 - **NIST's finish**: the same after NIST's corrected finish cut, Tables 7, 9 and 11. Measured.
@@ -85,8 +80,7 @@ def write_job(part: NistPart, folder: Path) -> Path:
         for line in example[example.index("[tool]") :].splitlines()
     ]
     job = folder / "job.toml"
-    limit = ["", "[compensation]", f"max_slope_um_per_mm = {MAX_SLOPE_UM_PER_MM}", ""]
-    job.write_text("\n".join([part_table_toml(part_name(part), part.profile), *rest, *limit]), encoding="utf-8")
+    job.write_text("\n".join([part_table_toml(part_name(part), part.profile), *rest, ""]), encoding="utf-8")
     return job
 
 

@@ -25,6 +25,7 @@ from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Arc
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Inputs, compensate
+from trueloop.nc.check import check
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.matching import match_contour
 from trueloop.nc.program import read_program
@@ -70,8 +71,8 @@ def test_programs_cut_the_profile_and_nothing_is_found_wrong_with_them(job_file:
     for cut, allowance_mm in ((inputs.program, 0.0), (inputs.semifinish, inputs.allowance_mm)):
         if cut is None:
             continue
+        assert [found for found in check(cut, inputs.parameters) if found.severity is not Severity.NOTE] == []
         path = cut.run(inputs.parameters)
-        assert [found for found in (*cut.findings, *path.findings) if found.severity is not Severity.NOTE] == []
         match = match_contour(feed_moves(path), inputs.profile, inputs.nose_radius_mm, allowance_mm=allowance_mm)
         assert match.largest_deviation_mm() <= ROUNDING_MM
 
@@ -93,7 +94,9 @@ def test_the_drawing_and_the_listed_profile_give_the_same_correction() -> None:
 @pytest.mark.parametrize("cut", ["semifinish", "finish"])
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: f"{part.number}.{part.semifinish_inspection}")
 def test_every_part_is_cut_by_its_programs(part: NistPart, cut: str) -> None:
-    path = read_program(program(part, cut).encode(), "ge2000t").run(parameters(part))
+    read = read_program(program(part, cut).encode(), "ge2000t")
+    assert check(read, parameters(part)) == []
+    path = read.run(parameters(part))
     allowance_mm = ALLOWANCE_IN * MM_PER_INCH if cut == "semifinish" else 0.0
     match = match_contour(feed_moves(path), part.profile, NOSE_RADIUS_IN * MM_PER_INCH, allowance_mm=allowance_mm)
     assert match.largest_deviation_mm() <= ROUNDING_MM
