@@ -164,9 +164,8 @@ def test_one_move_over_two_features_cuts_both() -> None:
 
 def test_features_cut_in_separate_chains() -> None:
     """The end face first, then the rest from the free end to the chuck: a habit of many shops."""
-    profile = modbas2()
-    path = centre_path(facetst())
     profile = facetst()
+    path = centre_path(profile)
     face = to((30.0, path[3].start_mm[1]), (-0.5, path[3].end_mm[1]))
     moves = [*cut([face]), *cut(backwards(path[:3]), first=1, chain=1)]
     match = matched(moves, profile)
