@@ -62,8 +62,8 @@ def read_dxf(
 
 def _open(path: Path) -> "Drawing":
     # ezdxf takes a tenth of a second to import, and most jobs have no drawing.
-    from ezdxf.filemanagement import readfile  # noqa: PLC0415
-    from ezdxf.lldxf.const import DXFError  # noqa: PLC0415
+    from ezdxf.filemanagement import readfile
+    from ezdxf.lldxf.const import DXFError
 
     try:
         return readfile(path)
