@@ -48,10 +48,10 @@ def kind_of_correction(correction: Correction, index: int) -> str:
     """How a feature's error is described and corrected, in a few words."""
     curve = correction.model.curves[index]
     touches = len(correction.touches.of_feature(index))
-    if touches == 0:
-        return "not touched: estimated"
     if correction.by_offset[index]:
         return "constant offset"
+    if touches == 0:
+        return "not touched: estimated"
     if curve.spline.degree == 0:
         return "one touch: constant" if touches == 1 else "constant"
     if curve.spline.degree == 1:

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -11,19 +11,23 @@ from trueloop.report.markup import esc, table
 from trueloop.report.style import plain, signed
 from trueloop.units import UM_PER_MM
 
-COLUMNS: Final = (
-    "feature",
-    "point",
-    "nominal_x_mm",
-    "nominal_z_mm",
-    "arc_length_mm",
-    "error_before_um",
-    "gauging_standard_u_um",
-    "fitted_um",
-    "predicted_after_um",
-    "leave_one_out_um",
-    "predicted_standard_u_um",
-)
+
+class TouchRow(NamedTuple):
+    """One touch; x is a radius. mm have 4 decimals, µm 2."""
+
+    feature: str
+    point: str
+    nominal_x_mm: float
+    nominal_z_mm: float
+    arc_length_mm: float
+    error_before_um: float
+    gauging_standard_u_um: float
+    fitted_um: float
+    predicted_after_um: float
+    leave_one_out_um: float
+    predicted_standard_u_um: float
+
+
 HEADINGS: Final = (
     "feature", "point", "x, radius<br>mm", "z<br>mm", "arc length<br>mm", "before<br>µm", "u gauging<br>µm",
     "fitted<br>µm", "after<br>µm", "left out<br>µm", "u after<br>µm",
@@ -32,8 +36,8 @@ MM: Final = 4
 UM: Final = 2
 
 
-def touch_rows(correction: Correction) -> list[tuple[str, str, *tuple[float, ...]]]:
-    """One row a touch in the order of `COLUMNS`, mm with 4 and µm with 2 decimals; x is a radius."""
+def touch_rows(correction: Correction) -> list[TouchRow]:
+    """One row a touch, in order along the profile."""
     touches, prediction = correction.touches, correction.prediction
     fitted = np.array(
         [
@@ -51,7 +55,7 @@ def touch_rows(correction: Correction) -> list[tuple[str, str, *tuple[float, ...
     names = correction.profile.names
     numbers: Any = np.column_stack([np.round(lengths, MM), np.round(errors, UM)]) + 0.0  # no negative zeros
     return [
-        (names[feature], point, *row)
+        TouchRow(names[feature], point, *row)
         for feature, point, row in zip(touches.feature_index, touches.point, numbers.tolist(), strict=True)
     ]
 
@@ -60,7 +64,7 @@ def touches_csv(correction: Correction) -> str:
     """The rows with the column names as header; lines end with CR LF as RFC 4180 wants it."""
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(COLUMNS)
+    writer.writerow(TouchRow._fields)
     writer.writerows(touch_rows(correction))
     return text.getvalue()
 
@@ -69,10 +73,19 @@ def touches_table(correction: Correction) -> str:
     """The rows as HTML, errors to 0.1 µm."""
     rows = []
     for row, reference in zip(touch_rows(correction), correction.touches.at_reference, strict=True):
-        feature, point, *numbers = row
-        x, z, s, before, u, fitted, after, left_out, u_after = numbers
         mark = ' <abbr title="the part\'s z was taken from here">z ref.</abbr>' if reference else ""
-        lengths = [plain(value, 3) for value in (x, z, s)]
-        errors = [signed(before), plain(u, 2), signed(fitted), signed(after), signed(left_out), plain(u_after, 2)]
-        rows.append([esc(feature), esc(point) + mark, *lengths, *errors])
+        lengths = (row.nominal_x_mm, row.nominal_z_mm, row.arc_length_mm)
+        rows.append(
+            [
+                esc(row.feature),
+                esc(row.point) + mark,
+                *(plain(value, 3) for value in lengths),
+                signed(row.error_before_um),
+                plain(row.gauging_standard_u_um, 2),
+                signed(row.fitted_um),
+                signed(row.predicted_after_um),
+                signed(row.leave_one_out_um),
+                plain(row.predicted_standard_u_um, 2),
+            ]
+        )
     return table(HEADINGS, rows, words=(0, 1), name="touches")
