@@ -1,11 +1,13 @@
 """The compensated contour, and the path of the nose centre that cuts it.
 
-A point of feature i at arc length s goes to `c(s) = p(s) + u(s) n(s) + v(s) t(s)`: u is the shift along the outward
-normal (−w × error, to first order), v the tangential part, linear in arc length between the displacements of the two
-junctions [6811 Fig. 9]. The nose centre runs at `c(s) + R m(s)`, m the normal of the *compensated* contour: with slope
-u′ the contact moves tangentially by R u′, which shifting the nominal centre path would leave out.
+A point of feature i at arc length s goes to `c(s) = p(s) + u(s) n(s)`, u the shift along the outward normal, −w times
+the error. Neighbouring contours are trimmed or extended to where they cross, so that at every nominal point the contour
+stands off by u to the last digit; moving points along the feature to close the corners, as [6811 Fig. 9] does, would
+change u by its slope times the corner's slide (0.9 µm on the knob of PIECS11). The nose centre runs at
+`c(s) + R m(s)`, m the normal of the *compensated* contour: with slope u′ the contact moves tangentially by R u′, which
+shifting the nominal centre path would leave out.
 
-With dn/ds = κ t and dt/ds = −κ n: `c′ = (1 + κ u + v′) t + (u′ − κ v) n`.
+With dn/ds = κ t: `c′ = (1 + κ u) t + u′ n`.
 """
 
 from collections.abc import Sequence
@@ -27,29 +29,22 @@ NEWTON_STEPS: Final = 30
 
 @dataclass(frozen=True)
 class ShiftedFeature:
-    """A nominal feature with its contour moved by `shift` and, along itself, by `tangential_mm` at start and end."""
+    """A nominal feature with its contour moved along its normal by `shift`."""
 
     feature: Feature
     shift: Shift
-    tangential_mm: tuple[float, float]
     nose_radius_mm: float
 
     def contour_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Points of the compensated contour, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
-        u, v = self.shift.value_mm(s), self._tangential(s)
-        return (
-            self.feature.point_mm(s)
-            + u[..., None] * self.feature.outward_normal(s)
-            + v[..., None] * self.feature.tangent(s)
-        )
+        return self.feature.point_mm(s) + self.shift.value_mm(s)[..., None] * self.feature.outward_normal(s)
 
     def tangent(self, arc_length_mm: ArrayLike) -> Array:
         """Unit tangent of the compensated contour, and of the centre path, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
-        curvature = self.feature.curvature_per_mm(s)
-        along = 1 + curvature * self.shift.value_mm(s) + self._tangential_slope
-        across = self.shift.slope(s) - curvature * self._tangential(s)
+        along = 1 + self.feature.curvature_per_mm(s) * self.shift.value_mm(s)
+        across = self.shift.slope(s)
         direction = along[..., None] * self.feature.tangent(s) + across[..., None] * self.feature.outward_normal(s)
         unit: Array = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
         return unit
@@ -59,13 +54,6 @@ class ShiftedFeature:
         tangent = self.tangent(arc_length_mm)
         normal = np.stack([tangent[..., 1], -tangent[..., 0]], axis=-1)
         return self.contour_mm(arc_length_mm) + self.nose_radius_mm * normal
-
-    @property
-    def _tangential_slope(self) -> float:
-        return (self.tangential_mm[1] - self.tangential_mm[0]) / self.feature.length_mm
-
-    def _tangential(self, s: Array) -> Array:
-        return self.tangential_mm[0] + self._tangential_slope * s
 
 
 @dataclass(frozen=True)
@@ -78,29 +66,9 @@ class CentrePiece:
 
 
 def shifted_contour(profile: Profile, shifts: Sequence[Shift], nose_radius_mm: float) -> tuple[ShiftedFeature, ...]:
-    """The profile with each feature moved by its shift; junctions stay closed [conventions: junction displacement]."""
-    ends = [_end_values(feature, shift) for feature, shift in zip(profile.features, shifts, strict=True)]
-    starts_t, ends_t = [0.0] * len(ends), [0.0] * len(ends)
-    for i, junction in enumerate(profile.junctions):
-        if junction.kind is JunctionKind.CORNER:
-            before, after = profile.features[i], profile.features[i + 1]
-            d = corner_displacement(
-                before.outward_normal(before.length_mm), after.outward_normal(0.0), ends[i][1], ends[i + 1][0]
-            )
-            ends_t[i] = float(before.tangent(before.length_mm) @ d)
-            starts_t[i + 1] = float(after.tangent(0.0) @ d)
-    return tuple(
-        ShiftedFeature(feature, shift, (starts_t[i], ends_t[i]), nose_radius_mm)
-        for i, (feature, shift) in enumerate(zip(profile.features, shifts, strict=True))
-    )
-
-
-def corner_displacement(normal_before: Array, normal_after: Array, before_mm: float, after_mm: float) -> Array:
-    """The one displacement d of a corner with n₁·d and n₂·d given (2,). Least-norm where the normals are parallel."""
-    displacement, *_ = np.linalg.lstsq(
-        np.stack([normal_before, normal_after]), np.array([before_mm, after_mm]), rcond=1e-3
-    )
-    return np.asarray(displacement)
+    """The profile with each feature moved by its shift."""
+    pairs = zip(profile.features, shifts, strict=True)
+    return tuple(ShiftedFeature(feature, shift, nose_radius_mm) for feature, shift in pairs)
 
 
 def centre_pieces(profile: Profile, contour: Sequence[ShiftedFeature]) -> tuple[CentrePiece, ...]:
@@ -135,11 +103,6 @@ def reaches_mm(shifted: ShiftedFeature, along_mm: float, at_end: bool) -> float:
         if abs(miss) < 1e-12:
             break
     return s
-
-
-def _end_values(feature: Feature, shift: Shift) -> tuple[float, float]:
-    values = shift.value_mm(np.array([0.0, feature.length_mm]))
-    return float(values[0]), float(values[1])
 
 
 def _crossing(before: ShiftedFeature, after: ShiftedFeature, tangent: bool) -> tuple[float, float]:

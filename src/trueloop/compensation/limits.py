@@ -19,7 +19,7 @@ class Limits:
     """What is accepted. Sizes in mm along the normal, slopes in mm per mm of arc, age in hours."""
 
     correction_mm: float = 0.150
-    slope: float = 0.020
+    slope: float = 0.040
     age_hours: float = 24.0
 
 

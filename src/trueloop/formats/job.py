@@ -90,6 +90,7 @@ class ProgramsTable(_Table):
     resolution_mm: PositiveFloat | None = None
     offset_x_is: Literal["radius", "diameter"] | None = None
     execute_deleted_blocks: bool = False
+    accept_unknown_words: bool = False
 
 
 class GaugingTable(_Table):
@@ -116,7 +117,7 @@ class CompensationTable(_Table):
     chord_tolerance_um: PositiveFloat = 0.5
     arcs: Literal["auto", "lines", "arcs"] = "auto"
     max_correction_um: PositiveFloat = 150.0
-    max_slope_um_per_mm: PositiveFloat = 20.0
+    max_slope_um_per_mm: PositiveFloat = 40.0
     max_age_hours: PositiveFloat = 24.0
 
 

@@ -62,7 +62,7 @@ class Commanded:
     def cuts(self) -> tuple[Cut, ...]:
         """The moves that cut the contour, in program order."""
         cuts = [
-            Cut(m.move.index, i, *((m.end_mm, m.start_mm) if feature.backwards else (m.start_mm, m.end_mm)))
+            Cut(m.move.index, i, m.start_mm, m.end_mm)
             for i, feature in enumerate(self.match.features)
             for m in feature.moves
         ]

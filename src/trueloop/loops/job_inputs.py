@@ -26,6 +26,7 @@ from trueloop.loops.process_intermittent import Inputs, Options
 from trueloop.nc.contour import contour_of_program
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.program import Program, read_program
+from trueloop.nc.understood import require_understood
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 
@@ -37,6 +38,17 @@ class ReadJob:
     finish: Path
     files: tuple[Path, ...]
     output_folder: Path
+    job: Path
+    touches: Path
+    finish_touches: Path | None = None
+
+    def file_behind(self, code: Code) -> Path:
+        """Where to look for the cause of a refusal that names no file: the touches, unless it is about another."""
+        if code is Code.TCH_SIGN and self.finish_touches is not None:
+            return self.finish_touches
+        if code is Code.CMP_AGE:
+            return self.job
+        return self.finish if code.startswith("NC-") or code is Code.CMP_READ_BACK else self.touches
 
 
 @dataclass(frozen=True)
@@ -81,7 +93,15 @@ def read_inputs(path: Path) -> ReadJob:
         inputs_sha256={name: sha256_of(file.read_bytes()) for name, file in files.items()},
         made_by=_user(),
     )
-    return ReadJob(inputs, path.parent / job.programs.finish, tuple(files.values()), path.parent / job.output.folder)
+    return ReadJob(
+        inputs=inputs,
+        finish=path.parent / job.programs.finish,
+        files=tuple(files.values()),
+        output_folder=path.parent / job.output.folder,
+        job=path,
+        touches=path.parent / job.gauging.touches,
+        finish_touches=path.parent / finish_touches if finish_touches else None,
+    )
 
 
 @contextmanager
@@ -110,7 +130,10 @@ def _program(path: Path, job: Job, file: Path) -> Program:
     hint = "the job's table [programs] names it, relative to the job file"
     source = read_input(path.parent / file, Code.NC_FILE, hint=hint)
     with _named(path):
-        return read_program(source, job.programs.dialect, str(path.parent / file))
+        program = read_program(source, job.programs.dialect, str(path.parent / file))
+        if not job.programs.accept_unknown_words:
+            require_understood(program)
+        return program
 
 
 def _profile(path: Path, job: Job, program: Program | None) -> Profile:

@@ -13,7 +13,6 @@ from trueloop.compensation.contour import (
     CentrePiece,
     ShiftedFeature,
     centre_pieces,
-    corner_displacement,
     reaches_mm,
     shifted_contour,
 )
@@ -38,7 +37,7 @@ def test_oversize_moves_the_tool_into_the_material() -> None:
     """Δr = +0.04 mm, w = 0.75 cuts 0.03 mm deeper [4773 Fig. 9]: an error of +0.04 shifts the contour by −0.03."""
     error = sampled(np.array([0.0]), np.array([0.04]))
     shift = weighted_sum(((-0.75, error),))
-    cylinder = ShiftedFeature(FEATURES[1], shift, (0.0, 0.0), NOSE_RADIUS_MM)
+    cylinder = ShiftedFeature(FEATURES[1], shift, NOSE_RADIUS_MM)
     x, z = cylinder.centre_mm(10.0)
     assert x == pytest.approx(44.704 + NOSE_RADIUS_MM - 0.03, abs=1e-12)
     assert z == pytest.approx(-104.554, abs=1e-12)
@@ -69,9 +68,7 @@ def test_the_nose_touches_the_compensated_contour(value: float, slope: float, be
         return np.asarray(value + slope * np.asarray(s) + bend * np.sin(np.asarray(s)))
 
     dome = FEATURES[4]
-    shifted = ShiftedFeature(
-        dome, Shift(shift_mm, lambda s: slope + bend * np.cos(np.asarray(s))), (0.0, 0.0), NOSE_RADIUS_MM
-    )
+    shifted = ShiftedFeature(dome, Shift(shift_mm, lambda s: slope + bend * np.cos(np.asarray(s))), NOSE_RADIUS_MM)
     contour = shifted.contour_mm(np.linspace(0, dome.length_mm, 4001))
     for centre in shifted.centre_mm(np.linspace(5, dome.length_mm - 5, 7)):
         nearest = np.linalg.norm(contour - centre, axis=1).min()
@@ -82,23 +79,23 @@ def test_the_nose_touches_the_compensated_contour(value: float, slope: float, be
 def test_slope_moves_the_contact_along_the_feature() -> None:
     """With slope u′ the centre stands R u′ back along the feature, which shifting the centre path would leave out."""
     slope = 0.01
-    cone = ShiftedFeature(FEATURES[0], linear(FEATURES[0], 0.0, slope * FEATURES[0].length_mm), (0.0, 0.0), 1.0)
+    cone = ShiftedFeature(FEATURES[0], linear(FEATURES[0], 0.0, slope * FEATURES[0].length_mm), 1.0)
     offset = cone.centre_mm(20.0) - cone.contour_mm(20.0)
     assert offset @ FEATURES[0].tangent(20.0) == pytest.approx(-math.sin(math.atan(slope)), abs=1e-12)
 
 
-def test_contour_ends_meet_at_corners_through_the_tangential_part() -> None:
-    """n₁·d = u₁ and n₂·d = u₂ fix the displacement of a right-angled corner: each feature gives one coordinate."""
-    d = corner_displacement(np.array([1.0, 0.0]), np.array([0.0, 1.0]), -0.02, 0.03)
-    assert d == pytest.approx([-0.02, 0.03], abs=1e-15)
-    shifts = [ZERO, linear(FEATURES[1], -0.01, -0.02), linear(FEATURES[2], 0.03, 0.0), ZERO, ZERO]
-    contour = shifted_contour(PART, shifts, NOSE_RADIUS_MM)
-    assert contour[1].contour_mm(FEATURES[1].length_mm) == pytest.approx(contour[2].contour_mm(0.0), abs=1e-12)
+@given(ends_mm, ends_mm, ends_mm, ends_mm)
+def test_corner_is_displaced_as_both_errors_say(a: float, b: float, c: float, d: float) -> None:
+    """With a pointed tool the contours cross at d with n₁·d = u₁ and n₂·d = u₂, to the slide's second order."""
+    shifts = [ZERO, linear(FEATURES[1], a, b), linear(FEATURES[2], c, d), ZERO, ZERO]
+    pieces = centre_pieces(PART, shifted_contour(PART, shifts, 0.0))
+    corner = pieces[1].shifted.centre_mm(pieces[1].end_mm)
+    assert corner - FEATURES[1].end_mm == pytest.approx([b, c], abs=0.2 * 0.2 / 7)
 
 
 def test_free_end_is_met_square_to_the_feature() -> None:
     """At the apex the centre path ends on the axis however steep the error is there [6811 §3.4]."""
-    dome = ShiftedFeature(FEATURES[4], linear(FEATURES[4], 0.0, 0.3), (0.0, 0.0), NOSE_RADIUS_MM)
+    dome = ShiftedFeature(FEATURES[4], linear(FEATURES[4], 0.0, 0.3), NOSE_RADIUS_MM)
     s = reaches_mm(dome, 0.0, at_end=True)
     assert dome.centre_mm(s)[0] == pytest.approx(0.0, abs=1e-9)
     assert s != pytest.approx(FEATURES[4].length_mm, abs=1e-4)
