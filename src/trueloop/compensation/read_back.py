@@ -70,10 +70,14 @@ def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int)
 
 
 def require_same_path(before: ToolPath, after: ToolPath) -> None:
-    """Refuses a program that does not command the same moves in program coordinates."""
+    """Refuses a program that does not command the same moves in program coordinates.
+
+    A coordinate that a block inherits is called otherwise after a change of frame; the tool has not moved for that.
+    """
     if len(before) != len(after):
         raise _refusal(f"the written program has {len(after)} moves instead of {len(before)}")
-    apart = np.nanmax(np.abs(before.end_mm - after.end_mm), initial=0.0)
+    set_here = np.asarray(before.word) >= 0
+    apart = np.max(np.abs(before.end_mm - after.end_mm)[set_here], initial=0.0)
     if not np.array_equal(before.motion, after.motion) or apart > SAME_MM:
         raise _refusal(f"the written program's path changed by {apart * UM_PER_MM:.2f} µm; it was to stay")
 

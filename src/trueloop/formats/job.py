@@ -84,6 +84,7 @@ class ProgramsTable(_Table):
 
     dialect: str
     finish: Path
+    finish_lines: tuple[int, int] | None = None
     semifinish: Path | None = None
     semifinish_allowance_mm: NonNegativeFloat | None = None
     parameters: dict[str, float] = {}

@@ -27,11 +27,13 @@ SAMPLES = 257
 
 @dataclass(frozen=True)
 class Run:
-    """How programs are run: parameters by name, whether blocks with a slash are executed, the control's resolution."""
+    """How programs are run and read: parameters by name, whether blocks with a slash are executed, the control's
+    resolution, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious."""
 
     parameters: Mapping[str, float]
     execute_deleted_blocks: bool = False
     resolution_mm: float | None = None
+    lines: tuple[int, int] | None = None
 
     def of(self, program: Program) -> ToolPath:
         """The tool path of a program. Raises NC errors with the program's file named."""
@@ -82,7 +84,7 @@ def commanded(
     Without a semi-finish program the finish program's own deviation is taken for that of the measured surface.
     """
     path = run.of(program)
-    match = _matched(program, path, profile, nose_radius_mm, 0.0)
+    match = _matched(program, path, profile, nose_radius_mm, 0.0, run.lines)
     other = match
     if semifinish is not None:
         other = _matched(semifinish, run.of(semifinish), profile, nose_radius_mm, allowance_mm)
@@ -102,10 +104,15 @@ def commanded(
 
 
 def _matched(
-    program: Program, path: ToolPath, profile: Profile, nose_radius_mm: float, allowance_mm: float
+    program: Program,
+    path: ToolPath,
+    profile: Profile,
+    nose_radius_mm: float,
+    allowance_mm: float,
+    lines: tuple[int, int] | None = None,
 ) -> ContourMatch:
     try:
-        return match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm)
+        return match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
     except TrueloopError as error:
         raise (error.in_file(program.file) if program.file else error) from None
 

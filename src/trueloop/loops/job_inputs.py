@@ -85,6 +85,7 @@ def read_inputs(path: Path) -> ReadJob:
         allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
+        lines=job.programs.finish_lines,
         # A time without a zone is the clock on the wall here.
         measured_at=job.gauging.measured_at.astimezone() if job.gauging.measured_at else None,
         program_sha256=job.gauging.program_sha256,

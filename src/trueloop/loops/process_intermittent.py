@@ -62,6 +62,7 @@ class Inputs:
     allowance_mm: float = 0.0
     parameters: Mapping[str, float] = field(default_factory=dict)
     execute_deleted_blocks: bool = False
+    lines: tuple[int, int] | None = None
     measured_at: datetime | None = None
     program_sha256: str | None = None
     finish_touches: ErrorVectors | None = None
@@ -106,7 +107,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     now = now or datetime.now(UTC)
     notes = _refuse_misuse(inputs, now)
     options, profile, nose = inputs.options, inputs.profile, inputs.nose_radius_mm
-    run = Run(inputs.parameters, inputs.execute_deleted_blocks, options.resolution_mm)
+    run = Run(inputs.parameters, inputs.execute_deleted_blocks, options.resolution_mm, inputs.lines)
     told = commanded(inputs.program, inputs.semifinish, profile, nose, inputs.allowance_mm, run)
     process = replace(inputs.touches, error_mm=inputs.touches.error_mm - told.measured_at(inputs.touches))
     model = fit_profile(profile, process, _fit_options(options), inputs.nose)
