@@ -12,6 +12,7 @@ enum Action {
     /// Its coordinates are a move; in machine coordinates if true.
     Motion(bool),
     SetRegister,
+    OffsetRegister,
     CancelRegister(bool),
     RestoreRegister,
     SetData,
@@ -34,6 +35,7 @@ impl Runner<'_> {
         match action {
             Action::Motion(in_machine) => self.motion(request, in_machine),
             Action::SetRegister => self.set_register(request),
+            Action::OffsetRegister => self.offset_register(request),
             Action::CancelRegister(forget) => self.cancel_register(forget),
             Action::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
             Action::SetData => self.set_data(request),
@@ -118,6 +120,7 @@ fn action_of(code: G) -> Option<Action> {
     match code {
         G::MachineCoordinates => Some(Action::Motion(true)),
         G::SetRegister => Some(Action::SetRegister),
+        G::OffsetRegister => Some(Action::OffsetRegister),
         G::CancelRegister(forget) => Some(Action::CancelRegister(forget)),
         G::RestoreRegister => Some(Action::RestoreRegister),
         G::SetData => Some(Action::SetData),

@@ -57,6 +57,15 @@ impl Runner<'_> {
         self.position = named; // exactly, without the rounding of the difference
     }
 
+    /// G52: the offset gets the values given, whatever the present position.
+    pub(crate) fn offset_register(&mut self, request: &Request) {
+        let given = self.given(request);
+        self.reframe(|frame| {
+            frame.register = [0, 1, 2].map(|axis| given[axis].unwrap_or(frame.register[axis]));
+            frame.set_aside = frame.register;
+        });
+    }
+
     pub(crate) fn cancel_register(&mut self, forget: bool) {
         self.reframe(|frame| {
             frame.set_aside = if forget { [0.0; 3] } else { frame.register };

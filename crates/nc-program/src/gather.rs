@@ -107,7 +107,7 @@ impl Runner<'_> {
                 continue;
             }
             let text = key.text(self.program.dialect());
-            let hint = format!("give it one: --set '{text}=…'");
+            let hint = format!("give it one: --set '{text}=…', or in a job: parameters = {{ \"{text}\" = … }}");
             let zero = self.program.dialect().parameters.unset_is_zero && matches!(key, Key::Number(_));
             if zero {
                 let message = format!("parameter {text} has no value: the control reads it as 0");

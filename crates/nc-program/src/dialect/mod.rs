@@ -62,6 +62,8 @@ pub enum G {
     Compensation(Compensation),
     /// Sets the position register: what the position is called, the tool does not move.
     SetRegister,
+    /// Sets the register's offset itself, axis by axis.
+    OffsetRegister,
     /// Takes the register setting back; true forgets it, false keeps it for `RestoreRegister`.
     CancelRegister(bool),
     /// Puts a cancelled register setting back.
