@@ -43,9 +43,8 @@ def test_the_table_and_the_csv_are_the_data(pages: dict[str, Path]) -> None:
     correction = example_correction("modbas2")
     (table,) = re.findall(r'<table id="touches">(.*?)</table>', dom, re.DOTALL)
     rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", table)[1:]]
-    shown = [(row[0], re.sub(r" <abbr.*", "", row[1]), float(row[5].replace("−", "-"))) for row in rows]
-    assert shown == [
-        (row.feature, row.point, pytest.approx(row.error_before_um, abs=0.0501)) for row in touch_rows(correction)
-    ]
+    for cells, row in zip(rows, touch_rows(correction), strict=True):
+        assert (cells[0], re.sub(r" <abbr.*", "", cells[1])) == (row.feature, row.point)
+        assert float(cells[5].replace("−", "-")) == pytest.approx(row.error_before_um, abs=0.0501)
     (text,) = re.findall(r'<pre id="csv">(.*?)</pre>', dom, re.DOTALL)
     assert unescape(text).split() == touches_csv(correction).split()

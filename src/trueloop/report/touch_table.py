@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -13,7 +14,10 @@ from trueloop.units import UM_PER_MM
 
 
 class TouchRow(NamedTuple):
-    """One touch; x is a radius. mm have 4 decimals, µm 2."""
+    """One touch; x is a radius. mm have 4 decimals, µm 2.
+
+    `commanded_um` is what of the error the semi-finish program meant; the rest is the process's and was fitted.
+    """
 
     feature: str
     point: str
@@ -21,6 +25,7 @@ class TouchRow(NamedTuple):
     nominal_z_mm: float
     arc_length_mm: float
     error_before_um: float
+    commanded_um: float
     gauging_standard_u_um: float
     fitted_um: float
     predicted_after_um: float
@@ -48,7 +53,7 @@ def touch_rows(correction: Correction) -> list[TouchRow]:
     lengths = np.column_stack([touches.nominal_mm, touches.arc_length_mm])
     errors = UM_PER_MM * np.column_stack(
         [
-            touches.error_mm, touches.standard_u_mm, fitted,
+            touches.error_mm, touches.error_mm - correction.model.vectors.error_mm, touches.standard_u_mm, fitted,
             prediction.after_mm, prediction.leave_one_out_mm, prediction.standard_u_mm,
         ]
     )  # fmt: skip
@@ -61,11 +66,12 @@ def touch_rows(correction: Correction) -> list[TouchRow]:
 
 
 def touches_csv(correction: Correction) -> str:
-    """The rows with the column names as header; lines end with CR LF as RFC 4180 wants it."""
+    """The rows with the column names as header; empty where nothing is known. CR LF as RFC 4180 wants it."""
     text = io.StringIO()
     writer = csv.writer(text)
     writer.writerow(TouchRow._fields)
-    writer.writerows(touch_rows(correction))
+    for row in touch_rows(correction):
+        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
     return text.getvalue()
 
 

@@ -28,9 +28,23 @@ def test_a_row_says_what_table_1_says() -> None:
 
 
 def test_after_is_before_less_the_fit_for_a_whole_correction() -> None:
-    rows = np.array([row[2:] for row in touch_rows(MODBAS2)], dtype=float)
-    before, fitted, after = rows[:, 3], rows[:, 5], rows[:, 6]
-    assert after == pytest.approx(before - fitted, abs=0.011)  # three numbers rounded to 0.01 µm
+    for row in touch_rows(MODBAS2):
+        left = row.error_before_um - row.commanded_um - row.fitted_um
+        assert row.predicted_after_um == pytest.approx(left, abs=0.021)  # four numbers rounded to 0.01 µm
+
+
+def test_what_the_semifinish_program_meant_is_told_apart() -> None:
+    """A commanded 5 µm on the cone is in the touches but not in the process error."""
+    vectors = MODBAS2.model.vectors
+    commanded = np.where(vectors.feature_index == 2, 0.005, 0.0)
+    process = replace(vectors, error_mm=MODBAS2.touches.error_mm - commanded)
+    rows = touch_rows(replace(MODBAS2, model=replace(MODBAS2.model, vectors=process)))
+    assert [row.commanded_um for row in rows] == [5.0] * 5 + [0.0] * 27
+
+
+def test_a_touch_that_the_others_say_nothing_of_has_an_empty_cell() -> None:
+    rows = list(csv.DictReader(io.StringIO(touches_csv(MODBAS2))))
+    assert [row["point"] for row in rows if row["leave_one_out_um"] == ""] == ["11", "12"]
 
 
 def test_names_with_commas_and_quotes_survive() -> None:
