@@ -99,6 +99,9 @@ class Code(StrEnum):
     MCH_UNIT = "MCH-UNIT"  # units unknown, missing or mixed
     MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
+    # SIM: the simulator
+    SIM_NOSE = "SIM-NOSE"  # a worn nose that is no nose
+
     # JOB: job files
     JOB_MISSING = "JOB-MISSING"
     JOB_SYNTAX = "JOB-SYNTAX"

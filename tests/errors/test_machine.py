@@ -1,12 +1,15 @@
 """Every way in which a machine model or its data is refused."""
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.formats.positioning_data import read_positioning
 from trueloop.machine.identify import identify
 from trueloop.machine.model import Machine, State
 from trueloop.machine.names import error_name
@@ -25,6 +28,13 @@ def _readings(positions: dict[str, np.ndarray], **signals: np.ndarray) -> Observ
     n = len(state.positions)
     along = np.tile([1.0, 0.0, 0.0], (n, 1))
     return Observations(state, along, np.sin(np.arange(n)), np.zeros(n, bool), np.full(n, np.nan), ("1",) * n)
+
+
+def _positioning(text: str) -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "test.csv"
+        path.write_text(text)
+        return read_positioning(path)
 
 
 def _outlier() -> object:
@@ -47,6 +57,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         _readings({"X": np.zeros(9)}, T1=np.arange(9.0), T2=2 * np.arange(9.0) - 20),
     ),
     Code.MCH_OUTLIER: _outlier,
+    Code.MCH_FILE: lambda: read_positioning(Path("no-such-file-1.csv")),
+    Code.MCH_UNIT: lambda: _positioning("target_ft,approach,cycle,actual_ft\n0,up,1,0\n"),
 }
 
 

@@ -53,7 +53,7 @@ class PositionBasis:
 
     def design(self, position: Array) -> Array:
         """Values of the functions, (n, size). Beyond the breaks the value at the break holds."""
-        from scipy.interpolate import BSpline  # noqa: PLC0415  start-up: only where used
+        from scipy.interpolate import BSpline
 
         inside = np.clip(position, self.breaks[0], self.breaks[-1])
         rows: Array = BSpline.design_matrix(inside, self.knots, self.degree).toarray()
@@ -69,7 +69,7 @@ class PositionBasis:
 
     def power_form(self, coefficients: Array) -> Array:
         """Coefficients (size, …) as powers of the distance from each segment's start, (segments, degree + 1, …)."""
-        from scipy.interpolate import PPoly  # noqa: PLC0415
+        from scipy.interpolate import PPoly
 
         pieces = PPoly.from_spline((self.knots, coefficients, self.degree))
         # the repeated knots make empty pieces at the ends

@@ -1,0 +1,73 @@
+"""ISO 230-2 by hand on a small table, its CSV, and drift windows."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.positioning_data import read_positioning
+from trueloop.machine.drift import drift
+from trueloop.machine.positioning import positioning
+
+UP = np.array([[1.0, 3.0], [6.0, 6.0], [2.0, 4.0]])
+DOWN = np.array([[0.0, 2.0], [3.0, 5.0], [5.0, 5.0]])
+
+
+def test_values_by_hand() -> None:
+    """Means ↑ 2 6 3, ↓ 1 4 5; spreads √2 0 √2, √2 √2 0."""
+    result = positioning(np.array([0.0, 10.0, 20.0]), UP, DOWN)
+    root = np.sqrt(2.0)
+    assert result.reversal == 2.0
+    assert result.mean_reversal == pytest.approx(1 / 3)
+    assert result.mean_range == pytest.approx(5.0 - 1.5)
+    assert (result.systematic.up, result.systematic.down, result.systematic.both) == (4.0, 4.0, 5.0)
+    assert result.repeatability.up == pytest.approx(4 * root)
+    assert result.repeatability.both == pytest.approx(4 * root + 1)
+    assert result.accuracy.up == pytest.approx(6 - (2 - 2 * root))
+    assert result.accuracy.both == pytest.approx((4 + 2 * root) - (1 - 2 * root))
+
+
+def test_a_csv_in_any_order_and_unit(tmp_path: Path) -> None:
+    rows = [
+        f"{target / 25.4!r},{way},{cycle + 1},{float(target + table[k, cycle]) / 25.4!r}"
+        for way, table in (("up", UP), ("down", DOWN))
+        for cycle in (1, 0)
+        for k, target in ((2, 20.0), (0, 0.0), (1, 10.0))
+    ]
+    path = tmp_path / "x.csv"
+    path.write_text("\n".join(["target_in,approach,cycle,actual_in", *rows]))
+    result = read_positioning(path)
+    np.testing.assert_allclose(result.deviation_up, UP, atol=1e-12)
+    np.testing.assert_allclose(result.deviation_down, DOWN, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("target_mm,approach,cycle,actual_in\n0,up,1,0\n", Code.MCH_FILE),
+        ("target_mm,approach,cycle,actual_mm\n0,up,1,zero\n", Code.MCH_FILE),
+        ("target_mm,approach,cycle,actual_mm\n0,sideways,1,0\n", Code.MCH_FILE),
+        ("target_ft,approach,cycle,actual_ft\n0,up,1,0\n", Code.MCH_UNIT),
+        ("target_mm,approach,cycle,actual_mm\n0,up,1,0\n0,down,1,0\n", Code.MCH_DATA),
+        ("UNIT=mm\nTGT_DATA[1]=0\nREF_DATA_FWD[1]=0.1\n", Code.MCH_FILE),
+    ],
+)
+def test_what_is_no_positioning_test(tmp_path: Path, text: str, code: Code) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(TrueloopError) as refusal:
+        read_positioning(path)
+    assert refusal.value.code is code
+    assert refusal.value.place.file == str(path)
+
+
+def test_drift_finds_the_worst_window() -> None:
+    time_s = np.arange(0.0, 7200.0, 60.0)
+    values = np.where(time_s < 3600, 0.0, (time_s - 3600) / 600)
+    found = drift(time_s, values, "X", 1800.0)
+    assert found.total_range == pytest.approx(3540 / 600)
+    assert found.window_range == pytest.approx(3.0)
+    assert found.window_start_s >= 3600
+    with pytest.raises(TrueloopError, match="30 rows"):
+        drift(time_s[:30], values[:30], "X", 1800.0)
