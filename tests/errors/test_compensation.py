@@ -1,0 +1,74 @@
+"""Every way in which a correction is refused."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from trueloop.compensation.contour import centre_pieces, shifted_contour
+from trueloop.compensation.limits import Limits
+from trueloop.compensation.read_back import check_contour
+from trueloop.compensation.shift import sampled
+from trueloop.errors import Code
+from trueloop.loops.job_inputs import read_inputs
+from trueloop.loops.process_intermittent import Inputs, compensate
+from trueloop.nc.program import read_program
+
+JOB = Path(__file__).parents[2] / "examples" / "facetst" / "job.toml"
+NOW = datetime(2026, 1, 2, tzinfo=UTC)
+
+
+def _inputs() -> Inputs:
+    return read_inputs(JOB).inputs
+
+
+def _limited(limits: Limits) -> None:
+    inputs = _inputs()
+    compensate(replace(inputs, options=replace(inputs.options, limits=limits)))
+
+
+def _old() -> None:
+    compensate(replace(_inputs(), measured_at=NOW - timedelta(days=2)), NOW)
+
+
+def _twice() -> None:
+    inputs = _inputs()
+    once = compensate(inputs).corrected_program
+    compensate(replace(inputs, program=read_program(once, "ge2000t", "corrected.nc")))
+
+
+def _other_program() -> None:
+    compensate(replace(_inputs(), program_sha256="0" * 64))
+
+
+def _rapid_along_the_contour() -> None:
+    """The last block leaves along the cylinder at the diameter it inherits, which the correction has made smaller."""
+    inputs = _inputs()
+    moves = b"G00 X6.3 Z0.1;G01 F.005 X-0.03 Z0.03125;X1.7825;Z-1.96875;X5.6825;Z-3.96875;G00 Z-4.5;M30"
+    source = b"G70 G95\n" + moves.replace(b";", b"\n") + b"\n"
+    large = inputs.touches.of_feature(inputs.profile.names.index("large-cylinder"))
+    error_mm = inputs.touches.error_mm.copy()
+    error_mm[large] = 0.05
+    touches = replace(inputs.touches, error_mm=error_mm)
+    compensate(replace(inputs, touches=touches, program=read_program(source, "ge2000t"), semifinish=None))
+
+
+def _not_as_intended() -> None:
+    inputs = _inputs()
+    shifts = [sampled(np.array([0.0]), np.array([0.01]))] * len(inputs.profile.features)
+    pieces = centre_pieces(inputs.profile, shifted_contour(inputs.profile, shifts, inputs.nose_radius_mm))
+    path = inputs.program.run(inputs.parameters)
+    check_contour(path, (0, len(path) - 1), pieces, 0.001)
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.CMP_SIZE: lambda: _limited(Limits(correction_mm=0.001)),
+    Code.CMP_SLOPE: lambda: _limited(Limits(slope=1e-6)),
+    Code.CMP_AGE: _old,
+    Code.CMP_TWICE: _twice,
+    Code.CMP_OTHER_PROGRAM: _other_program,
+    Code.CMP_RAPID: _rapid_along_the_contour,
+    Code.CMP_READ_BACK: _not_as_intended,
+}
