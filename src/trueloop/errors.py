@@ -97,6 +97,7 @@ class Code(StrEnum):
     MCH_COLLINEAR = "MCH-COLLINEAR"  # parameters the readings cannot tell apart, or hardly
     MCH_FILE = "MCH-FILE"  # data that cannot be read
     MCH_UNIT = "MCH-UNIT"  # units unknown, missing or mixed
+    MCH_PROGRAM = "MCH-PROGRAM"  # a program that cannot be corrected by a machine model
     MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
     # SIM: the simulator

@@ -1,0 +1,39 @@
+"""The virtual coordinate measuring machine: an independent look at the finished part."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.simulator.stock import Stock
+
+
+@dataclass(frozen=True)
+class VirtualCmm:
+    """A measuring machine with its own errors.
+
+    `frame_mm` is the standard deviation by which it finds the part's origin on x and z, `tilt_rad` that of the axis.
+    Its length error is at most `mpe_mm` + L · `mpe_per_mm` at distance L from the origin (maximum permissible error,
+    ISO 10360-2), uniform.
+    """
+
+    frame_mm: float = 0.0
+    tilt_rad: float = 0.0
+    mpe_mm: float = 0.0
+    mpe_per_mm: float = 0.0
+
+    def measure(self, stock: Stock, points_mm: Array, normal: Array, rng: np.random.Generator) -> Array:
+        """Part errors along the nominal normals, (n,), positive = material left on, as this machine finds them."""
+        moved = self.frame_mm * rng.standard_normal(2) + np.zeros_like(points_mm)
+        tilt = self.tilt_rad * rng.standard_normal()
+        moved = moved + tilt * np.column_stack([points_mm[:, 1], -points_mm[:, 0]])
+        most = self.mpe_mm + self.mpe_per_mm * np.hypot(*points_mm.T)
+        found: Array = stock.height_mm(points_mm, normal) + np.einsum("ij,ij->i", moved, normal)
+        return found + most * (2.0 * rng.random(len(points_mm)) - 1.0)
+
+
+    @property
+    def standard_u_mm(self) -> float:
+        """Standard uncertainty of one point near the origin: frame and length error together."""
+        return math.hypot(self.frame_mm, self.mpe_mm / math.sqrt(3.0))

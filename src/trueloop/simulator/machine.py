@@ -1,0 +1,53 @@
+"""The virtual machine tool: commanded paths in, the surface that results out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.simulator.machine_error import REFERENCE_C, MachineError
+from trueloop.simulator.nose import Nose
+from trueloop.simulator.path import CentrePath
+from trueloop.simulator.process import Backlash, Deflection, Repeatability
+from trueloop.simulator.stock import Stock, sweep
+
+
+@dataclass(frozen=True)
+class VirtualMachine:
+    """One machine with one tool. Everything that makes its parts wrong is known.
+
+    `tool_offset_mm` (x as a radius, z) is by how much the tool was set wrongly.
+    """
+
+    nose: Nose
+    tool_offset_mm: tuple[float, float] = (0.0, 0.0)
+    repeatability: Repeatability = field(default_factory=Repeatability)
+    deflection: Deflection = field(default_factory=Deflection)
+    backlash: Backlash = field(default_factory=Backlash)
+    error: MachineError = field(default_factory=MachineError)
+
+    def cut(
+        self,
+        stock: Stock,
+        paths: Sequence[CentrePath],
+        rng: np.random.Generator,
+        temperature_c: float = REFERENCE_C,
+    ) -> Stock:
+        """The stock after the nose was commanded along these paths: one cut of the process.
+
+        The actual path is the commanded one with play, machine error, wrong setting, what gives way under the force,
+        and what does not repeat; the surface is the envelope of the nose along it.
+        """
+        cut_mm = self.repeatability.draw_cut_mm(rng)
+        return stock.cut_by([sweep(self._actual(path, stock, cut_mm, rng, temperature_c), self.nose) for path in paths])
+
+    def _actual(
+        self, path: CentrePath, stock: Stock, cut_mm: Array, rng: np.random.Generator, temperature_c: float
+    ) -> Array:
+        at = self.backlash.follow(path.centre_mm)
+        at = at + self.error.error_mm(at, temperature_c) + np.asarray(self.tool_offset_mm)
+        if not self.deflection.rigid and stock.sweeps:
+            below = self.nose.radius_mm + self.nose.wear_at_mm(contact_angle_rad(path.normal))
+            at = at + self.deflection.displacement_mm(path, at - below[:, None] * path.normal, stock)
+        return at + self.repeatability.displacement_mm(path, cut_mm, rng)

@@ -1,0 +1,83 @@
+"""From lines and arcs of a tool path to closely spaced positions of the nose centre."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Arc, Array, Feature
+from trueloop.nc.feed_moves import feed_moves
+from trueloop.nc.tool_path import ToolPath
+
+LINE_STEP_MM: Final = 0.05
+CHORD_MM: Final = 2.5e-7
+"""How far a chord may stand off an arc: a quarter of a nanometre."""
+
+
+@dataclass(frozen=True)
+class CentrePath:
+    """Positions of the nose centre in cutting order without a break, arrays of shape (n,) and (n, 2).
+
+    `normal` is the unit normal of the path on the side away from the material; `feed_mm_per_rev` NaN where the program
+    does not say.
+    """
+
+    centre_mm: Array
+    along_mm: Array
+    normal: Array
+    feed_mm_per_rev: Array
+
+
+def paths_of_program(tool_path: ToolPath) -> tuple[CentrePath, ...]:
+    """The uninterrupted chains of feed moves of a program. Rapid moves cut nothing here."""
+    feed = _feed_mm_per_rev(tool_path)
+    chains = [list(chain) for _, chain in groupby(feed_moves(tool_path), key=lambda move: move.chain)]
+    return tuple(path_along([move.path for move in chain], [feed[move.index] for move in chain]) for chain in chains)
+
+
+def path_along(features: Sequence[Feature], feed_mm_per_rev: Sequence[float] | None = None) -> CentrePath:
+    """The path along consecutive lines and arcs: at most 0.05 mm a step, chords within 0.25 nm of their arcs."""
+    feeds = [math.nan] * len(features) if feed_mm_per_rev is None else feed_mm_per_rev
+    steps = [np.linspace(0.0, feature.length_mm, _steps(feature) + 1) for feature in features]
+    centre = np.concatenate([feature.point_mm(s) for feature, s in zip(features, steps, strict=True)])
+    normal = np.concatenate([feature.outward_normal(s) for feature, s in zip(features, steps, strict=True)])
+    feed = np.concatenate([np.full(len(s), f) for s, f in zip(steps, feeds, strict=True)])
+    return CentrePath(centre, _along(centre), _away_from_material(centre) * normal, feed)
+
+
+def path_of_positions(centre_mm: Array) -> CentrePath:
+    """The path through recorded positions (n, 2); those that repeat the one before are left out."""
+    moved = np.concatenate([[True], np.any(np.diff(centre_mm, axis=0) != 0.0, axis=1)])
+    centre = np.ascontiguousarray(centre_mm[moved])
+    tangent = np.gradient(centre, axis=0) if len(centre) > 1 else np.array([[0.0, 1.0]])
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-300)
+    normal = _away_from_material(centre) * np.column_stack([tangent[:, 1], -tangent[:, 0]])
+    return CentrePath(centre, _along(centre), normal, np.full(len(centre), math.nan))
+
+
+def _steps(feature: Feature) -> int:
+    step = LINE_STEP_MM
+    if isinstance(feature, Arc):
+        step = min(step, math.sqrt(8.0 * feature.radius_mm * CHORD_MM))
+    return max(1, math.ceil(feature.length_mm / step))
+
+
+def _along(centre: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(centre, axis=0).T))])
+
+
+def _away_from_material(centre: Array) -> float:
+    """+1 where the path runs from chuck to free end or from outside to the axis: the material is then on its right."""
+    dx, dz = centre[-1] - centre[0]
+    return 1.0 if dz - dx >= 0.0 else -1.0
+
+
+def _feed_mm_per_rev(tool_path: ToolPath) -> Array:
+    """Feed a revolution of every move, from mm/rev, or mm/min by the spindle speed."""
+    per_minute = tool_path.feed_mode == 94
+    speed = np.where(tool_path.spindle_mode == 97, tool_path.spindle_speed, np.nan)
+    known = np.where(per_minute, tool_path.feed / np.where(speed > 0, speed, np.nan), tool_path.feed)
+    return np.where(tool_path.feed_mode == 93, np.nan, known)
