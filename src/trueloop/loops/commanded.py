@@ -99,7 +99,10 @@ def commanded(
         rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
         measured=tuple(d if real else ZERO for d, real in zip(measured, meant, strict=True)),
         resolution_mm=resolution_mm,
-        notes=(*_notes(profile, finish, slips, "finish"), *_notes(profile, measured, meant, "semi-finish")),
+        notes=(
+            *_notes(profile, finish, slips, "finish"),
+            *(_notes(profile, measured, meant, "semi-finish") if semifinish is not None else ()),
+        ),
     )
 
 
