@@ -75,9 +75,11 @@ impl Runner<'_> {
         statement.block + 1
     }
 
-    fn continue_loop(&mut self, statement: &Statement) -> usize {
+    /// LinuxCNC 2.9 leaves a `do` loop here, as with `break`; a `while` loop starts its next turn.
+    fn continue_loop(&self, statement: &Statement) -> usize {
         match self.table.statement(statement.start).map(|start| start.flow) {
             Some(Flow::While) => statement.start,
+            Some(Flow::Do) => statement.end + 1,
             _ => statement.end,
         }
     }
@@ -135,8 +137,8 @@ impl Runner<'_> {
         let result = self.arguments(statement.arguments).first().copied();
         let depth = self.returns.len();
         let Some(next) = self.returns.pop() else { return statement.block + 1 };
-        while let Some((modal, _)) = self.saved.pop_if(|(_, kept)| *kept == Some(depth)) {
-            self.modal = modal;
+        while self.saved.last().is_some_and(|(_, kept)| *kept == Some(depth)) {
+            self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal);
         }
         self.store.leave();
         self.store.set(Key::Name("_value".into()), result.unwrap_or(0.0));

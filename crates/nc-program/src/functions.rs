@@ -35,7 +35,7 @@ pub(crate) const RS274: [Operator; 11] = [
 ];
 
 /// LinuxCNC takes two numbers for equal that differ by less.
-const EQUAL: f64 = 1e-6;
+const EQUAL: f64 = 1e-4;
 
 #[allow(clippy::unnecessary_wraps)] // the type of `Operator::apply`
 fn truth(holds: bool) -> Result<f64, &'static str> {

@@ -29,7 +29,8 @@ impl Values for Scope<'_> {
     }
 
     fn exists(&self, key: &Key) -> bool {
-        self.store.get(key).or_else(|| self.system(key)).is_some()
+        let zero = self.unset_is_zero && matches!(key, Key::Number(_));
+        zero || self.store.get(key).or_else(|| self.system(key)).is_some()
     }
 }
 

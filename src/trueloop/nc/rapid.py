@@ -1,0 +1,135 @@
+"""Rapid moves through material, on a lathe: judged by what the program itself cuts, for the blank is not known."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from trueloop.nc.tool_path import Array, Integers, Motion, ToolPath
+
+CLEARANCE_MM: Final = 0.01
+"""A rapid move may come this much below what was cut: along a surface it has just cut it may run."""
+
+_CELLS: Final = 4096
+_SAMPLES: Final = 65
+_X, _Y, _Z = 0, 1, 2
+
+
+def cutting_rapids(path: ToolPath) -> Iterator[tuple[int, float]]:
+    """Rapid moves that cut: index and greatest depth in mm on the radius, 0 for one that takes the place of a cut.
+
+    Each run of moves with one tool in one frame is looked at by itself. After a cut has reached the spindle axis all in
+    front of it is free. Behind it a rapid move must not go deeper, at any z, than the cuts before it; where none was
+    made yet, not deeper than any cut ever made. A single rapid move between two cuts, where no other move cuts, takes
+    the place of a cut, unless it leads straight outwards. Runs that bore or drill (their rapid moves are mostly nearer to the axis than their cuts), mill
+    (Y moves), or never reach the axis are left alone.
+    """
+    for run in _runs(path):
+        feed = run[path.motion[run] != Motion.RAPID]
+        if len(feed) == len(run) or not len(feed) or np.ptp(path.end_mm[run, _Y]) > 0 or not _reaches_axis(path, feed):
+            continue
+        yield from _of_run(path, run, feed)
+
+
+def _runs(path: ToolPath) -> list[Integers]:
+    """Indices of moves that follow each other without a jump, with one tool; moves that are not known left out."""
+    known = np.flatnonzero(np.isfinite(path.start_mm).all(axis=1) & np.isfinite(path.end_mm).all(axis=1))
+    if not len(known):
+        return []
+    jump = np.abs(path.start_mm[known[1:]] - path.end_mm[known[:-1]]).max(axis=1, initial=0.0) > 1e-9
+    breaks = np.flatnonzero(jump | (np.diff(path.tool[known]) != 0)) + 1
+    return np.split(known, breaks)
+
+
+def _reaches_axis(path: ToolPath, feed: Integers) -> bool:
+    return bool(path.end_mm[feed, _X].min() <= CLEARANCE_MM)
+
+
+def _of_run(path: ToolPath, run: Integers, feed: Integers) -> Iterator[tuple[int, float]]:
+    grid = _Grid(path, feed)
+    final = grid.empty()
+    for move in feed:
+        grid.cut(final, _points(path, int(move)))
+    if _is_internal(path, run, grid, final):
+        return
+    so_far, front = grid.empty(), np.inf
+    for position, move in enumerate(run.tolist()):
+        points = _points(path, move)
+        if path.motion[move] != Motion.RAPID:
+            grid.cut(so_far, points)
+            on_axis = points[points[:, 0] <= CLEARANCE_MM, 1]
+            front = min(front, on_axis.min(initial=np.inf))
+            continue
+        limit = np.where(np.isfinite(so_far), so_far, np.where(np.isfinite(final), final, -np.inf))
+        depth_mm = grid.depth(limit, points[points[:, 1] < front - CLEARANCE_MM]) if np.isfinite(front) else 0.0
+        if depth_mm > CLEARANCE_MM:
+            yield move, depth_mm
+        elif _bridges(path, run, position) and not np.isfinite(grid.between(final, points)).any():
+            yield move, 0.0
+
+
+def _bridges(path: ToolPath, run: Integers, position: int) -> bool:
+    """Whether the rapid move stands alone between two cuts of other blocks, and is no retract straight outwards."""
+    if not 0 < position < len(run) - 1:
+        return False
+    way = path.end_mm[run[position]] - path.start_mm[run[position]]
+    if way[_X] > 0 and abs(way[_Z]) <= CLEARANCE_MM:
+        return False
+    before, here, after = run[position - 1 : position + 2]
+    cuts = path.motion[before] != Motion.RAPID and path.motion[after] != Motion.RAPID
+    return bool(cuts and path.block[before] < path.block[here] < path.block[after])
+
+
+def _is_internal(path: ToolPath, run: Integers, grid: "_Grid", final: Array) -> bool:
+    """Whether the rapid moves run, for most of their way beside cuts, nearer to the axis than these."""
+    rapid = run[path.motion[run] == Motion.RAPID]
+    points = np.concatenate([_points(path, int(move)) for move in rapid])
+    limit = final[grid.cell(points[:, 1])]
+    beside = np.isfinite(limit)
+    return bool((points[beside, 0] < limit[beside] - CLEARANCE_MM).sum() > 0.5 * beside.sum())
+
+
+def _points(path: ToolPath, move: int) -> Array:
+    """Points (x, z) along a move, its ends included."""
+    share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+    start, end = path.start_mm[move, [_X, _Z]], path.end_mm[move, [_X, _Z]]
+    if path.motion[move] != Motion.ARC:
+        straight: Array = start + share * (end - start)
+        return straight
+    centre = path.centre_mm[move, [_X, _Z]]
+    angle = np.arctan2(start[0] - centre[0], start[1] - centre[1]) - share[:, 0] * path.sweep_rad[move]
+    return centre + np.hypot(*(start - centre)) * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+
+
+class _Grid:
+    """Cells along z that hold the smallest radius cut, infinite where nothing was."""
+
+    def __init__(self, path: ToolPath, feed: Integers) -> None:
+        z = np.concatenate([path.start_mm[feed, _Z], path.end_mm[feed, _Z]])
+        self._low, self._width = float(z.min()), max(float(np.ptp(z)), 1e-6) / (_CELLS - 3)
+
+    def empty(self) -> Array:
+        return np.full(_CELLS, np.inf)
+
+    def cell(self, z: Array) -> Integers:
+        """Cell of each z; those outside the cuts go to the last one, which stays empty."""
+        cell = np.floor((z - self._low) / self._width).astype(np.int64) + 1
+        return np.where((cell >= 0) & (cell < _CELLS - 1), cell, _CELLS - 1)
+
+    def cut(self, radii: Array, points: Array) -> None:
+        """Lowers the cells a move passes, and their neighbours, to its smallest radius there: never too high."""
+        x, cell = points[:, 0], self.cell(points[:, 1])
+        for k in range(len(points) - 1):
+            first, last = sorted((int(cell[k]), int(cell[k + 1])))
+            part = radii[max(first - 1, 0) : min(last + 2, _CELLS - 1)]
+            np.minimum(part, min(x[k], x[k + 1]), out=part)
+
+    def between(self, radii: Array, points: Array) -> Array:
+        """The cells strictly between the ends of a move."""
+        first, last = sorted(self.cell(points[[0, -1], 1]).tolist())
+        return radii[first + 2 : last - 1]
+
+    def depth(self, limit: Array, points: Array) -> float:
+        """How far a rapid move goes below the limit."""
+        below = limit[self.cell(points[:, 1])] - points[:, 0]
+        return float(below[np.isfinite(below)].max(initial=0.0))
