@@ -90,7 +90,7 @@ def _junction(profile: Profile, curves: tuple[ErrorCurve, ...], index: int) -> D
         error_before_mm=float(errors[0]),
         error_after_mm=float(errors[1]),
         displacement_mm=_point(d),
-        standard_u_mm=_point(np.sqrt(inverse**2 @ u**2)),
+        standard_u_mm=_point(_standard_u(kind, inverse, u)),
         tangential_before_mm=float(shift[0]),
         tangential_after_mm=float(shift[1]),
         gap_mm=float(np.max(np.abs(normals @ d - errors))),
@@ -102,7 +102,8 @@ def _meeting(
     kind: JunctionKind, normals: Array, tangents: Array, errors: Array, shorter_mm: float
 ) -> tuple[Array, str]:
     """The matrix that takes the two errors to d, and what was done."""
-    along_normal = 0.5 * np.column_stack([normals[0], normals[1]])
+    both = normals[0] + normals[1]
+    along_normal = np.outer(both / (1.0 + normals[0] @ normals[1]), [0.5, 0.5])
     if kind == JunctionKind.TANGENT:
         return along_normal, "tangent: displaced along the normal"
     if abs(np.linalg.det(normals)) > 1e-9:
@@ -112,6 +113,15 @@ def _meeting(
             return inverse, "corner: the displaced features meet"
     step = abs(float(errors[0] - errors[1])) * UM_PER_MM
     return along_normal, f"corner too flat to let the features meet: the mean of both, a step of {step:.2f} µm is left"
+
+
+def _standard_u(kind: JunctionKind, inverse: Array, u: Array) -> Array:
+    """Of d: at a tangent junction both curves have the same value, at a corner their errors are independent."""
+    if kind == JunctionKind.TANGENT:
+        shared: Array = np.abs(np.sum(inverse, axis=1)) * np.max(u)
+        return shared
+    variance: Array = inverse**2 @ u**2
+    return np.sqrt(variance)
 
 
 def _point(vector: Array) -> Point:

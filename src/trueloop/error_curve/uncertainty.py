@@ -42,8 +42,9 @@ def finish(fits: Sequence[ChainFit], vectors: ErrorVectors) -> FittedChains:
 
 
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:
-    u = vectors.standard_u_mm[fit.touches]
-    return float(np.sqrt(max(pooled_mm2, np.mean(u**2) if len(u) else 0.0)))
+    """Scatter of a chain; where it has no touch, the other touches' uncertainty stands in."""
+    u = vectors.standard_u_mm[fit.touches] if len(fit.touches) else vectors.standard_u_mm
+    return float(np.sqrt(max(pooled_mm2, float(np.mean(u**2)))))
 
 
 def _finished(fit: ChainFit, scatter_mm: float, splines: dict[int, Spline]) -> Spline:
