@@ -37,7 +37,7 @@ def test_the_command_loads() -> None:
     assert callable(command.load())
 
 
-def test_the_wheel_holds_every_module_the_core_its_types_and_the_licence(tmp_path: Path) -> None:
+def test_the_wheel_holds_every_module_example_and_type_the_core_and_the_licence(tmp_path: Path) -> None:
     maturin = Path(sys.executable).with_name("maturin")
     subprocess.run(
         [maturin, "build", "--release", "--locked", "--out", tmp_path], cwd=ROOT, check=True, capture_output=True
@@ -45,6 +45,13 @@ def test_the_wheel_holds_every_module_the_core_its_types_and_the_licence(tmp_pat
     (wheel,) = tmp_path.glob("trueloop-*-abi3-*.whl")
     held = set(zipfile.ZipFile(wheel).namelist())
     modules = {str(file.relative_to(ROOT / "src")) for file in (ROOT / "src" / "trueloop").rglob("*.py")}
+    examples = {
+        f"trueloop/examples/{file.relative_to(ROOT / 'examples')}"
+        for file in (ROOT / "examples").rglob("*")
+        if file.is_file()
+    }
+    assert examples
+    assert examples <= held
     assert modules | {"trueloop/_core.abi3.so", "trueloop/_core.pyi", "trueloop/py.typed"} <= held
     assert any(name.endswith("dist-info/licenses/LICENSE") for name in held)
     assert not any(name.startswith(("tests", "benches")) for name in held)

@@ -30,15 +30,19 @@ def compensate(
 
 def run_job(path: Path, output: Path | None, as_json: bool) -> None:
     """Reads, corrects, writes and says what was done."""
-    with busy(f"correcting by {path}"):
+    with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli import summary
+        from trueloop.errors import TrueloopError
         from trueloop.formats.outputs import write_all
         from trueloop.loops.job_inputs import read_inputs
         from trueloop.loops.process_intermittent import compensate
         from trueloop.report.summary import program_to_run
 
         job = read_inputs(path)
-        correction = compensate(job.inputs)
+        try:
+            correction = compensate(job.inputs)
+        except TrueloopError as error:
+            raise error.in_file(str(job.file_behind(error.code))) from error
         suffix = job.finish.suffix
         files = write_all(output or job.output_folder, _contents(correction, suffix), job.files)
     to_run = Path(program_to_run(correction)).with_suffix(suffix).name

@@ -17,7 +17,7 @@ from trueloop.cli.failure import TRACEBACK_VARIABLE, ExitStatus, guarded
 from trueloop.cli.terminal import AsJson
 from trueloop.errors import Code, Place, TrueloopError
 
-TRUELOOP = Path(sys.executable).with_name("trueloop")
+TRUELOOP = str(Path(sys.executable).with_name("trueloop"))
 
 
 def _refuse() -> None:
@@ -35,7 +35,7 @@ def _refuse_output() -> None:
 
 
 def _break() -> None:
-    {}["missing"]
+    os.environ["MISSING"]
 
 
 def _interrupt() -> None:
@@ -107,7 +107,7 @@ def test_a_refusal_is_coloured_on_a_terminal(monkeypatch: pytest.MonkeyPatch) ->
 def test_an_internal_error_says_how_to_see_more(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(TRACEBACK_VARIABLE, raising=False)
     stderr = _run(_break).stderr
-    assert stderr.startswith("INTERNAL: KeyError: 'missing'\n  hint: ")
+    assert stderr.startswith("INTERNAL: KeyError: 'MISSING'\n  hint: ")
     assert "TRUELOOP_TRACEBACK=1" in stderr
     monkeypatch.setenv(TRACEBACK_VARIABLE, "1")
     result = _run(_break)

@@ -5,9 +5,9 @@ import math
 import tomllib
 from pathlib import Path
 
-import ezdxf
 import numpy as np
 import pytest
+from ezdxf.filemanagement import new
 from typer.testing import CliRunner, Result
 
 from trueloop.cli.failure import ExitStatus
@@ -73,7 +73,7 @@ def test_lines_choose_the_pass() -> None:
 def drawing(tmp_path: Path) -> Path:
     """A stepped shaft with a dome, 3 features, in inches."""
     path = tmp_path / "shaft.dxf"
-    document = ezdxf.new(units=1)
+    document = new(units=1)
     bulge = -math.tan(math.radians(90) / 4)
     document.modelspace().add_lwpolyline([(0, 2, 0), (3, 2, 0), (3, 1, bulge), (4, 0, 0)], format="xyb")
     document.saveas(path)
