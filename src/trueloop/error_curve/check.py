@@ -1,7 +1,11 @@
-"""Error vectors that no curve can be fitted to."""
+"""Error vectors that no curve can be fitted to, and options that fit no profile."""
+
+import math
+from dataclasses import astuple
 
 import numpy as np
 
+from trueloop.error_curve.options import FitOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.profile import Profile
@@ -39,3 +43,30 @@ def _check_order(vectors: ErrorVectors) -> None:
                 f"{vectors.point[k - 1]!r} at {vectors.arc_length_mm[k - 1]:.4f} mm",
                 hint="order touches along the profile and average those taken at one place",
             )
+
+
+def check_options(profile: Profile, options: FitOptions) -> None:
+    """Refuses options for features that the part does not have, and numbers that are none."""
+    for code, named in ((Code.FIT_KNOTS, options.knot_every_on), (Code.FIT_CONDITIONS, options.prescribed)):
+        for name in named:
+            if name not in profile.names:
+                raise TrueloopError(
+                    code,
+                    f"the fit has an option for feature {name!r}, which the part does not have",
+                    hint=f"the part's features are: {', '.join(profile.names)}",
+                )
+    for name, conditions in options.prescribed.items():
+        given = [number for number in astuple(conditions) if number is not None]
+        if not all(math.isfinite(number) for number in given):
+            raise TrueloopError(
+                Code.FIT_CONDITIONS,
+                f"{name!r}: the prescribed values and slopes are {given} mm or mm/mm, not all of them finite",
+                hint="give numbers, or leave an end free",
+            )
+    repeatability = options.repeatability_mm
+    if repeatability is not None and not 0.0 <= repeatability < math.inf:
+        raise TrueloopError(
+            Code.FIT_VALUE,
+            f"the repeatability of the process is given as {repeatability} mm",
+            hint="a standard deviation is a number and not negative; leave it out to take the touches' scatter",
+        )

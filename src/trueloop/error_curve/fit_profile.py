@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.error_curve.chain import TangentPolicy
-from trueloop.error_curve.check import check_vectors
+from trueloop.error_curve.check import check_options, check_vectors
 from trueloop.error_curve.choose import ModelChoice, nose_on_part
 from trueloop.error_curve.curve import ErrorCurve
 from trueloop.error_curve.fit_chains import fit_chains
@@ -58,6 +58,7 @@ def fit_profile(
     of the two predicts its touches better, left out one at a time. Raises FIT errors; `tests/errors` has one of each.
     """
     options = options or FitOptions()
+    check_options(profile, options)
     check_vectors(profile, vectors)
     on_part = None if nose is None else nose_on_part(profile, vectors, nose)
     fits, choices = fit_chains(profile, vectors, options, on_part)

@@ -45,7 +45,7 @@ def every_rth(points_mm: Array, starts_mm: Sequence[float], length_mm: float, r:
 
 def candidates(points: int) -> list[int]:
     """The r among which leave-one-out chooses: 2 to 10, and those that give 0 to 9 knots; largest first."""
-    spread = {-(-points // k) for k in range(1, 11)}
+    spread = {points // k for k in range(1, 11)}
     return sorted((r for r in spread | set(range(2, 11)) if 2 <= r <= max(points, 2)), reverse=True)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from trueloop.error_curve.nose_model import APART_RAD, NoseModel, NoseTouches, offset_terms, refuse_too_few
 from trueloop.error_curve.spline import Spline
+from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Arc, Array, contact_angle_rad
 from trueloop.geometry.profile import Profile
@@ -40,6 +41,10 @@ def fit_nose_model(parts: Sequence[NoseTouches]) -> NoseModel:
     w has knots about every `KNOT_SPACING_RAD`, fewer where the touches do not carry them. Straight features are looked
     at only within the arcs' range of angles. Raises FIT-POINTS when some part's arcs do not set its offsets.
     """
+    if not parts:
+        raise TrueloopError(
+            Code.FIT_POINTS, "0 parts to fit a nose model to", hint="give the touches of at least one part with an arc"
+        )
     arcs = [part.subset(part.on_arc) for part in parts]
     for arc in arcs:
         if len(arc.feature) < 2 or float(np.ptp(arc.contact_angle_rad)) < APART_RAD:
