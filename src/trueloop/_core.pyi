@@ -84,6 +84,6 @@ class NoseSweep:
         cls, nodes: NDArray[np.float64], radius: float, first: float, step: float, pieces: NDArray[np.float64]
     ) -> NoseSweep: ...
     def entries(
-        self, origins: NDArray[np.float64], directions: NDArray[np.float64], reach: float
+        self, origins: NDArray[np.float64], directions: NDArray[np.float64], known: NDArray[np.float64], reach: float
     ) -> NDArray[np.float64]:
-        """Where rays out of the material first meet the swept region, (q,): −reach to +reach (nothing met)."""
+        """Where rays out of the material first meet the swept region, (q,): −reach to `known`, (q,) (nothing lower)."""

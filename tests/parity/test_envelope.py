@@ -32,7 +32,7 @@ def test_kernel_and_definition_agree_on_any_path(seed: int, nose: Nose, step: fl
     angle = rng.uniform(-np.pi, np.pi, 5)
     rays = rays_out_of(nodes[rng.integers(0, 40, 5)] + rng.normal(0.0, 0.8, (5, 2)), angle)
     expected = entries(nodes, lambda phi: nose.radius_mm + nose.wear_at_mm(phi), rays, FAR)
-    found = sweep(nodes, nose).entries(*rays, FAR)
+    found = sweep(nodes, nose).entries(*rays, np.full(5, FAR), FAR)
     # Where a ray grazes the nose the definition's 0.025° steps count for more.
     grazing = np.abs(found - expected) > NANOMETRE
     assert np.max(np.abs(found - expected)) < 20 * NANOMETRE
@@ -45,7 +45,7 @@ def test_the_support_of_a_worn_nose_is_what_a_line_leaves() -> None:
         phi = math.radians(degrees)
         normal, tangent = np.array([math.sin(phi), math.cos(phi)]), np.array([-math.cos(phi), math.sin(phi)])
         nodes = np.array([30.0, -20.0]) + np.linspace(-5, 5, 30)[:, None] * tangent
-        height = sweep(nodes, WORN).entries(np.array([[30.0, -20.0]]) - 0.8 * normal, normal[None], 1.0)
+        height = sweep(nodes, WORN).entries(np.array([[30.0, -20.0]]) - 0.8 * normal, normal[None], np.ones(1), 1.0)
         assert abs(height[0] + WORN.wear_at_mm(np.array(phi))) < 1e-12
 
 
@@ -72,7 +72,7 @@ def test_a_path_that_wavers_is_cut_by_its_lowest_stretches() -> None:
     rng = np.random.default_rng(5)
     nodes = np.column_stack([10.8 + rng.normal(0, 1e-3, 20001), np.linspace(0.0, 50.0, 20001)])
     points, normals = rays_out_of(np.column_stack([np.full(50, 10.0), rng.uniform(2, 48, 50)]), np.full(50, np.pi / 2))
-    found = NoseSweep(nodes, 0.8, 0.0, 1.0, np.zeros((0, 4))).entries(points, normals, 1.0)
+    found = NoseSweep(nodes, 0.8, 0.0, 1.0, np.zeros((0, 4))).entries(points, normals, np.ones(50), 1.0)
     for (x, z), height in zip(points, found, strict=True):
         beside = nodes[:, 1] - z
         near = np.abs(beside) < 0.8

@@ -46,7 +46,15 @@ pub struct Nose {
     first: f64,
     step: f64,
     pieces: Vec<[f64; 4]>,
-    largest: f64,
+    roundest: f64,
+}
+
+/// A disc around the nose, seen along one ray: its centre lies `above` and `beside` against the nose centre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Disc {
+    pub radius: f64,
+    pub above: f64,
+    pub beside: f64,
 }
 
 /// Value and derivatives of the support function at one angle.
@@ -74,16 +82,11 @@ impl Nose {
             first,
             step,
             pieces,
-            largest: radius,
+            roundest: radius,
         };
         nose.check_convex()?;
-        nose.largest = nose.bound();
+        nose.roundest = nose.largest_curvature_radius();
         Ok(nose)
-    }
-
-    /// An upper bound of h.
-    pub fn largest(&self) -> f64 {
-        self.largest
     }
 
     /// Whether w is zero everywhere.
@@ -91,9 +94,17 @@ impl Nose {
         self.pieces.is_empty()
     }
 
-    /// Radius of a round nose.
-    pub fn radius(&self) -> f64 {
-        self.radius
+    /// A disc that holds the whole nose and touches it where a surface of this normal would.
+    ///
+    /// A convex body whose radius of curvature is nowhere above r lies within every disc of radius r that touches it
+    /// from outside in (Blaschke).
+    pub(crate) fn disc(&self, angle: f64) -> Disc {
+        let support = self.support(angle);
+        Disc {
+            radius: self.roundest,
+            above: support.h - self.roundest,
+            beside: support.slope,
+        }
     }
 
     pub(crate) fn support(&self, angle: f64) -> Support {
@@ -140,13 +151,11 @@ impl Nose {
 
     /// How far below its centre the nose meets a ray at direction angle `angle` that passes `over` beside the centre.
     pub(crate) fn depth(&self, angle: f64, over: f64) -> Option<f64> {
-        if over.abs() >= self.largest {
-            return None;
-        }
         if self.is_round() {
-            return Some((self.radius * self.radius - over * over).sqrt());
+            let square = self.radius * self.radius - over * over;
+            return (square > 0.0).then(|| square.sqrt());
         }
-        let mut turn = (over / self.largest).asin();
+        let mut turn = (over / self.radius).clamp(-1.0, 1.0).asin();
         for _ in 0..NEWTON_STEPS {
             let support = self.support(angle + turn);
             let (sine, cosine) = turn.sin_cos();
@@ -184,14 +193,16 @@ impl Nose {
         Ok(())
     }
 
-    /// Each cubic's values lie within the sum of its terms' sizes.
-    fn bound(&self) -> f64 {
-        let most = |piece: &[f64; 4]| {
-            piece[0]
-                + self.step
-                    * (piece[1].abs() + self.step * (piece[2].abs() + self.step * piece[3].abs()))
+    /// An upper bound of h + h″: in every piece the sum of its terms' sizes.
+    fn largest_curvature_radius(&self) -> f64 {
+        let h = self.step;
+        let most = |[a, b, c, d]: &[f64; 4]| {
+            a + 2.0 * c + h * ((b + 6.0 * d).abs() + h * (c.abs() + h * d.abs()))
         };
-        self.radius + self.pieces.iter().map(most).fold(0.0, f64::max)
+        let last = self.pieces.last().map_or(0.0, |piece| cubic(piece, h));
+        let first = self.pieces.first().map_or(0.0, |piece| piece[0]);
+        let ends = last.max(first);
+        self.radius + self.pieces.iter().map(most).fold(ends, f64::max)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The region a nose passes over, and where rays out of the material meet it.
 
-use crate::nose::Nose;
+use crate::nose::{Disc, Nose};
 use crate::ray::{Point, Ray};
 use crate::tree::{Tree, RUN};
 
@@ -12,6 +12,13 @@ pub struct Sweep {
     contacts: Vec<[Point; 2]>,
     nose: Nose,
     tree: Tree,
+}
+
+/// A ray, the disc that holds the nose as seen along it, and how far down it is looked.
+struct Asked {
+    ray: Ray,
+    disc: Disc,
+    floor: f64,
 }
 
 /// The lowest meeting so far, and the run of segments it was found in.
@@ -40,26 +47,28 @@ impl Sweep {
         }
     }
 
-    /// Where each ray, coming out of the material, first meets the swept region: between −reach and +reach.
+    /// Where each ray, coming out of the material, first meets the swept region: between −reach and what is `known`.
     ///
-    /// +reach where it meets nothing. A nose whose centre lies below −reach on the ray is not seen.
-    pub fn entries(&self, rays: impl Iterator<Item = Ray>, reach: f64) -> Vec<f64> {
+    /// `known` where it meets nothing lower. A nose whose centre lies below −reach on the ray is not seen.
+    pub fn entries(&self, rays: impl Iterator<Item = (Ray, f64)>, reach: f64) -> Vec<f64> {
         let mut run = 0;
-        rays.map(|ray| {
-            let found = self.entry(&ray, reach, run);
+        rays.map(|(ray, known)| {
+            let asked = Asked {
+                ray,
+                disc: self.nose.disc(ray.angle),
+                floor: -reach,
+            };
+            let found = self.entry(&asked, Found { along: known, run });
             run = found.run;
             found.along.max(-reach)
         })
         .collect()
     }
 
-    /// Neighbouring rays meet neighbouring segments: looking at `hint` first leaves little else to look at.
-    fn entry(&self, ray: &Ray, reach: f64, hint: usize) -> Found {
-        let mut found = Found {
-            along: reach,
-            run: hint,
-        };
-        self.look_at(ray, reach, hint, &mut found);
+    /// Neighbouring rays meet neighbouring segments: looking first where the last one was met leaves little else.
+    fn entry(&self, asked: &Asked, mut found: Found) -> Found {
+        let hint = found.run;
+        self.look_at(asked, hint, &mut found);
         let mut stack = [(0_usize, 0_usize, 0.0_f64); 64];
         let mut depth = 0;
         push(
@@ -77,12 +86,11 @@ impl Sweep {
             }
             if level == 0 {
                 if index != hint {
-                    self.look_at(ray, reach, index, &mut found);
+                    self.look_at(asked, index, &mut found);
                 }
                 continue;
             }
-            let [near, far] = self.children(ray, reach, level - 1, 2 * index);
-            for child in [far, near] {
+            for child in self.children(asked, level - 1, 2 * index) {
                 if child.2 < found.along {
                     push(&mut stack, &mut depth, child);
                 }
@@ -91,66 +99,61 @@ impl Sweep {
         found
     }
 
-    /// Two boxes with their bounds, the more promising first.
-    fn children(
-        &self,
-        ray: &Ray,
-        reach: f64,
-        level: usize,
-        first: usize,
-    ) -> [(usize, usize, f64); 2] {
+    /// Two boxes with their bounds, the more promising last.
+    fn children(&self, asked: &Asked, level: usize, first: usize) -> [(usize, usize, f64); 2] {
         let bound = |index| {
             self.tree.get(level, index).map_or(f64::INFINITY, |found| {
-                found.lowest(ray, self.nose.largest(), -reach)
+                found.lowest(&asked.ray, &asked.disc, asked.floor)
             })
         };
         let (a, b) = (
             (level, first, bound(first)),
             (level, first + 1, bound(first + 1)),
         );
-        if b.2 < a.2 {
+        if a.2 < b.2 {
             [b, a]
         } else {
             [a, b]
         }
     }
 
-    fn look_at(&self, ray: &Ray, reach: f64, run: usize, found: &mut Found) {
+    fn look_at(&self, asked: &Asked, run: usize, found: &mut Found) {
         let first = run * RUN;
-        let mut before: Option<(f64, f64)> = None;
-        for k in first..=first + RUN {
-            let Some(&node) = self.nodes.get(k) else {
-                break;
-            };
-            let here = ray.of(node);
-            let mut meets = self.body(ray, here, reach, found.along);
-            if let (Some(there), Some(contacts)) =
-                (before, k.checked_sub(1).and_then(|j| self.contacts.get(j)))
-            {
-                meets = meets.min(flat(ray, there, here, contacts, reach));
+        let nodes = self.nodes.get(first..).unwrap_or_default();
+        let contacts = self.contacts.get(first..).unwrap_or_default();
+        let mut before: Option<((f64, f64), &[Point; 2])> = None;
+        let ahead = contacts.iter().map(Some).chain(std::iter::repeat(None));
+        for (node, after) in nodes.iter().zip(ahead).take(RUN + 1) {
+            let here = asked.ray.of(*node);
+            let mut meets = self.body(asked, here, found.along);
+            if let Some((there, contacts)) = before {
+                meets = meets.min(flat(asked, there, here, contacts));
             }
             if meets < found.along {
                 *found = Found { along: meets, run };
             }
-            before = Some(here);
+            before = after.map(|contacts| (here, contacts));
         }
     }
 
     /// Where the ray meets the nose standing at a node; infinite when not below `best`.
-    fn body(&self, ray: &Ray, (along, over): (f64, f64), reach: f64, best: f64) -> f64 {
-        let largest = self.nose.largest();
-        let below = largest * largest - over * over;
-        if along <= -reach || below <= 0.0 || along - below.sqrt() >= best {
+    fn body(&self, asked: &Asked, (along, over): (f64, f64), best: f64) -> f64 {
+        let disc = &asked.disc;
+        let beside = over - disc.beside;
+        let square = disc.radius * disc.radius - beside * beside;
+        let above = along - disc.above - best;
+        if along <= asked.floor || square <= 0.0 || (above > 0.0 && above * above >= square) {
             return f64::INFINITY;
         }
         self.nose
-            .depth(ray.angle, over)
+            .depth(asked.ray.angle, over)
             .map_or(f64::INFINITY, |depth| along - depth)
     }
 }
 
 /// Where the ray meets the straight side between the contacts of a segment's two ends; infinite when it passes beside.
-fn flat(ray: &Ray, a: (f64, f64), b: (f64, f64), contacts: &[Point; 2], reach: f64) -> f64 {
+fn flat(asked: &Asked, a: (f64, f64), b: (f64, f64), contacts: &[Point; 2]) -> f64 {
+    let ray = &asked.ray;
     // Of the two sides the one whose normal looks along the ray: travel to greater `across` has it on its right.
     let [left, right] = contacts;
     let contact = if a.1 < b.1 { right } else { left };
@@ -161,7 +164,7 @@ fn flat(ray: &Ray, a: (f64, f64), b: (f64, f64), contacts: &[Point; 2], reach: f
     }
     let share = from / (from - to);
     let centre = a.0 + share * (b.0 - a.0);
-    if centre <= -reach {
+    if centre <= asked.floor {
         return f64::INFINITY;
     }
     centre + along
@@ -199,7 +202,7 @@ mod tests {
             vec![[10.8, 50.0], [10.8, 0.0]],
         ] {
             let sweep = Sweep::new(nodes, round(0.8));
-            let rays = (1..40).map(|k| Ray::new([9.9, k as f64], [1.0, 0.0]));
+            let rays = (1..40).map(|k| (Ray::new([9.9, k as f64], [1.0, 0.0]), 1.0));
             for height in sweep.entries(rays, 1.0) {
                 assert!((height - 0.1).abs() < 1e-12, "{height}");
             }
@@ -209,9 +212,15 @@ mod tests {
     #[test]
     fn beyond_the_end_the_nose_leaves_its_own_arc() {
         let sweep = Sweep::new(vec![[10.8, 0.0], [10.8, 50.0]], round(0.8));
-        let height = sweep.entries(std::iter::once(Ray::new([10.0, 50.5], [1.0, 0.0])), 2.0);
+        let height = sweep.entries(
+            std::iter::once((Ray::new([10.0, 50.5], [1.0, 0.0]), 2.0)),
+            2.0,
+        );
         assert!((height[0] - (0.8 - (0.64_f64 - 0.25).sqrt())).abs() < 1e-12);
-        let none = sweep.entries(std::iter::once(Ray::new([10.0, 60.0], [1.0, 0.0])), 2.0);
+        let none = sweep.entries(
+            std::iter::once((Ray::new([10.0, 60.0], [1.0, 0.0]), 2.0)),
+            2.0,
+        );
         assert_eq!(none, vec![2.0]);
     }
 
@@ -219,7 +228,7 @@ mod tests {
     fn nothing_swept_is_nothing_cut() {
         assert_eq!(
             Sweep::new(Vec::new(), round(0.8))
-                .entries([Ray::new([0.0; 2], [1.0, 0.0])].into_iter(), 1.0),
+                .entries([(Ray::new([0.0; 2], [1.0, 0.0]), 1.0)].into_iter(), 1.0),
             vec![1.0]
         );
     }

@@ -1,5 +1,6 @@
 //! Boxes around runs of consecutive segments, two and two put together up to one.
 
+use crate::nose::Disc;
 use crate::ray::{Point, Ray};
 
 /// Segments in a box of the lowest level.
@@ -32,16 +33,16 @@ impl Box2 {
     }
 
     /// Below what no nose with its centre in the box reaches on the ray; infinite when none meets it above the floor.
-    pub(crate) fn lowest(&self, ray: &Ray, reach: f64, floor: f64) -> f64 {
+    pub(crate) fn lowest(&self, ray: &Ray, disc: &Disc, floor: f64) -> f64 {
         let (along, over) = ray.of(self.centre);
         let (dx, dz) = (self.half[0], self.half[1]);
-        let beside = over.abs() - dx * ray.across[0].abs() - dz * ray.across[1].abs();
         let spread = dx * ray.direction[0].abs() + dz * ray.direction[1].abs();
-        if beside >= reach || along + spread <= floor {
+        let aside = dx * ray.across[0].abs() + dz * ray.across[1].abs();
+        let beside = ((over - disc.beside).abs() - aside).max(0.0);
+        if beside >= disc.radius || along + spread <= floor {
             return f64::INFINITY;
         }
-        let beside = beside.max(0.0);
-        along - spread - (reach * reach - beside * beside).sqrt()
+        along - spread - disc.above - (disc.radius * disc.radius - beside * beside).sqrt()
     }
 }
 

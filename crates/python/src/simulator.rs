@@ -1,7 +1,7 @@
 //! `envelope` for Python: a swept nose, asked by rays.
 
 use envelope::{Nose, Point, Ray, Sweep};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -51,23 +51,28 @@ impl NoseSweep {
         })
     }
 
-    /// Where rays out of the material first meet the swept region, (q,), between −reach and +reach (nothing met).
+    /// Where rays out of the material first meet the swept region, (q,): between −reach and `known`, (q,).
     fn entries<'py>(
         &self,
         py: Python<'py>,
         origins: PyReadonlyArray2<'py, f64>,
         directions: PyReadonlyArray2<'py, f64>,
+        known: PyReadonlyArray1<'py, f64>,
         reach: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (origins, directions) = (points(&origins)?, points(&directions)?);
-        if origins.len() != directions.len() {
-            return Err(PyValueError::new_err("as many directions as origins"));
+        let known = known.as_slice()?;
+        if origins.len() != directions.len() || origins.len() != known.len() {
+            return Err(PyValueError::new_err(
+                "as many directions and known entries as origins",
+            ));
         }
         let found = py.detach(|| {
             let rays = origins
                 .iter()
                 .zip(&directions)
-                .map(|(o, d)| Ray::new(*o, *d));
+                .map(|(o, d)| Ray::new(*o, *d))
+                .zip(known.iter().copied());
             self.sweep.entries(rays, reach)
         });
         Ok(found.into_pyarray(py))

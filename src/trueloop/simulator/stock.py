@@ -37,6 +37,6 @@ class Stock:
         """
         height = np.full(len(points_mm), reach_mm)
         origins, directions = np.ascontiguousarray(points_mm), np.ascontiguousarray(direction)
-        for swept in self.sweeps:
-            np.minimum(height, swept.entries(origins, directions, reach_mm), out=height)
+        for swept in reversed(self.sweeps):  # the last cut is nearly everywhere the lowest: the others soon give up
+            height = swept.entries(origins, directions, height, reach_mm)
         return height
