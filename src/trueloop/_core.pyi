@@ -18,8 +18,8 @@ def fit_spline(
     length: float,
     degree: int,
     ends: tuple[float | None, float | None, float | None, float | None],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Least-squares spline with end conditions: (coefficients, covariance band, sensitivity, leverages)."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Least-squares spline with end conditions: (coefficients, covariance band, sensitivity, residuals, leverages)."""
 
 def spline_basis(
     points: NDArray[np.float64],

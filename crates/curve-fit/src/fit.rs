@@ -22,6 +22,8 @@ pub struct Fit {
     pub sensitivity: Vec<[f64; 4]>,
     /// How many columns of `sensitivity` are in use.
     pub conditions: usize,
+    /// Value less spline at each point.
+    pub residuals: Vec<f64>,
     /// Diagonal of the hat matrix: change of the fitted value at a point with the observation there. The error of a
     /// prediction from the other points is residual / (1 − leverage).
     pub leverages: Vec<f64>,
@@ -48,8 +50,10 @@ pub fn fit(
     let unknowns = system.triangle.solve();
     let covariance_band = system.covariance_band();
     let leverages = rows.leverages(&covariance_band, weights);
+    let coefficients = elimination.coefficients(&unknowns);
     Ok(Fit {
-        coefficients: elimination.coefficients(&unknowns),
+        residuals: rows.residuals(&coefficients, values),
+        coefficients,
         covariance_band,
         sensitivity: system.sensitivity(),
         conditions: elimination.prescribed.len(),
@@ -125,6 +129,14 @@ impl Rows {
             }
         });
         Self(rows.collect())
+    }
+
+    fn residuals(&self, coefficients: &[f64], values: &[f64]) -> Vec<f64> {
+        let residual = |(row, value): (&Row, &f64)| {
+            let near = coefficients[row.first..].iter().zip(row.values);
+            value - near.map(|(c, b)| c * b).sum::<f64>()
+        };
+        self.0.iter().zip(values).map(residual).collect()
     }
 
     /// `hᵢ = wᵢ bᵢᵀ C bᵢ`.

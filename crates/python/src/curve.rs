@@ -21,11 +21,15 @@ fn table<'py, const N: usize>(
     rows: &[[f64; N]],
     columns: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let shape = [rows.len(), columns.min(N)];
+    if columns >= N {
+        return PyArray1::from_slice(py, rows.as_flattened()).reshape(shape);
+    }
     let flat: Vec<f64> = rows
         .iter()
         .flat_map(|row| row.iter().take(columns).copied())
         .collect();
-    flat.into_pyarray(py).reshape([rows.len(), columns.min(N)])
+    flat.into_pyarray(py).reshape(shape)
 }
 
 type FitArrays<'py> = (
@@ -33,9 +37,10 @@ type FitArrays<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
 );
 
-/// Least-squares spline with end conditions: (coefficients, covariance band, sensitivity, leverages).
+/// Least-squares spline with end conditions: (coefficients, covariance band, sensitivity, residuals, leverages).
 #[pyfunction]
 #[pyo3(signature = (points, values, weights, interior_knots, length, degree, ends))]
 fn fit_spline<'py>(
@@ -70,6 +75,7 @@ fn fit_spline<'py>(
         fitted.coefficients.into_pyarray(py),
         table(py, &fitted.covariance_band, ORDER)?,
         table(py, &fitted.sensitivity, fitted.conditions)?,
+        fitted.residuals.into_pyarray(py),
         fitted.leverages.into_pyarray(py),
     ))
 }

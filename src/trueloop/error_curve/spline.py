@@ -196,7 +196,6 @@ def least_squares_spline(
     s, y, knots = (np.ascontiguousarray(a, dtype=np.float64) for a in (arc_length_mm, error_mm, interior_knots_mm))
     w = None if weights is None else np.ascontiguousarray(weights, dtype=np.float64)
     given = (conditions.start_value_mm, conditions.start_slope, conditions.end_value_mm, conditions.end_slope)
-    coefficients, band, sensitivity, leverage = fit_spline(s, y, w, knots, length_mm, degree, given)
+    coefficients, band, sensitivity, residual, leverage = fit_spline(s, y, w, knots, length_mm, degree, given)
     spline = Spline(knots, length_mm, degree, coefficients, band, np.zeros((len(coefficients), 1)))
-    residual = y - spline.of(spline.value_form(s))
     return SplineFit(spline, conditions, residual, leverage, sensitivity)

@@ -13,7 +13,7 @@ from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.error_curve.options import FitOptions
 from trueloop.error_curve.spline import EndConditions
 from trueloop.error_curve.untouched import BETWEEN_FEATURES_MM
-from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile, junctions_of
 
 PROFILE = modbas2()
@@ -109,7 +109,7 @@ def test_the_ends_of_the_profile_are_displaced_along_their_normals() -> None:
 
 def arcs_and_lines() -> Profile:
     """Two cylinders in line, a quarter turn out, a quarter turn back, a neck: tangent all along, then a face."""
-    features = [
+    features: list[Feature] = [
         Line("first", (30.0, -50.0), (30.0, -40.0)),
         Line("second", (30.0, -40.0), (30.0, -30.0)),
         Arc("shoulder", (30.0, -30.0), (20.0, -20.0), (20.0, -30.0), math.pi / 2),
