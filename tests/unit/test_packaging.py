@@ -1,5 +1,6 @@
 """What an installed trueloop consists of."""
 
+import os
 import subprocess
 import sys
 import tomllib
@@ -37,13 +38,20 @@ def test_the_command_loads() -> None:
     assert callable(command.load())
 
 
-def test_the_wheel_holds_every_module_example_and_type_the_core_and_the_licence(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
+    """The wheel of this tree."""
+    folder = tmp_path_factory.mktemp("wheel")
     maturin = Path(sys.executable).with_name("maturin")
     subprocess.run(
-        [maturin, "build", "--release", "--locked", "--out", tmp_path], cwd=ROOT, check=True, capture_output=True
+        [maturin, "build", "--release", "--locked", "--out", folder], cwd=ROOT, check=True, capture_output=True
     )
-    (wheel,) = tmp_path.glob("trueloop-*-abi3-*.whl")
-    held = set(zipfile.ZipFile(wheel).namelist())
+    (path,) = folder.glob("trueloop-*-abi3-*.whl")
+    return zipfile.ZipFile(path)
+
+
+def test_the_wheel_holds_every_module_example_and_type_the_core_and_the_licence(wheel: zipfile.ZipFile) -> None:
+    held = set(wheel.namelist())
     modules = {str(file.relative_to(ROOT / "src")) for file in (ROOT / "src" / "trueloop").rglob("*.py")}
     examples = {
         f"trueloop/examples/{file.relative_to(ROOT / 'examples')}"
@@ -55,6 +63,25 @@ def test_the_wheel_holds_every_module_example_and_type_the_core_and_the_licence(
     assert modules | {"trueloop/_core.abi3.so", "trueloop/_core.pyi", "trueloop/py.typed"} <= held
     assert any(name.endswith("dist-info/licenses/LICENSE") for name in held)
     assert not any(name.startswith(("tests", "benches")) for name in held)
+
+
+def test_the_demo_runs_from_the_wheel_alone(wheel: zipfile.ZipFile, tmp_path: Path) -> None:
+    wheel.extractall(tmp_path / "site")
+    run = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "import trueloop; print(trueloop.__file__); from trueloop.cli.main import main; main()",
+            "demo",
+        ],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "site")},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert run.stdout.splitlines()[0] == str(tmp_path / "site" / "trueloop" / "__init__.py")
+    assert (tmp_path / "out" / "modbas2" / "report.html").stat().st_size > 100_000
 
 
 def test_licence_and_lowest_python_are_declared() -> None:
