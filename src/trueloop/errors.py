@@ -81,6 +81,7 @@ class Code(StrEnum):
     # CMP: compensation and its limits
     CMP_SIZE = "CMP-SIZE"
     CMP_SLOPE = "CMP-SLOPE"
+    CMP_SCATTER = "CMP-SCATTER"
     CMP_AGE = "CMP-AGE"
     CMP_TWICE = "CMP-TWICE"
     CMP_OTHER_PROGRAM = "CMP-OTHER-PROGRAM"
@@ -102,6 +103,10 @@ class Code(StrEnum):
 
     # SIM: the simulator
     SIM_NOSE = "SIM-NOSE"  # a worn nose that is no nose
+
+    # CTL: controls and what they write
+    CTL_LINUXCNC = "CTL-LINUXCNC"  # LinuxCNC is missing or does not come up
+    CTL_PROGRAM = "CTL-PROGRAM"  # the control stopped a program with an error
 
     # JOB: job files
     JOB_MISSING = "JOB-MISSING"

@@ -66,6 +66,7 @@ def _not_as_intended() -> None:
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.CMP_SIZE: lambda: _limited(Limits(correction_mm=0.001)),
     Code.CMP_SLOPE: lambda: _limited(Limits(slope=1e-6)),
+    Code.CMP_SCATTER: lambda: _limited(Limits(scatter_mm=1e-6)),
     Code.CMP_AGE: _old,
     Code.CMP_TWICE: _twice,
     Code.CMP_OTHER_PROGRAM: _other_program,

@@ -16,10 +16,11 @@ SAMPLES = 201
 
 @dataclass(frozen=True)
 class Limits:
-    """What is accepted. Sizes in mm along the normal, slopes in mm per mm of arc, age in hours."""
+    """What is accepted. Sizes and scatter in mm along the normal, slopes in mm per mm of arc, age in hours."""
 
     correction_mm: float = 0.150
     slope: float = 0.040
+    scatter_mm: float = 0.010
     age_hours: float = 24.0
 
 
@@ -43,6 +44,18 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
                     hint="look at the touches there first: a bad touch is likelier than such an error",
                     override=f"compensation.{key} in the job",
                 )
+
+
+def check_scatter(scatter_mm: float, limits: Limits) -> None:
+    """Refuses touches that scatter about their curves by more than the limit: then little of the error repeats."""
+    if scatter_mm > limits.scatter_mm:
+        raise TrueloopError(
+            Code.CMP_SCATTER,
+            f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about the fitted curves; "
+            f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm",
+            hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
+            override="compensation.max_scatter_um in the job",
+        )
 
 
 def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:

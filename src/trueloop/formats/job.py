@@ -119,6 +119,7 @@ class CompensationTable(_Table):
     arcs: Literal["auto", "lines", "arcs"] = "auto"
     max_correction_um: PositiveFloat = 150.0
     max_slope_um_per_mm: PositiveFloat = 40.0
+    max_scatter_um: PositiveFloat = 10.0
     max_age_hours: PositiveFloat = 24.0
 
 

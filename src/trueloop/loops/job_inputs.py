@@ -194,6 +194,7 @@ def _options(job: Job) -> Options:
         limits=Limits(
             correction_mm=given.max_correction_um / UM_PER_MM,
             slope=given.max_slope_um_per_mm / UM_PER_MM,
+            scatter_mm=given.max_scatter_um / UM_PER_MM,
             age_hours=given.max_age_hours,
         ),
         resolution_mm=job.programs.resolution_mm,

@@ -13,7 +13,7 @@ import numpy as np
 from trueloop import __version__
 from trueloop.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.compensation.decide import Decision, decide
-from trueloop.compensation.limits import Limits, check_age, check_limits
+from trueloop.compensation.limits import Limits, check_age, check_limits, check_scatter
 from trueloop.compensation.prediction import Prediction, predict
 from trueloop.compensation.record import Record, check_same_program, check_uncorrected, record_id
 from trueloop.compensation.shift import Shift
@@ -111,6 +111,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     told = commanded(inputs.program, inputs.semifinish, profile, nose, inputs.allowance_mm, run)
     process = replace(inputs.touches, error_mm=inputs.touches.error_mm - told.measured_at(inputs.touches))
     model = fit_profile(profile, process, _fit_options(options), inputs.nose)
+    check_scatter(model.scatter_mm, options.limits)
     decision = _decision(model, told, options)
     shifts = corrected_shifts(profile, model, decision, told, options.weight)
     before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
