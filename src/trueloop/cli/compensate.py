@@ -44,12 +44,18 @@ def run_job(path: Path, output: Path | None, as_json: bool) -> None:
         except TrueloopError as error:
             raise error.in_file(str(job.file_behind(error.code))) from error
         suffix = job.finish.suffix
-        files = write_all(output or job.output_folder, _contents(correction, suffix), job.files)
+        files = write_all(output or _from_here(job.output_folder), _contents(correction, suffix), job.files)
     to_run = Path(program_to_run(correction)).with_suffix(suffix).name
     if as_json:
         print_json(summary.as_dict(correction, to_run, files))
     else:
         summary.print_summary(correction, to_run, files)
+
+
+def _from_here(folder: Path) -> Path:
+    """The folder as seen from where the command runs, without a detour by the job's folder."""
+    resolved = folder.resolve()
+    return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
 
 
 def _contents(correction: "Correction", suffix: str) -> Mapping[str, bytes]:

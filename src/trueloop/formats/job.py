@@ -4,6 +4,7 @@ Lengths carry their unit in the key, or, for the profile's coordinates, in `part
 file. Unknown keys are refused: a mistyped option must not be an option ignored.
 """
 
+import difflib
 import re
 import tomllib
 from datetime import datetime
@@ -165,15 +166,30 @@ def _syntax_error(path: Path, error: tomllib.TOMLDecodeError) -> TrueloopError:
 
 
 def _content_error(path: Path, text: str, error: ValidationError) -> TrueloopError:
-    first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"])
-    given = f", given {first['input']!r}" if not isinstance(first["input"], dict) else ""
-    return TrueloopError(
-        Code.JOB_KEY,
-        f"{key!r}: {first['msg'].removeprefix('Value error, ')}{given}",
-        hint="docs/job-file.md lists every table and key with its unit and default",
-        place=Place(str(path), _line_of(text, first["loc"])),
-    )
+    """The first mistake; an unknown key before all others, because it is why another one is missing."""
+    mistakes = error.errors()
+    first = next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), mistakes[0])
+    location = first["loc"]
+    key = ".".join(str(part) for part in location)
+    hint = "docs/job-file.md lists every table and key with its unit and default"
+    if first["type"] == "extra_forbidden":
+        message = f"{key!r} is no key of a job"
+        near = difflib.get_close_matches(str(location[-1]), _table_at(location).model_fields, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else hint
+    else:
+        given = f", given {first['input']!r}" if not isinstance(first["input"], dict) else ""
+        message = f"{key!r}: {first['msg'].removeprefix('Value error, ')}{given}"
+    return TrueloopError(Code.JOB_KEY, message, hint=hint, place=Place(str(path), _line_of(text, location)))
+
+
+def _table_at(location: tuple[int | str, ...]) -> type[BaseModel]:
+    """The table that a key stands in."""
+    if "feature" in location[:-1]:
+        return FeatureTable
+    table = Job.model_fields[str(location[0])].annotation if len(location) > 1 else Job
+    assert isinstance(table, type)
+    assert issubclass(table, BaseModel)
+    return table
 
 
 def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:

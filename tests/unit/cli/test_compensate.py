@@ -91,9 +91,11 @@ def test_json_says_the_same_to_machines(output: Path, correction: Correction) ->
     assert said["decision"] == {"x": correction.decision.x.words, "z": correction.decision.z.words}
 
 
-def test_the_output_folder_of_the_job_is_relative_to_the_job(tmp_path: Path) -> None:
-    folder = Path(shutil.copytree(EXAMPLES / "modbas2", tmp_path / "parts" / "modbas2"))
-    _run("compensate", str(folder / "job.toml"))
+def test_the_output_folder_of_the_job_is_relative_to_the_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(EXAMPLES / "modbas2", tmp_path / "parts" / "modbas2")
+    monkeypatch.chdir(tmp_path)
+    said = json.loads(_run("compensate", "parts/modbas2/job.toml", "--json").stdout)
+    assert said["files"] == [f"out/modbas2/{name}" for name in FILES]
     assert sorted(path.name for path in (tmp_path / "out" / "modbas2").iterdir()) == sorted(FILES)
 
 

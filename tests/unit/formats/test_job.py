@@ -64,18 +64,19 @@ def test_values_and_defaults(path: Path) -> None:
     "before, after, line, says",
     [
         ("nose_radius_mm = 0.8", "nose_radius_mm = -0.8", 10, "greater than or equal to 0, given -0.8"),
-        ("nose_radius_mm = 0.8", "nose_radius = 0.8", 10, "Extra inputs are not permitted, given 0.8"),
+        ("nose_radius_mm = 0.8", "nose_radius = 0.8", 10, "'tool.nose_radius' is no key of a job"),
         ("nose_radius_mm = 0.8", "number = 1", 9, "give the nose radius once"),
         ("weight = 0.75", "weight = 1.5", 21, "less than or equal to 1, given 1.5"),
         ("weight = 0.75", "weight = nan", 21, "'compensation.weight'"),
-        ("weight = 0.75", "wieght = 0.75", 21, "'compensation.wieght': Extra inputs"),
+        ("weight = 0.75", "wieght = 0.75", 21, "'compensation.wieght' is no key of a job"),
         ("weight = 0.75", 'weight = "most"', 21, "given 'most'"),
         ("start = [40.0, 0.0]", "", 1, "`start` = [x, z] of the first feature is missing"),
         ("start = [40.0, 0.0]", "start = [40.0, inf]", 3, "finite number, given inf"),
         ("start = [40.0, 0.0]", "start = [40.0]", 3, "'part.start.1': Field required"),
         ("radius = 40.0", "radius = 40.0, centre = [0.0, 30.0]", 4, "a centre or a radius, not both"),
         ('touches = "touches.csv"', "", 17, "'gauging.touches': Field required"),
-        ("[tool]", "[tools]", None, "'tool': Field required"),
+        ("[tool]", "[tools]", 9, "'tools' is no key of a job"),
+        ("[tool]\nnose_radius_mm = 0.8", "", None, "'tool': Field required"),
     ],
 )
 def test_a_mistake_is_shown_with_key_value_and_line(
@@ -85,6 +86,20 @@ def test_a_mistake_is_shown_with_key_value_and_line(
     assert refusal.code is Code.JOB_KEY
     assert says in refusal.message
     assert (refusal.place.file, refusal.place.line) == (str(path), line)
+
+
+@pytest.mark.parametrize(
+    "before, after, meant",
+    [
+        ("weight = 0.75", "wieght = 0.75", "weight"),
+        ("nose_radius_mm", "noseradius_mm", "nose_radius_mm"),
+        ("radius = 40.0", "raduis = 40.0", "radius"),
+        ("[gauging]", "[gaugin]", "gauging"),
+    ],
+)
+def test_a_mistyped_key_is_answered_with_the_nearest(path: Path, before: str, after: str, meant: str) -> None:
+    hints = [_refusal(path, before, after).hint]
+    assert hints == [f"did you mean {meant!r}?"]
 
 
 @pytest.mark.parametrize("source", ['dxf = "part.dxf"', "from_program = true"])
