@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from tests.support.nist_errors import nist_parts, semifinish
+from tests.support.touched import chosen
 from trueloop.error_curve.fit_profile import fit_profile
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.nose_model import NoseModel, NoseTouches
-from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.units import UM_PER_MM
 
@@ -148,17 +148,3 @@ def test_few_touches_are_served_by_other_parts_noses(
     true, along = every.error_mm[dome], every.arc_length_mm[dome]
     assert rms(true - with_nose.curves[-1].value_mm(along)) * UM_PER_MM <= at_most_um
     assert rms(true - without.curves[-1].value_mm(along)) * UM_PER_MM >= own_at_least_um
-
-
-def chosen(vectors: ErrorVectors, positions: list[int]) -> ErrorVectors:
-    """Some of the error vectors."""
-    return ErrorVectors(
-        tuple(vectors.point[k] for k in positions),
-        vectors.feature_index[positions],
-        vectors.arc_length_mm[positions],
-        vectors.error_mm[positions],
-        vectors.standard_u_mm[positions],
-        vectors.at_reference[positions],
-        vectors.nominal_mm[positions],
-        vectors.outward_normal[positions],
-    )

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
@@ -40,3 +41,18 @@ def tool_offsets(dx_mm: float, dz_mm: float) -> ErrorOf:
 def noise(sigma_mm: float, seed: int = 1) -> ErrorOf:
     """Independent scatter."""
     return lambda points, normals: sigma_mm * np.random.default_rng(seed).standard_normal(len(points))
+
+
+def chosen(vectors: ErrorVectors, positions: ArrayLike) -> ErrorVectors:
+    """Some of the error vectors."""
+    k = np.asarray(positions, dtype=np.intp)
+    return ErrorVectors(
+        tuple(vectors.point[i] for i in k),
+        vectors.feature_index[k],
+        vectors.arc_length_mm[k],
+        vectors.error_mm[k],
+        vectors.standard_u_mm[k],
+        vectors.at_reference[k],
+        vectors.nominal_mm[k],
+        vectors.outward_normal[k],
+    )

@@ -1,39 +1,49 @@
-"""How many standard uncertainties a band must be wide."""
+"""How many standard uncertainties a band must be wide.
+
+Written out because the libraries that have it take longer to import than a correction to compute.
+"""
 
 import math
-from statistics import NormalDist
+from collections.abc import Callable
 
 
 def student_t_factor(coverage: float, degrees_of_freedom: int | None) -> float:
-    """The k with P(|t| ≤ k) = coverage for Student's distribution; None or many degrees of freedom: the normal one.
+    """The k with P(|t| ≤ k) = coverage for Student's distribution; None, or more than 1000 degrees: the normal one.
 
-    Newton's iteration on the closed form of the distribution (Abramowitz & Stegun 26.7.3–4), to 1e-9.
-
-    Raises ValueError for a coverage outside (0, 1).
+    From the closed forms of the distributions (Abramowitz & Stegun 26.7.3–4), to 1e-9. Raises ValueError for a coverage
+    outside (0, 1).
     """
     if not 0.0 < coverage < 1.0:
         raise ValueError(f"a coverage of {coverage} is no probability between 0 and 1")
-    normal = NormalDist().inv_cdf((1.0 + coverage) / 2.0)
     if degrees_of_freedom is None or degrees_of_freedom > 1000:
-        return normal
+        return _root(lambda k: math.erf(k / math.sqrt(2.0)), _normal_density, coverage)
     if degrees_of_freedom == 1:
         return math.tan(math.pi * coverage / 2.0)
-    # In the angle θ = atan(t/√ν) the distribution is concave, so that Newton from below cannot overshoot.
-    theta = math.atan(normal / math.sqrt(degrees_of_freedom))
-    for _ in range(100):
-        step = (coverage - _within(theta, degrees_of_freedom)) / _density(theta, degrees_of_freedom)
-        theta += step
-        if abs(step) < 1e-12:
+    nu = degrees_of_freedom
+    theta = _root(lambda angle: _within(angle, nu), lambda angle: _density(angle, nu), coverage)
+    return math.sqrt(nu) * math.tan(theta)
+
+
+def _root(probability: Callable[[float], float], density: Callable[[float], float], coverage: float) -> float:
+    """Newton's iteration from zero: the probability of |x| ≤ k is concave in k, so that it never overshoots."""
+    k = 0.0
+    for _ in range(200):
+        step = (coverage - probability(k)) / density(k)
+        k += step
+        if abs(step) < 1e-13:
             break
-    return math.sqrt(degrees_of_freedom) * math.tan(theta)
+    return k
+
+
+def _normal_density(k: float) -> float:
+    return math.sqrt(2.0 / math.pi) * math.exp(-k * k / 2.0)
 
 
 def _within(theta: float, nu: int) -> float:
-    """P(|t| ≤ √ν tan θ)."""
-    cosine, term, total = math.cos(theta), 1.0, 0.0
+    """P(|t| ≤ √ν tan θ), in the angle θ = atan(t/√ν)."""
+    cosine, total = math.cos(theta), 0.0
     odd = nu % 2
-    if odd:
-        term = cosine
+    term = cosine if odd else 1.0
     for k in range(odd, nu - 1, 2):
         total += term
         term *= cosine * cosine * (k + 1) / (k + 2)

@@ -1,6 +1,8 @@
 """From error vectors to the error model of a whole profile."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -18,6 +20,10 @@ from trueloop.error_curve.uncertainty import FittedChains, finish
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
+from trueloop.units import UM_PER_MM
+
+DRAWN_OUT: Final = 3.0
+"""An end that is this many times as uncertain as a single touch is worth a warning."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +73,8 @@ def fit_profile(
     if options.tangent_policy == TangentPolicy.PATH:
         with_kinks = replace(options, tangent_policy=TangentPolicy.PART)
         free = finish(fit_chains(profile, vectors, with_kinks, on_part)[0], vectors)
-    curves = _curves(profile, fitted, options)
+    curves = tuple(_curves(profile, fitted, options))
+    drawn_out = [note for i, curve in enumerate(curves) if len(vectors.of_feature(i)) for note in _drawn_out(curve)]
     residual, left_out = _by_touch(len(vectors.point), fitted)
     groups = [vectors.of_feature(i) for i in range(len(profile.features))]
     return ProfileErrorModel(
@@ -83,31 +90,38 @@ def fit_profile(
         tangency=tangencies(profile, free, options.tangent_policy),
         scatter_mm=max(fitted.scatter_mm),
         degrees_of_freedom=fitted.degrees_of_freedom,
-        notes=tuple(note for fit in fitted.fits for note in fit.notes),
+        notes=(*(note for fit in fitted.fits for note in fit.notes), *drawn_out),
         choices=choices,
     )
 
 
-def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> tuple[ErrorCurve, ...]:
-    curves = []
+def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
     for fit, spline, scatter in zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True):
         repeatability = scatter if options.repeatability_mm is None else options.repeatability_mm
         for k, index in enumerate(fit.chain.features):
-            curves.append(
-                ErrorCurve(
-                    feature=profile.features[index].name,
-                    length_mm=profile.features[index].length_mm,
-                    spline=spline,
-                    start_mm=fit.chain.starts_mm[k],
-                    conditions=_share(fit.fit.conditions, k, len(fit.chain.features)),
-                    knot_every=fit.knot_every[k],
-                    scatter_mm=scatter,
-                    repeatability_mm=repeatability,
-                    degrees_of_freedom=fitted.degrees_of_freedom or None,
-                    notes=fit.notes,
-                )
+            yield ErrorCurve(
+                feature=profile.features[index].name,
+                length_mm=profile.features[index].length_mm,
+                spline=spline,
+                start_mm=fit.chain.starts_mm[k],
+                conditions=_share(fit.fit.conditions, k, len(fit.chain.features)),
+                knot_every=fit.knot_every[k],
+                scatter_mm=scatter,
+                repeatability_mm=repeatability,
+                degrees_of_freedom=fitted.degrees_of_freedom or None,
+                notes=fit.notes,
             )
-    return tuple(curves)
+
+
+def _drawn_out(curve: ErrorCurve) -> Iterator[str]:
+    """A note for each end that the touches leave more uncertain than `DRAWN_OUT` times their scatter."""
+    for end, s in (("start", 0.0), ("end", curve.length_mm)):
+        u = float(curve.standard_deviation_mm(s)[0])
+        if u > DRAWN_OUT * curve.scatter_mm:
+            yield (
+                f"{curve.feature}: drawn out beyond its touches, the curve is uncertain by {u * UM_PER_MM:.1f} µm "
+                f"(standard uncertainty) at its {end}; a touch nearer to it would tell"
+            )
 
 
 def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:

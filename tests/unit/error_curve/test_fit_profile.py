@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.profiles import modbas2, polyline
-from tests.support.touched import noise, tool_offsets, touched
+from tests.support.touched import chosen, noise, tool_offsets, touched
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.error_curve.options import FitOptions
@@ -159,3 +159,14 @@ def test_a_touch_where_a_feature_ends_is_kept() -> None:
     along[0] = -0.009
     model = fit_profile(PROFILE, replace(vectors, arc_length_mm=along))
     assert np.all(np.isfinite(model.residual_mm))
+
+
+def test_an_end_far_from_its_touches_is_warned_of() -> None:
+    """Touches on the middle of the dome only: both ends are guesses, and the notes say how uncertain."""
+    vectors = touched(PROFILE, [0, 0, 5, 5, 0, 0, 40], noise(0.001))
+    middle = (vectors.feature_index != DOME) | (np.abs(vectors.arc_length_mm - 29.0) < 12.0)
+    model = fit_profile(PROFILE, chosen(vectors, np.flatnonzero(middle)), FitOptions(knot_every=9))
+    warnings = [note for note in model.notes if "drawn out" in note]
+    assert [("start" in note, "end;" in note) for note in warnings] == [(True, False), (False, True)]
+    everywhere = fit_profile(PROFILE, vectors, FitOptions(knot_every=9))
+    assert not [note for note in everywhere.notes if "drawn out" in note]
