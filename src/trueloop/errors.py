@@ -69,6 +69,18 @@ class Code(StrEnum):
     TCH_REFERENCE = "TCH-REFERENCE"
     TCH_PLAN = "TCH-PLAN"  # gauging points that cannot be placed
 
+    # PRB: probing plans, programs and logs
+    PRB_CALIBRATION = "PRB-CALIBRATION"  # a probe that is not calibrated, or not credibly
+    PRB_REACH = "PRB-REACH"  # a point that ball or stem cannot reach without touching something else
+    PRB_BALL = "PRB-BALL"  # a ball larger than the groove it is to touch in
+    PRB_AXIS = "PRB-AXIS"  # a macro that measures along one axis, and a surface that faces neither
+    PRB_LOG = "PRB-LOG"  # a log that cannot be read
+    PRB_OTHER = "PRB-OTHER"  # touches that belong to no point of the plan: another job's log
+    PRB_MISSING = "PRB-MISSING"  # points without a touch
+    PRB_TWICE = "PRB-TWICE"  # several touches at one point
+    PRB_ORDER = "PRB-ORDER"  # touches in another order than the plan's
+    PRB_RETRACT = "PRB-RETRACT"  # touches where the approach began: the probe was triggered, or never switched on
+
     # FIT: error curves
     FIT_POINTS = "FIT-POINTS"  # fewer touches than the curve that was asked for needs
     FIT_VALUE = "FIT-VALUE"  # a touch that is no finite number
