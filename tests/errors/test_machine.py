@@ -14,9 +14,12 @@ from trueloop.machine.identify import identify
 from trueloop.machine.model import Machine, State
 from trueloop.machine.names import error_name
 from trueloop.machine.observations import Observations
+from trueloop.machine.planar_field import QuadrupoleField
+from trueloop.machine.point_program import displace_points
 from trueloop.machine.position_basis import CONSTANT, PositionBasis, polynomial
 from trueloop.machine.structure import chain_of
 from trueloop.machine.term import Part, Term
+from trueloop.nc.program import read_program
 
 MILL = Machine("mill", chain_of("mill-gantry"))
 EXX = Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 2)),))
@@ -57,6 +60,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         _readings({"X": np.zeros(9)}, T1=np.arange(9.0), T2=2 * np.arange(9.0) - 20),
     ),
     Code.MCH_OUTLIER: _outlier,
+    Code.MCH_PROGRAM: lambda: displace_points(read_program(b"G91\nX1. Y1.\n", "linuxcnc"), QuadrupoleField(1e-5, 0.0)),
     Code.MCH_FILE: lambda: read_positioning(Path("no-such-file-1.csv")),
     Code.MCH_UNIT: lambda: _positioning("target_ft,approach,cycle,actual_ft\n0,up,1,0\n"),
 }

@@ -1,0 +1,96 @@
+"""Drilled plates of a telescope's fibre positioner: a corrected drilling program and CMM reports, as published."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trueloop.formats.plate_report import read_plate_report
+from trueloop.machine.planar_field import Plate, QuadrupoleField, fit_pattern
+from trueloop.machine.point_program import displace_points
+from trueloop.machine.similarity import fit_similarity
+from trueloop.nc.edit import apply_edits
+from trueloop.nc.program import read_program
+
+pytestmark = pytest.mark.corpus
+
+FIELD = QuadrupoleField(32e-6, math.radians(-38.33))
+"""Magnitude and angle stated in the header of the adjusted program."""
+
+COORDINATE = re.compile(rb"([XY])(-?\d*\.\d*)")
+
+
+@pytest.fixture
+def programs(corpus: Path) -> tuple[bytes, bytes]:
+    folder = corpus / "data/public/nc"
+    return tuple((folder / f"sdss-4642-{kind}.par").read_bytes() for kind in ("unadjusted", "adjusted"))  # type: ignore[return-value]
+
+
+def _corrected(source: bytes, field: QuadrupoleField) -> bytes:
+    """All X and Y of the file, as the published tool did it: those that set coordinate systems too.
+
+    But for G68, whose centre is 0, 0 and stays there, and stands where increments are in force.
+    """
+    program = read_program(source, "linuxcnc")
+    return apply_edits(program, displace_points(program, field, no_positions=frozenset({68})))
+
+
+def _without_header(adjusted: bytes) -> list[bytes]:
+    return [line for line in adjusted.split(b"\n") if not line.startswith(b"(Adjusted ")]
+
+
+def _deviations(ours: bytes, published: bytes) -> list[float]:
+    """Differences of all coordinates; everything else must be equal byte by byte."""
+    left, right = ours.split(b"\n"), _without_header(published)
+    assert len(left) == len(right)
+    found = []
+    for a, b in zip(left, right, strict=True):
+        assert COORDINATE.sub(rb"\1", a) == COORDINATE.sub(rb"\1", b)
+        pairs = zip(COORDINATE.findall(a), COORDINATE.findall(b), strict=True)
+        found += [abs(float(x[1]) - float(y[1])) for x, y in pairs]
+    return found
+
+
+def test_the_adjusted_program_is_reproduced(programs: tuple[bytes, bytes]) -> None:
+    deviations = _deviations(_corrected(programs[0], FIELD), programs[1])
+    assert len(deviations) > 2000
+    assert max(deviations) <= 0.000005 + 1e-12
+
+
+def test_the_opposite_sign_is_seen(programs: tuple[bytes, bytes]) -> None:
+    deviations = _deviations(_corrected(programs[0], QuadrupoleField(-FIELD.magnitude, FIELD.angle_rad)), programs[1])
+    assert max(deviations) > 0.01
+
+
+def _plates(corpus: Path) -> list[Plate]:
+    return [read_plate_report(corpus / f"data/public/cmm/sdss-D813{k}.txt") for k in (1, 2, 3)]
+
+
+def test_similarity_is_the_published_fit(corpus: Path) -> None:
+    plate = _plates(corpus)[0]
+    fit = fit_similarity(plate.nominal_mm, plate.measured_mm)
+    assert tuple(round(value, 4) for value in fit.offset_mm) == (-0.0438, 0.0792)
+    assert round(fit.scale, 7) == 1.0000066
+    assert round(math.degrees(fit.rotation_rad), 4) == 0.0290
+    assert fit.rms_mm == pytest.approx(8.1e-3, abs=0.05e-3)
+
+
+def test_residuals_of_the_published_fit(corpus: Path) -> None:
+    """Each hole's residual as printed, to the last digit printed (0.5 µm, and 0.5 µm of its coordinates)."""
+    text = (corpus / "data/public/cmm/sdss-fit-8131.txt").read_text().split("DataTable")[1].splitlines()[2:]
+    table = np.array([[float(cell) for cell in line.split()] for line in text if line.strip()])
+    fit = fit_similarity(table[:, 0:2], table[:, 2:4])
+    np.testing.assert_allclose(fit.residual_mm, table[:, 4:6], atol=1.05e-3)
+
+
+@pytest.mark.parametrize(("left_out", "limit_um"), [(0, 5.0), (1, 5.9), (2, 5.5)])
+def test_a_pattern_of_two_plates_holds_on_the_third(corpus: Path, left_out: int, limit_um: float) -> None:
+    plates = _plates(corpus)
+    pattern = fit_pattern([plate for k, plate in enumerate(plates) if k != left_out])
+    third = plates[left_out]
+    before = fit_similarity(third.nominal_mm, third.measured_mm).rms_mm
+    after = fit_similarity(third.nominal_mm, third.measured_mm - pattern.error_mm(third.nominal_mm, third.tool)).rms_mm
+    assert before > 7.7e-3
+    assert after * 1e3 < limit_um
