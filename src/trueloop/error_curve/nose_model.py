@@ -10,8 +10,8 @@ whole arc is known. sin φ and cos φ could be moved between w and the offsets: 
 with them, ∫w sin φ dφ = ∫w cos φ dφ = 0 over the fitted range.
 
 It stops being valid when the nose goes on wearing, is turned to another edge, or cuts at angles outside the range; and
-on straight features it knows only what was left on them: the cones of [6811] stand 13 µm off (31 µm where the taper
-was falsified on purpose).
+on straight features it knows only what was left on them: the cones of [6811] stand 11 to 17 µm off (30 µm on one
+part whose taper looks falsified; the report says that some were).
 """
 
 import math

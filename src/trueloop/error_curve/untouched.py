@@ -21,8 +21,8 @@ SAME_ANGLE_RAD: Final = math.radians(3.0)
 """Contact angles closer than this use the same stretch of the nose: 0.04 mm of a 0.8 mm radius."""
 
 BETWEEN_FEATURES_MM: Final = 0.016
-"""How far the cones of [6811 Tables 8, 10] stand off what the same nose did on the domes, RMS over the ten parts (13 µm
-on nine, 31 µm on one whose taper was falsified): the prior spread between features."""
+"""How far the cones of [6811 Tables 8, 10] stand off what the same nose did on the domes, RMS over the ten parts (11
+to 17 µm on nine, 30 µm on one whose taper looks falsified): the prior spread between features."""
 
 
 def expect(vectors: ErrorVectors, angle_rad: float) -> tuple[float, float, str]:
