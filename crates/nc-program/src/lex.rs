@@ -57,9 +57,7 @@ impl Lexer<'_> {
                 Class::Slash | Class::Percent | Class::Other => self.unknown(self.at),
             }
         }
-        let carriage_return = self.at > start && self.source.get(self.at - 1) == Some(&b'\r');
-        let end = self.at - usize::from(carriage_return);
-        let (start, end, first_word) = (start as u32, end as u32, first_word as u32);
+        let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
         self.blocks.push(Block { start, end, first_word, optional, tape_mark });
         self.at += 1;
     }
@@ -80,7 +78,7 @@ impl Lexer<'_> {
     #[inline]
     fn number_ends(&self, end: usize) -> bool {
         match self.source.get(end) {
-            Some(b'=' | b',') => false,
+            Some(b'=' | b',' | b'.') => false,
             Some(b' ' | b'\t') => {
                 let next = self.source.get(self.scanner.skip_space(end));
                 let goes_on = self.dialect.spaced_numbers && matches!(next, Some(b'0'..=b'9' | b'.'));
@@ -175,8 +173,14 @@ impl Lexer<'_> {
         if self.source.get(end) == Some(&b')') {
             self.at = end + 1;
         } else {
-            self.push(word(self.at, end, 0, WordKind::Unknown));
+            self.push(word(self.at, self.without_return(self.at, end), 0, WordKind::Unknown));
         }
+    }
+
+    /// An end of line without the carriage return before it.
+    fn without_return(&self, start: usize, end: usize) -> usize {
+        let both = end > start && self.source.get(end - 1..=end) == Some(b"\r\n");
+        end - usize::from(both)
     }
 
     fn statement(&mut self) {
@@ -211,7 +215,7 @@ impl Lexer<'_> {
             }
             end += 1;
         }
-        self.push(word(start, end, 0, WordKind::Unknown));
+        self.push(word(start, self.without_return(start, end), 0, WordKind::Unknown));
     }
 }
 

@@ -160,7 +160,7 @@ impl Runner<'_> {
         }
         let total = self.frame.total();
         let goes = |axis: usize| !some || request.get(AXES[axis]).is_some();
-        let end = [0, 1, 2].map(|axis| if goes(axis) { -total[axis] } else { self.position[axis] });
+        let end = [0, 1, 2].map(|axis| if goes(axis) { 0.0 - total[axis] } else { self.position[axis] });
         self.emit(MoveKind::Rapid, end, [INHERITED; 3], -1);
     }
 

@@ -68,7 +68,8 @@ def _finding(path: ToolPath, move: int, severity: Severity, code: Code, message:
 def _in_plane(path: ToolPath, points: Array) -> Array:
     """(n, 3) → (n, 2): the coordinates in each move's plane."""
     axes = np.array([_AXES[int(plane)] for plane in range(17, 20)])[path.plane - 17]
-    return np.take_along_axis(points, axes, axis=1)
+    in_plane: Array = np.take_along_axis(points, axes, axis=1)
+    return in_plane
 
 
 def arc_misfit_mm(path: ToolPath) -> Array:
@@ -81,7 +82,9 @@ def arc_misfit_mm(path: ToolPath) -> Array:
     start_radius = np.linalg.norm(_in_plane(path, path.start_mm) - centre, axis=1)
     end_radius = np.linalg.norm(_in_plane(path, path.end_mm) - centre, axis=1)
     by_radius = ~np.isnan(path.programmed_radius_mm)
-    return np.where(by_radius, np.maximum(start_radius - path.programmed_radius_mm, 0.0), end_radius - start_radius)
+    too_long = np.maximum(start_radius - path.programmed_radius_mm, 0.0)
+    misfit_mm: Array = np.where(by_radius, too_long, end_radius - start_radius)
+    return misfit_mm
 
 
 def _arcs_that_do_not_fit(path: ToolPath, tolerance_mm: float) -> Iterator[Finding]:
@@ -108,7 +111,9 @@ def _straightness_mm(path: ToolPath) -> Array:
     """The length that rounding acts over in a move's direction: of a line its own, of an arc radius or chord."""
     start, end, centre = (_in_plane(path, points) for points in (path.start_mm, path.end_mm, path.centre_mm))
     chord = np.linalg.norm(end - start, axis=1)
-    return np.where(path.motion == Motion.ARC, np.fmin(np.linalg.norm(start - centre, axis=1), chord), chord)
+    curved = np.fmin(np.linalg.norm(start - centre, axis=1), chord)
+    length_mm: Array = np.where(path.motion == Motion.ARC, curved, chord)
+    return length_mm
 
 
 def _broken_tangents(path: ToolPath, step_mm: float) -> Iterator[Finding]:

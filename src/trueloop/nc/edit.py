@@ -80,8 +80,8 @@ def insert_word(program: Program, block: int, letter: str, value_mm: float, stat
     words = program.block(block).words
     before = [word for word in words if word.letter in "NGM" or (word.letter in "XYZ" and word.letter < letter)]
     if not words:
-        start = program.block(block).start
-        return Edit(start, start, text)
+        empty = program.block(block)
+        return Edit(empty.start, empty.start, text + (" " if empty.end > empty.start else ""))
     spaced = any(left.end < right.start for left, right in pairwise(words))
     space = " " if spaced or len(words) == 1 else ""
     if before:

@@ -18,17 +18,16 @@ _X, _Y, _Z = 0, 1, 2
 def cutting_rapids(path: ToolPath) -> Iterator[tuple[int, float]]:
     """Rapid moves that cut: index and greatest depth in mm on the radius, 0 for one that takes the place of a cut.
 
-    Each run of moves with one tool in one frame is looked at by itself. After a cut has reached the spindle axis all in
-    front of it is free. Behind it a rapid move must not go deeper, at any z, than the cuts before it; where none was
-    made yet, not deeper than any cut ever made. A single rapid move between two cuts, where no other move cuts, takes
-    the place of a cut, unless it leads straight outwards. Runs that bore or drill (their rapid moves are mostly nearer to the axis than their cuts), mill
-    (Y moves), or never reach the axis are left alone.
+    Each run of moves with one tool in one frame is looked at by itself. A single rapid move between two cuts, where no
+    other move cuts, takes the place of a cut, unless it leads straight outwards or back along the cut before it. After
+    a cut has reached the spindle axis all in front of it is free; behind it a rapid move must not go deeper, at any z,
+    than the cuts before it, or, where none was made yet, than any cut ever made. Runs that bore (their cuts retract
+    towards the axis) are not judged by depth, runs that mill (Y moves) not at all.
     """
     for run in _runs(path):
         feed = run[path.motion[run] != Motion.RAPID]
-        if len(feed) == len(run) or not len(feed) or np.ptp(path.end_mm[run, _Y]) > 0 or not _reaches_axis(path, feed):
-            continue
-        yield from _of_run(path, run, feed)
+        if 0 < len(feed) < len(run) and not np.ptp(path.end_mm[run, _Y]) > 0:
+            yield from _of_run(path, run, feed)
 
 
 def _runs(path: ToolPath) -> list[Integers]:
@@ -41,17 +40,12 @@ def _runs(path: ToolPath) -> list[Integers]:
     return np.split(known, breaks)
 
 
-def _reaches_axis(path: ToolPath, feed: Integers) -> bool:
-    return bool(path.end_mm[feed, _X].min() <= CLEARANCE_MM)
-
-
 def _of_run(path: ToolPath, run: Integers, feed: Integers) -> Iterator[tuple[int, float]]:
     grid = _Grid(path, feed)
     final = grid.empty()
     for move in feed:
         grid.cut(final, _points(path, int(move)))
-    if _is_internal(path, run, grid, final):
-        return
+    external = not _is_internal(path, run, grid, final)
     so_far, front = grid.empty(), np.inf
     for position, move in enumerate(run.tolist()):
         points = _points(path, move)
@@ -60,8 +54,9 @@ def _of_run(path: ToolPath, run: Integers, feed: Integers) -> Iterator[tuple[int
             on_axis = points[points[:, 0] <= CLEARANCE_MM, 1]
             front = min(front, on_axis.min(initial=np.inf))
             continue
-        limit = np.where(np.isfinite(so_far), so_far, np.where(np.isfinite(final), final, -np.inf))
-        depth_mm = grid.depth(limit, points[points[:, 1] < front - CLEARANCE_MM]) if np.isfinite(front) else 0.0
+        limit = np.where(np.isfinite(so_far), so_far, final)
+        behind = points[points[:, 1] < front - CLEARANCE_MM]
+        depth_mm = grid.depth(limit, behind) if external and np.isfinite(front) else 0.0
         if depth_mm > CLEARANCE_MM:
             yield move, depth_mm
         elif _bridges(path, run, position) and not np.isfinite(grid.between(final, points)).any():
@@ -69,24 +64,29 @@ def _of_run(path: ToolPath, run: Integers, feed: Integers) -> Iterator[tuple[int
 
 
 def _bridges(path: ToolPath, run: Integers, position: int) -> bool:
-    """Whether the rapid move stands alone between two cuts of other blocks, and is no retract straight outwards."""
+    """Whether the rapid move stands alone between two cuts of other blocks and does not retract."""
     if not 0 < position < len(run) - 1:
-        return False
-    way = path.end_mm[run[position]] - path.start_mm[run[position]]
-    if way[_X] > 0 and abs(way[_Z]) <= CLEARANCE_MM:
         return False
     before, here, after = run[position - 1 : position + 2]
     cuts = path.motion[before] != Motion.RAPID and path.motion[after] != Motion.RAPID
-    return bool(cuts and path.block[before] < path.block[here] < path.block[after])
+    if not (cuts and path.block[before] < path.block[here] < path.block[after]):
+        return False
+    way, last = (path.end_mm[move] - path.start_mm[move] for move in (here, before))
+    outwards = way[_X] > 0 and abs(way[_Z]) <= CLEARANCE_MM
+    back = float(way @ last) < -0.999 * float(np.linalg.norm(way) * np.linalg.norm(last))
+    return not (outwards or back)
 
 
 def _is_internal(path: ToolPath, run: Integers, grid: "_Grid", final: Array) -> bool:
-    """Whether the rapid moves run, for most of their way beside cuts, nearer to the axis than these."""
+    """Whether cuts retract towards the axis, and rapid moves beside cuts are for the most part nearer to the axis."""
     rapid = run[path.motion[run] == Motion.RAPID]
+    after_cut = run[1:][(path.motion[run[1:]] == Motion.RAPID) & (path.motion[run[:-1]] != Motion.RAPID)]
+    outwards = np.sign(np.round(path.end_mm[after_cut, _X] - path.start_mm[after_cut, _X], 6)).sum()
     points = np.concatenate([_points(path, int(move)) for move in rapid])
     limit = final[grid.cell(points[:, 1])]
     beside = np.isfinite(limit)
-    return bool((points[beside, 0] < limit[beside] - CLEARANCE_MM).sum() > 0.5 * beside.sum())
+    nearer = points[beside, 0] < limit[beside] - CLEARANCE_MM
+    return bool(outwards < 0 and nearer.sum() > 0.5 * beside.sum())
 
 
 def _points(path: ToolPath, move: int) -> Array:
@@ -98,7 +98,8 @@ def _points(path: ToolPath, move: int) -> Array:
         return straight
     centre = path.centre_mm[move, [_X, _Z]]
     angle = np.arctan2(start[0] - centre[0], start[1] - centre[1]) - share[:, 0] * path.sweep_rad[move]
-    return centre + np.hypot(*(start - centre)) * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    curved: Array = centre + np.hypot(*(start - centre)) * np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    return curved
 
 
 class _Grid:

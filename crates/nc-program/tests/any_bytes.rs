@@ -1,0 +1,182 @@
+//! Whatever the bytes: nothing panics, nothing is lost, spans are in order.
+
+use nc_program::{dialect::DIALECTS, lint, offset_statements, parameters_used, run, Dialect, Options, Program};
+use proptest::prelude::*;
+
+/// Bytes that come near to programs: pieces of every kind, in any order.
+fn near_programs() -> impl Strategy<Value = Vec<u8>> {
+    let pieces = prop::sample::select(vec![
+        "G1",
+        "g02",
+        "G81",
+        "G92",
+        "G54",
+        "G10 L2 P2",
+        "G53",
+        "G28",
+        "G43.1",
+        "X",
+        "Z-1.5",
+        "X(",
+        ")",
+        "[",
+        "]",
+        "#",
+        "#<a>",
+        "#1=",
+        "##2",
+        "P46",
+        "P1=",
+        "P2=-1",
+        "(UPD, 1, TOV(X), 0.1)",
+        "!",
+        ";",
+        "(",
+        "/",
+        "%",
+        "\n",
+        "\r\n",
+        " ",
+        "\t",
+        "\0",
+        ",",
+        ".",
+        "+",
+        "-",
+        "*",
+        "**",
+        "=",
+        "1e9",
+        "99999999999999999999",
+        "I0.5",
+        "K-1",
+        "R2",
+        "R-3",
+        "F10",
+        "o1 sub\n",
+        "o1 endsub\n",
+        "o1 call [1]\n",
+        "o2 while [#1 LT 3]\n",
+        "o2 endwhile\n",
+        "o3 if [1]\n",
+        "o3 else\n",
+        "o3 endif\n",
+        "o2 break\n",
+        "o2 continue\n",
+        "o4 repeat [5]\n",
+        "o4 endrepeat\n",
+        "o5 do\n",
+        "o5 while [0]\n",
+        "o",
+        "SIN[",
+        "ATAN[1]/[2]",
+        "MOD",
+        "EXISTS[#<b>]",
+        "G7",
+        "G8",
+        "G90.1",
+        "G91",
+        "G17",
+        "G19",
+        "G20",
+        "M2",
+        "M70",
+        "M72",
+        "M73",
+        "\u{e9}",
+        "X#1",
+        "Z[#1+1]",
+        "T0101",
+        "S100",
+        "G96",
+        "N10",
+    ]);
+    prop::collection::vec(pieces, 0..60).prop_map(|pieces| pieces.concat().into_bytes())
+}
+
+fn everything(source: &[u8], dialect: &'static Dialect) -> Result<(), TestCaseError> {
+    let program = Program::read(source.to_vec(), dialect).unwrap();
+    prop_assert_eq!(program.source(), source);
+    spans_are_in_order(&program)?;
+    lint(&program);
+    parameters_used(&program);
+    offset_statements(&program);
+    for optional_blocks in [false, true] {
+        let options = Options { optional_blocks, block_limit: 2000, ..Options::default() };
+        let (path, findings) = run(&program, &options);
+        prop_assert!(findings.iter().all(|finding| finding.at <= source.len()));
+        for found in &path.moves {
+            prop_assert!((found.block as usize) < program.blocks().len());
+            prop_assert!((found.state as usize) < path.states.len());
+            prop_assert!(found.arc < path.arcs.len() as i32);
+            prop_assert!(found.column(&program) >= 1);
+            prop_assert!(found.words.iter().all(|word| *word < program.words().len() as i32));
+        }
+    }
+    Ok(())
+}
+
+fn spans_are_in_order(program: &Program) -> Result<(), TestCaseError> {
+    let mut at = 0;
+    for (index, block) in program.blocks().iter().enumerate() {
+        prop_assert!(block.start as usize == at && block.start <= block.end);
+        let mut from = block.start;
+        for word in program.words_of(index) {
+            prop_assert!(from <= word.start && word.start < word.end && word.end <= block.end);
+            prop_assert!((word.start as usize..=word.end as usize).contains(&program.value_start(word)));
+            prop_assert_eq!(program.block_at(word.start as usize), index);
+            from = word.end;
+        }
+        let line = &program.source()[at..];
+        at += line.iter().position(|byte| *byte == b'\n').map_or(line.len(), |found| found + 1);
+    }
+    prop_assert_eq!(at, program.source().len());
+    let words: usize = (0..program.blocks().len()).map(|block| program.words_of(block).len()).sum();
+    prop_assert_eq!(words, program.words().len());
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_bytes(source in prop::collection::vec(any::<u8>(), 0..400)) {
+        for dialect in DIALECTS {
+            everything(&source, dialect)?;
+        }
+    }
+
+    #[test]
+    fn nearly_programs(source in near_programs()) {
+        for dialect in DIALECTS {
+            everything(&source, dialect)?;
+        }
+    }
+}
+
+/// Each of these makes a careless reader look through the rest of its line from every word. A megabyte of it then takes
+/// minutes; the test ends at once or not at all.
+#[test]
+fn long_lines_take_linear_time() {
+    for piece in [
+        "X[ ", "X( ", "#<", "#< ", "()", "( ", "X#[ ", "P1=( ", "SIN[ ", "X 1 . ", "o[ ", "X1 X2 ", "##", "[[", "X-",
+        "?? ",
+    ] {
+        let source = piece.repeat(1_000_000 / piece.len());
+        for dialect in DIALECTS {
+            let program = Program::read(source.clone().into_bytes(), dialect).unwrap();
+            lint(&program);
+            parameters_used(&program);
+            run(&program, &Options::default());
+        }
+    }
+}
+
+#[test]
+fn deep_brackets_are_refused() {
+    let source = format!("G21 G0 X{}1{}", "[".repeat(100_000), "]".repeat(100_000));
+    let program = Program::read(source.into_bytes(), Dialect::named("linuxcnc").unwrap()).unwrap();
+    let (_, findings) = run(&program, &Options::default());
+    assert_eq!(findings.len(), 1);
+    assert_eq!(findings[0].code, "NC-EXPRESSION");
+}

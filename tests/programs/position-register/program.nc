@@ -1,0 +1,8 @@
+N0010 G70
+N0020 G00 X0 Z(P42)
+N0030 G92 X30.4 Z2.0 S3000 ! The tool stands still, its position gets another name
+N0040 G91
+N0050 G01 X-1.0 Z-1.0 F0.01
+N0060 G90
+N0070 G92 X0
+N0080 G01 Z0

@@ -1,0 +1,102 @@
+"""The tool path's columns: provenance, modal state, signs, and the CSV."""
+
+import csv
+import io
+import math
+
+import numpy as np
+import pytest
+
+from trueloop.geometry.feature import Arc
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import CSV_HEADER, CoordinateState, Motion, ToolPath, csv_rows
+
+PROGRAM = b"""N10 G70 G94 T0101 M03 S1200
+N20 G00 X2.0 Z0.1
+N30 G95 G96 S300 G01 Z-1.0 F0.01
+N40 G42 X3.0 Z-1.5
+N50 G71 X50.0 F0.2
+N60 G40 G02 X70.0 Z-48.1 R10.0
+"""
+
+
+@pytest.fixture
+def path() -> ToolPath:
+    return read_program(PROGRAM, "ge2000t").run()
+
+
+def test_each_coordinate_knows_the_word_that_set_it(path: ToolPath) -> None:
+    program = read_program(PROGRAM, "ge2000t")
+    texts = [[program.word(int(word)).text if word >= 0 else None for word in row] for row in path.word]
+    assert texts == [
+        ["X2.0", None, "Z0.1"],
+        [None, None, "Z-1.0"],
+        ["X3.0", None, "Z-1.5"],
+        ["X50.0", None, None],
+        ["X70.0", None, "Z-48.1"],
+    ]
+    assert path.line.tolist() == [2, 3, 4, 5, 6]
+    assert path.block.tolist() == [1, 2, 3, 4, 5]
+    assert path.column.tolist() == [9, 22, 9, 9, 13]
+
+
+def test_modal_state_of_each_move(path: ToolPath) -> None:
+    assert path.motion.tolist() == [Motion.RAPID, Motion.LINE, Motion.LINE, Motion.LINE, Motion.ARC]
+    assert path.rapid.tolist() == [True, False, False, False, False]
+    assert path.feed[1:].tolist() == pytest.approx([0.254, 0.254, 0.2, 0.2])
+    assert math.isnan(path.feed[0])
+    assert path.feed_mode.tolist() == [94, 95, 95, 95, 95]
+    assert path.spindle_mode.tolist() == [97, 96, 96, 96, 96]
+    assert path.spindle_speed.tolist() == [1200, 300, 300, 300, 300]
+    assert path.tool.tolist() == [101] * 5
+    assert path.compensation.tolist() == [40, 40, 42, 42, 40]
+    assert path.inch.tolist() == [True, True, True, False, False]
+    assert path.diameter.all() and not path.incremental.any()
+    assert set(path.plane.tolist()) == {18}
+    assert path.coordinate_state(0) == CoordinateState(inch=True, diameter=True)
+    assert path.coordinate_state(4) == CoordinateState(inch=False, diameter=True)
+
+
+def test_a_move_starts_where_the_one_before_ended(path: ToolPath) -> None:
+    np.testing.assert_array_equal(path.start_mm[1:], path.end_mm[:-1])
+    assert path.end_mm[:, [0, 2]].tolist() == pytest.approx(
+        np.array([[25.4, 2.54], [25.4, -25.4], [38.1, -38.1], [25.0, -38.1], [35.0, -48.1]])
+    )
+
+
+@pytest.mark.parametrize(("code", "sign"), [("G2", 1), ("G3", -1)])
+@pytest.mark.parametrize(("plane", "arc"), [("G17", "X2 Y0 I1 J0"), ("G18", "Z2 X0 K1 I0"), ("G19", "Y2 Z0 J1 K0")])
+def test_clockwise_is_positive_in_every_plane(plane: str, arc: str, code: str, sign: int) -> None:
+    """From (0, 0) to (2, 0) about (1, 0) in (first, second) axis: G02 goes over the positive second axis."""
+    path = read_program(f"G21 {plane} G1 X0 Y0 Z0 F1\n{code} {arc}\n".encode(), "linuxcnc").run()
+    assert path.sweep_rad[1] == pytest.approx(sign * math.pi)
+
+
+def test_the_sweep_in_g18_is_that_of_a_profile_arc() -> None:
+    """The convex dome of a part is cut by G02 from the cylinder to the axis; its points are those of the feature."""
+    path = read_program(b"G71 G00 X20. Z-10. \nG02 X0. Z0. I-10. K0. F1", "ge2000t").run()
+    start, end, centre = (tuple(p[1, [0, 2]].tolist()) for p in (path.start_mm, path.end_mm, path.centre_mm))
+    arc = Arc("dome", start, end, centre, float(path.sweep_rad[1]))
+    np.testing.assert_allclose(arc.point_mm(arc.length_mm), end, atol=1e-12)
+    np.testing.assert_allclose(arc.outward_normal(0.0), [1.0, 0.0], atol=1e-12)
+
+
+def test_csv() -> None:
+    path = read_program(PROGRAM, "ge2000t").run()
+    text = io.StringIO()
+    csv.writer(text).writerows([CSV_HEADER, *csv_rows(path)])
+    rows = list(csv.DictReader(text.getvalue().splitlines()))
+    assert [row["motion"] for row in rows] == ["rapid", "line", "line", "line", "arc"]
+    assert rows[0]["feed"] == "" and rows[1]["feed"] == "0.254" and rows[1]["feed_unit"] == "mm/rev"
+    assert rows[1]["sweep_rad"] == "" and rows[1]["centre_x_mm"] == ""
+    assert (rows[4]["x_mm"], rows[4]["z_mm"], rows[4]["start_x_mm"]) == ("35", "-48.1", "25")
+    for name, column in (("x_mm", path.end_mm[:, 0]), ("z_mm", path.end_mm[:, 2])):
+        assert [float(row[name]) for row in rows] == pytest.approx(column.tolist(), abs=1e-9)
+    assert float(rows[4]["sweep_rad"]) == pytest.approx(path.sweep_rad[4], abs=1e-12)
+
+
+def test_a_program_without_moves() -> None:
+    path = read_program(b"", "ge2000t").run()
+    assert len(path) == 0
+    assert list(csv_rows(path)) == []
+    assert path.feed.shape == (0,)
