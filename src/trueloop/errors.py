@@ -111,6 +111,7 @@ class Code(StrEnum):
     MCH_FILE = "MCH-FILE"  # data that cannot be read
     MCH_UNIT = "MCH-UNIT"  # units unknown, missing or mixed
     MCH_PROGRAM = "MCH-PROGRAM"  # a program that cannot be corrected by a machine model
+    MCH_SHAPE = "MCH-SHAPE"  # inspections of different points
     MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
     # SIM: the simulator

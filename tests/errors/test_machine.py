@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.positioning_data import read_positioning
 from trueloop.machine.identify import identify
-from trueloop.machine.model import Machine, State
+from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.names import error_name
 from trueloop.machine.observations import Observations
 from trueloop.machine.planar_field import QuadrupoleField
@@ -31,6 +32,13 @@ def _readings(positions: dict[str, np.ndarray], **signals: np.ndarray) -> Observ
     n = len(state.positions)
     along = np.tile([1.0, 0.0, 0.0], (n, 1))
     return Observations(state, along, np.sin(np.arange(n)), np.zeros(n, bool), np.full(n, np.nan), ("1",) * n)
+
+
+def _two_normals_for_three_points() -> object:
+    points = np.zeros((3, 3))
+    seen = Inspections(points, np.tile([1.0, 0.0, 0.0], (2, 1)), points, points, 1e-3, 1e-3)
+    model = MachineModel(MILL, (EXX,), np.zeros(3), np.zeros((3, 3)))
+    return error_components(model, seen, State(points), State(points), compensated=True)
 
 
 def _positioning(text: str) -> object:
@@ -61,6 +69,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     ),
     Code.MCH_OUTLIER: _outlier,
     Code.MCH_PROGRAM: lambda: displace_points(read_program(b"G91\nX1. Y1.\n", "linuxcnc"), QuadrupoleField(1e-5, 0.0)),
+    Code.MCH_SHAPE: _two_normals_for_three_points,
     Code.MCH_FILE: lambda: read_positioning(Path("no-such-file-1.csv")),
     Code.MCH_UNIT: lambda: _positioning("target_ft,approach,cycle,actual_ft\n0,up,1,0\n"),
 }

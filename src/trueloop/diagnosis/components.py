@@ -1,0 +1,157 @@
+"""The components of the error at gauging points [6876 §3], scalars along the nominal outward normal, in mm.
+
+With E the machine's error at cutting (c) and probing (p) temperatures and a the COMP_MTG that was applied:
+
+    detected surface    s = E_c + a + COMP_PROC + ERROR_PROC      (from the nominal surface; what a CMM finds)
+    controller at touch r = s − E_p                               (the machine stands elsewhere than it says)
+
+so that on-machine inspection gives ERROR_PROC,RESID = r − COMP_MTG(T_p) + (COMP_MTG(T_c) − a). With compensation in
+force, a = COMP_MTG(T_c), that is COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_p) of [6876 §3.3]. Without it and at
+equal temperatures the machine's error cancels, as [6876 §3.2] says. (The report's glossary adds COMP_MTG where its
+equation subtracts; a simulated probing shows that the equation is right.)
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.model import MachineModel, State, design
+
+
+@dataclass(frozen=True)
+class Inspections:
+    """One finished part, inspected on the machine and on a CMM, at n gauging points; all (n, 3) in part coordinates.
+
+    `controller_mm` is what the control reported for the point of contact, before any adjustment. `normal` points out of
+    the material. `touch_u_mm` and `cmm_u_mm` are standard uncertainties of one point. `comp_proc_mm` (n,) is the
+    process correction that was applied, along the normal; 0 without.
+    """
+
+    nominal_mm: Array
+    normal: Array
+    controller_mm: Array
+    cmm_mm: Array
+    touch_u_mm: float
+    cmm_u_mm: float
+    comp_proc_mm: Array | float = 0.0
+
+
+@dataclass(frozen=True)
+class Components:
+    """Every quantity of the glossary of [6876] at n gauging points, (n,), mm along the normal.
+
+    `u_*` are standard uncertainties. Surfaces are places along the normal, counted from NOMINALSURFACE_CMM.
+    """
+
+    comp_mtg_cutting: Array
+    comp_mtg_probing: Array
+    comp_mtg_applied: Array
+    comp_proc: Array
+    error_pp: Array
+    error_proc: Array
+    error_proc_resid: Array
+    error_mtg: Array
+    error_mtg_resid: Array
+    u_error_pp: Array
+    u_error_proc: Array
+    u_error_mtg: Array
+
+    @property
+    def detected_surface(self) -> Array:
+        """COMPENSATEDSURFACE_DETECTED, or UNCOMPENSATEDSURFACE_DETECTED when nothing was compensated."""
+        return self.error_pp
+
+    @property
+    def nominal_surface_mt(self) -> Array:
+        """NOMINALSURFACE_MT, inferred from on-machine inspection: off by what the machine model left."""
+        return self.error_mtg_resid
+
+    @property
+    def uncompensated_nominal_surface_mt(self) -> Array:
+        """UNCOMPENSATEDNOMINALSURFACE_MT,HYPOTHETICAL: where it would lie without COMP_MTG."""
+        return self.error_mtg
+
+    @property
+    def gt_compensated_surface(self) -> Array:
+        """GTCOMPENSATEDSURFACE: the part cut with the machine's errors compensated, the process' not."""
+        return self.error_pp - self.comp_proc
+
+    @property
+    def uncompensated_surface(self) -> Array:
+        """UNCOMPENSATEDSURFACE_HYPOTHETICAL: the part cut without any compensation."""
+        return self.error_pp - self.comp_proc - self.comp_mtg_applied
+
+    @property
+    def uncompensated_error(self) -> Array:
+        """UNCOMPENSATEDERROR_HYPOTHETICAL = ERROR_MTG + ERROR_PROC."""
+        return self.error_mtg + self.error_proc
+
+
+def coords_actual_mm(model: MachineModel, controller_mm: Array, probing: State) -> Array:
+    """COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_probing, COORDS_CONTROLLER) [6876 §3.3], (n, 3)."""
+    actual: Array = controller_mm - model.comp_mtg_mm(probing)
+    return actual
+
+
+def error_components(
+    model: MachineModel, seen: Inspections, cutting: State, probing: State, *, compensated: bool
+) -> Components:
+    """Takes the error at each gauging point apart.
+
+    `cutting` and `probing` hold axis positions, tool and probe lengths and temperatures (T_CUTTING, T_PROBING) at each
+    point. `compensated` says whether COMP_MTG(T_CUTTING) of this model was in force during cutting. The uncertainty of
+    the process error contains how differently the model may err at the two temperatures [6876 footnote 6]; the
+    machine's contains that and the CMM's. A part coordinate system discrepancy must have been taken out of `cmm_mm`
+    (`part_frame.py`). Raises MCH-SHAPE when arrays do not belong together.
+    """
+    _check(seen, cutting, probing)
+    comp_cutting, comp_probing = (_along(seen.normal, model.comp_mtg_mm(state)) for state in (cutting, probing))
+    applied = comp_cutting if compensated else np.zeros_like(comp_cutting)
+    comp_proc = np.broadcast_to(np.asarray(seen.comp_proc_mm, dtype=np.float64), applied.shape)
+    reported = _along(seen.normal, seen.controller_mm - seen.nominal_mm)
+    error_proc_resid = reported - comp_probing + (comp_cutting - applied)
+    error_pp = _along(seen.normal, seen.cmm_mm - seen.nominal_mm)
+    error_mtg_resid = error_pp - error_proc_resid
+    u_proc = np.sqrt(seen.touch_u_mm**2 + _difference_variance(model, seen.normal, cutting, probing))
+    u_pp = np.full_like(u_proc, seen.cmm_u_mm)
+    return Components(
+        comp_mtg_cutting=comp_cutting,
+        comp_mtg_probing=comp_probing,
+        comp_mtg_applied=applied,
+        comp_proc=comp_proc,
+        error_pp=error_pp,
+        error_proc=error_proc_resid - comp_proc,
+        error_proc_resid=error_proc_resid,
+        error_mtg=error_mtg_resid - applied,
+        error_mtg_resid=error_mtg_resid,
+        u_error_pp=u_pp,
+        u_error_proc=u_proc,
+        u_error_mtg=np.hypot(u_proc, u_pp),
+    )
+
+
+def _along(normal: Array, vectors: Array) -> Array:
+    along: Array = np.einsum("ni,ni->n", normal, vectors)
+    return along
+
+
+def _difference_variance(model: MachineModel, normal: Array, cutting: State, probing: State) -> Array:
+    """Variance of the model's error at cutting minus that at probing: 0 where both are the same."""
+    chain = model.machine.chain
+    rows = design(chain, model.terms, cutting) - design(chain, model.terms, probing)
+    along = np.einsum("ni,nij->nj", normal, rows)
+    variance: Array = np.einsum("nj,jk,nk->n", along, model.covariance, along)
+    return np.maximum(variance, 0.0)
+
+
+def _check(seen: Inspections, cutting: State, probing: State) -> None:
+    counts = [len(a) for a in (seen.nominal_mm, seen.normal, seen.controller_mm, seen.cmm_mm)]
+    counts += [len(cutting.positions), len(probing.positions)]
+    if len(set(counts)) != 1 or not np.allclose(np.linalg.norm(seen.normal, axis=1), 1.0, atol=1e-6):
+        raise TrueloopError(
+            Code.MCH_SHAPE,
+            f"gauging points, normals, touches, CMM points, cutting and probing positions number {counts}",
+            hint="give each point once in each, in the same order, with normals of length 1",
+        )
