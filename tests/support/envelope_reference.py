@@ -4,6 +4,7 @@ A convex nose swept along a segment is the set of points q with q·m ≤ h(m) + 
 enters that set where the last of these half planes takes it in.
 """
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -24,7 +25,7 @@ def entries(
     found = []
     for origin, direction in zip(*rays, strict=True):
         best = reach
-        for a, b in zip(nodes, nodes[1:], strict=False):
+        for a, b in itertools.pairwise(nodes):
             m, h = _half_planes(b - a, radius_over_angle)
             limit = h + np.maximum(m @ a, m @ b) - m @ origin
             speed = m @ direction

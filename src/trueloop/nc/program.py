@@ -78,6 +78,10 @@ class Program:
     file: str | None
     core: NcProgram = field(repr=False, compare=False)
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """Copies are read anew from the source: another process has its own core."""
+        return read_program, (self.source, self.dialect.name, self.file)
+
     @property
     def block_count(self) -> int:
         """Number of blocks: block i is line i + 1."""
@@ -179,14 +183,14 @@ def _raise_first(findings: tuple[Finding, ...]) -> None:
 
 
 def read_program(source: bytes, dialect: str, file: str | None = None) -> Program:
-    """Reads a program: any bytes can be read. Raises NC-DIALECT (no such dialect), NC-LIMIT (4 GiB or more)."""
+    """Reads a program: any bytes can be read. Raises NC-DIALECT (no such dialect), NC-LIMIT (2 GiB or more)."""
     known = dialect_named(dialect)
     try:
         core = NcProgram(source, dialect)
     except OverflowError:
         raise TrueloopError(
             Code.NC_LIMIT,
-            f"a program of {len(source)} bytes is too large: 4294967295 is the most",
+            f"a program of {len(source)} bytes is too large: 2147483647 is the most",
             hint="split the program",
             place=Place(file),
         ) from None

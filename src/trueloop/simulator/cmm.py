@@ -30,8 +30,8 @@ class VirtualCmm:
         moved = moved + tilt * np.column_stack([points_mm[:, 1], -points_mm[:, 0]])
         most = self.mpe_mm + self.mpe_per_mm * np.hypot(*points_mm.T)
         found: Array = stock.height_mm(points_mm, normal) + np.einsum("ij,ij->i", moved, normal)
-        return found + most * (2.0 * rng.random(len(points_mm)) - 1.0)
-
+        found += most * (2.0 * rng.random(len(points_mm)) - 1.0)
+        return found
 
     @property
     def standard_u_mm(self) -> float:

@@ -46,8 +46,9 @@ class VirtualMachine:
         self, path: CentrePath, stock: Stock, cut_mm: Array, rng: np.random.Generator, temperature_c: float
     ) -> Array:
         at = self.backlash.follow(path.centre_mm)
-        at = at + self.error.error_mm(at, temperature_c) + np.asarray(self.tool_offset_mm)
+        at += self.error.error_mm(at, temperature_c) + np.asarray(self.tool_offset_mm)
         if not self.deflection.rigid and stock.sweeps:
             below = self.nose.radius_mm + self.nose.wear_at_mm(contact_angle_rad(path.normal))
-            at = at + self.deflection.displacement_mm(path, at - below[:, None] * path.normal, stock)
-        return at + self.repeatability.displacement_mm(path, cut_mm, rng)
+            at += self.deflection.displacement_mm(path, at - below[:, None] * path.normal, stock)
+        at += self.repeatability.displacement_mm(path, cut_mm, rng)
+        return at

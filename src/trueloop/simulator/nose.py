@@ -38,7 +38,7 @@ class Nose:
         return self.wear_angle_rad[0] if self.wear_angle_rad else 0.0
 
     def wear_at_mm(self, contact_angle_rad: Array) -> Array:
-        """w at contact angles of any shape."""
+        """W at contact angles of any shape."""
         if not len(self.pieces):
             return np.zeros_like(contact_angle_rad)
         at = np.clip((contact_angle_rad - self.first_rad) / STEP_RAD, 0.0, len(self.pieces) - 1e-12)

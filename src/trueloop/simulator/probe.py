@@ -58,7 +58,9 @@ class VirtualProbe:
         reported: Array = points_mm + (contact - late)[:, None] * normal + scatter
         return reported
 
-    def touch_sphere(self, centre_mm: tuple[float, float], radius_mm: float, angle_rad: Array, rng: np.random.Generator) -> Array:
+    def touch_sphere(
+        self, centre_mm: tuple[float, float], radius_mm: float, angle_rad: Array, rng: np.random.Generator
+    ) -> Array:
         """Reported ball centres on a calibration sphere (or ring gauge from inside: negative radius), (n, 2)."""
         outward = np.column_stack([np.sin(angle_rad), np.cos(angle_rad)])
         normal = math.copysign(1.0, radius_mm) * outward

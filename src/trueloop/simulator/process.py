@@ -33,7 +33,10 @@ class Repeatability:
         """One cut's displacement of the nose centre, (n, 2); `cut_mm` (2,) is what moves the whole cut."""
         moved: Array = np.broadcast_to(cut_mm, path.centre_mm.shape)
         if self.along_mm > 0.0:
-            moved = moved + self.along_mm * _gaussian_process(path.along_mm, self.correlation_mm, rng)[:, None] * path.normal
+            moved = (
+                moved
+                + self.along_mm * _gaussian_process(path.along_mm, self.correlation_mm, rng)[:, None] * path.normal
+            )
         return moved
 
     def draw_cut_mm(self, rng: np.random.Generator) -> Array:

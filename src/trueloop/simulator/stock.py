@@ -11,7 +11,7 @@ from trueloop.geometry.feature import Array
 from trueloop.simulator.nose import STEP_RAD, Nose
 
 REACH_MM: Final = 1.0
-"""How far from a nominal point the surface is looked for, either way: less than a wall is thick, more than any error."""
+"""How far from a nominal point the surface is looked for, either way: less than a wall, more than any error."""
 
 
 def sweep(centre_mm: Array, nose: Nose) -> NoseSweep:

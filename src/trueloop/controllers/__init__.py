@@ -1,0 +1,1 @@
+"""What is special to a control: probing programs and what they write, and LinuxCNC run for real."""

@@ -1,0 +1,115 @@
+"""Runs inside LinuxCNC as its display program, under Debian's Python: switches the machine on and runs programs.
+
+Called without arguments in the configuration's folder. Reads `order.json`, {"program", "feed_override", "sample"}, and
+writes `answer.json`, {"error": message or null, "line"}, and with "sample" the positions of every servo period to
+`positions.txt`. Progress goes to `progress.txt`, a line of position every tenth of a second.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import linuxcnc
+
+ERRORS = (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)
+
+
+class Operator:
+    """LinuxCNC's command, status and error channels."""
+
+    def __init__(self) -> None:
+        self.status, self.command, self.channel = linuxcnc.stat(), linuxcnc.command(), linuxcnc.error_channel()
+        self.error: str | None = None
+        self.until(lambda: True, 10)
+
+    def until(self, reached: Callable[[], bool], timeout_s: float) -> None:
+        """Polls until something holds."""
+        end = time.monotonic() + timeout_s
+        while True:
+            try:
+                self.status.poll()
+                said = self.channel.poll()
+                if said and said[0] in ERRORS and self.error is None:
+                    self.error = said[1]
+                if reached():
+                    return
+            except linuxcnc.error:
+                pass  # the status buffer comes up a moment after the display program
+            if time.monotonic() > end:
+                raise TimeoutError(f"nothing happened within {timeout_s} s")
+            time.sleep(0.002)
+
+    def switch_on(self) -> None:
+        """Out of the emergency stop, on, and homed where it stands."""
+        self.command.state(linuxcnc.STATE_ESTOP_RESET)
+        self.until(lambda: self.status.task_state == linuxcnc.STATE_ESTOP_RESET, 10)
+        self.command.state(linuxcnc.STATE_ON)
+        self.until(lambda: self.status.task_state == linuxcnc.STATE_ON, 10)
+        self.command.mode(linuxcnc.MODE_MANUAL)
+        self.command.wait_complete()
+        self.command.teleop_enable(0)
+        self.command.wait_complete()
+        self.command.home(-1)
+        self.until(lambda: all(self.status.homed[: self.status.joints]), 20)
+
+    def run(self, program: Path, feed_override: float, timeout_s: float) -> "int | None":
+        """Runs a program to its end or its first error; the line it was at then."""
+        self.command.mode(linuxcnc.MODE_AUTO)
+        self.command.wait_complete()
+        self.command.feedrate(feed_override)
+        self.command.program_open(str(program.resolve()))
+        self.command.wait_complete()
+        self.command.auto(linuxcnc.AUTO_RUN, 0)
+        line = None
+        with Path("progress.txt").open("w", buffering=1) as progress:
+            started, next_report = time.monotonic(), 0.0
+
+            def ended() -> bool:
+                nonlocal line, next_report
+                idle = self.status.interp_state == linuxcnc.INTERP_IDLE
+                if not idle or self.error:
+                    line = self.status.motion_line or self.status.current_line or line
+                now = time.monotonic()
+                if now >= next_report:
+                    x, z = self.status.actual_position[0], self.status.actual_position[2]
+                    print(f"{self.status.motion_line} {x:.3f} {z:.3f}", file=progress)
+                    next_report = now + 0.1
+                done = idle and self.status.exec_state == linuxcnc.EXEC_DONE and now - started > 0.3
+                return done or self.error is not None
+
+            self.until(ended, timeout_s)
+        return line
+
+
+def main() -> int:
+    """Carries out the order; 0 when the program ran to its end."""
+    order = json.loads(Path("order.json").read_text())
+    answer: dict[str, object] = {"error": None, "line": None}
+    operator = Operator()
+    sampler = None
+    try:
+        operator.switch_on()
+        if order["sample"]:
+            sampler = subprocess.Popen(["halsampler", "positions.txt"])
+            subprocess.run(["halcmd", "setp", "sampler.0.enable", "1"], check=True)
+        answer["line"] = operator.run(Path(order["program"]), order["feed_override"], order["timeout_s"])
+        answer["error"] = operator.error
+        if sampler:
+            subprocess.run(["halcmd", "setp", "sampler.0.enable", "0"], check=True)
+            time.sleep(0.2)
+            answer["overruns"] = int(subprocess.check_output(["halcmd", "getp", "sampler.0.overruns"]))
+    except TimeoutError as late:
+        answer["error"] = operator.error or str(late)
+    finally:
+        if sampler:
+            sampler.terminate()
+            sampler.wait()
+        Path("answer.json").write_text(json.dumps(answer))
+    return 1 if answer["error"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,171 @@
+"""One program on one LinuxCNC: started headless in namespaces of its own, run, stopped."""
+
+import json
+import os
+import re
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from trueloop.controllers.linuxcnc.component import require_linuxcnc, source, virtual_part
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.feature import Array
+
+TIMEOUT_S: Final = 600.0
+POLL_S: Final = 0.1
+PARAMETERS: Final = [*range(5161, 5170), *range(5181, 5190), *range(5210, 5391)]
+
+Progress = Callable[[int, float, float], None]
+"""Called with line, x and z while a program runs."""
+
+
+@dataclass(frozen=True)
+class ProbedPart:
+    """What the probe meets: the surface (n, 2), material on its right, and the probe's own errors; mm and rad."""
+
+    surface_mm: Array
+    ball_radius_mm: float
+    pre_travel_mm: float = 0.0
+    lobing_mm: float = 0.0
+    lobes: int = 3
+    lobing_phase_rad: float = 0.0
+
+    def to_bytes(self) -> bytes:
+        """As the component reads it."""
+        head = [len(self.surface_mm), self.ball_radius_mm, self.pre_travel_mm, self.lobing_mm, self.lobes]
+        return np.concatenate([[*head, self.lobing_phase_rad], np.ravel(self.surface_mm)]).astype(np.float64).tobytes()
+
+
+def cut(program: bytes, feed_override: float = 1.0, progress: Progress | None = None) -> Array:
+    """Runs a program and gives where the axes were in every servo period, (n, 2), x a radius, mm.
+
+    Raises CTL-LINUXCNC where LinuxCNC is missing, CTL-PROGRAM where it stops the program with an error.
+    """
+    with _session(program, feed_override, source("sample.hal"), sample=True) as folder:
+        _run(folder, progress)
+        return np.loadtxt(folder / "config" / "positions.txt", ndmin=2)
+
+
+def probe(program: bytes, part: ProbedPart, log_name: str, progress: Progress | None = None) -> str:
+    """Runs a probing program against a part and gives what it wrote to `log_name`. Raises as `cut` does."""
+    with _session(program, 1.0, source("probe.hal"), sample=False) as folder:
+        (folder / "config" / "surface.bin").write_bytes(part.to_bytes())
+        (folder / "modules" / "virtual_part.so").write_bytes(virtual_part())
+        _run(folder, progress)
+        log = folder / "config" / log_name
+        return log.read_text() if log.exists() else ""
+
+
+@contextmanager
+def _session(program: bytes, feed_override: float, extra_hal: str, *, sample: bool) -> Iterator[Path]:
+    """A folder that holds a whole configuration."""
+    require_linuxcnc()
+    with tempfile.TemporaryDirectory(prefix="trueloop-linuxcnc-", ignore_cleanup_errors=True) as name:
+        folder, config = Path(name), Path(name, "config")
+        folder.chmod(0o755)
+        for made in ("config", "modules", "home"):
+            (folder / made).mkdir()
+        (folder / "home").chmod(0o1777)
+        for file in ("machine.ini", "machine.hal", "run_program.py"):
+            (config / file).write_text(source(file))
+        (config / "display").write_text("#!/bin/sh\nexec /usr/bin/python3 run_program.py\n")
+        (config / "display").chmod(0o755)
+        (config / "extra.hal").write_text(extra_hal)
+        (config / "tool.tbl").write_text("".join(f"T{k} P{k} X0 Z0\n" for k in range(1, 33)))
+        (config / "machine.var").write_text("".join(f"{k}\t{float(k == 5220):.6f}\n" for k in PARAMETERS))
+        (config / "program.ngc").write_bytes(program)
+        order = {
+            "program": "program.ngc",
+            "feed_override": feed_override,
+            "sample": sample,
+            "timeout_s": TIMEOUT_S,
+        }
+        (config / "order.json").write_text(json.dumps(order))
+        yield folder
+
+
+def _run(folder: Path, progress: Progress | None) -> None:
+    """Starts LinuxCNC and waits for its end; ends it with everything it started when this process is interrupted."""
+    environment = os.environ | {
+        "HOME": str(folder / "home"),
+        "RTAPI_UID": "65534",
+        "RTAPI_FIFO_PATH": str(folder / "home" / "rtapi_fifo"),
+    }
+    environment.pop("DISPLAY", None)
+    (folder / "session.sh").write_text(source("session.sh"))
+    with (folder / "linuxcnc.log").open("wb") as log:
+        process = subprocess.Popen(
+            [*_namespaces(), "bash", str(folder / "session.sh"), str(folder)],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )
+        try:
+            _wait(process, folder / "config" / "progress.txt", progress)
+        finally:
+            process.kill()
+            process.wait()
+    _require_success(folder)
+
+
+def _namespaces() -> Sequence[str]:
+    mapped = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
+    return [*("unshare", "--net", "--ipc", "--pid", "--fork", "--mount", "--mount-proc", "--kill-child"), *mapped]
+
+
+def _wait(process: "subprocess.Popen[bytes]", file: Path, progress: Progress | None) -> None:
+    while True:
+        try:
+            process.wait(POLL_S)
+            return
+        except subprocess.TimeoutExpired:
+            if progress is not None and file.exists():
+                _report(file, progress)
+
+
+def _report(file: Path, progress: Progress) -> None:
+    lines = file.read_text().splitlines()
+    words = lines[-1].split() if lines else []
+    if len(words) == 3:
+        progress(int(words[0]), float(words[1]), float(words[2]))
+
+
+def _require_success(folder: Path) -> None:
+    answer_file = folder / "config" / "answer.json"
+    if not answer_file.exists():
+        said = (folder / "linuxcnc.log").read_text(errors="replace").strip().splitlines()
+        telling = [line for line in said if re.search("error|fail|denied|not permitted", line, re.IGNORECASE)]
+        raise TrueloopError(
+            Code.CTL_LINUXCNC,
+            f"LinuxCNC did not come up; it said: {' / '.join((telling or said)[:3])!r}",
+            hint="it needs the right to make namespaces and to mount: run as root, or allow it to a container",
+        )
+    answer: dict[str, Any] = json.loads(answer_file.read_text())
+    if answer["error"] is not None:
+        raise _stopped(folder, answer)
+    if answer.get("overruns"):
+        raise TrueloopError(
+            Code.CTL_LINUXCNC,
+            f"{answer['overruns']} servo periods were not recorded",
+            hint="the computer is too busy: run it again with less beside it",
+        )
+
+
+def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
+    """LinuxCNC's own message, and the block it was at."""
+    lines = (folder / "config" / "program.ngc").read_text(errors="replace").splitlines()
+    line = answer["line"]
+    block = lines[line - 1].strip() if line and 0 < line <= len(lines) else ""
+    return TrueloopError(
+        Code.CTL_PROGRAM,
+        f"LinuxCNC stopped: {str(answer['error']).strip()!r}, at block {block!r}",
+        hint="the block is that of the program that was sent; `trueloop nc check` looks at it without running it",
+        place=Place(line=line),
+    )

@@ -1,0 +1,208 @@
+"""The process-intermittent loop on the virtual machine: semi-finish, probe, compensate, finish, measure.
+
+The simulator knows the truth; the loop under trial sees only what the control reports. Truth and estimate stand side by
+side in the result.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.compensation.prediction import rms
+from trueloop.gauging.calibration import BallCalibration, calibrate
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.gauging.touch import Touch
+from trueloop.gauging.touches import Gauging, error_vectors
+from trueloop.geometry.feature import Array
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.loops.process_intermittent import Correction, Inputs, compensate
+from trueloop.nc.program import Program, read_program
+from trueloop.nc.tool_path import ToolPath
+from trueloop.simulator.machine import VirtualMachine
+from trueloop.simulator.path import CentrePath, path_along, paths_of_program
+from trueloop.simulator.presets import Workshop
+from trueloop.simulator.stock import Stock
+
+SPHERE_RADIUS_MM: Final = 12.5
+SPHERE_CENTRE_MM: Final = (120.0, 0.0)
+CALIBRATED_RAD: Final = (math.radians(-30.0), math.radians(130.0))
+DIRECTIONS: Final = 33
+REPEATS: Final = 5
+
+
+@dataclass(frozen=True)
+class SimulatedPart:
+    """One part that went through the loop; arrays of shape (n,), part errors in mm, positive = material left on.
+
+    `semifinish_truth_mm` and `finish_truth_mm` are the true errors at the gauging points, the first over the
+    semi-finish contour; `touches` what the loop saw; `cmm_mm` what the measuring machine says of the finished part.
+    """
+
+    correction: Correction
+    touches: ErrorVectors
+    semifinish_truth_mm: Array
+    finish_truth_mm: Array
+    cmm_mm: Array
+    finished: Stock
+
+    @property
+    def predicted_mm(self) -> Array:
+        """What the loop said the finish cut would leave."""
+        return self.correction.prediction.after_mm
+
+    @property
+    def residual_rms_mm(self) -> float:
+        """RMS of the true residual."""
+        return rms(self.finish_truth_mm)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A job ready to be simulated: what the loop will be given, but for the touches, which are made anew.
+
+    `inputs.touches` says where to touch. `rough`, `semifinish` and `finish` are the commanded paths
+    of the nose centre.
+    """
+
+    inputs: Inputs
+    z_reference: str | None
+    rough: tuple[CentrePath, ...]
+    semifinish: tuple[CentrePath, ...]
+    finish: tuple[CentrePath, ...]
+
+
+def trial_of(inputs: Inputs, z_reference: str | None = None) -> Trial:
+    """Runs the job's programs once: every part of a study is cut along the same commanded paths.
+
+    The rough cut leaves one more allowance than the semi-finish cut. Without a semi-finish program
+    the semi-finish path is that of the profile itself, the allowance off.
+    """
+    profile, nose_mm, allowance_mm = inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm
+    rough = path_along(nose_centre_path(profile, nose_mm + 2 * allowance_mm).features)
+    semifinish = (
+        paths_of_program(_run(inputs, inputs.semifinish))
+        if inputs.semifinish is not None
+        else (path_along(nose_centre_path(profile, nose_mm + allowance_mm).features),)
+    )
+    return Trial(inputs, z_reference, (rough,), semifinish, paths_of_program(_run(inputs, inputs.program)))
+
+
+def simulate(trial: Trial, workshop: Workshop, seed: int = 0) -> SimulatedPart:
+    """One part through the whole loop. The same seed gives the same part, however it is corrected."""
+    semifinished, touches = semifinish_and_probe(trial, workshop, seed)
+    correction = compensate(replace(trial.inputs, touches=touches))
+    finished = finish(trial, workshop, correction, semifinished, seed)
+    return measured_part(trial, workshop, correction, touches, semifinished, finished, seed)
+
+
+def semifinish_and_probe(trial: Trial, workshop: Workshop, seed: int) -> tuple[Stock, ErrorVectors]:
+    """The semi-finished part and what the loop gets to see of it."""
+    rng, machine = _random(seed, 0), workshop.machine
+    semifinish_c, probing_c, _ = workshop.temperatures_c
+    roughed = machine.cut(Stock(), trial.rough, rng, semifinish_c)
+    semifinished = machine.cut(roughed, trial.semifinish, rng, semifinish_c)
+    return semifinished, probe_part(trial, workshop, semifinished, rng, probing_c)
+
+
+def finish(trial: Trial, workshop: Workshop, correction: Correction, semifinished: Stock, seed: int) -> Stock:
+    """The part cut with the corrected program, or with the given one and tool offsets where these are enough."""
+    machine = workshop.machine
+    if correction.decision.offset_is_enough:
+        machine = _offset(machine, correction.decision.offset_mm)
+    return finish_along(workshop, machine, corrected_paths(trial, correction), semifinished, seed)
+
+
+def finish_along(
+    workshop: Workshop, machine: VirtualMachine, paths: Sequence[CentrePath], semifinished: Stock, seed: int
+) -> Stock:
+    """The finish cut along any paths; its random errors depend on the seed alone."""
+    return machine.cut(semifinished, paths, _random(seed, 1), workshop.temperatures_c[2])
+
+
+def probe_part(
+    trial: Trial, workshop: Workshop, stock: Stock, rng: np.random.Generator, temperature_c: float
+) -> ErrorVectors:
+    """What the loop gets to see: the touches of a semi-finished part, by a probe that was calibrated just before."""
+    plan, allowance_mm = trial.inputs.touches, trial.inputs.allowance_mm
+    machine, probe = workshop.machine, workshop.probe
+    calibration = calibrated(workshop, rng)
+    at = plan.nominal_mm + allowance_mm * plan.outward_normal
+    reported = probe.touch(stock, at, plan.outward_normal, rng, machine.error, temperature_c)
+    reported = calibration.surface_points_mm(reported, plan.outward_normal)
+    names = trial.inputs.profile.names
+    touches = [
+        Touch(name, (float(x), float(z)), names[int(i)], measured_mm=(float(rx), float(rz)))
+        for name, (x, z), i, (rx, rz) in zip(plan.point, plan.nominal_mm, plan.feature_index, reported, strict=True)
+    ]
+    gauging = Gauging(
+        allowance_mm=allowance_mm,
+        range_x_mm=probe.range_x_mm,
+        range_z_mm=probe.range_z_mm,
+        z_reference=trial.z_reference,
+    )
+    return error_vectors(trial.inputs.profile, touches, gauging)
+
+
+def calibrated(workshop: Workshop, rng: np.random.Generator) -> BallCalibration:
+    """The probe after touching a calibration sphere, every direction five times."""
+    angles = np.repeat(np.linspace(*CALIBRATED_RAD, DIRECTIONS), REPEATS)
+    centres = workshop.probe.touch_sphere(SPHERE_CENTRE_MM, SPHERE_RADIUS_MM, angles, rng)
+    return calibrate(centres, SPHERE_RADIUS_MM, lobes=workshop.probe.lobes)
+
+
+def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, ...]:
+    """The commanded paths of the program that finishes the part: the corrected one, or the given one with an offset."""
+    if correction.decision.offset_is_enough:
+        return trial.finish
+    program = trial.inputs.program
+    return paths_of_program(_run(trial.inputs, read_program(correction.corrected_program, program.dialect.name)))
+
+
+def measured_part(
+    trial: Trial,
+    workshop: Workshop,
+    correction: Correction,
+    touches: ErrorVectors,
+    semifinished: Stock,
+    finished: Stock,
+    seed: int,
+) -> SimulatedPart:
+    """Truth and measurement of a part that has been finished."""
+    plan = trial.inputs.touches
+    before = true_errors_mm(trial, semifinished, trial.inputs.allowance_mm)
+    after = true_errors_mm(trial, finished)
+    cmm = workshop.cmm.measure(finished, plan.nominal_mm, plan.outward_normal, _random(seed, 2))
+    return SimulatedPart(correction, touches, before, after, _from_reference(trial, cmm), finished)
+
+
+def true_errors_mm(trial: Trial, stock: Stock, allowance_mm: float = 0.0) -> Array:
+    """True part errors at the gauging points, (n,), over what was to be left on."""
+    plan = trial.inputs.touches
+    at = plan.nominal_mm + allowance_mm * plan.outward_normal
+    return _from_reference(trial, stock.height_mm(at, plan.outward_normal))
+
+
+def _from_reference(trial: Trial, error_mm: Array) -> Array:
+    """Errors with the part's z taken from the reference point, where the job has one."""
+    if trial.z_reference is None:
+        return error_mm
+    k = trial.inputs.touches.point.index(trial.z_reference)
+    facing = trial.inputs.touches.outward_normal[:, 1]
+    relative: Array = error_mm - facing / facing[k] * error_mm[k]
+    return relative
+
+
+def _random(seed: int, stage: int) -> np.random.Generator:
+    return np.random.default_rng([seed, stage])
+
+
+def _offset(machine: VirtualMachine, offset_mm: tuple[float, float]) -> VirtualMachine:
+    x, z = machine.tool_offset_mm
+    return replace(machine, tool_offset_mm=(x + offset_mm[0], z + offset_mm[1]))
+
+
+def _run(inputs: Inputs, program: Program) -> ToolPath:
+    return program.run(inputs.parameters, skipped_blocks=inputs.execute_deleted_blocks)

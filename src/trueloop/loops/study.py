@@ -1,0 +1,129 @@
+"""Many simulated parts of one job: what the loop promises, held against what it does.
+
+Every part is cut with the same pattern of errors and its own random ones. Three ways of correcting are compared on the
+same parts: the loop as it is, the loop with tangent paths (`path`), and every touch taken out for itself with straight
+lines between (`raw`), which is what can be done without a model.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.compensation.contour import centre_pieces, shifted_contour
+from trueloop.compensation.prediction import rms
+from trueloop.compensation.shift import ZERO, Shift, sampled
+from trueloop.error_curve.coverage import student_t_factor
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.loops.process_intermittent import compensate
+from trueloop.loops.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
+from trueloop.simulator.path import CentrePath, path_of_positions
+from trueloop.simulator.presets import Workshop
+
+COVERAGE: Final = 0.95
+STEP_MM: Final = 0.02
+
+
+@dataclass(frozen=True)
+class StudyPart:
+    """True residuals of one part at its gauging points, (n,), mm, by way of correcting, and what was promised.
+
+    `half_band_mm` (n,) is the half width of the predicted 95 % band of the loop's own residual about zero.
+    """
+
+    loop_mm: Array
+    path_mm: Array
+    raw_mm: Array
+    uncorrected_mm: Array
+    half_band_mm: Array
+
+
+@dataclass(frozen=True)
+class Study:
+    """All parts of a study."""
+
+    parts: tuple[StudyPart, ...]
+
+    def rms_mm(self, way: str) -> float:
+        """RMS over all parts and points: `loop_mm`, `path_mm`, `raw_mm` or `uncorrected_mm`."""
+        return rms(np.concatenate([getattr(part, way) for part in self.parts]))
+
+    @property
+    def coverage(self) -> float:
+        """Share of true residuals inside the predicted 95 % band."""
+        inside = [np.abs(part.loop_mm) <= part.half_band_mm for part in self.parts]
+        return float(np.mean(np.concatenate(inside)))
+
+
+def study(
+    trial: Trial,
+    workshop: Workshop,
+    parts: int,
+    *,
+    first_seed: int = 0,
+    workers: int = 2,
+    progress: Callable[[int], None] = lambda done: None,
+) -> Study:
+    """Simulates `parts` parts on several processes; `progress` is told how many are done. Seeds count up."""
+    seeds = range(first_seed, first_seed + parts)
+    done: list[StudyPart] = []
+    with ProcessPoolExecutor(workers, initializer=_remember, initargs=(trial, workshop)) as pool:
+        for part in pool.map(_study_part, seeds, chunksize=max(1, min(8, parts // (2 * workers)))):
+            done.append(part)
+            progress(len(done))
+    return Study(tuple(done))
+
+
+def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
+    """One part, corrected in every way."""
+    semifinished, touches = semifinish_and_probe(trial, workshop, seed)
+    inputs = replace(trial.inputs, touches=touches)
+    loop = compensate(inputs)
+    path = compensate(replace(inputs, options=replace(inputs.options, junctions="path")))
+    raw = path_of_shifts(inputs.profile, inputs.nose_radius_mm, raw_shifts(inputs.profile, touches))
+
+    def finished(paths: Sequence[CentrePath]) -> Array:
+        return true_errors_mm(trial, finish_along(workshop, workshop.machine, paths, semifinished, seed))
+
+    k = student_t_factor(COVERAGE, loop.model.degrees_of_freedom or None)
+    return StudyPart(
+        loop_mm=true_errors_mm(trial, finish(trial, workshop, loop, semifinished, seed)),
+        path_mm=true_errors_mm(trial, finish(trial, workshop, path, semifinished, seed)),
+        raw_mm=finished([raw]),
+        uncorrected_mm=finished(trial.finish),
+        half_band_mm=k * loop.prediction.standard_u_mm,
+    )
+
+
+def raw_shifts(profile: Profile, touches: ErrorVectors) -> tuple[Shift, ...]:
+    """Every touch taken out for itself, straight lines between; nothing where a feature was not touched."""
+    shifts = []
+    for index in range(len(profile.features)):
+        mine = touches.of_feature(index)
+        shifts.append(sampled(touches.arc_length_mm[mine], -touches.error_mm[mine]) if len(mine) else ZERO)
+    return tuple(shifts)
+
+
+def path_of_shifts(profile: Profile, nose_radius_mm: float, shifts: Sequence[Shift]) -> CentrePath:
+    """The path of the nose centre along a shifted contour, as positions 0.02 mm apart."""
+    positions = []
+    for piece in centre_pieces(profile, shifted_contour(profile, shifts, nose_radius_mm)):
+        count = max(2, round((piece.end_mm - piece.start_mm) / STEP_MM))
+        positions.append(piece.shifted.centre_mm(np.linspace(piece.start_mm, piece.end_mm, count)))
+    return path_of_positions(np.concatenate(positions))
+
+
+_here: dict[str, tuple[Trial, Workshop]] = {}
+"""What a worker process was started for: sent once, not with every part."""
+
+
+def _remember(trial: Trial, workshop: Workshop) -> None:
+    _here["study"] = trial, workshop
+
+
+def _study_part(seed: int) -> StudyPart:
+    return study_part(*_here["study"], seed)

@@ -1,0 +1,58 @@
+"""Ready machines. The NIST one is fitted to published errors; see the test of it for how well."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Final
+
+from trueloop.simulator.cmm import VirtualCmm
+from trueloop.simulator.machine import VirtualMachine
+from trueloop.simulator.machine_error import REFERENCE_C
+from trueloop.simulator.nose import Nose
+from trueloop.simulator.probe import VirtualProbe
+from trueloop.simulator.process import Deflection, Repeatability
+from trueloop.units import UM_PER_MM
+
+
+@dataclass(frozen=True)
+class Workshop:
+    """Everything a simulated part meets: the machine, its probe, the measuring machine, and how warm it is.
+
+    The temperatures are those of semi-finish cut, probing and finish cut, °C.
+    """
+
+    machine: VirtualMachine
+    probe: VirtualProbe
+    cmm: VirtualCmm = field(default_factory=VirtualCmm)
+    temperatures_c: tuple[float, float, float] = (REFERENCE_C, REFERENCE_C, REFERENCE_C)
+
+
+NOSE_RADIUS_MM: Final = 0.79375
+WORN_AT_DEG: Final = (0.0, 18.0, 36.0, 54.0, 72.0, 90.0, 108.0)
+WORN_BY_UM: Final = (-3.0, -24.5, -64.0, -77.0, -57.0, -11.0, 9.0)
+"""Radius errors of the worn insert, fitted to [6517 Table 1] on condition that the nose stays convex: to 4 µm RMS on
+cylinders and dome. The three points nearest the axis (11, 13 and 23 µm off) and the cone (19 µm) do not follow from any
+one convex nose."""
+
+
+def nist(repeatability: Repeatability | None = None) -> Workshop:
+    """The turning centre of [6811]: worn nose of 0.794 mm, 0.127 mm a revolution, probe ranges of 1.5 and 0.5 µm.
+
+    The process repeats to 1.2 µm along the cut: about what is left of Tables 8 and 10 when each part's own offsets are
+    taken out. Forces are those of light cuts in aluminium; the stiffness of tool and chuck is an assumption (50 and
+    100 N/µm).
+    """
+    nose = Nose(NOSE_RADIUS_MM, tuple(map(math.radians, WORN_AT_DEG)), tuple(w / UM_PER_MM for w in WORN_BY_UM))
+    machine = VirtualMachine(
+        nose=nose,
+        repeatability=repeatability or Repeatability(along_mm=0.0012, correlation_mm=1.0),
+        deflection=Deflection(specific_force_n_per_mm2=400.0, tool_mm_per_n=2e-5, chuck_mm_per_n=1e-5),
+    )
+    probe = VirtualProbe(
+        ball_radius_mm=1.5,
+        pre_travel_mm=0.004,
+        lobing_mm=0.0005,
+        range_x_mm=1.5 / UM_PER_MM,
+        range_z_mm=0.5 / UM_PER_MM,
+    )
+    cmm = VirtualCmm(frame_mm=0.0003, tilt_rad=2e-6, mpe_mm=0.0009, mpe_per_mm=0.9e-3 / 350)
+    return Workshop(machine, probe, cmm)
