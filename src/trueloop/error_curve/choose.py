@@ -7,6 +7,7 @@ flatters it: with n touches it must be better by one part in √n.
 
 import math
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,13 @@ from trueloop.error_curve.nose_fit import nose_touches
 from trueloop.error_curve.nose_model import NoseModel, NosePrediction, NoseTouches
 from trueloop.errors import TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.units import UM_PER_MM
+
+UNSEEN_RAD: Final = math.radians(6.0)
+"""How much of a chain's contact angles a nose model may leave open at an end: parts are touched about 4° from the ends
+of their arcs, and what lies much beyond is drawn out from no knowledge."""
 
 
 @dataclass(frozen=True)
@@ -73,10 +78,17 @@ def nose_on_part(profile: Profile, vectors: ErrorVectors, nose: NoseModel) -> No
 def choose(
     profile: Profile, vectors: ErrorVectors, fit: ChainFit, nose: NoseOnPart, policy: TangentPolicy
 ) -> tuple[ChainFit, ModelChoice]:
-    """The fit of a chain of arcs, or the nose model's curve in its place where that predicts the touches better."""
+    """The fit of a chain of arcs, or the nose model's curve in its place where that predicts the touches better.
+
+    A nose model that was never seen at some of the chain's contact angles does not serve it: it would guess there.
+    """
     mine = np.isin(nose.positions, fit.touches)
     errors = _left_out(nose, mine)
     choice = _compare(profile, fit, nose, mine, errors)
+    unseen_rad = _unseen_rad(profile, fit, nose.prediction.model)
+    if unseen_rad > UNSEEN_RAD:
+        words = f"the nose model of other parts leaves {math.degrees(unseen_rad):.0f}° of its contact angles open"
+        return replace(fit, notes=(*fit.notes, f"{choice.features[0]}: {words}")), replace(choice, nose_serves=False)
     if not choice.nose_serves:
         return fit, choice
     left_out = np.full(len(fit.touches), np.nan)
@@ -84,6 +96,16 @@ def choose(
     served = nose_curve(profile, vectors, fit, nose.prediction, joint_repeats(policy, 3))
     spare = max(len(fit.touches) - 2, 0)
     return replace(served, leave_one_out_mm=left_out, spare=spare, notes=(choice.words,)), choice
+
+
+def _unseen_rad(profile: Profile, fit: ChainFit, nose: NoseModel) -> float:
+    """By how much contact angles of the chain lie outside the nose's fitted range, at the worse end."""
+    ends = [
+        float(contact_angle_rad(profile.features[i].outward_normal(s)))
+        for i in fit.chain.features
+        for s in (0.0, profile.features[i].length_mm)
+    ]
+    return max(max(ends) - nose.highest_rad, nose.lowest_rad - min(ends), 0.0)
 
 
 def _left_out(nose: NoseOnPart, mine: NDArray[np.bool_]) -> Array:

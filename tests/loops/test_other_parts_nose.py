@@ -1,0 +1,41 @@
+"""Jobs that name other parts cut with the same edge: their nose serves where it was seen, and only there."""
+
+from pathlib import Path
+
+import numpy as np
+
+from scripts.nist_parts import parts
+from scripts.nist_table import write_job
+from trueloop.loops.job_inputs import read_inputs
+from trueloop.loops.process_intermittent import Correction, compensate
+
+
+def corrected(tmp_path: Path, number: str, others: tuple[str, ...]) -> Correction:
+    """A published part with the nose of others, by part number."""
+    jobs: dict[str, Path] = {}
+    for part in parts():
+        if part.number in (number, *others):
+            (tmp_path / part.number).mkdir()
+            jobs[part.number] = write_job(part, tmp_path / part.number)
+    listed = ", ".join(f'"../{jobs[other].relative_to(tmp_path)}"' for other in others)
+    job = jobs[number]
+    job.write_text(job.read_text() + f"\n[compensation]\nnose_from = [{listed}]\n")
+    return compensate(read_inputs(job).inputs)
+
+
+def test_the_same_edge_on_the_same_shape_is_weighed_by_leave_one_out(tmp_path: Path) -> None:
+    """NISTIR 6811 Table 8: 2511 beside the noses of 2611 and 2711; both figures are told."""
+    correction = corrected(tmp_path, "2511", ("2611", "2711"))
+    (choice,) = correction.model.choices
+    assert choice.features == ("dome",)
+    assert 0.001 < choice.nose_rms_mm < 0.006
+    assert 0.001 < choice.own_rms_mm < 0.006
+
+
+def test_a_nose_never_seen_at_the_knobs_angles_does_not_serve_it(tmp_path: Path) -> None:
+    """A dome shows 86° of the nose; the knob of PIECS11 is cut up to 107°, and nobody saw those."""
+    correction = corrected(tmp_path, "3511", ("2511",))
+    assert not any(choice.nose_serves for choice in correction.model.choices)
+    assert any("contact angles open" in note for note in correction.model.notes)
+    knob = correction.touches.of_feature(correction.profile.names.index("knob"))
+    assert np.abs(correction.prediction.after_mm[knob]).max() < 0.006
