@@ -1,6 +1,6 @@
 """The Rust core, as Python sees it. Checked against the built module by a test."""
 
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +36,9 @@ def spline_basis(
 def nc_dialects() -> list[tuple[str, float, float, str, str, str, str]]:
     """Each dialect: name, resolution in inch and in mm, opening and closing of a comment, brackets of expressions."""
 
+@final
 class NcProgram:
-    """A program as read. Raises ValueError (no such dialect), OverflowError (4 GiB or more)."""
+    """A program as read. Raises ValueError (no such dialect), OverflowError (2 GiB or more)."""
 
     def __new__(cls, source: bytes, dialect: str) -> NcProgram: ...
     @property

@@ -192,7 +192,7 @@ impl Matcher<'_> {
 }
 
 fn parse(program: &Program, word: &Word) -> Option<Statement> {
-    let (at, end) = (word.start as usize, word.end as usize);
+    let (at, end) = (word.start as usize, word.end());
     let source = program.source().get(..end)?;
     let label_start = skip_space(source, at + 1);
     let label_end = label_start + label_length(source.get(label_start..)?)?;

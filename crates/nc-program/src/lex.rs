@@ -68,7 +68,7 @@ impl Lexer<'_> {
         let letter = self.source.get(start).map_or(0, u8::to_ascii_uppercase);
         if let Some((value, end)) = number::read(self.source, start + 1) {
             if self.number_ends(end) && !(letter == b'O' && self.dialect.flow) {
-                return self.push(Word { value, ..word(start, end, letter, WordKind::Number) });
+                return self.push(start, end, letter, WordKind::Number, value);
             }
         }
         self.word_slowly(start, letter);
@@ -92,23 +92,38 @@ impl Lexer<'_> {
         if letter == b'O' && self.dialect.flow {
             return self.flow(start);
         }
-        if let Some(word) = self.numbered_assignment(start, letter).or_else(|| self.odd_number(start, letter)) {
-            return self.push(word);
+        if let Some((index, end)) = self.numbered_assignment(start, letter) {
+            return self.push(start, end, letter, WordKind::Assignment, index);
+        }
+        if let Some((value, end)) = self.odd_number(start) {
+            return self.push(start, end, letter, WordKind::Number, value);
         }
         match self.scanner.expression_end(start + 1) {
-            Some(end) => self.push(word(start, end, letter, WordKind::Expression)),
+            Some(end) => self.push(start, end, letter, WordKind::Expression, f64::NAN),
             None => self.unknown(start),
         }
     }
 
     #[inline]
-    fn push(&mut self, word: Word) {
-        self.at = word.end as usize;
-        self.words.push(word);
+    fn push(&mut self, start: usize, end: usize, letter: u8, kind: WordKind, value: f64) {
+        let Ok(length) = u16::try_from(end - start) else { return self.push_unknown(start, end) };
+        self.words.push(Word { value, start: start as u32, length, letter, kind });
+        self.at = end;
+    }
+
+    /// Text that is no word, in pieces where it is longer than a word can be.
+    fn push_unknown(&mut self, start: usize, end: usize) {
+        let mut at = start;
+        while at < end {
+            let length = u16::try_from(end - at).unwrap_or(u16::MAX);
+            self.words.push(Word { value: f64::NAN, start: at as u32, length, letter: 0, kind: WordKind::Unknown });
+            at += usize::from(length);
+        }
+        self.at = end;
     }
 
     /// `P42=(P42-0.02)`, `P1=0.15`: a parameter mark that is a letter, digits, equals sign, value.
-    fn numbered_assignment(&mut self, start: usize, letter: u8) -> Option<Word> {
+    fn numbered_assignment(&mut self, start: usize, letter: u8) -> Option<(f64, usize)> {
         if letter != self.dialect.parameters.mark {
             return None;
         }
@@ -117,12 +132,11 @@ impl Lexer<'_> {
         if self.source.get(equals) != Some(&b'=') {
             return None;
         }
-        let end = self.scanner.value_end(equals + 1)?;
-        Some(Word { value: index, ..word(start, end, letter, WordKind::Assignment) })
+        Some((index, self.scanner.value_end(equals + 1)?))
     }
 
     /// Numbers with white space or a decimal comma in them, where the dialect has such.
-    fn odd_number(&self, start: usize, letter: u8) -> Option<Word> {
+    fn odd_number(&self, start: usize) -> Option<(f64, usize)> {
         let mut digits = Vec::new();
         let (mut at, mut comma, mut end) = (start + 1, false, start + 1);
         while let Some(&byte) = self.source.get(at) {
@@ -140,8 +154,7 @@ impl Lexer<'_> {
             end = at;
         }
         let (value, used) = number::read(&digits, 0)?;
-        let whole = used == digits.len();
-        whole.then(|| Word { value, decimal_comma: comma, ..word(start, end, letter, WordKind::Number) })
+        (used == digits.len()).then_some((value, end))
     }
 
     fn between_digits(&self, at: usize) -> bool {
@@ -153,7 +166,7 @@ impl Lexer<'_> {
     fn assignment(&mut self) {
         let start = self.at;
         match self.assignment_end(start) {
-            Some(end) => self.push(word(start, end, self.dialect.parameters.mark, WordKind::Assignment)),
+            Some(end) => self.push(start, end, self.dialect.parameters.mark, WordKind::Assignment, f64::NAN),
             None => self.unknown(start),
         }
     }
@@ -173,7 +186,7 @@ impl Lexer<'_> {
         if self.source.get(end) == Some(&b')') {
             self.at = end + 1;
         } else {
-            self.push(word(self.at, self.without_return(self.at, end), 0, WordKind::Unknown));
+            self.push_unknown(self.at, self.without_return(self.at, end));
         }
     }
 
@@ -185,7 +198,7 @@ impl Lexer<'_> {
 
     fn statement(&mut self) {
         match self.scanner.bracket_end(self.at) {
-            Some(end) => self.push(word(self.at, end, 0, WordKind::Statement)),
+            Some(end) => self.push(self.at, end, 0, WordKind::Statement, f64::NAN),
             None => self.unknown(self.at),
         }
     }
@@ -203,7 +216,7 @@ impl Lexer<'_> {
                 end = at;
             }
         }
-        self.push(word(start, end, b'O', WordKind::Flow));
+        self.push(start, end, b'O', WordKind::Flow, f64::NAN);
     }
 
     /// Text that is no word: up to the next white space or comment; up to where a search for a bracket gave up.
@@ -215,10 +228,6 @@ impl Lexer<'_> {
             }
             end += 1;
         }
-        self.push(word(start, self.without_return(start, end), 0, WordKind::Unknown));
+        self.push_unknown(start, self.without_return(start, end));
     }
-}
-
-const fn word(start: usize, end: usize, letter: u8, kind: WordKind) -> Word {
-    Word { value: f64::NAN, start: start as u32, end: end as u32, letter, kind, decimal_comma: false }
 }

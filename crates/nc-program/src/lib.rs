@@ -38,7 +38,7 @@ pub use finding::{Finding, Severity};
 pub use lint::lint;
 pub use modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 pub use parameters::Key;
-pub use path::{Arc, Move, MoveKind, ToolPath};
+pub use path::{Arc, MoveKind, ToolPath};
 pub use program::{Block, Program, TooLarge, Word, WordKind};
 pub use run::{run, Options};
 pub use statement::{offset_statements, OffsetStatement};

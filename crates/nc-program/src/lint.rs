@@ -28,7 +28,7 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
         let hint = "it is kept as it is and never moved; name another dialect if this one is wrong";
         return Some(warning(finding::WORD, word, message, hint));
     }
-    if word.decimal_comma {
+    if word.kind == WordKind::Number && program.text(word).contains(&b',') {
         let message = format!("\"{}\" has a comma for its decimal point: read as {}", text(), word.value);
         return Some(warning(finding::NUMBER, word, message, "write a point"));
     }

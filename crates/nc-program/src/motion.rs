@@ -5,7 +5,7 @@ use crate::cycle::Turning;
 use crate::dialect::G;
 use crate::finding;
 use crate::modal::Motion;
-use crate::path::{Arc, Move, MoveKind, INHERITED};
+use crate::path::{Arc, MoveKind, INHERITED};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
 
@@ -27,7 +27,7 @@ impl Runner<'_> {
             Motion::Clockwise | Motion::Counterclockwise => return self.arc(request, end, words),
             Motion::None => return self.warn_no_motion(request),
         };
-        self.emit(kind, end, words, -1);
+        self.emit(kind, end, words);
         if request.any(b"R") {
             let word = request.word(b'R');
             let message = format!("{} on a straight move has no meaning", self.word_text(word));
@@ -70,13 +70,17 @@ impl Runner<'_> {
         self.warn(finding::MISPLACED, self.word_start(word), message, "write G00 or G01 before it");
     }
 
-    fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3], arc: i32) {
+    fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3]) {
         if !self.unit_is_known {
             self.warn_unit(words);
         }
-        let state = self.path.state(&self.modal);
-        let (start, block) = (self.position, self.block as u32);
-        self.path.moves.push(Move { kind, start, end, words, block, state, arc });
+        let state = self.path.state_index(&self.modal);
+        self.path.kind.push(kind);
+        self.path.start.push(self.position);
+        self.path.end.push(end);
+        self.path.words.push(words);
+        self.path.block.push(self.block as i32);
+        self.path.state.push(state);
         self.position = end;
     }
 
@@ -97,7 +101,7 @@ impl Runner<'_> {
             Err(why) => {
                 let hint = "check the end point and R, or I, J, K; the path goes straight to the end";
                 self.refuse(finding::ARC, self.block_start(), why, hint);
-                return self.emit(MoveKind::Line, end, words, -1);
+                return self.emit(MoveKind::Line, end, words);
             }
         };
         let (first, second, _) = self.modal.plane.axes();
@@ -105,9 +109,8 @@ impl Runner<'_> {
         centre[first] = circle.centre[0];
         centre[second] = circle.centre[1];
         let sweep = circle.sweep + self.further_turns(request).copysign(circle.sweep);
-        let index = self.path.arcs.len() as i32;
-        self.path.arcs.push(Arc { centre, sweep, radius });
-        self.emit(MoveKind::Arc, end, words, index);
+        self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep, radius });
+        self.emit(MoveKind::Arc, end, words);
     }
 
     /// P: the number of turns begun, where the dialect has it.
@@ -156,12 +159,12 @@ impl Runner<'_> {
         let some = request.any(&AXES);
         if some {
             let (through, words) = self.target(request, false);
-            self.emit(MoveKind::Rapid, through, words, -1);
+            self.emit(MoveKind::Rapid, through, words);
         }
         let total = self.frame.total();
         let goes = |axis: usize| !some || request.get(AXES[axis]).is_some();
         let end = [0, 1, 2].map(|axis| if goes(axis) { 0.0 - total[axis] } else { self.position[axis] });
-        self.emit(MoveKind::Rapid, end, [INHERITED; 3], -1);
+        self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
     }
 
     /// A longitudinal turning cycle, taken apart.
@@ -182,7 +185,7 @@ impl Runner<'_> {
         };
         for (at_feed, [x, z]) in steps {
             let kind = if at_feed { MoveKind::Line } else { MoveKind::Rapid };
-            self.emit(kind, [x, self.position[1], z], [INHERITED; 3], -1);
+            self.emit(kind, [x, self.position[1], z], [INHERITED; 3]);
         }
     }
 }

@@ -22,39 +22,11 @@ pub enum MoveKind {
 /// No word of this block set the coordinate.
 pub const INHERITED: i32 = -1;
 
-/// One move. Positions are program coordinates of the work frame in force, mm, X a radius.
-#[derive(Clone, Copy, Debug)]
-pub struct Move {
-    /// What it is.
-    pub kind: MoveKind,
-    /// Where it starts: the end of the move before, but for a change of frame.
-    pub start: [f64; 3],
-    /// Where it ends.
-    pub end: [f64; 3],
-    /// Index of the word that set each coordinate of the end, or `INHERITED`.
-    pub words: [i32; 3],
-    /// Index of the block.
-    pub block: u32,
-    /// Index into `ToolPath::states`.
-    pub state: u32,
-    /// Index into `ToolPath::arcs`; −1 when it is none.
-    pub arc: i32,
-}
-
-impl Move {
-    /// Column, from 1, of the first word that set a coordinate; of the block's first word without one.
-    pub fn column(&self, program: &Program) -> usize {
-        let block = self.block as usize;
-        let start = program.blocks().get(block).map_or(0, |found| found.start);
-        let own = self.words.iter().filter_map(|word| program.words().get(usize::try_from(*word).ok()?));
-        let first = own.map(|word| word.start).min().or(program.words_of(block).first().map(|word| word.start));
-        (first.unwrap_or(start) - start) as usize + 1
-    }
-}
-
 /// The circle of a move.
 #[derive(Clone, Copy, Debug)]
 pub struct Arc {
+    /// Index of the move.
+    pub of_move: usize,
     /// Centre, mm; its coordinate along the plane's third axis is the start's.
     pub centre: [f64; 3],
     /// Angle turned, positive clockwise (G02) as seen against the plane's third axis.
@@ -63,23 +35,55 @@ pub struct Arc {
     pub radius: f64,
 }
 
-/// A path, in the order of cutting.
+/// A path, in the order of cutting: a column a property, an entry a move.
+///
+/// Positions are program coordinates of the work frame in force, mm, X a radius.
 #[derive(Debug, Default)]
 pub struct ToolPath {
-    /// The moves.
-    pub moves: Vec<Move>,
-    /// Circles of those moves that have one.
+    /// What each move is.
+    pub kind: Vec<MoveKind>,
+    /// Where it starts: the end of the move before, but for a change of frame.
+    pub start: Vec<[f64; 3]>,
+    /// Where it ends.
+    pub end: Vec<[f64; 3]>,
+    /// Index of the word that set each coordinate of the end, or `INHERITED`.
+    pub words: Vec<[i32; 3]>,
+    /// Index of its block.
+    pub block: Vec<i32>,
+    /// Index into `states`.
+    pub state: Vec<i32>,
+    /// Circles of those moves that have one, in order.
     pub arcs: Vec<Arc>,
     /// Modal states, each once for a run of moves that share it.
     pub states: Vec<Modal>,
 }
 
 impl ToolPath {
+    /// Number of moves.
+    pub fn len(&self) -> usize {
+        self.kind.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.kind.is_empty()
+    }
+
+    /// Column, from 1, of the first word that set a coordinate of a move; of its block's first word without one.
+    pub fn column(&self, index: usize, program: &Program) -> usize {
+        let block = self.block.get(index).map_or(0, |block| *block as usize);
+        let start = program.blocks().get(block).map_or(0, |found| found.start);
+        let own = self.words.get(index).into_iter().flatten().filter_map(|word| usize::try_from(*word).ok());
+        let first = own.filter_map(|word| program.words().get(word)).map(|word| word.start).min();
+        let first = first.or(program.words_of(block).first().map(|word| word.start));
+        (first.unwrap_or(start) - start) as usize + 1
+    }
+
     /// Index of the state, noting it when it is not the last one.
-    pub(crate) fn state(&mut self, state: &Modal) -> u32 {
+    pub(crate) fn state_index(&mut self, state: &Modal) -> i32 {
         if self.states.last() != Some(state) {
             self.states.push(*state);
         }
-        (self.states.len() - 1) as u32
+        self.states.len() as i32 - 1
     }
 }

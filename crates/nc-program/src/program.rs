@@ -24,18 +24,23 @@ pub enum WordKind {
 /// A word of a block, as a span of the source.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
-    /// The number after the letter; NaN unless `kind` is `Number`.
+    /// The number after the letter, or of the parameter that is assigned; NaN where there is none.
     pub value: f64,
     /// First byte.
     pub start: u32,
-    /// One past the last byte.
-    pub end: u32,
-    /// The address letter in upper case; the parameter mark of an assignment; 0 for unknown text.
+    /// Length in bytes: what is longer is no word.
+    pub length: u16,
+    /// The address letter in upper case; the parameter mark of an assignment; 0 for a statement and unknown text.
     pub letter: u8,
     /// What it is.
     pub kind: WordKind,
-    /// A comma stood for the decimal point.
-    pub decimal_comma: bool,
+}
+
+impl Word {
+    /// One past the last byte.
+    pub fn end(&self) -> usize {
+        self.start as usize + usize::from(self.length)
+    }
 }
 
 /// A block: one line of the source.
@@ -53,7 +58,7 @@ pub struct Block {
     pub tape_mark: bool,
 }
 
-/// A source of 4 GiB or more: spans are 32 bits wide.
+/// A source of 2 GiB or more: positions are 31 bits wide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooLarge {
     /// Size in bytes.
@@ -72,7 +77,7 @@ pub struct Program {
 impl Program {
     /// Lays blocks and words over the source. Any bytes can be read.
     pub fn read(source: Vec<u8>, dialect: &'static Dialect) -> Result<Self, TooLarge> {
-        if u32::try_from(source.len()).is_err() {
+        if i32::try_from(source.len()).is_err() {
             return Err(TooLarge { bytes: source.len() });
         }
         let (blocks, words) = lex::lex(&source, dialect);
@@ -114,12 +119,12 @@ impl Program {
 
     /// The text of a word.
     pub fn text(&self, word: &Word) -> &[u8] {
-        self.source.get(word.start as usize..word.end as usize).unwrap_or(&[])
+        self.source.get(word.start as usize..word.end()).unwrap_or(&[])
     }
 
     /// Where the value of a word starts: after its letter, after the equals sign of an assignment.
     pub fn value_start(&self, word: &Word) -> usize {
-        let (mut at, end) = (word.start as usize, word.end as usize);
+        let (mut at, end) = (word.start as usize, word.end());
         match word.kind {
             WordKind::Assignment => at = memchr::memchr(b'=', self.text(word)).map_or(end, |offset| at + offset + 1),
             WordKind::Number | WordKind::Expression => at += 1,

@@ -124,7 +124,7 @@ impl<'a> Runner<'a> {
             if request.ends {
                 return;
             }
-            if self.path.moves.len() > self.options.block_limit {
+            if self.path.len() > self.options.block_limit {
                 break;
             }
         }

@@ -15,7 +15,7 @@ pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
             WordKind::Flow => word.start as usize,
             WordKind::Number | WordKind::Statement | WordKind::Unknown => continue,
         };
-        for at in from..word.end as usize {
+        for at in from..word.end() {
             if let Some(key) = key_at(program, at).filter(|key| known.insert(key.clone())) {
                 used.push((key, at));
             }

@@ -1,6 +1,8 @@
 //! Whatever the bytes: nothing panics, nothing is lost, spans are in order.
 
-use nc_program::{dialect::DIALECTS, lint, offset_statements, parameters_used, run, Dialect, Options, Program};
+use nc_program::{
+    dialect::DIALECTS, lint, offset_statements, parameters_used, run, Dialect, MoveKind, Options, Program,
+};
 use proptest::prelude::*;
 
 /// Bytes that come near to programs: pieces of every kind, in any order.
@@ -105,13 +107,14 @@ fn everything(source: &[u8], dialect: &'static Dialect) -> Result<(), TestCaseEr
         let options = Options { optional_blocks, block_limit: 2000, ..Options::default() };
         let (path, findings) = run(&program, &options);
         prop_assert!(findings.iter().all(|finding| finding.at <= source.len()));
-        for found in &path.moves {
-            prop_assert!((found.block as usize) < program.blocks().len());
-            prop_assert!((found.state as usize) < path.states.len());
-            prop_assert!(found.arc < path.arcs.len() as i32);
-            prop_assert!(found.column(&program) >= 1);
-            prop_assert!(found.words.iter().all(|word| *word < program.words().len() as i32));
+        for index in 0..path.len() {
+            prop_assert!((path.block[index] as usize) < program.blocks().len());
+            prop_assert!((path.state[index] as usize) < path.states.len());
+            prop_assert!(path.column(index, &program) >= 1);
+            prop_assert!(path.words[index].iter().all(|word| *word < program.words().len() as i32));
         }
+        let of_moves: Vec<usize> = (0..path.len()).filter(|index| path.kind[*index] == MoveKind::Arc).collect();
+        prop_assert_eq!(path.arcs.iter().map(|arc| arc.of_move).collect::<Vec<_>>(), of_moves);
     }
     Ok(())
 }
@@ -122,10 +125,10 @@ fn spans_are_in_order(program: &Program) -> Result<(), TestCaseError> {
         prop_assert!(block.start as usize == at && block.start <= block.end);
         let mut from = block.start;
         for word in program.words_of(index) {
-            prop_assert!(from <= word.start && word.start < word.end && word.end <= block.end);
-            prop_assert!((word.start as usize..=word.end as usize).contains(&program.value_start(word)));
+            prop_assert!(from <= word.start && word.length > 0 && word.end() <= block.end as usize);
+            prop_assert!((word.start as usize..=word.end()).contains(&program.value_start(word)));
             prop_assert_eq!(program.block_at(word.start as usize), index);
-            from = word.end;
+            from = word.end() as u32;
         }
         let line = &program.source()[at..];
         at += line.iter().position(|byte| *byte == b'\n').map_or(line.len(), |found| found + 1);
@@ -173,8 +176,17 @@ fn long_lines_take_linear_time() {
 }
 
 #[test]
+fn text_longer_than_a_word_is_kept_in_pieces() {
+    for text in ["?".repeat(200_000), format!("X[{}]", "1+".repeat(100_000)), format!("o{}", "9".repeat(70_000))] {
+        let program = Program::read(text.clone().into_bytes(), Dialect::named("linuxcnc").unwrap()).unwrap();
+        let kept: Vec<u8> = program.words().iter().flat_map(|word| program.text(word).to_vec()).collect();
+        assert_eq!(kept, text.as_bytes());
+    }
+}
+
+#[test]
 fn deep_brackets_are_refused() {
-    let source = format!("G21 G0 X{}1{}", "[".repeat(100_000), "]".repeat(100_000));
+    let source = format!("G21 G0 X{}1{}", "[".repeat(10_000), "]".repeat(10_000));
     let program = Program::read(source.into_bytes(), Dialect::named("linuxcnc").unwrap()).unwrap();
     let (_, findings) = run(&program, &Options::default());
     assert_eq!(findings.len(), 1);

@@ -151,11 +151,8 @@ impl NcProgram {
         };
         let (path, findings) = py.detach(|| run(&self.program, &options));
         let findings = findings.into_iter().map(finding_tuple).collect();
-        Ok((
-            moves(py, &self.program, &path)?,
-            states(py, &path.states)?,
-            findings,
-        ))
+        let states = states(py, &path.states)?;
+        Ok((moves(py, &self.program, path)?, states, findings))
     }
 }
 
@@ -180,7 +177,7 @@ fn word_tuple(
         WordKind::Flow => "flow",
         WordKind::Unknown => "unknown",
     };
-    let (start, end) = (word.start as usize, word.end as usize);
+    let (start, end) = (word.start as usize, word.end());
     (
         char::from(word.letter),
         start,
@@ -207,68 +204,35 @@ fn finding_tuple(finding: Finding) -> FindingTuple {
     )
 }
 
-fn triples<'py, T: numpy::Element + Copy>(
-    py: Python<'py>,
-    values: impl Iterator<Item = [T; 3]>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let flat: Vec<T> = values.flatten().collect();
-    let count = flat.len() / 3;
-    Ok(PyArray1::from_vec(py, flat).reshape([count, 3])?.into_any())
+/// An array of (n, 3) that takes the values over without copying them.
+fn triples<'py, T: numpy::Element>(py: Python<'py>, values: Vec<[T; 3]>) -> PyResult<Bound<'py, PyAny>> {
+    let count = values.len();
+    Ok(PyArray1::from_vec(py, values.into_flattened()).reshape([count, 3])?.into_any())
 }
 
-fn column<'py, T: numpy::Element>(
-    py: Python<'py>,
-    values: impl Iterator<Item = T>,
-) -> Bound<'py, PyAny> {
-    PyArray1::from_vec(py, values.collect()).into_any()
+fn column<'py, T: numpy::Element>(py: Python<'py>, values: impl IntoIterator<Item = T>) -> Bound<'py, PyAny> {
+    PyArray1::from_vec(py, values.into_iter().collect()).into_any()
 }
 
-fn moves<'py>(py: Python<'py>, program: &Program, path: &ToolPath) -> PyResult<Bound<'py, PyDict>> {
-    let arc = |index: i32| {
-        usize::try_from(index)
-            .ok()
-            .and_then(|index| path.arcs.get(index))
-    };
+fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bound<'py, PyDict>> {
+    let count = path.len();
+    let (mut centre, mut sweep, mut radius) = (vec![[f64::NAN; 3]; count], vec![0.0; count], vec![f64::NAN; count]);
+    for arc in &path.arcs {
+        centre[arc.of_move] = arc.centre;
+        sweep[arc.of_move] = arc.sweep;
+        radius[arc.of_move] = arc.radius;
+    }
     let columns = PyDict::new(py);
-    let all = &path.moves;
-    columns.set_item(
-        "motion",
-        column(py, all.iter().map(|found| found.kind as u8)),
-    )?;
-    columns.set_item(
-        "start_mm",
-        triples(py, all.iter().map(|found| found.start))?,
-    )?;
-    columns.set_item("end_mm", triples(py, all.iter().map(|found| found.end))?)?;
-    let centres = all
-        .iter()
-        .map(|found| arc(found.arc).map_or([f64::NAN; 3], |arc| arc.centre));
-    columns.set_item("centre_mm", triples(py, centres)?)?;
-    columns.set_item(
-        "sweep_rad",
-        column(
-            py,
-            all.iter()
-                .map(|found| arc(found.arc).map_or(0.0, |arc| arc.sweep)),
-        ),
-    )?;
-    let radii = all
-        .iter()
-        .map(|found| arc(found.arc).map_or(f64::NAN, |arc| arc.radius));
-    columns.set_item("programmed_radius_mm", column(py, radii))?;
-    columns.set_item(
-        "block",
-        column(py, all.iter().map(|found| found.block as i32)),
-    )?;
-    columns.set_item(
-        "column",
-        column(py, all.iter().map(|found| found.column(program) as i32)),
-    )?;
-    columns.set_item("word", triples(py, all.iter().map(|found| found.words))?)?;
-    columns.set_item(
-        "state",
-        column(py, all.iter().map(|found| found.state as i32)),
-    )?;
+    columns.set_item("column", column(py, (0..count).map(|index| path.column(index, program) as i32)))?;
+    columns.set_item("motion", column(py, path.kind.iter().map(|kind| *kind as u8)))?;
+    columns.set_item("start_mm", triples(py, path.start)?)?;
+    columns.set_item("end_mm", triples(py, path.end)?)?;
+    columns.set_item("centre_mm", triples(py, centre)?)?;
+    columns.set_item("sweep_rad", column(py, sweep))?;
+    columns.set_item("programmed_radius_mm", column(py, radius))?;
+    columns.set_item("block", column(py, path.block))?;
+    columns.set_item("word", triples(py, path.words)?)?;
+    columns.set_item("state", column(py, path.state))?;
     Ok(columns)
 }
 
