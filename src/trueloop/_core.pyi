@@ -88,3 +88,23 @@ class NoseSweep:
         self, origins: NDArray[np.float64], directions: NDArray[np.float64], known: NDArray[np.float64], reach: float
     ) -> NDArray[np.float64]:
         """Where rays out of the material first meet the swept region, (q,): −reach to `known`, (q,) (nothing lower)."""
+
+# surface-fit and spatial: splines over a grid, sums over pairs of points
+
+def fit_surface_grid(
+    knots: tuple[NDArray[np.float64], NDArray[np.float64]],
+    degrees: tuple[int, int],
+    at: tuple[NDArray[np.float64], NDArray[np.float64]],
+    values: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Least-squares tensor-product spline on a grid of [0, 1] × [0, 1]: its coefficients. ValueError when refused."""
+
+def pair_sums(
+    points: NDArray[np.float64], values: NDArray[np.float64], exponent: float
+) -> tuple[float, float, float, float]:
+    """Sums over ordered pairs with c = d^-exponent: of c, c², c zᵢzⱼ and c (zᵢ − zⱼ)². ValueError when refused."""
+
+def weights_product(
+    points: NDArray[np.float64], vectors: NDArray[np.float64], exponent: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The matrix of the weights times vectors (n, p): (its row sums, the product). ValueError when refused."""

@@ -5,10 +5,12 @@ use pyo3::prelude::*;
 mod curve;
 mod nc;
 mod simulator;
+mod surface;
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     curve::register(module)?;
     nc::register(module)?;
-    simulator::register(module)
+    simulator::register(module)?;
+    surface::register(module)
 }

@@ -1,0 +1,110 @@
+//! `surface-fit` and `spatial` for Python: arrays in, arrays out.
+
+use curve_fit::SplineSpace;
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyUntypedArrayMethods,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use spatial::{Exponent, Points};
+use surface_fit::Direction;
+
+fn refuse(error: impl ToString) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+fn direction(
+    interior: &PyReadonlyArray1<'_, f64>,
+    degree: usize,
+    at: &PyReadonlyArray1<'_, f64>,
+) -> PyResult<Direction> {
+    let space = SplineSpace::new(interior.as_slice()?, 1.0, degree).map_err(refuse)?;
+    Direction::new(&space, at.as_slice()?).map_err(refuse)
+}
+
+/// Least-squares tensor-product spline on a grid of [0, 1] × [0, 1]: its coefficients.
+#[pyfunction]
+fn fit_surface_grid<'py>(
+    py: Python<'py>,
+    knots: (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>),
+    degrees: (usize, usize),
+    at: (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>),
+    values: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let u = direction(&knots.0, degrees.0, &at.0)?;
+    let v = direction(&knots.1, degrees.1, &at.1)?;
+    if values.shape() != [u.points(), v.points()] {
+        return Err(refuse(
+            "values must be as many rows and columns as there are points",
+        ));
+    }
+    let coefficients = surface_fit::fit_grid(&u, &v, values.as_slice()?).map_err(refuse)?;
+    coefficients
+        .into_pyarray(py)
+        .reshape([u.unknowns(), v.unknowns()])
+}
+
+fn points_of(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Points> {
+    if rows.shape().get(1) != Some(&3) {
+        return Err(refuse("points must have three columns"));
+    }
+    let rows: Vec<[f64; 3]> = rows
+        .as_slice()?
+        .chunks_exact(3)
+        .map(|row| [row[0], row[1], row[2]])
+        .collect();
+    Points::new(&rows).map_err(refuse)
+}
+
+/// Sums over ordered pairs with c = d^-exponent: of c, c², c zᵢzⱼ and c (zᵢ − zⱼ)².
+#[pyfunction]
+fn pair_sums<'py>(
+    py: Python<'py>,
+    points: PyReadonlyArray2<'py, f64>,
+    values: PyReadonlyArray1<'py, f64>,
+    exponent: f64,
+) -> PyResult<(f64, f64, f64, f64)> {
+    let (points, exponent) = (
+        points_of(&points)?,
+        Exponent::new(exponent).map_err(refuse)?,
+    );
+    let values = values.as_slice()?;
+    let sums = py
+        .detach(|| spatial::pair_sums(&points, values, exponent))
+        .map_err(refuse)?;
+    Ok((sums.weights, sums.squares, sums.products, sums.differences))
+}
+
+type ProductArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// The matrix of the weights times vectors (n, p): (its row sums, the product).
+#[pyfunction]
+fn weights_product<'py>(
+    py: Python<'py>,
+    points: PyReadonlyArray2<'py, f64>,
+    vectors: PyReadonlyArray2<'py, f64>,
+    exponent: f64,
+) -> PyResult<ProductArrays<'py>> {
+    let (points, exponent) = (
+        points_of(&points)?,
+        Exponent::new(exponent).map_err(refuse)?,
+    );
+    let columns = vectors.shape()[1];
+    let vectors = vectors.as_slice()?;
+    let found = py
+        .detach(|| spatial::product(&points, vectors, columns, exponent))
+        .map_err(refuse)?;
+    let rows = points.len();
+    Ok((
+        found.row_sums.into_pyarray(py),
+        found.products.into_pyarray(py).reshape([rows, columns])?,
+    ))
+}
+
+/// Adds what this file binds to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(fit_surface_grid, module)?)?;
+    module.add_function(wrap_pyfunction!(pair_sums, module)?)?;
+    module.add_function(wrap_pyfunction!(weights_product, module)?)
+}
