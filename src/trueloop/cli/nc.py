@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.failure import ExitStatus, guarded, say
 from trueloop.cli.program_file import (
     DialectName,
     ProgramFile,
@@ -35,14 +35,19 @@ def path_of_program(
     skipped_blocks: SkippedBlocks = False,
     form: Annotated[Literal["csv", "json"], typer.Option("--format", "-f", help="How to print it.")] = "csv",
 ) -> None:
-    """Print the tool path: a row a move with its line and column, mm, x as a radius."""
+    """Print the tool path: a row a move with its line and column, mm, x as a radius.
+
+    What a parameter without value would decide is left empty and said on stderr. Exit status 1 when a cut is unknown.
+    """
     with busy(f"running {file}"):
         program = read_program_file(file, dialect)
-        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks)
+        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, strict=False)
     if form == "csv":
         _print_csv(path)
     else:
         print_json({"file": str(file), "dialect": program.dialect.name, "moves": _moves(path)})
+    if _say_unknown(path, form == "json"):
+        raise typer.Exit(ExitStatus.FINDINGS)
 
 
 @app.command("check")
@@ -75,6 +80,19 @@ def check_program(
         _print_findings(findings, f"{program.dialect.name} program of {program.block_count} blocks", errors)
     if errors:
         raise typer.Exit(ExitStatus.FINDINGS)
+
+
+def _say_unknown(path: "ToolPath", as_json: bool) -> bool:
+    """Says on stderr what kept the path from being known; whether a cut is among it, or the run ended early."""
+    import numpy as np
+
+    from trueloop.errors import Code, Severity, TrueloopError
+
+    errors = [finding for finding in path.findings if finding.severity is Severity.ERROR]
+    for found in errors:
+        say(TrueloopError(found.code, found.message, hint=found.hint, place=found.place), as_json=as_json)
+    ended_early = any(found.code in (Code.NC_FLOW, Code.NC_LIMIT) for found in errors)
+    return ended_early or bool(np.any(np.isnan(path.end_mm[~path.rapid])))
 
 
 def _print_csv(path: "ToolPath") -> None:

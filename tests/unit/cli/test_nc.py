@@ -71,12 +71,23 @@ def test_an_unknown_dialect_is_answered_with_the_known_ones() -> None:
     assert "ge2000t, linuxcnc" in result.stderr
 
 
-def test_an_undefined_parameter_is_refused_where_it_stands() -> None:
+def test_an_undefined_parameter_is_said_where_it_stands_and_leaves_its_cuts_open() -> None:
     result = _run("path", str(FINISH), "--set", "P42=8", "--set", "P47=0")
-    assert result.exit_code == ExitStatus.REFUSED
+    assert result.exit_code == ExitStatus.FINDINGS
     assert result.stderr.startswith(f"{FINISH}:17:")
     assert "NC-PARAMETER: parameter P46 has no value" in result.stderr
-    assert result.stdout == ""
+    collar = next(row for row in csv.DictReader(io.StringIO(result.stdout)) if row["line"] == "22")
+    assert (collar["x_mm"], collar["z_mm"]) == ("", "")
+
+
+def test_a_parameter_of_the_machine_zero_alone_leaves_every_cut_known() -> None:
+    """P42 only says where the part's zero is on the machine: it decides a rapid move, and G92 takes over."""
+    result = _run("path", str(FINISH), "--set", "P46=3.52", "--set", "P47=0")
+    assert result.exit_code == ExitStatus.DONE
+    assert "parameter P42 has no value" in result.stderr
+    cuts = [row for row in csv.DictReader(io.StringIO(result.stdout)) if row["motion"] in ("line", "arc")]
+    assert cuts
+    assert all(row["x_mm"] and row["z_mm"] for row in cuts)
 
 
 @pytest.mark.parametrize("setting", ["P46", "P46=", "=3.52", "P46=wide", "P46=1=2"])
