@@ -1,4 +1,4 @@
-"""LinuxCNC's G52 and G92 against LinuxCNC's own interpreter: what positions are called, the tool staying where it is."""
+"""LinuxCNC's G52 and G92 against its own interpreter: what positions are called, the tool staying where it is."""
 
 from pathlib import Path
 

@@ -28,7 +28,8 @@ SAMPLES = 257
 @dataclass(frozen=True)
 class Run:
     """How programs are run and read: parameters by name, whether blocks with a slash are executed, the control's
-    resolution, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious."""
+    resolution, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious.
+    """
 
     parameters: Mapping[str, float]
     execute_deleted_blocks: bool = False
