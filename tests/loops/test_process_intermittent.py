@@ -13,6 +13,7 @@ from trueloop.geometry.feature import Array
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Correction, Inputs, compensate
 from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Motion
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WITHIN_MM = 0.0002
@@ -181,3 +182,16 @@ def test_same_job_same_record_and_same_bytes() -> None:
     first, second = compensate(inputs_of("modbas2")), compensate(inputs_of("modbas2"))
     assert first.record.id == second.record.id
     assert first.corrected_program == second.corrected_program
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_arcs_written_with_a_radius_stay_within_a_quadrant(sign: float) -> None:
+    """The GE 2000T takes R arcs of one quadrant only [6811 §A.1.1]; a correction can tilt the top of the dome past it."""
+    inputs = inputs_of("modbas2")
+    correction = compensate(with_errors(inputs, sign * inputs.touches.error_mm))
+    path = read_program(correction.corrected_program, "ge2000t").run(inputs.parameters)
+    arcs = np.flatnonzero(path.motion == Motion.ARC)
+    assert len(arcs) > 4
+    for k in arcs:
+        arms = np.array([path.start_mm[k] - path.centre_mm[k], path.end_mm[k] - path.centre_mm[k]])[:, [0, 2]]
+        assert np.all(arms.min(axis=0) > -0.011) or np.all(arms.max(axis=0) < 0.011)

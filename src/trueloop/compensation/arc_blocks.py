@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from trueloop.compensation.moves import Move
+from trueloop.compensation.moves import Move, within_quadrants
 from trueloop.geometry.feature import Point
 from trueloop.nc.dialect import Dialect
 from trueloop.nc.edit import coordinate_text
@@ -12,6 +12,10 @@ from trueloop.nc.tool_path import CoordinateState
 
 GEOMETRY = frozenset("XZRIK")
 """The words of an arc block that new moves replace; all others (feed, comments, M codes) stay in the first block."""
+
+
+SINGLE_QUADRANT = frozenset({"ge2000t"})
+"""Controls that, as delivered, take an arc with R only within one quadrant [6811 §A.1.1]."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,12 @@ class ArcStyle:
         """The G word of a move."""
         code = 1 if move.centre_mm is None else 2 if move.sweep_rad > 0 else 3
         return f"G{code:0{self.motion_digits}d}"
+
+    def allowed(self, moves: Sequence[Move]) -> tuple[Move, ...]:
+        """The moves as the control takes them."""
+        if self.by_radius and self.dialect.name in SINGLE_QUADRANT:
+            return tuple(piece for move in moves for piece in within_quadrants(move))
+        return tuple(moves)
 
     def geometry(self, move: Move, start_mm: Point) -> list[str]:
         """End, and radius or centre from the (rounded) start: `X2.98 Z-1.46 R1.49`."""
@@ -60,7 +70,7 @@ def style_of(program: Program, block: Block, state: CoordinateState) -> ArcStyle
 def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcStyle) -> list[str]:
     """One text a move, without block numbers. The first carries the other words of the source block, in their order."""
     texts: list[str] = []
-    for k, move in enumerate(moves):
+    for k, move in enumerate(style.allowed(moves)):
         geometry = style.geometry(move, start_mm)
         if k == 0:
             kept = [word.text for word in block.words if word.letter != "N" and not _replaced(word)]

@@ -15,6 +15,9 @@ from trueloop.geometry.feature import Array, Point
 STRAIGHT_SAGITTA_MM = 1e-6
 """An arc that bulges less than a nanometre is written as a line: its radius would be a number without meaning."""
 
+SLIVER_MM = 0.01
+"""An arc is not cut into pieces shorter than this: rounded to the control's step they would have no direction."""
+
 
 @dataclass(frozen=True)
 class Move:
@@ -62,6 +65,26 @@ def between(move: Move, start_mm: Point, end_mm: Point) -> Move:
     if abs(move.sweep_rad) > np.pi:
         sweep = float(np.copysign(2 * np.pi, sweep)) - sweep
     return Move(start_mm, end_mm, _point((start + end) / 2 + side * arm * right), sweep)
+
+
+def within_quadrants(move: Move) -> tuple[Move, ...]:
+    """The move cut where its circle passes from one quadrant into the next; pieces under `SLIVER_MM` stay attached.
+
+    A control in single-quadrant mode takes no arc that goes beyond one [6811 §A.1.1].
+    """
+    if move.centre_mm is None:
+        return (move,)
+    arm = np.asarray(move.start_mm) - np.asarray(move.centre_mm)
+    radius, start = float(np.hypot(*arm)), float(np.arctan2(arm[0], arm[1]))
+    sliver = SLIVER_MM / radius
+    sign = float(np.sign(move.sweep_rad))
+    turned = (sign * start) % (np.pi / 2)
+    cuts = [t for t in np.arange(turned, abs(move.sweep_rad), np.pi / 2) if sliver < t < abs(move.sweep_rad) - sliver]
+    angles = [start - sign * t for t in cuts]
+    corners = [_point(np.asarray(move.centre_mm) + radius * np.array([np.sin(a), np.cos(a)])) for a in angles]
+    sweeps = np.diff([0.0, *cuts, abs(move.sweep_rad)]) * sign
+    ends = zip([move.start_mm, *corners], [*corners, move.end_mm], sweeps, strict=True)
+    return tuple(Move(a, b, move.centre_mm, float(sweep)) for a, b, sweep in ends)
 
 
 Fit: TypeAlias = Callable[[SampledPath, int, int], tuple[Move, ...]]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.compensation.moves import Move, SampledPath, as_arcs, as_lines, between, fewest_moves
+from trueloop.compensation.moves import Move, SampledPath, as_arcs, as_lines, between, fewest_moves, within_quadrants
 from trueloop.geometry.feature import Array
 
 
@@ -113,3 +113,21 @@ def test_an_arc_between_new_ends_keeps_radius_and_side(sweep_rad: float) -> None
     )
     assert moved.centre_mm == pytest.approx((centre[0] + shift[0], centre[1] + shift[1]), abs=1e-9)
     assert moved.sweep_rad == pytest.approx(sweep_rad, abs=1e-9)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(0.2, 6.0), st.booleans())
+def test_pieces_within_quadrants_are_the_same_arc(start_rad: float, sweep_rad: float, clockwise: bool) -> None:
+    sign = 1 if clockwise else -1
+    radius = 20.0
+    at = [(radius * math.sin(a), radius * math.cos(a)) for a in (start_rad, start_rad - sign * sweep_rad)]
+    pieces = within_quadrants(Move(at[0], at[1], (0.0, 0.0), sign * sweep_rad))
+    assert pieces[0].start_mm == at[0]
+    assert pieces[-1].end_mm == at[1]
+    assert sum(piece.sweep_rad for piece in pieces) == pytest.approx(sign * sweep_rad)
+    for before, after in itertools.pairwise(pieces):
+        assert before.end_mm == after.start_mm
+        assert min(abs(before.end_mm[0]), abs(before.end_mm[1])) < 1e-9  # cut on an axis of the circle
+    for piece in pieces:
+        inner = _points(piece)[50:-50]
+        signs = np.sign(inner[np.all(np.abs(inner) > 0.011, axis=1)])
+        assert len(np.unique(signs, axis=0)) <= 1
