@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.support.linuxcnc import LATHE_STARTUP, Move, interpret
+from tests.support.linuxcnc import LATHE_STARTUP, interpret
+from tests.support.nc_judge import assert_same_moves
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Motion, ToolPath
 
 CASES = sorted(path.parent for path in Path(__file__).parent.glob("*/case.toml"))
 LINUXCNC_CASES = [case for case in CASES if case.name.startswith("linuxcnc")]
-JUDGE_TOLERANCE_MM = 25.4e-9
 NAMES = [case.name for case in CASES]
 LINUXCNC_NAMES = [case.name for case in LINUXCNC_CASES]
 
@@ -74,23 +74,8 @@ def test_every_oddity_is_said_with_its_place_and_no_other(folder: Path) -> None:
     assert rows == case.get("findings", [])
 
 
-def moving(moves: Sequence[Move]) -> list[Move]:
-    """Without those that lead nowhere: LinuxCNC makes one of a bare G0 and of G28."""
-    return [move for move in moves if move.kind == "arc" or math.dist(move.start_mm, move.end_mm) > 1e-9]
-
-
 @pytest.mark.parametrize("folder", LINUXCNC_CASES, ids=LINUXCNC_NAMES)
 def test_linuxcnc_itself_makes_the_same_moves(folder: Path) -> None:
     _, program = case_of(folder)
     path = program.run(inch=False, diameter=False, plane=18)
-    judged = moving(interpret(folder / "program.ngc", startup=LATHE_STARTUP, block_delete=True))
-    travel = np.linalg.norm(path.end_mm - path.start_mm, axis=1)
-    ours = np.flatnonzero((travel > 1e-9) | (path.motion == Motion.ARC))
-    assert [Motion(path.motion[move]).name.lower() for move in ours] == [move.kind for move in judged]
-    for move, theirs in zip(ours, judged, strict=True):
-        assert path.line[move] == theirs.line
-        assert path.start_mm[move] == pytest.approx(theirs.start_mm, abs=JUDGE_TOLERANCE_MM)
-        assert path.end_mm[move] == pytest.approx(theirs.end_mm, abs=JUDGE_TOLERANCE_MM)
-        if theirs.centre_mm is not None:
-            assert path.centre_mm[move] == pytest.approx(theirs.centre_mm, abs=JUDGE_TOLERANCE_MM)
-            assert path.sweep_rad[move] == pytest.approx(theirs.sweep_rad, abs=1e-9)
+    assert_same_moves(path, interpret(folder / "program.ngc", startup=LATHE_STARTUP, block_delete=True))

@@ -119,11 +119,13 @@ class _Grid:
 
     def cut(self, radii: Array, points: Array) -> None:
         """Lowers the cells a move passes, and their neighbours, to its smallest radius there: never too high."""
-        x, cell = points[:, 0], self.cell(points[:, 1])
-        for k in range(len(points) - 1):
-            first, last = sorted((int(cell[k]), int(cell[k + 1])))
-            part = radii[max(first - 1, 0) : min(last + 2, _CELLS - 1)]
-            np.minimum(part, min(x[k], x[k + 1]), out=part)
+        lowest = np.minimum(points[:-1, 0], points[1:, 0])
+        cell = self.cell(points[:, 1])
+        first = np.maximum(np.minimum(cell[:-1], cell[1:]) - 1, 0)
+        count = np.minimum(np.maximum(cell[:-1], cell[1:]) + 2, _CELLS - 1) - first
+        before = np.cumsum(count) - count
+        cells = np.arange(count.sum()) + np.repeat(first - before, count)
+        np.minimum.at(radii, cells, np.repeat(lowest, count))
 
     def between(self, radii: Array, points: Array) -> Array:
         """The cells strictly between the ends of a move."""

@@ -1,0 +1,34 @@
+"""Holds a tool path against the moves LinuxCNC commands for the same program."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import pytest
+
+from tests.support.linuxcnc import Move
+from trueloop.nc.tool_path import Motion, ToolPath
+
+TOLERANCE_MM: Final = 25.4e-9
+"""1e-9 in."""
+
+
+def assert_same_moves(path: ToolPath, judged: Sequence[Move]) -> None:
+    """Kind, line, ends, centre and sweep of every move; those that lead nowhere left out.
+
+    LinuxCNC makes a move that leads nowhere of a bare G0 and of G28. Coordinates beyond 1 m are held to
+    1e-9 of their size.
+    """
+    theirs = [move for move in judged if move.kind == "arc" or math.dist(move.start_mm, move.end_mm) > 1e-9]
+    travel_mm = np.linalg.norm(path.end_mm - path.start_mm, axis=1)
+    ours = np.flatnonzero((travel_mm > 1e-9) | (path.motion == Motion.ARC))
+    assert [Motion(path.motion[k]).name.lower() for k in ours] == [move.kind for move in theirs]
+    assert path.line[ours].tolist() == [move.line for move in theirs]
+    for k, move in zip(ours, theirs, strict=True):
+        tolerance_mm = TOLERANCE_MM * max(1.0, np.abs(move.end_mm).max() / 1000)
+        assert path.start_mm[k] == pytest.approx(move.start_mm, abs=tolerance_mm)
+        assert path.end_mm[k] == pytest.approx(move.end_mm, abs=tolerance_mm)
+        if move.centre_mm is not None:
+            assert path.centre_mm[k] == pytest.approx(move.centre_mm, abs=tolerance_mm)
+            assert path.sweep_rad[k] == pytest.approx(move.sweep_rad, abs=1e-8)
