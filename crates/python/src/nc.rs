@@ -36,12 +36,6 @@ impl NcProgram {
         self.program.blocks().len()
     }
 
-    /// Number of words.
-    #[getter]
-    fn word_count(&self) -> usize {
-        self.program.words().len()
-    }
-
     /// The bytes.
     fn source<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, self.program.source())
@@ -205,26 +199,47 @@ fn finding_tuple(finding: Finding) -> FindingTuple {
 }
 
 /// An array of (n, 3) that takes the values over without copying them.
-fn triples<'py, T: numpy::Element>(py: Python<'py>, values: Vec<[T; 3]>) -> PyResult<Bound<'py, PyAny>> {
+fn triples<'py, T: numpy::Element>(
+    py: Python<'py>,
+    values: Vec<[T; 3]>,
+) -> PyResult<Bound<'py, PyAny>> {
     let count = values.len();
-    Ok(PyArray1::from_vec(py, values.into_flattened()).reshape([count, 3])?.into_any())
+    Ok(PyArray1::from_vec(py, values.into_flattened())
+        .reshape([count, 3])?
+        .into_any())
 }
 
-fn column<'py, T: numpy::Element>(py: Python<'py>, values: impl IntoIterator<Item = T>) -> Bound<'py, PyAny> {
+fn column<'py, T: numpy::Element>(
+    py: Python<'py>,
+    values: impl IntoIterator<Item = T>,
+) -> Bound<'py, PyAny> {
     PyArray1::from_vec(py, values.into_iter().collect()).into_any()
 }
 
 fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bound<'py, PyDict>> {
     let count = path.len();
-    let (mut centre, mut sweep, mut radius) = (vec![[f64::NAN; 3]; count], vec![0.0; count], vec![f64::NAN; count]);
+    let (mut centre, mut sweep, mut radius) = (
+        vec![[f64::NAN; 3]; count],
+        vec![0.0; count],
+        vec![f64::NAN; count],
+    );
     for arc in &path.arcs {
         centre[arc.of_move] = arc.centre;
         sweep[arc.of_move] = arc.sweep;
         radius[arc.of_move] = arc.radius;
     }
     let columns = PyDict::new(py);
-    columns.set_item("column", column(py, (0..count).map(|index| path.column(index, program) as i32)))?;
-    columns.set_item("motion", column(py, path.kind.iter().map(|kind| *kind as u8)))?;
+    columns.set_item(
+        "column",
+        column(
+            py,
+            (0..count).map(|index| path.column(index, program) as i32),
+        ),
+    )?;
+    columns.set_item(
+        "motion",
+        column(py, path.kind.iter().map(|kind| *kind as u8)),
+    )?;
     columns.set_item("start_mm", triples(py, path.start)?)?;
     columns.set_item("end_mm", triples(py, path.end)?)?;
     columns.set_item("centre_mm", triples(py, centre)?)?;
