@@ -17,7 +17,7 @@ enum Action {
     RestoreRegister,
     SetData,
     ToolOffset,
-    Home,
+    Home(u8),
     TurningCycle,
     Nothing,
 }
@@ -40,7 +40,7 @@ impl Runner<'_> {
             Action::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
             Action::SetData => self.set_data(request),
             Action::ToolOffset => self.tool_offset(request),
-            Action::Home => self.home(request),
+            Action::Home(number) => self.home(request, usize::from(number)),
             Action::TurningCycle => self.turning_cycle(request),
             Action::Nothing => {}
         }
@@ -75,6 +75,7 @@ impl Runner<'_> {
                 modal.work_offset = number;
                 self.reframe(|frame| frame.active = usize::from(number));
             }
+            G::StoreHome(number) => self.store_home(usize::from(number)),
             G::NoToolOffset => self.reframe(|frame| frame.tool = [0.0; 3]),
             G::ToolTableOffset => self.note_opaque(word, "the tool table's length offset is taken as zero"),
             G::OpaqueCycle => {
@@ -125,9 +126,9 @@ fn action_of(code: G) -> Option<Action> {
         G::RestoreRegister => Some(Action::RestoreRegister),
         G::SetData => Some(Action::SetData),
         G::ToolOffset => Some(Action::ToolOffset),
-        G::Home => Some(Action::Home),
+        G::Home(number) => Some(Action::Home(number)),
         G::TurningCycle => Some(Action::TurningCycle),
-        G::Dwell | G::OpaqueCycle => Some(Action::Nothing),
+        G::Dwell | G::OpaqueCycle | G::StoreHome(_) => Some(Action::Nothing),
         _ => None,
     }
 }

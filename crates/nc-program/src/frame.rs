@@ -17,12 +17,21 @@ pub(crate) struct Frame {
     pub set_aside: [f64; 3],
     /// Tool length offset.
     pub tool: [f64; 3],
+    /// Stored machine positions.
+    pub home: [[f64; 3]; 2],
 }
 
 impl Frame {
     /// No offsets.
     pub const fn new() -> Self {
-        Self { work: [[0.0; 3]; 10], active: 1, register: [0.0; 3], set_aside: [0.0; 3], tool: [0.0; 3] }
+        Self {
+            work: [[0.0; 3]; 10],
+            active: 1,
+            register: [0.0; 3],
+            set_aside: [0.0; 3],
+            tool: [0.0; 3],
+            home: [[0.0; 3]; 2],
+        }
     }
 
     /// Machine position minus program position.
@@ -96,6 +105,14 @@ impl Runner<'_> {
                 None => offsets[axis],
             });
         });
+    }
+
+    /// Stores where the tool is.
+    pub(crate) fn store_home(&mut self, number: usize) {
+        let (position, total) = (self.position, self.frame.total());
+        if let Some(home) = self.frame.home.get_mut(number) {
+            *home = [0, 1, 2].map(|axis| position[axis] + total[axis]);
+        }
     }
 
     /// A tool length offset given in the block.

@@ -155,15 +155,16 @@ impl Runner<'_> {
     }
 
     /// Through the given point to the stored machine position of the axes given (all axes when none is).
-    pub(crate) fn home(&mut self, request: &Request) {
+    pub(crate) fn home(&mut self, request: &Request, number: usize) {
         let some = request.any(&AXES);
         if some {
             let (through, words) = self.target(request, false);
             self.emit(MoveKind::Rapid, through, words);
         }
         let total = self.frame.total();
+        let home = self.frame.home.get(number).copied().unwrap_or_default();
         let goes = |axis: usize| !some || request.get(AXES[axis]).is_some();
-        let end = [0, 1, 2].map(|axis| if goes(axis) { 0.0 - total[axis] } else { self.position[axis] });
+        let end = [0, 1, 2].map(|axis| if goes(axis) { home[axis] - total[axis] } else { self.position[axis] });
         self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
     }
 

@@ -38,7 +38,10 @@ fn g_code(tenths: u16) -> Option<G> {
         190 => G::Plane(Plane::Yz),
         200 => G::Inch(true),
         210 => G::Inch(false),
-        280 | 300 => G::Home,
+        280 => G::Home(0),
+        281 => G::StoreHome(0),
+        300 => G::Home(1),
+        301 => G::StoreHome(1),
         400 => G::Compensation(Compensation::Off),
         410 | 411 => G::Compensation(Compensation::Left),
         420 | 421 => G::Compensation(Compensation::Right),
@@ -66,7 +69,7 @@ fn g_code(tenths: u16) -> Option<G> {
         950 => G::Feed(FeedMode::PerRevolution),
         960 => G::Spindle(SpindleMode::SurfaceSpeed),
         970 => G::Spindle(SpindleMode::Revolutions),
-        40 | 281 | 301 | 610 | 611 | 640 | 980 | 990 => G::Inert,
+        40 | 610 | 611 | 640 | 980 | 990 => G::Inert,
         _ => return None,
     })
 }

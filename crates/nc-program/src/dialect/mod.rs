@@ -80,8 +80,10 @@ pub enum G {
     NoToolOffset,
     /// Sets offsets by L and P.
     SetData,
-    /// To a stored machine position.
-    Home,
+    /// To a stored machine position: the first or the second.
+    Home(u8),
+    /// Stores the present machine position as the first or the second.
+    StoreHome(u8),
     /// Longitudinal turning cycle: X, Z, P1 depth of cut, P2 start of the exit taper.
     TurningCycle,
     /// A dwell whose time is written as a coordinate.
