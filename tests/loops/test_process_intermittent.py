@@ -197,4 +197,4 @@ def test_arcs_written_with_a_radius_stay_within_a_quadrant(sign: float) -> None:
     assert len(arcs) > 4
     for k in arcs:
         arms = np.array([path.start_mm[k] - path.centre_mm[k], path.end_mm[k] - path.centre_mm[k]])[:, [0, 2]]
-        assert np.all(arms.min(axis=0) > -0.05) or np.all(arms.max(axis=0) < 0.05)
+        assert np.all((arms.min(axis=0) > -0.05) | (arms.max(axis=0) < 0.05))
