@@ -70,6 +70,7 @@ class Code(StrEnum):
     TCH_PLAN = "TCH-PLAN"  # gauging points that cannot be placed
 
     # PRB: probing plans, programs and logs
+    PRB_FILE = "PRB-FILE"  # a probe file that is missing or wrong
     PRB_CALIBRATION = "PRB-CALIBRATION"  # a probe that is not calibrated, or not credibly
     PRB_REACH = "PRB-REACH"  # a point that ball or stem cannot reach without touching something else
     PRB_BALL = "PRB-BALL"  # a ball larger than the groove it is to touch in
@@ -100,6 +101,22 @@ class Code(StrEnum):
     CMP_RAPID = "CMP-RAPID"
     CMP_READ_BACK = "CMP-READ-BACK"
 
+    # SRF: surfaces, their deviations and patterns
+    SRF_SURFACE = "SRF-SURFACE"  # knots, control points and weights that make no patch
+    SRF_DEGENERATE = "SRF-DEGENERATE"  # a place without a normal
+    SRF_GRID = "SRF-GRID"  # a point grid that no surface can be fitted to
+    SRF_POINTS = "SRF-POINTS"  # too few points measured on a surface
+    SRF_UNIT = "SRF-UNIT"  # points in another unit than mm
+    SRF_SIGN = "SRF-SIGN"  # points on the wrong side: normals into the material, or the ball's radius left in
+    SRF_OFF = "SRF-OFF"  # points too far off the surface
+    SRF_OUTSIDE = "SRF-OUTSIDE"  # points beyond the edge of the face
+    SRF_DUPLICATE = "SRF-DUPLICATE"  # a point measured twice
+    SRF_HOLES = "SRF-HOLES"  # a grid that lacks points
+    SRF_BALL = "SRF-BALL"  # a ball larger than a hollow, or no ball
+    SRF_PARTS = "SRF-PARTS"  # too few parts for a pattern
+    SRF_OUTLIER = "SRF-OUTLIER"  # a part unlike the others
+    SRF_MODEL = "SRF-MODEL"  # a model that the points cannot determine, or that none satisfies
+
     # MCH: machine models
     MCH_NAME = "MCH-NAME"  # no axis error of ISO 230-1
     MCH_STRUCTURE = "MCH-STRUCTURE"  # no kinematic chain
@@ -112,13 +129,18 @@ class Code(StrEnum):
     MCH_UNIT = "MCH-UNIT"  # units unknown, missing or mixed
     MCH_PROGRAM = "MCH-PROGRAM"  # a program that cannot be corrected by a machine model
     MCH_SHAPE = "MCH-SHAPE"  # inspections of different points
+    MCH_FRAME = "MCH-FRAME"  # a work offset or tool whose place in the machine is not given
+    MCH_TRAVEL = "MCH-TRAVEL"  # a position the machine cannot reach
+    MCH_RANGE = "MCH-RANGE"  # a position or temperature outside what the model was found at
     MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
     # SIM: the simulator
+    SIM_FILE = "SIM-FILE"  # a machine file that is missing or wrong
     SIM_NOSE = "SIM-NOSE"  # a worn nose that is no nose
 
     # CTL: controls and what they write
     CTL_LINUXCNC = "CTL-LINUXCNC"  # LinuxCNC is missing or does not come up
+    CTL_DIALECT = "CTL-DIALECT"  # a program for another control than the one that shall run it
     CTL_PROGRAM = "CTL-PROGRAM"  # the control stopped a program with an error
 
     # JOB: job files

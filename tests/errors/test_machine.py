@@ -11,6 +11,7 @@ import pytest
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.positioning_data import read_positioning
+from trueloop.machine.commanded_path import Setup, commanded_path
 from trueloop.machine.identify import identify
 from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.names import error_name
@@ -41,6 +42,15 @@ def _two_normals_for_three_points() -> object:
     return error_components(model, seen, State(points), State(points), compensated=True)
 
 
+def _placed(source: str, **signals: float) -> object:
+    chain = MILL.chain.with_axes({"X": replace(MILL.chain.axis("X"), travel=(0.0, 500.0))})
+    term = replace(EXX, parts=(*EXX.parts, T1))
+    known = {"X": (0.0, 500.0), "T1": (20.0, 30.0)}
+    model = MachineModel(Machine("mill", chain), (term,), np.zeros(4), np.zeros((4, 4)), known)
+    setup = Setup({1: (0.0, 0.0, 0.0)}, signals=signals or {"T1": 25.0})
+    return commanded_path(model, setup, read_program(source.encode(), "linuxcnc").run())
+
+
 def _positioning(text: str) -> object:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "test.csv"
@@ -69,6 +79,9 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     ),
     Code.MCH_OUTLIER: _outlier,
     Code.MCH_PROGRAM: lambda: displace_points(read_program(b"G91\nX1. Y1.\n", "linuxcnc"), QuadrupoleField(1e-5, 0.0)),
+    Code.MCH_FRAME: lambda: _placed("G21 G55 G1 X10. F100\n"),
+    Code.MCH_TRAVEL: lambda: _placed("G21 G54 G1 X600. F100\n"),
+    Code.MCH_RANGE: lambda: _placed("G21 G54 G1 X10. F100\n", T1=45.0),
     Code.MCH_SHAPE: _two_normals_for_three_points,
     Code.MCH_FILE: lambda: read_positioning(Path("no-such-file-1.csv")),
     Code.MCH_UNIT: lambda: _positioning("target_ft,approach,cycle,actual_ft\n0,up,1,0\n"),

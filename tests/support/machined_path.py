@@ -1,0 +1,89 @@
+"""Where a machine with known errors really takes the tool along a program, and how far that is from where it should."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tests.support.linuxcnc import Move, interpret
+from trueloop.geometry.feature import Array
+from trueloop.machine.commanded_path import Setup, commanded_path
+from trueloop.machine.model import MachineModel, State
+from trueloop.machine.program_edits import compensation_edits
+from trueloop.nc.edit import apply_edits
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Motion
+
+STARTUP = "G17 G21 G40 G49 G54 G64 G80 G90 G91.1 G94"
+
+
+def corrected(source: str, model: MachineModel, setup: Setup, tolerance_mm: float = 0.0002) -> str:
+    """The program with the model's correction written in."""
+    program = read_program(source.encode(), "linuxcnc")
+    placed = commanded_path(model, setup, program.run())
+    return apply_edits(program, compensation_edits(program, placed, tolerance_mm)).decode()
+
+
+def interpreted_points(source: str, folder: Path, name: str, step_mm: float) -> tuple[Array, Array]:
+    """(points along all feed moves, their ends), (n, 3) mm, as LinuxCNC's interpreter commands them."""
+    file = folder / f"{name}.ngc"
+    file.write_text(source)
+    moves = [move for move in interpret(file, startup=STARTUP) if move.kind != "rapid"]
+    points = [_along(move, step_mm) for move in moves]
+    return np.concatenate(points), np.array([move.end_mm for move in moves])
+
+
+def _along(move: Move, step_mm: float) -> Array:
+    start, end = np.array(move.start_mm), np.array(move.end_mm)
+    if move.kind == "line":
+        count = max(2, int(np.linalg.norm(end - start) / step_mm))
+        line: Array = start + np.linspace(0, 1, count)[:, None] * (end - start)
+        return line
+    # the interpreter does not say the plane: it is the one of the spoke in which the arc comes to its end, or XY
+    spoke = np.abs(start - np.array(move.centre_mm))
+    planes = [plane for plane in ((0, 1), (1, 2), (2, 0)) if spoke[3 - plane[0] - plane[1]] < 1e-9]
+    arcs = [_in_plane(move, plane, step_mm) for plane in planes]
+    return min(arcs, key=lambda points: round(float(np.linalg.norm(points[-1] - end)), 6))
+
+
+def _in_plane(move: Move, plane: tuple[int, int], step_mm: float) -> Array:
+    assert move.centre_mm is not None and move.sweep_rad is not None
+    first, second = plane
+    start, centre = np.array(move.start_mm), np.array(move.centre_mm)
+    radius = float(np.hypot(start[first] - centre[first], start[second] - centre[second]))
+    share = np.linspace(0, 1, max(9, int(radius * abs(move.sweep_rad) / step_mm)))
+    angle = np.arctan2(start[second] - centre[second], start[first] - centre[first]) - move.sweep_rad * share
+    points = start + share[:, None] * (np.array(move.end_mm) - start)
+    points[:, first] = centre[first] + radius * np.cos(angle)
+    points[:, second] = centre[second] + radius * np.sin(angle)
+    round_: Array = points
+    return round_
+
+
+def run_points(source: str, count: int = 9) -> tuple[Array, Array]:
+    """The same by our own runner, for programs of straight moves: (`count` points a move, ends)."""
+    path = read_program(source.encode(), "linuxcnc").run()
+    feeds = np.flatnonzero(path.motion == Motion.LINE)
+    share = np.linspace(0, 1, count)[:, None]
+    points = [path.start_mm[k] + share * (path.end_mm[k] - path.start_mm[k]) for k in feeds]
+    return np.concatenate(points), path.end_mm[feeds]
+
+
+def actual_mm(truth: MachineModel, setup: Setup, points: Array) -> Array:
+    """Where the machine with the exact errors of `truth` takes the tool when sent to program points."""
+    zero, tool = np.array(setup.work_zero_mm[1]), np.array(setup.tool_mm[-1])
+    chain = truth.machine.chain
+    axes = points + zero - tool
+    positions = chain.positions({name: axes[:, k] for k, name in enumerate("XYZ") if name in chain.order})
+    actual: Array = points + truth.exact_error_mm(State(positions, 0.0, setup.signals, tool))
+    return actual
+
+
+def distances_mm(wanted: Array, found: Array) -> Array:
+    """Of each wanted point to the nearest of those found."""
+    return np.asarray(cKDTree(found).query(wanted)[0], dtype=np.float64)
+
+
+def rms(values: Array | Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

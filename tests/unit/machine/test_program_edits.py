@@ -1,0 +1,80 @@
+"""How corrections are written: rapids, backlash at quadrants, loops, cycles, probing, machine coordinates."""
+
+import numpy as np
+import pytest
+
+from tests.support.machined_path import corrected
+from tests.support.machines import chain_with_travel
+from trueloop.errors import Code, TrueloopError
+from trueloop.machine.commanded_path import Setup
+from trueloop.machine.model import Machine, MachineModel
+from trueloop.machine.names import error_name
+from trueloop.machine.position_basis import CONSTANT, polynomial
+from trueloop.machine.term import Part, Term
+
+MILL = Machine("mill", chain_with_travel("mill-table-x"))
+SETUP = Setup({1: (250.0, 0.0, -100.0)})
+
+
+def _model(term: Term, *coefficients: float) -> MachineModel:
+    return MachineModel(MILL, (term,), np.array(coefficients), np.zeros((len(coefficients),) * 2))
+
+
+STRETCHED = _model(Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 1)),)), 0.0, 0.05)
+"""EXX = 0.1 µm a millimetre: 25 µm at the work zero."""
+
+BACKLASH = _model(Term(error_name("EYY"), (Part(CONSTANT),), both_ways=True), 0.0, 0.01)
+"""Y stands 10 µm too far when it came back."""
+
+
+def test_a_linear_scale_error_splits_nothing() -> None:
+    after = corrected("G21 G1 X20. Y5. F100\nX30.\nG0 X0.\n", STRETCHED, SETUP)
+    assert after == "G21 G1 X19.97300 Y5. F100\nX29.97200\nG0 X-0.02500\n"
+
+
+def test_backlash_is_put_in_where_the_axis_turns_round() -> None:
+    """Y turns round in the third block: a block that takes up the backlash, then the move."""
+    after = corrected("G21 G1 X10. Y5. F100\nX20.\nY2.\nX30.\n", BACKLASH, SETUP)
+    assert after.splitlines() == [
+        "G21 G1 X10. Y5. F100",
+        "X20.",
+        "X20.00000 Y4.99000 Z0.00000",
+        "X20.00000 Y1.99000 Z0.00000",
+        "X30.",
+    ]
+
+
+def test_an_arc_is_cut_where_an_axis_turns_round() -> None:
+    after = corrected("G21 G1 X20. Y-9. F100\nY0.\nG3 X-20. Y0. I-20. J0.\n", BACKLASH, SETUP)
+    to_top, backlash, down = after.splitlines()[-3:]
+    assert to_top.startswith("G3 X0.00000 Y20.00000")
+    assert backlash == "G1 X0.00000 Y19.99000 Z0.00000"
+    assert down.startswith("G3 X-20.00000 Y-0.01000")
+
+
+def test_machine_coordinates_and_probing_stay() -> None:
+    source = "G21 G1 X20. F100\nG53 G0 X5.\nG38.2 X30. F50\n"
+    after = corrected(source, STRETCHED, SETUP).splitlines()
+    assert after == ["G21 G1 X19.97300 F100", "G53 G0 X5.", "G38.2 X30. F50"]
+
+
+def test_a_loop_at_several_places_is_refused_and_at_one_place_is_not() -> None:
+    loop = "#1=0\nG21 G0 X0. Z5.\no1 while [#1 LT 2]\nG1 X{} Z1. F100\nG0 Z5.\n#1=[#1+1]\no1 endwhile\nM2\n"
+    same = corrected(loop.format("20."), STRETCHED, SETUP)
+    assert "G1 X19.97300 Z1." in same
+    with pytest.raises(TrueloopError) as refusal:
+        corrected(loop.format("[10*#1]"), STRETCHED, SETUP)
+    assert refusal.value.code is Code.MCH_PROGRAM
+    assert "block 4" in refusal.value.message
+
+
+def test_a_cycle_is_refused() -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        corrected("G21 G0 X0 Y0 Z10\nG81 X10 Y5 Z-3 R2 F100\n", STRETCHED, SETUP)
+    assert refusal.value.code is Code.MCH_PROGRAM
+    assert refusal.value.place.line == 2
+
+
+def test_inch_programs_are_written_in_inches() -> None:
+    setup = Setup({1: (0.0, 0.0, -100.0)})
+    assert corrected("G20\nG1 X15. F10\n", STRETCHED, setup) == "G20\nG1 X14.998500 F10\n"
