@@ -198,7 +198,10 @@ def _restyled(old: str, value: Decimal, resolution: Decimal) -> str:
     whole, _, decimals = _digits(old).lstrip("+-").partition(".")
     places = max(len(decimals), -int(resolution.as_tuple().exponent))
     digits, _, fraction = f"{abs(value):.{places}f}".partition(".")
-    digits = "" if digits == "0" and not whole else digits.zfill(len(whole))
+    if digits == "0" and not whole:
+        digits = ""
+    if whole.startswith("0"):
+        digits = digits.zfill(len(whole))
     sign = "-" if value < 0 else "+" if old.startswith("+") else ""
     return f"{sign}{digits}.{fraction}"
 
