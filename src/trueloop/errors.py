@@ -132,6 +132,8 @@ class Code(StrEnum):
     MCH_FRAME = "MCH-FRAME"  # a work offset or tool whose place in the machine is not given
     MCH_TRAVEL = "MCH-TRAVEL"  # a position the machine cannot reach
     MCH_RANGE = "MCH-RANGE"  # a position or temperature outside what the model was found at
+    MCH_TABLE = "MCH-TABLE"  # what a control's table cannot hold
+    MCH_MACHINE = "MCH-MACHINE"  # a model for another machine
     MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
     # SIM: the simulator

@@ -99,6 +99,9 @@ class GaugingTable(_Table):
     """The touches and how well the probe repeats ([6811 §4.1]: ranges of 1.5 µm on diameters, 0.5 µm on faces)."""
 
     touches: Path
+    probe: Path | None = None
+    points: dict[str, Annotated[int, Field(ge=1)]] = {}
+    spacing_mm: PositiveFloat | None = None
     ball_radius_mm: NonNegativeFloat = 0.0
     repeatability_diameter_um: NonNegativeFloat = 1.5
     repeatability_face_um: NonNegativeFloat = 0.5

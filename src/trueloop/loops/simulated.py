@@ -100,7 +100,7 @@ def simulate(trial: Trial, workshop: Workshop, seed: int = 0) -> SimulatedPart:
 
 def semifinish_and_probe(trial: Trial, workshop: Workshop, seed: int) -> tuple[Stock, ErrorVectors]:
     """The semi-finished part and what the loop gets to see of it."""
-    rng, machine = _random(seed, 0), workshop.machine
+    rng, machine = random_of(seed, 0), workshop.machine
     semifinish_c, probing_c, _ = workshop.temperatures_c
     roughed = machine.cut(Stock(), trial.rough, rng, semifinish_c)
     semifinished = machine.cut(roughed, trial.semifinish, rng, semifinish_c)
@@ -109,17 +109,23 @@ def semifinish_and_probe(trial: Trial, workshop: Workshop, seed: int) -> tuple[S
 
 def finish(trial: Trial, workshop: Workshop, correction: Correction, semifinished: Stock, seed: int) -> Stock:
     """The part cut with the corrected program, or with the given one and tool offsets where these are enough."""
-    machine = workshop.machine
-    if correction.decision.offset_is_enough:
-        machine = _offset(machine, correction.decision.offset_mm)
+    machine = finishing_machine(workshop, correction)
     return finish_along(workshop, machine, corrected_paths(trial, correction), semifinished, seed)
+
+
+def finishing_machine(workshop: Workshop, correction: Correction) -> VirtualMachine:
+    """The machine with the tool offsets of the correction, where these take the place of a changed contour."""
+    machine = workshop.machine
+    if not correction.decision.offset_is_enough:
+        return machine
+    return _offset(machine, correction.decision.offset_mm)
 
 
 def finish_along(
     workshop: Workshop, machine: VirtualMachine, paths: Sequence[CentrePath], semifinished: Stock, seed: int
 ) -> Stock:
     """The finish cut along any paths; its random errors depend on the seed alone."""
-    return machine.cut(semifinished, paths, _random(seed, 1), workshop.temperatures_c[2])
+    return machine.cut(semifinished, paths, random_of(seed, 1), workshop.temperatures_c[2])
 
 
 def probe_part(
@@ -174,7 +180,7 @@ def measured_part(
     plan = trial.inputs.touches
     before = true_errors_mm(trial, semifinished, trial.inputs.allowance_mm)
     after = true_errors_mm(trial, finished)
-    cmm = workshop.cmm.measure(finished, plan.nominal_mm, plan.outward_normal, _random(seed, 2))
+    cmm = workshop.cmm.measure(finished, plan.nominal_mm, plan.outward_normal, random_of(seed, 2))
     return SimulatedPart(correction, touches, before, after, _from_reference(trial, cmm), finished)
 
 
@@ -195,7 +201,8 @@ def _from_reference(trial: Trial, error_mm: Array) -> Array:
     return relative
 
 
-def _random(seed: int, stage: int) -> np.random.Generator:
+def random_of(seed: int, stage: int) -> np.random.Generator:
+    """Random numbers of one stage of a part: 0 up to probing, 1 the finish cut, 2 the measuring machine."""
     return np.random.default_rng([seed, stage])
 
 

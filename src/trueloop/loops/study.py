@@ -18,7 +18,7 @@ from trueloop.compensation.shift import ZERO, Shift, sampled
 from trueloop.error_curve.coverage import student_t_factor
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.process_intermittent import compensate
 from trueloop.loops.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.simulator.path import CentrePath, path_of_positions
@@ -111,9 +111,13 @@ def raw_shifts(profile: Profile, touches: ErrorVectors) -> tuple[Shift, ...]:
 def path_of_shifts(profile: Profile, nose_radius_mm: float, shifts: Sequence[Shift]) -> CentrePath:
     """The path of the nose centre along a shifted contour, as positions 0.02 mm apart."""
     positions = []
-    for piece in centre_pieces(profile, shifted_contour(profile, shifts, nose_radius_mm)):
-        count = max(2, round((piece.end_mm - piece.start_mm) / STEP_MM))
-        positions.append(piece.shifted.centre_mm(np.linspace(piece.start_mm, piece.end_mm, count)))
+    tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
+    for k, piece in enumerate(centre_pieces(profile, shifted_contour(profile, shifts, nose_radius_mm))):
+        # Where shifts of tangent neighbours differ, the path steps over at the junction.
+        start_mm = 0.0 if tangent[k] else piece.start_mm
+        end_mm = piece.shifted.feature.length_mm if tangent[k + 1] else piece.end_mm
+        count = max(2, round((end_mm - start_mm) / STEP_MM))
+        positions.append(piece.shifted.centre_mm(np.linspace(start_mm, end_mm, count)))
     return path_of_positions(np.concatenate(positions))
 
 

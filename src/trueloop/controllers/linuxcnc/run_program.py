@@ -14,6 +14,10 @@ from pathlib import Path
 
 import linuxcnc
 
+PATH_MODE = "G64 P0.0001"
+"""Corners are rounded by a tenth of a micrometre at most, unless the program says otherwise. As a start-up code in the
+configuration it does not reach programs, and what LinuxCNC does by itself rounds corners by millimetres."""
+
 ERRORS = (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)
 
 
@@ -54,6 +58,10 @@ class Operator:
         self.command.wait_complete()
         self.command.home(-1)
         self.until(lambda: all(self.status.homed[: self.status.joints]), 20)
+        self.command.mode(linuxcnc.MODE_MDI)
+        self.command.wait_complete()
+        self.command.mdi(PATH_MODE)
+        self.command.wait_complete(5)
 
     def run(self, program: Path, feed_override: float, timeout_s: float) -> "int | None":
         """Runs a program to its end or its first error; the line it was at then."""

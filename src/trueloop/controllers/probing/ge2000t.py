@@ -1,0 +1,27 @@
+"""GE Mark Century 2000T, as in fast probing [6811 §4.1]: feed moves through the surface, latched from outside.
+
+The control has no skip: a device in the position feedback latches the axes when the probe trips, and the probe's own
+overtravel takes up the rest of the move, so that the overtravel of the plan must lie within it (6.5 mm along Z, 12.5°
+of tilt for the probe of the report). The style of blocks is that of the programs of [6811 Appendix A]; no probing
+program is printed there.
+"""
+
+from trueloop.controllers.probing.settings import Settings, heading
+from trueloop.gauging.probe_plan import ProbePlan
+
+
+def program(plan: ProbePlan, settings: Settings) -> str:
+    """The program as text; X in diameters always, as the control takes it."""
+    settings = Settings(**{**vars(settings), "diameter": True})
+    position, probe = (settings.feed(f) for f in (settings.position_feed_mm_per_min, settings.probe_feed_mm_per_min))
+    x, z = settings.safe_first(plan)
+    blocks = [f"{'G70' if settings.inch else 'G71'}", "G94 M05", f"T{settings.tool:02d}{settings.tool:02d}"]
+    blocks += [f"G00 {x}", f"G00 {z}"]
+    for touch in plan.touches:
+        blocks.append(f"! Point {touch.point} on {touch.feature}")
+        blocks += [f"G01 {settings.words(place)} {position}" for place in (*touch.way_mm, touch.start_mm)]
+        blocks += [f"G01 {settings.words(touch.target_mm)} {probe}", f"G01 {settings.words(touch.start_mm)} {position}"]
+    blocks += [f"G01 {settings.words(place)} {position}" for place in plan.retreat_mm]
+    lines = ["(ID,PROG, 9100, Probing)", *(f"! {line}" for line in heading(plan, settings)), *blocks, "M30"]
+    numbered = [f"N{10 * (k + 1):04d} {line}" for k, line in enumerate(lines)]
+    return "\n".join([*numbered, "N9999 (END, PROG)", ""])

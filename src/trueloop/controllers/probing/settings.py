@@ -1,0 +1,59 @@
+"""How a probing program writes coordinates, and what it says besides moves."""
+
+from dataclasses import dataclass
+
+from trueloop.gauging.probe_plan import ProbePlan
+from trueloop.geometry.feature import Point
+from trueloop.units import MM_PER_INCH
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Unit and diameter mode of the program, feeds in mm/min, the probe's tool number, work offset 54–59 and log.
+
+    Moves between touches are at `position_feed_mm_per_min` in straight lines: not every control runs rapids straight.
+    """
+
+    part: str = "part"
+    inch: bool = False
+    diameter: bool = True
+    probe_feed_mm_per_min: float = 60.0
+    position_feed_mm_per_min: float = 2000.0
+    tool: int = 9
+    work_offset: int = 54
+    log: str = "touches.txt"
+
+    @property
+    def unit_mm(self) -> float:
+        """Millimetres in a program unit."""
+        return MM_PER_INCH if self.inch else 1.0
+
+    def words(self, point_mm: Point) -> str:
+        """`X… Z…` of the ball's centre, in the program's unit, X as a diameter where that is the mode."""
+        x, z = point_mm
+        return f"X{self.number(x * (2.0 if self.diameter else 1.0))} Z{self.number(z)}"
+
+    def number(self, length_mm: float) -> str:
+        """A length in program units, to 0.1 µm or 0.00001 in, always with its decimal point."""
+        decimals = 5 if self.inch else 4
+        text = f"{length_mm / self.unit_mm:.{decimals}f}".rstrip("0")
+        return "0." if text in ("-0.", "0.") else text
+
+    def feed(self, mm_per_min: float) -> str:
+        """An F word."""
+        return f"F{self.number(mm_per_min)}"
+
+    def safe_first(self, plan: ProbePlan) -> tuple[str, str]:
+        """The way to the safe position from anywhere outside: first away from the axis, then along it."""
+        x, z = self.words(plan.safe_mm).split()
+        return x, z
+
+
+def heading(plan: ProbePlan, settings: Settings) -> list[str]:
+    """What a person at the control should know, without the control's comment marks."""
+    mode = "diameters" if settings.diameter else "radii"
+    return [
+        f"Probing program for {settings.part}: {len(plan.touches)} touches",
+        f"Programmed point: centre of the ball, radius {plan.stylus.ball_radius_mm:.3f} mm; X in {mode}",
+        f"The surface is expected {plan.approach.allowance_mm:.3f} mm over the nominal one",
+    ]

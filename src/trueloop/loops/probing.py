@@ -1,0 +1,110 @@
+"""From a job to its probing plan, and from what a control logged to touches that the job can be corrected by."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.job import Job, read_job
+from trueloop.formats.probe_log import read_probe_log
+from trueloop.formats.probe_toml import ReadProbe, read_probe
+from trueloop.formats.touches_csv import read_touches
+from trueloop.gauging.obstacle import stock_obstacle
+from trueloop.gauging.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.gauging.probe_match import MatchedTouches, match_touches, renamed
+from trueloop.gauging.probe_plan import ProbePlan, probe_plan
+from trueloop.gauging.touches import Gauging, error_vectors
+from trueloop.geometry.feature import Array
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.geometry.profile import Profile
+from trueloop.loops.job_inputs import ReadPart, read_part
+
+CLEAR_OF_ENDS: Final = 1.0
+"""The first and last point of a feature lie this many ball radii from what the nose reaches of it."""
+
+
+@dataclass(frozen=True)
+class ProbingJob:
+    """A job's part, its probe and the plan that touches it."""
+
+    part: ReadPart
+    probe: ReadProbe
+    plan: ProbePlan
+
+
+def read_probing(path: Path) -> ProbingJob:
+    """Reads a job and its probe file, places the points and plans the ways. Raises JOB, GEO, TCH and PRB errors."""
+    job, part = read_job(path), read_part(path)
+    if job.gauging.probe is None:
+        raise TrueloopError(
+            Code.PRB_FILE,
+            "the job names no probe: `gauging.probe` is missing",
+            hint="write a probe file (docs/probing.md) and name it in the job's table [gauging]",
+        ).in_file(str(path))
+    probe = read_probe(path.parent / job.gauging.probe, job.programs.semifinish_allowance_mm or 0.0)
+    points, names = _points(path, job, part, probe)
+    obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
+    return ProbingJob(part, probe, probe_plan(part.profile, points, obstacle, probe.stylus, probe.approach, names))
+
+
+def read_logged_touches(path: Path, log: Path, control: str) -> MatchedTouches:
+    """The touches of a log as part errors of the job's plan. Raises PRB errors that name the log and its line."""
+    probing = read_probing(path)
+    program = probing.probe.program
+    logged = read_probe_log(log, control, inch=program.unit == "inch", diameter=program.x_is == "diameter")
+    try:
+        matched = match_touches(
+            probing.plan,
+            [touch.position_mm for touch in logged],
+            [touch.line for touch in logged],
+            probing.probe.calibration,
+            reports_surface=control == "renishaw",
+        )
+    except TrueloopError as error:
+        raise error.in_file(str(log)) from None
+    return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
+
+
+def touches_csv(matched: MatchedTouches) -> str:
+    """The touches as the job's CSV: errors are part errors, whatever the job says of ball and allowance."""
+    lines = ["point,feature,nominal_x_mm,nominal_z_mm,error_um"]
+    for touch in matched.touches:
+        assert touch.error_mm is not None
+        x, z = touch.nominal_mm
+        lines.append(f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * 1000:.3f}")
+    return "\n".join([*lines, ""])
+
+
+def _points(path: Path, job: Job, part: ReadPart, probe: ReadProbe) -> tuple[GaugingPoints, list[str]]:
+    """From the counts and spacing in the job, or, without any, where the job's touches are."""
+    profile = part.profile
+    if job.gauging.points or job.gauging.spacing_mm is not None:
+        reachable = nose_centre_path(profile, part.nose_radius_mm).reachable_mm
+        points = equally_spaced(profile, _spacings(job, profile, reachable, probe), reachable)
+        return points, [str(k + 1) for k in range(len(points.arc_length_mm))]
+    file = path.parent / job.gauging.touches
+    try:
+        vectors = error_vectors(profile, read_touches(file), Gauging())
+    except TrueloopError as error:
+        raise error.in_file(str(file)) from None
+    points = GaugingPoints(vectors.feature_index, vectors.arc_length_mm, vectors.nominal_mm, vectors.outward_normal)
+    return points, list(vectors.point)
+
+
+def _spacings(job: Job, profile: Profile, reachable_mm: Array, probe: ReadProbe) -> dict[str, Spacing]:
+    margin = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
+    unknown = [name for name in job.gauging.points if name not in profile.names]
+    spacings = {name: Spacing(1) for name in unknown}  # refused, with its name, by `equally_spaced`
+    for name, (low, high) in zip(profile.names, reachable_mm, strict=True):
+        count = job.gauging.points.get(name)
+        if count is None and job.gauging.spacing_mm is not None:
+            room = float(high - low) - 2 * margin
+            count = max(1, math.ceil(room / job.gauging.spacing_mm) + 1) if room > 0 else None
+        if count is not None:
+            spacings[name] = Spacing(count, margin, margin)
+    return spacings
+
+
+def _cell(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\r\n') else text
