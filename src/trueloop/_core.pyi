@@ -72,6 +72,7 @@ class NcProgram:
 
 # envelope: the surface that a swept nose leaves
 
+@final
 class NoseSweep:
     """A nose swept along a polyline of its centre (n, 2), x a radius, mm.
 

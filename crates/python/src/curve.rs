@@ -43,6 +43,7 @@ type FitArrays<'py> = (
 /// Least-squares spline with end conditions: (coefficients, covariance band, sensitivity, residuals, leverages).
 #[pyfunction]
 #[pyo3(signature = (points, values, weights, interior_knots, length, degree, ends))]
+#[allow(clippy::too_many_arguments)] // the token of the interpreter counts as one
 fn fit_spline<'py>(
     py: Python<'py>,
     points: PyReadonlyArray1<'py, f64>,
