@@ -4,10 +4,7 @@ Figures are Plotly specifications. Each stands in the page twice over, made from
 Plotly library that is embedded, and as a still picture for paper and for browsers without scripts.
 """
 
-import json
 from collections.abc import Iterator, Mapping
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
@@ -19,19 +16,15 @@ from trueloop.report.decisions import decisions
 from trueloop.report.junctions import junctions
 from trueloop.report.markup import esc, section, table
 from trueloop.report.program_diff import changed_lines, program_diff
-from trueloop.report.still import svg
+from trueloop.report.shell import figure_block, html_page
 from trueloop.report.style import Figure, plain
 from trueloop.report.summary import feature_table, kind_of_correction, verdict
 from trueloop.report.touch_table import touches_csv, touches_table
 from trueloop.report.whiskers import COVERAGE
 from trueloop.units import UM_PER_MM
 
-HERE: Final = Path(__file__).parent
 FULL_WIDTH: Final = 980
 HALF_WIDTH: Final = 480
-POLICY: Final = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
-"""Content security: the browser itself refuses whatever would come from elsewhere."""
-
 SIGN: Final = (
     "Errors are along the outward normal of the nominal profile: <b class='on'>+ is material left on</b> (red), "
     "<b class='off'>− is too much taken</b> (blue). x is a radius. "
@@ -51,14 +44,7 @@ def page(correction: Correction) -> str:
         _numbers(correction),
         _origin(correction),
     )
-    return (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head>"
-        f"<body><main>{_head(correction)}{''.join(sections)}</main>"
-        f"<script>{_plotly()}</script><script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script></body></html>\n"
-    )
+    return html_page(title, _head(correction) + "".join(sections))
 
 
 def _head(correction: Correction) -> str:
@@ -82,10 +68,10 @@ def _part(correction: Correction) -> str:
     return section(
         "part",
         "The part",
-        _figure(
+        figure_block(
             "before-after", both, f"Errors × {_times(both)}: above the spindle axis as measured, below as predicted."
         ),
-        _figure("after", enlarged, f"Predicted errors × {_times(enlarged)}, with U in grey."),
+        figure_block("after", enlarged, f"Predicted errors × {_times(enlarged)}, with U in grey."),
     )
 
 
@@ -100,7 +86,9 @@ def _curves(correction: Correction) -> str:
         caption = f"<b>{esc(feature.name)}</b>: {kind_of_correction(correction, i)}"
         if _has_curve(correction, i):
             width = HALF_WIDTH if isinstance(feature, Line) else FULL_WIDTH
-            drawn.append(_figure(f"curve-{i}", error_curve(correction, i, width), caption, small=width == HALF_WIDTH))
+            drawn.append(
+                figure_block(f"curve-{i}", error_curve(correction, i, width), caption, small=width == HALF_WIDTH)
+            )
         else:
             told.append(caption)
     legend = (
@@ -161,23 +149,6 @@ def _flat(options: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str
             yield from _flat(value, f"{prefix}{name}.")
         else:
             yield prefix + name, "chosen by trueloop" if value is None else value
-
-
-def _figure(name: str, figure: Figure, caption: str, small: bool = False) -> str:
-    """A figure with both its appearances; `caption` is HTML."""
-    data = json.dumps(figure, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
-    return (
-        f'<figure id="{name}"{" class=small" if small else ""}>{svg(figure, name)}<div class="plot"></div>'
-        f'<script type="application/json">{data}</script><figcaption>{caption}</figcaption></figure>'
-    )
-
-
-def _plotly() -> str:
-    """The library as it comes with the Python package, found without importing that: an import would take a second."""
-    package = find_spec("plotly")
-    if package is None or package.origin is None:
-        raise ModuleNotFoundError("the Python package plotly is not installed, which brings plotly.min.js")
-    return (Path(package.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
 
 
 def figures(correction: Correction) -> Iterator[Figure]:
