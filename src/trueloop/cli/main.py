@@ -4,9 +4,10 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli import nc, part
+from trueloop.cli import linuxcnc, machine, nc, part, probe
 from trueloop.cli.compensate import compensate
 from trueloop.cli.demo import demo
+from trueloop.cli.simulate import simulate
 
 app = typer.Typer(
     name="trueloop",
@@ -23,6 +24,10 @@ app.command()(compensate)
 app.command()(demo)
 app.add_typer(part.app, name="part")
 app.add_typer(nc.app, name="nc")
+app.add_typer(probe.app, name="probe")
+app.command()(simulate)
+app.add_typer(linuxcnc.app, name="linuxcnc")
+app.add_typer(machine.app, name="machine")
 
 
 def _print_version(wanted: bool) -> None:

@@ -7,23 +7,28 @@ side in the result.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from trueloop.compensation.prediction import rms
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.job import read_job
+from trueloop.formats.virtual_machine_toml import read_virtual_machine
 from trueloop.gauging.calibration import BallCalibration, calibrate
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.touch import Touch
 from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.offset import nose_centre_path
+from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Correction, Inputs, compensate
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import ToolPath
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.path import CentrePath, path_along, paths_of_program
-from trueloop.simulator.presets import Workshop
+from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.stock import Stock
 
 SPHERE_RADIUS_MM: Final = 12.5
@@ -31,6 +36,7 @@ SPHERE_CENTRE_MM: Final = (120.0, 0.0)
 CALIBRATED_RAD: Final = (math.radians(-30.0), math.radians(130.0))
 DIRECTIONS: Final = 33
 REPEATS: Final = 5
+NOSE_WITHIN_MM: Final = 1e-3
 
 
 @dataclass(frozen=True)
@@ -72,6 +78,28 @@ class Trial:
     rough: tuple[CentrePath, ...]
     semifinish: tuple[CentrePath, ...]
     finish: tuple[CentrePath, ...]
+
+
+def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial]:
+    """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH and SIM errors."""
+    read, z_reference = read_inputs(job), read_job(job).gauging.z_reference
+    workshop = nist() if machine is None else read_virtual_machine(machine)
+    if read.inputs.allowance_mm <= 0.0:
+        raise TrueloopError(
+            Code.SIM_ALLOWANCE,
+            f"the semi-finish cut leaves {read.inputs.allowance_mm} mm: the finish cut would have nothing to cut",
+            hint="say `semifinish_allowance_mm` in the job's table [programs]",
+            place=Place(str(job)),
+        )
+    nose_mm = workshop.machine.nose.radius_mm
+    if abs(nose_mm - read.inputs.nose_radius_mm) > NOSE_WITHIN_MM:
+        raise TrueloopError(
+            Code.SIM_NOSE,
+            f"the machine's nose has a radius of {nose_mm:.4f} mm, the job's {read.inputs.nose_radius_mm:.4f} mm",
+            hint="give the machine file a table [nose] with the job's radius; its errors belong into the wear",
+            place=Place(str(machine) if machine is not None else str(job)),
+        )
+    return workshop, trial_of(replace(read.inputs, measured_at=None), z_reference)
 
 
 def trial_of(inputs: Inputs, z_reference: str | None = None) -> Trial:

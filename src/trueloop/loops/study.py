@@ -19,7 +19,7 @@ from trueloop.error_curve.coverage import student_t_factor
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import JunctionKind, Profile
-from trueloop.loops.process_intermittent import compensate
+from trueloop.loops.process_intermittent import Correction, compensate
 from trueloop.loops.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.simulator.path import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
@@ -89,14 +89,19 @@ def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
     def finished(paths: Sequence[CentrePath]) -> Array:
         return true_errors_mm(trial, finish_along(workshop, workshop.machine, paths, semifinished, seed))
 
-    k = student_t_factor(COVERAGE, loop.model.degrees_of_freedom or None)
     return StudyPart(
         loop_mm=true_errors_mm(trial, finish(trial, workshop, loop, semifinished, seed)),
         path_mm=true_errors_mm(trial, finish(trial, workshop, path, semifinished, seed)),
         raw_mm=finished([raw]),
         uncorrected_mm=finished(trial.finish),
-        half_band_mm=k * loop.prediction.standard_u_mm,
+        half_band_mm=half_band_mm(loop),
     )
+
+
+def half_band_mm(correction: Correction) -> Array:
+    """Half width of the predicted 95 % band of the residual at every touch, (n,): Student's t for few touches."""
+    k = student_t_factor(COVERAGE, correction.model.degrees_of_freedom or None)
+    return k * correction.prediction.standard_u_mm
 
 
 def raw_shifts(profile: Profile, touches: ErrorVectors) -> tuple[Shift, ...]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from trueloop.formats.probe_toml import ProgramTable
 from trueloop.gauging.probe_plan import ProbePlan
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH
@@ -57,3 +58,17 @@ def heading(plan: ProbePlan, settings: Settings) -> list[str]:
         f"Programmed point: centre of the ball, radius {plan.stylus.ball_radius_mm:.3f} mm; X in {mode}",
         f"The surface is expected {plan.approach.allowance_mm:.3f} mm over the nominal one",
     ]
+
+
+def settings_of(part: str, table: ProgramTable) -> Settings:
+    """The table [program] of a probe file as settings."""
+    return Settings(
+        part=part,
+        inch=table.unit == "inch",
+        diameter=table.x_is == "diameter",
+        probe_feed_mm_per_min=table.probe_feed_mm_per_min,
+        position_feed_mm_per_min=table.position_feed_mm_per_min,
+        tool=table.tool,
+        work_offset=table.work_offset,
+        log=table.log,
+    )

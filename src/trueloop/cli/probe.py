@@ -1,0 +1,114 @@
+"""`trueloop probe`: where to touch, the program that touches there, and what the control wrote."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson, print_json
+
+app = typer.Typer(no_args_is_help=True, help="Plan touches, write probing programs, read what the control logged.")
+
+Control = Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"]
+"""As `trueloop.controllers.probing.WRITERS` has them; a test compares."""
+
+Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job; its key `gauging.probe` names the probe.")]
+OfControl = Annotated[Control, typer.Option("--control", "-c", help="The control.")]
+Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write.  [default: stdout]")]
+
+
+@app.command()
+@guarded
+def plan(job: Job, as_json: AsJson = False) -> None:
+    """Show every touch: point, feature, contact, approach and the way there, free of collisions."""
+    from trueloop.loops.probing import read_probing
+
+    probing = read_probing(job)
+    touches = probing.plan.touches
+    if as_json:
+        print_json({"safe_mm": probing.plan.safe_mm, "touches": [vars(touch) for touch in touches]})
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("point", "feature", box=None, pad_edge=False)
+    for heading in ("contact\nX mm", "\nZ mm", "approach\nx", "\nz", "way\npoints"):
+        table.add_column(heading, justify="right")
+    for touch in touches:
+        numbers = (*(f"{value:.4f}" for value in touch.contact_mm), *(f"{-value:.4f}" for value in touch.normal))
+        table.add_row(touch.point, touch.feature, *numbers, str(len(touch.way_mm)))
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(table)
+    stylus = probing.probe.stylus
+    console.print(
+        f"\nPositions are the ball's centre at contact, X a radius. {len(touches)} touches with a ball of "
+        f"{2 * stylus.ball_radius_mm:.3f} mm; nothing else comes closer than {probing.probe.approach.margin_mm:.2f} mm."
+    )
+
+
+@app.command()
+@guarded
+def program(job: Job, control: OfControl, output: Output = None) -> None:
+    """Write the probing program for a control."""
+    from trueloop.controllers.probing import probing_program
+    from trueloop.controllers.probing.settings import settings_of
+    from trueloop.loops.probing import read_probing
+
+    probing = read_probing(job)
+    text = probing_program(probing.plan, control, settings_of(probing.part.name, probing.probe.program))
+    _put(text, output, (job,))
+
+
+@app.command()
+@guarded
+def read(
+    job: Job,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="What the control wrote.")],
+    control: OfControl,
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place."""
+    from trueloop.loops.probing import read_logged_touches, touches_csv
+
+    matched = read_logged_touches(job, log, control)
+    for found in matched.findings:
+        typer.echo(f"{found.place}: {found.severity}: {found.code}: {found.message}\n  hint: {found.hint}", err=True)
+    if as_json:
+        print_json({"touches": [{"point": t.point, "error_mm": t.error_mm} for t in matched.touches]})
+        return
+    _put(touches_csv(matched), output, (job, log))
+
+
+@app.command()
+@guarded
+def calibrate(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Touches on the sphere or ring, as logged.")],
+    control: OfControl,
+    radius_mm: Annotated[float, typer.Option("--radius-mm", help="Radius of the sphere or ring.", min=0.0)],
+    ring: Annotated[bool, typer.Option("--ring", help="A ring, touched from inside.")] = False,
+    lobes: Annotated[int, typer.Option("--lobes", help="Legs of the probe's switch.", min=1)] = 3,
+    inch: Annotated[bool, typer.Option("--inch", help="The log is in inches.")] = False,
+    x_is: Annotated[Literal["radius", "diameter"], typer.Option("--x-is", help="What X is in the log.")] = "diameter",
+) -> None:
+    """Print the table [calibration] of a probe file: effective ball radius and lobing."""
+    import numpy as np
+
+    from trueloop.formats.probe_log import read_probe_log
+    from trueloop.formats.probe_toml import calibration_toml
+    from trueloop.gauging.calibration import calibrate as fit
+
+    touched = read_probe_log(log, control, inch=inch, diameter=x_is == "diameter")
+    found = fit(np.array([t.position_mm for t in touched]), radius_mm, ring=ring, lobes=lobes)
+    typer.echo(calibration_toml(found), nl=False)
+
+
+def _put(text: str, output: Path | None, inputs: tuple[Path, ...]) -> None:
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    from trueloop.formats.outputs import write_all
+
+    (written,) = write_all(output.parent, {output.name: text.encode()}, inputs)
+    typer.echo(f"written: {written}", err=True)
