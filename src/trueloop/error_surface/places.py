@@ -1,0 +1,141 @@
+"""Where deviations of a surface are known, and what a spline of some size can follow there."""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Final
+
+import numpy as np
+
+from trueloop.error_surface.spline_surface import Size, SplineSurface, basis, fit_grid
+from trueloop.errors import Code, TrueloopError
+from trueloop.gauging.surface_deviations import SurfaceDeviations
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_basis import basis_rows, clamped_knots
+
+REGULAR: Final = 0.1
+"""Points belong to a grid's rows when they stray from them by less than this share of the rows' distance."""
+SMOOTHING: Final = 1e-6
+"""Weight of roughness, for scattered points and grids with holes: it decides only where the points do not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Nominal points (n, 3) and their parameters in [0, 1]; `rows` and `columns` are the grid's parameters where the
+    points fill a grid, row by row.
+    """
+
+    points_mm: Array
+    u: Array
+    v: Array
+    rows: Array | None = None
+    columns: Array | None = None
+
+    @cached_property
+    def sides_mm(self) -> tuple[float, float]:
+        """About how long the patch is along u and along v."""
+        spread = self.points_mm - np.mean(self.points_mm, axis=0)
+        design = np.stack([self.u, self.v], axis=1) - [np.mean(self.u), np.mean(self.v)]
+        along = np.linalg.lstsq(design, spread, rcond=None)[0]
+        return float(np.linalg.norm(along[0])), float(np.linalg.norm(along[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Projector:
+    """The span of a spline's basis at the places, as orthonormal columns: `along` ⊗ `across` on a grid, or `whole`."""
+
+    along: Array | None
+    across: Array | None
+    whole: Array | None
+    rank: int
+
+    def residuals(self, values: Array) -> Array:
+        """Values less their projection: what least squares leaves."""
+        if self.whole is not None:
+            return np.asarray(values - self.whole @ (self.whole.T @ values))
+        assert self.along is not None and self.across is not None
+        grid = values.reshape(len(self.along), len(self.across))
+        kept = self.along @ (self.along.T @ grid @ self.across) @ self.across.T
+        return np.asarray((grid - kept).ravel())
+
+    @cached_property
+    def leverages(self) -> Array:
+        """How much each value determines its own projection, 0 to 1."""
+        if self.whole is not None:
+            return np.asarray(np.sum(self.whole**2, axis=1))
+        assert self.along is not None and self.across is not None
+        return np.outer(np.sum(self.along**2, axis=1), np.sum(self.across**2, axis=1)).ravel()
+
+
+def places_of(surface: Surface, deviations: SurfaceDeviations) -> tuple[Places, Array]:
+    """Places and errors of one part. A grid without holes whose points keep to its rows and columns stays a grid."""
+    (u0, u1), (v0, v1) = surface.domain
+    u, v = (deviations.u - u0) / (u1 - u0), (deviations.v - v0) / (v1 - v0)
+    there = deviations.measured
+    rows = columns = None
+    if deviations.shape is not None and np.all(there):
+        rows, columns = _lines(u.reshape(deviations.shape)), _lines(v.reshape(deviations.shape).T)
+    if rows is None or columns is None:
+        return Places(deviations.nominal_mm[there], u[there], v[there]), deviations.error_mm[there]
+    return Places(deviations.nominal_mm, u, v, rows, columns), deviations.error_mm
+
+
+@lru_cache(maxsize=256)
+def projector(places: Places, size: Size) -> Projector:
+    """The span of splines of that size at these places."""
+    if places.rows is not None and places.columns is not None:
+        along, _ = np.linalg.qr(basis(size, 0, places.rows))
+        across, _ = np.linalg.qr(basis(size, 1, places.columns))
+        return Projector(along, across, None, size.controls)
+    left, spread, _ = np.linalg.svd(design(places, size), full_matrices=False)
+    whole = left[:, spread > np.sqrt(SMOOTHING) * np.sqrt(np.mean(spread**2))]
+    return Projector(None, None, whole, whole.shape[1])
+
+
+def regress(places: Places, values_mm: Array, size: Size) -> SplineSurface:
+    """The least-squares spline of that size.
+
+    On a grid it is exact; elsewhere a trace of smoothing, `SMOOTHING` times the squared second differences of the
+    control values, fills what no point determines. Raises SRF-MODEL for more control points than the points determine.
+    """
+    if places.rows is not None and places.columns is not None:
+        grid = values_mm.reshape(len(places.rows), len(places.columns))
+        return fit_grid((places.rows, places.columns), grid, size)
+    if size.controls > len(values_mm):
+        raise TrueloopError(
+            Code.SRF_MODEL,
+            f"{size.controls} control points for {len(values_mm)} measured points",
+            hint="ask for fewer control points, or measure more points",
+        )
+    a, rough = design(places, size), _roughness(size)
+    rough *= np.sqrt(SMOOTHING * np.sum(a * a) / np.sum(rough * rough))
+    wanted = np.concatenate([values_mm, np.zeros(len(rough))])
+    found = np.linalg.lstsq(np.concatenate([a, rough]), wanted, rcond=None)[0]
+    return SplineSurface(size, found.reshape(size.rows, size.columns))
+
+
+def design(places: Places, size: Size) -> Array:
+    """The design matrix (points, controls)."""
+    a = basis_rows(clamped_knots(size.rows, size.degree), size.degree, places.u)
+    b = basis_rows(clamped_knots(size.columns, size.degree), size.degree, places.v)
+    reach = np.arange(size.degree + 1)
+    columns = (a.first[:, None] + reach)[:, :, None] * size.columns + (b.first[:, None] + reach)[:, None, :]
+    matrix = np.zeros((len(places.u), size.controls))
+    values = a.values[:, :, None] * b.values[:, None, :]
+    np.put_along_axis(matrix, columns.reshape(len(matrix), -1), values.reshape(len(matrix), -1), axis=1)
+    return matrix
+
+
+def _lines(parameters: Array) -> Array | None:
+    """The parameter of each row of a grid, when its points keep to it; None else."""
+    lines = np.clip(np.mean(parameters, axis=1), 0.0, 1.0)
+    steps = np.diff(lines)
+    stray = np.max(np.abs(parameters - lines[:, None]))
+    return lines if len(lines) > 1 and stray < REGULAR * np.min(np.abs(steps)) else None
+
+
+def _roughness(size: Size) -> Array:
+    """Second differences of the control values along both directions."""
+    along = np.kron(np.diff(np.eye(size.rows), 2, axis=0), np.eye(size.columns))
+    across = np.kron(np.eye(size.rows), np.diff(np.eye(size.columns), 2, axis=0))
+    return np.concatenate([along, across])

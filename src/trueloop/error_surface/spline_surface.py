@@ -1,0 +1,83 @@
+"""A spline over the parameters of a surface: deviation as a function of place, on [0, 1] × [0, 1]."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop._core import fit_surface_grid
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface_basis import basis_matrix, basis_rows, clamped_knots
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much a spline surface can follow: control points along u and v, and the degree in both directions."""
+
+    rows: int
+    columns: int
+    degree: int = 3
+
+    @property
+    def controls(self) -> int:
+        """Number of control points."""
+        return self.rows * self.columns
+
+    def __str__(self) -> str:
+        return f"{self.rows} × {self.columns}, degree {self.degree}"
+
+
+@dataclass(frozen=True, eq=False)
+class SplineSurface:
+    """Deviations in mm by control values (rows, columns) on evenly spaced clamped knots."""
+
+    size: Size
+    coefficients_mm: Array
+
+    def value_mm(self, u: Array, v: Array) -> Array:
+        """Values at pairs of parameters in [0, 1]."""
+        return self._pairwise(u, v, 0, 0)
+
+    def slopes_mm(self, u: Array, v: Array) -> tuple[Array, Array]:
+        """Derivatives by u and by v, mm per unit of parameter."""
+        return self._pairwise(u, v, 1, 0), self._pairwise(u, v, 0, 1)
+
+    def grid_mm(self, u: Array, v: Array) -> Array:
+        """Values at every u with every v."""
+        return np.asarray(basis(self.size, 0, u) @ self.coefficients_mm @ basis(self.size, 1, v).T)
+
+    def _pairwise(self, u: Array, v: Array, along: int, across: int) -> Array:
+        a = basis_rows(clamped_knots(self.size.rows, self.size.degree), self.size.degree, np.asarray(u, float))
+        b = basis_rows(clamped_knots(self.size.columns, self.size.degree), self.size.degree, np.asarray(v, float))
+        reach = np.arange(self.size.degree + 1)
+        near = self.coefficients_mm[(a.first[:, None] + reach)[:, :, None], (b.first[:, None] + reach)[:, None, :]]
+        left, right = (a.values, a.slopes)[along], (b.values, b.slopes)[across]
+        return np.asarray(np.einsum("ni,nij,nj->n", left, near, right))
+
+
+def basis(size: Size, axis: int, at: Array) -> Array:
+    """The basis of one direction (0: u, 1: v) as a matrix."""
+    count = (size.rows, size.columns)[axis]
+    return basis_matrix(clamped_knots(count, size.degree), size.degree, np.asarray(at, float))
+
+
+def fit_grid(at: tuple[Array, Array], values_mm: Array, size: Size) -> SplineSurface:
+    """The least-squares spline for values on a full grid of parameters in [0, 1].
+
+    Raises SRF-MODEL when the grid does not determine so many control points.
+    """
+    inner = [
+        np.ascontiguousarray(clamped_knots(count, size.degree)[size.degree + 1 : -size.degree - 1])
+        for count in (size.rows, size.columns)
+    ]
+    try:
+        found = fit_surface_grid(
+            (inner[0], inner[1]), (size.degree, size.degree), at, np.ascontiguousarray(values_mm, float)
+        )
+    except ValueError as refused:
+        raise TrueloopError(
+            Code.SRF_MODEL,
+            f"{size} control points cannot be fitted to {values_mm.shape[0]} × {values_mm.shape[1]} points: {refused}",
+            hint="ask for fewer control points, or measure more densely",
+        ) from None
+    return SplineSurface(size, found)

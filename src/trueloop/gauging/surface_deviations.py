@@ -1,0 +1,120 @@
+"""Deviations of measured points from a nominal surface, along its outward normals.
+
+Error = n · (measured − nominal), positive where material was left on. Ball-centre data are compared with the surface
+offset by the ball's radius: along a common normal that is the centre's distance from the nominal surface less the
+radius, and no compensation of the ball, with its own errors, comes in.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.gauging.surface_alignment import DATUM, Alignment, best_fit
+from trueloop.gauging.surface_plausibility import findings_of
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import Feet, closest
+
+LEAST_POINTS = 16
+"""Fewer points tell nothing of a surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPoints:
+    """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
+    `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
+    row; a hole in it is a row of nan. `name` tells the part.
+    """
+
+    points_mm: Array
+    ball_radius_mm: float = 0.0
+    shape: tuple[int, int] | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceDeviations:
+    """Deviations of one part, a value a point: parameters, nominal points and normals, and errors in mm.
+
+    `shape` as measured; holes are nan. `alignment` says whether location and orientation are among the errors (datum)
+    or were taken out (best fit: form alone).
+    """
+
+    name: str
+    u: Array
+    v: Array
+    nominal_mm: Array
+    normal: Array
+    error_mm: Array
+    shape: tuple[int, int] | None
+    alignment: Alignment
+    findings: tuple[Finding, ...] = field(default=())
+
+    @property
+    def measured(self) -> np.ndarray:
+        """Which points are no holes."""
+        return np.isfinite(self.error_mm)
+
+    def error_grid_mm(self) -> Array:
+        """Errors as a grid. Raises SRF-GRID for scattered points."""
+        if self.shape is None:
+            raise TrueloopError(
+                Code.SRF_GRID,
+                f"the {len(self.u)} points of {self.name!r} are scattered, not a grid",
+                hint="give row and column of each point",
+            )
+        return self.error_mm.reshape(self.shape)
+
+
+def surface_deviations(
+    surface: Surface,
+    points: MeasuredPoints,
+    *,
+    fit: bool = False,
+    farthest_mm: float = 1.0,
+    trimmed_away: np.ndarray | None = None,
+) -> SurfaceDeviations:
+    """Deviations along the normals, datum-bound or, with `fit`, after a best fit of six degrees of freedom.
+
+    farthest_mm: a point that stands farther off is refused. trimmed_away (n,): points whose foot lies in a hole or
+    beyond the trimmed edge of the face, as the CAD kernel says. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT,
+    SRF-SIGN, SRF-OUTSIDE, SRF-DUPLICATE; what is only suspicious is among `findings`.
+    """
+    xyz = np.asarray(points.points_mm, float)
+    there = np.all(np.isfinite(xyz), axis=1)
+    _enough(points, there)
+    feet = closest(surface, xyz[there])
+    found = findings_of(surface, points, there, feet, farthest_mm, trimmed_away, bound=not fit)
+    alignment = DATUM
+    if fit:
+        alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet)
+    return _filled(points, there, feet, alignment, found)
+
+
+def _filled(
+    points: MeasuredPoints, there: np.ndarray, feet: Feet, alignment: Alignment, found: tuple[Finding, ...]
+) -> SurfaceDeviations:
+    def whole(values: Array) -> Array:
+        filled = np.full((len(there), *values.shape[1:]), np.nan)
+        filled[there] = values
+        return filled
+
+    error = feet.distance_mm - points.ball_radius_mm
+    u, v, nominal, normal, error = (whole(c) for c in (feet.u, feet.v, feet.point_mm, feet.normal, error))
+    return SurfaceDeviations(points.name, u, v, nominal, normal, error, points.shape, alignment, found)
+
+
+def _enough(points: MeasuredPoints, there: np.ndarray) -> None:
+    if np.count_nonzero(there) < LEAST_POINTS:
+        raise TrueloopError(
+            Code.SRF_POINTS,
+            f"{points.name!r} has {np.count_nonzero(there)} points; {LEAST_POINTS} are the least for a surface",
+            hint="measure along a grid; `sampling_advice` tells its step",
+        )
+    if points.shape is not None and points.shape[0] * points.shape[1] != len(there):
+        raise TrueloopError(
+            Code.SRF_GRID,
+            f"{points.name!r} has {len(there)} points, its grid {points.shape[0]} × {points.shape[1]} places",
+            hint="give every place of the grid a row, or leave out row and column",
+        )

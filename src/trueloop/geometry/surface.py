@@ -1,0 +1,183 @@
+"""The nominal surface: a B-spline patch, rational or not, with an outward normal.
+
+Parameters (u, v) run over the knots' own interval. Curvature is positive where the surface is convex seen from
+outside the material: a ball of radius R has 1/R everywhere.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface_basis import BasisRows, basis_matrix, basis_rows
+
+CHUNK = 4096
+"""Places evaluated at once: their control points stay in the cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class Partials:
+    """A surface at n places: point (n, 3) and partial derivatives, mm per unit of parameter."""
+
+    point_mm: Array
+    du: Array
+    dv: Array
+    duu: Array
+    duv: Array
+    dvv: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A patch. `degrees` (p, q); clamped `knots_u`, `knots_v`; `control_mm` (n, m, 3); `weights` (n, m) or None.
+
+    The outward normal is ∂u × ∂v, or its opposite where `flipped`.
+    """
+
+    degrees: tuple[int, int]
+    knots_u: Array
+    knots_v: Array
+    control_mm: Array
+    weights: Array | None = None
+    flipped: bool = False
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Interval of u and interval of v."""
+        (p, q), (ku, kv) = self.degrees, (self.knots_u, self.knots_v)
+        return (float(ku[p]), float(ku[-p - 1])), (float(kv[q]), float(kv[-q - 1]))
+
+    def point_mm(self, u: Array, v: Array) -> Array:
+        """Points (n, 3)."""
+        u, v = _paired(u, v)
+        return np.concatenate([self._points(u[k : k + CHUNK], v[k : k + CHUNK]) for k in _starts(u)])
+
+    def grid_mm(self, u: Array, v: Array) -> Array:
+        """Points at every u with every v: (len(u), len(v), 3)."""
+        along = basis_matrix(self.knots_u, self.degrees[0], np.asarray(u, float))
+        across = basis_matrix(self.knots_v, self.degrees[1], np.asarray(v, float))
+        lifted = np.einsum("ai,ijk,bj->abk", along, self._lifted, across, optimize=True)
+        return np.asarray(lifted if self.weights is None else lifted[..., :3] / lifted[..., 3:])
+
+    def partials(self, u: Array, v: Array) -> Partials:
+        """Points with first and second derivatives."""
+        u, v = _paired(u, v)
+        parts = [self._partials(u[k : k + CHUNK], v[k : k + CHUNK]) for k in _starts(u)]
+        return Partials(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+    def normal(self, u: Array, v: Array) -> Array:
+        """Outward unit normals (n, 3). Raises SRF-DEGENERATE where the patch has none: a pole, a collapsed edge."""
+        at = self.partials(u, v)
+        return self.normal_of(at)
+
+    def normal_of(self, at: Partials) -> Array:
+        """Outward unit normals of places already evaluated."""
+        across = np.cross(at.du, at.dv)
+        length = np.linalg.norm(across, axis=1)
+        size = np.linalg.norm(at.du, axis=1) * np.linalg.norm(at.dv, axis=1)
+        if np.any(bad := ~(length > 1e-12 * np.max(size, initial=1e-300))):
+            x, y, z = at.point_mm[int(np.argmax(bad))]
+            raise TrueloopError(
+                Code.SRF_DEGENERATE,
+                f"the surface has no normal at x {x:.4f} mm, y {y:.4f} mm, z {z:.4f} mm",
+                hint="a pole or a collapsed edge: leave it out, or fit the surface to a point grid anew",
+            )
+        return np.asarray((-1.0 if self.flipped else 1.0) * across / length[:, None])
+
+    def curvatures_per_mm(self, u: Array, v: Array) -> Array:
+        """Principal curvatures (n, 2), the smaller first: negative is concave seen from outside the material."""
+        at = self.partials(u, v)
+        normal = self.normal_of(at)
+        e, f, g = (np.sum(a * b, axis=1) for a, b in ((at.du, at.du), (at.du, at.dv), (at.dv, at.dv)))
+        low, mid, high = (-np.sum(normal * d, axis=1) for d in (at.duu, at.duv, at.dvv))
+        area = e * g - f * f
+        mean = (e * high - 2 * f * mid + g * low) / (2 * area)
+        gauss = (low * high - mid * mid) / area
+        spread = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
+        return np.stack([mean - spread, mean + spread], axis=1)
+
+    def turned_over(self) -> "Surface":
+        """The same patch with its normals the other way."""
+        return replace(self, flipped=not self.flipped)
+
+    @cached_property
+    def _lifted(self) -> Array:
+        """Homogeneous control points (n, m, 4); plain ones (n, m, 3) where there are no weights."""
+        if self.weights is None:
+            return self.control_mm
+        w = self.weights[..., None]
+        return np.concatenate([self.control_mm * w, w], axis=2)
+
+    def _near(self, a: BasisRows, b: BasisRows) -> Array:
+        """The control points that act on each place, (n, q + 1, (p + 1) × 3 or 4)."""
+        rows = a.first[:, None] + np.arange(self.degrees[0] + 1)
+        columns = b.first[:, None] + np.arange(self.degrees[1] + 1)
+        near = self._lifted[rows[:, None, :], columns[:, :, None]]
+        return near.reshape(len(rows), self.degrees[1] + 1, -1)
+
+    def _bases(self, u: Array, v: Array) -> tuple[BasisRows, BasisRows]:
+        return basis_rows(self.knots_u, self.degrees[0], u), basis_rows(self.knots_v, self.degrees[1], v)
+
+    def _points(self, u: Array, v: Array) -> Array:
+        a, b = self._bases(u, v)
+        across = (b.values[:, None, :] @ self._near(a, b)).reshape(len(u), self.degrees[0] + 1, -1)
+        lifted = (a.values[:, None, :] @ across)[:, 0]
+        return np.asarray(lifted if self.weights is None else lifted[:, :3] / lifted[:, 3:])
+
+    def _partials(self, u: Array, v: Array) -> tuple[Array, ...]:
+        a, b = self._bases(u, v)
+        across = np.stack([b.values, b.slopes, b.bends], axis=1) @ self._near(a, b)
+        across = (
+            across.reshape(len(u), 3, self.degrees[0] + 1, -1)
+            .transpose(0, 2, 1, 3)
+            .reshape(len(u), self.degrees[0] + 1, -1)
+        )
+        along = (np.stack([a.values, a.slopes, a.bends], axis=1) @ across).reshape(len(u), 3, 3, -1)
+        parts = along[:, 0, 0], along[:, 1, 0], along[:, 0, 1], along[:, 2, 0], along[:, 1, 1], along[:, 0, 2]
+        return parts if self.weights is None else _projected(*parts)
+
+
+def _paired(u: Array, v: Array) -> tuple[Array, Array]:
+    u, v = np.broadcast_arrays(np.atleast_1d(np.asarray(u, float)), np.atleast_1d(np.asarray(v, float)))
+    return u, v
+
+
+def _starts(u: Array) -> range:
+    return range(0, max(len(u), 1), CHUNK)
+
+
+def _projected(h: Array, hu: Array, hv: Array, huu: Array, huv: Array, hvv: Array) -> tuple[Array, ...]:
+    """Derivatives of the quotient (x, y, z)/w from those of its parts, each (n, 4)."""
+    w = h[:, 3:]
+    point = h[:, :3] / w
+    du = (hu[:, :3] - hu[:, 3:] * point) / w
+    dv = (hv[:, :3] - hv[:, 3:] * point) / w
+    duu = (huu[:, :3] - 2 * hu[:, 3:] * du - huu[:, 3:] * point) / w
+    duv = (huv[:, :3] - hu[:, 3:] * dv - hv[:, 3:] * du - huv[:, 3:] * point) / w
+    dvv = (hvv[:, :3] - 2 * hv[:, 3:] * dv - hvv[:, 3:] * point) / w
+    return point, du, dv, duu, duv, dvv
+
+
+def _check(surface: Surface) -> None:
+    """Refuses what is no patch."""
+    n, m, _ = surface.control_mm.shape
+    wrong = ""
+    for name, knots, degree, count in (
+        ("u", surface.knots_u, surface.degrees[0], n),
+        ("v", surface.knots_v, surface.degrees[1], m),
+    ):
+        if degree < 1 or len(knots) != count + degree + 1:
+            wrong = f"{count} control points of degree {degree} along {name} do not fit {len(knots)} knots"
+        elif not np.all(np.isfinite(knots)) or np.any(np.diff(knots) < 0) or knots[degree] >= knots[count]:
+            wrong = f"the {len(knots)} knots along {name} do not ascend"
+    if not np.all(np.isfinite(surface.control_mm)):
+        wrong = "a control point is no finite number: 'nan' or 'inf'"
+    if surface.weights is not None and not np.all(surface.weights > 0):
+        wrong = f"a weight of {np.min(surface.weights)} is not positive"
+    if wrong:
+        raise TrueloopError(Code.SRF_SURFACE, wrong, hint="export the surface again as a B-spline surface")

@@ -1,0 +1,109 @@
+"""Every way in which surfaces, their measurements and their models are refused."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+from tests.support.surfaces import SQUARE, on_grid, random_surface, sphere, wavy_surface
+from trueloop.error_surface.pattern import pattern_of
+from trueloop.error_surface.places import Places
+from trueloop.error_surface.separate import of_size, separate
+from trueloop.error_surface.spline_surface import Size
+from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.gauging.surface_deviations import MeasuredPoints, surface_deviations
+from trueloop.gauging.surface_sampling import sampling_advice
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface_fit import fit_grid
+
+SURFACE = wavy_surface()
+AT = np.linspace(0.05, 0.95, 8)
+U, V = (a.ravel() for a in np.meshgrid(AT, AT, indexing="ij"))
+NORMAL = SURFACE.normal(U, V)
+
+
+def _measured(points: Array, ball_radius_mm: float = 0.0, shape: tuple[int, int] | None = None) -> object:
+    return surface_deviations(SURFACE, MeasuredPoints(points, ball_radius_mm, shape, "A")).findings
+
+
+def _points(lift_mm: float = 0.0) -> Array:
+    return SURFACE.point_mm(U, V) + lift_mm * NORMAL
+
+
+def _with(points: Array, index: int | slice, value: ArrayLike) -> Array:
+    changed = points.copy()
+    changed[index] = value
+    return changed
+
+
+def _odd_part() -> object:
+    rng = np.random.default_rng(1)
+    errors = [on_grid(random_surface(rng, 5, 0.002)) + rng.normal(0, 0.002, 625) for _ in range(6)]
+    errors[2] = errors[2] + on_grid(random_surface(rng, 5, 0.02))
+    parts = [of_size(SQUARE, e, Size(6, 6)) for e in errors]
+    return pattern_of(parts, [f"S{k}" for k in range(1, 7)]).findings
+
+
+def _off_the_trimmed_face() -> object:
+    cut = np.arange(64) % 8 > 5
+    return surface_deviations(SURFACE, MeasuredPoints(_points(), name="A"), trimmed_away=cut).findings
+
+
+def _correlated() -> Array:
+    rng = np.random.default_rng(1)
+    return rng.normal(0, 0.002, (13, 13)).repeat(2, axis=0).repeat(2, axis=1)[:25, :25].ravel()
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.SRF_SURFACE: lambda: replace(SURFACE, degrees=(4, 3)),
+    Code.SRF_DEGENERATE: lambda: sphere().normal(np.array([0.5]), np.array([1.0])),
+    Code.SRF_GRID: lambda: fit_grid(np.full((5, 5, 3), np.nan)),
+    Code.SRF_POINTS: lambda: _measured(_points()[:9]),
+    Code.SRF_UNIT: lambda: _measured(_points() / 25.4),
+    Code.SRF_SIGN: lambda: _measured(_points(-2.0), 2.0),
+    Code.SRF_OFF: lambda: _measured(_with(_points(), 7, _points(1.5)[7])),
+    Code.SRF_OUTSIDE: lambda: _measured(_with(_points(), 7, [-3.0, 20.0, 0.0])),
+    Code.SRF_DUPLICATE: lambda: _measured(_with(_points(), 7, _points()[8])),
+    Code.SRF_HOLES: lambda: _measured(_with(_points(), 7, np.nan), shape=(8, 8)),
+    Code.SRF_BALL: lambda: sampling_advice(SURFACE, 0.0),
+    Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),
+    Code.SRF_OUTLIER: _odd_part,
+    Code.SRF_MODEL: lambda: separate(SQUARE, _correlated()),
+}
+
+
+@pytest.mark.parametrize("code", PRODUCERS)
+def test_refusal_names_code_values_and_hint(code: Code) -> None:
+    try:
+        said = PRODUCERS[code]()
+    except TrueloopError as error:
+        said = error
+    if isinstance(said, tuple):
+        said = said[0]
+    assert isinstance(said, (TrueloopError, Finding))
+    assert said.code is code
+    assert any(character.isdigit() for character in said.message)
+    assert said.hint
+
+
+@pytest.mark.parametrize(
+    ("code", "produce"),
+    [
+        (Code.SRF_SIGN, lambda: _measured(_points(0.5))),  # ball centres given as points
+        (Code.SRF_HOLES, lambda: _measured(_with(_points(), slice(0, 20), np.nan), shape=(8, 8))),
+        (Code.SRF_OUTSIDE, _off_the_trimmed_face),
+        (Code.SRF_GRID, lambda: _measured(_points(), shape=(8, 9))),
+        (Code.SRF_GRID, lambda: fit_grid(np.zeros((3, 5, 3)))),
+        (Code.SRF_GRID, lambda: fit_grid(np.zeros((5, 5, 3)))),
+        (Code.SRF_MODEL, lambda: of_size(Places(SQUARE.points_mm[:60], U[:60], V[:60]), np.zeros(60), Size(9, 9))),
+        (Code.SRF_MODEL, lambda: separate(SQUARE, np.zeros(625))),
+    ],
+)
+def test_other_ways_to_the_same_refusals(code: Code, produce: Callable[[], object]) -> None:
+    try:
+        said = produce()
+    except TrueloopError as error:
+        said = (error,)
+    assert code in [item.code for item in said]  # type: ignore[attr-defined]

@@ -1,0 +1,51 @@
+"""Surfaces, patterns and measured parts that tests share."""
+
+import numpy as np
+
+from trueloop.error_surface.neighbourhood import Neighbourhood
+from trueloop.error_surface.places import Places
+from trueloop.error_surface.spline_surface import Size, SplineSurface
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_fit import fit_grid
+
+GRID = np.linspace(0.0, 1.0, 25)
+
+
+def wavy_surface(side_mm: float = 50.0, height_mm: float = 4.0) -> Surface:
+    """A gentle free-form surface over a square, normals up."""
+    x, y = np.meshgrid(np.linspace(0, side_mm, 21), np.linspace(0, side_mm, 21), indexing="ij")
+    return fit_grid(np.stack([x, y, height_mm * np.sin(x / 14) * np.cos(y / 17)], axis=2)).surface
+
+
+def sphere(radius_mm: float = 20.0) -> Surface:
+    """An exact quarter by quarter of a sphere, as a rational surface of revolution, the poles cut off."""
+    h = np.sqrt(0.5)
+    arc = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])  # a quarter circle: equator to pole
+    control, weights = np.empty((3, 3, 3)), np.outer([1, h, 1], [1, h, 1])
+    for i, (c, s) in enumerate(arc):
+        for j, (r, z) in enumerate(arc):
+            control[i, j] = radius_mm * np.array([c * r, s * r, z])
+    ends = np.array([0.0, 0, 0, 1, 1, 1])
+    return Surface((2, 2), ends, ends, control, weights)
+
+
+def square_places(count: int = 25, side_mm: float = 50.0) -> Places:
+    """A regular grid over a flat square."""
+    at = np.linspace(0.0, 1.0, count)
+    u, v = (a.ravel() for a in np.meshgrid(at, at, indexing="ij"))
+    return Places(np.stack([side_mm * u, side_mm * v, 0 * u], axis=1), u, v, at, at)
+
+
+SQUARE = square_places()
+NEAR = Neighbourhood(SQUARE)
+
+
+def random_surface(rng: np.random.Generator, controls: int, scatter_mm: float, degree: int = 3) -> SplineSurface:
+    """A spline surface with independent normal control values."""
+    return SplineSurface(Size(controls, controls, degree), rng.normal(0.0, scatter_mm, (controls, controls)))
+
+
+def on_grid(surface: SplineSurface, at: Array = GRID) -> Array:
+    """Its values on the square grid, a row after the other."""
+    return surface.grid_mm(at, at).ravel()
