@@ -8,9 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from trueloop.cli.machine import _require_machine
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.formats.control_tables import linuxcnc_comp
 from trueloop.formats.positioning_data import read_positioning
+from trueloop.machine.axis_table import AxisTable
 from trueloop.machine.commanded_path import Setup, commanded_path
 from trueloop.machine.identify import identify
 from trueloop.machine.model import Machine, MachineModel, State
@@ -82,6 +85,10 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MCH_FRAME: lambda: _placed("G21 G55 G1 X10. F100\n"),
     Code.MCH_TRAVEL: lambda: _placed("G21 G54 G1 X600. F100\n"),
     Code.MCH_RANGE: lambda: _placed("G21 G54 G1 X10. F100\n", T1=45.0),
+    Code.MCH_TABLE: lambda: linuxcnc_comp(AxisTable("X", "Y", *[np.arange(3.0)] * 3, 0.0, 0.0)),
+    Code.MCH_MACHINE: lambda: _require_machine(
+        MachineModel(Machine("mill", MILL.chain, "4711"), (EXX,), np.zeros(3), np.zeros((3, 3))), "4712"
+    ),
     Code.MCH_SHAPE: _two_normals_for_three_points,
     Code.MCH_FILE: lambda: read_positioning(Path("no-such-file-1.csv")),
     Code.MCH_UNIT: lambda: _positioning("target_ft,approach,cycle,actual_ft\n0,up,1,0\n"),

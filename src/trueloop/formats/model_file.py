@@ -1,0 +1,92 @@
+"""A machine model as JSON: mm, rad, and the units of its signals. What is written is read back bit for bit."""
+
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.machine.chain import Axis, AxisKind, Chain
+from trueloop.machine.model import Machine, MachineModel
+from trueloop.machine.names import error_name
+from trueloop.machine.position_basis import PositionBasis
+from trueloop.machine.term import Part, Term
+
+FORMAT: Final = "trueloop machine model 1"
+
+
+def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
+    """The model as text; `made_from` names the files it was found from, with their sha256."""
+    content = {
+        "format": FORMAT,
+        "machine": {
+            "name": model.machine.name,
+            "serial": model.machine.serial,
+            "work": [_axis(axis) for axis in model.machine.chain.work],
+            "tool": [_axis(axis) for axis in model.machine.chain.tool],
+        },
+        "made_from": made_from,
+        "identified": {name: list(known) for name, known in model.identified.items()},
+        "terms": [
+            {"error": str(t.name), "both_ways": t.both_ways, "parts": [_part(p) for p in t.parts]} for t in model.terms
+        ],
+        "coefficients": model.coefficients.tolist(),
+        "covariance": model.covariance.tolist(),
+    }
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def read_model(path: Path) -> MachineModel:
+    """Reads a model file. Raises MCH-FILE for what is none."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if content["format"] != FORMAT:
+            raise ValueError(f"format {content['format']!r} is not {FORMAT!r}")
+        return _model(content)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise TrueloopError(
+            Code.MCH_FILE,
+            f"{path.name!r} is no machine model of format 1: {type(error).__name__}: {error}",
+            hint="make one with `trueloop machine fit`",
+            place=Place(str(path)),
+        ) from error
+
+
+def _model(content: dict[str, Any]) -> MachineModel:
+    named = content["machine"]
+    work, tool = (tuple(_read_axis(axis) for axis in named[side]) for side in ("work", "tool"))
+    machine = Machine(named["name"], Chain(work, tool), named["serial"])
+    terms = tuple(
+        Term(error_name(t["error"]), tuple(_read_part(p) for p in t["parts"]), t["both_ways"]) for t in content["terms"]
+    )
+    coefficients, covariance = np.array(content["coefficients"]), np.array(content["covariance"])
+    size = sum(term.size for term in terms)
+    if coefficients.shape != (size,) or covariance.shape != (size, size):
+        raise ValueError(f"{size} coefficients are needed, {coefficients.shape} and {covariance.shape} are there")
+    identified = {name: (float(low), float(high)) for name, (low, high) in content["identified"].items()}
+    return MachineModel(machine, terms, coefficients, covariance, identified)
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    travel = [None if np.isinf(end) else end for end in axis.travel]
+    offset = list(axis.offset_mm)
+    return {"name": axis.name, "kind": axis.kind, "number": axis.number, "offset_mm": offset, "travel": travel}
+
+
+def _read_axis(content: dict[str, Any]) -> Axis:
+    low, high = content["travel"]
+    x, y, z = content["offset_mm"]
+    travel = (-np.inf if low is None else low, np.inf if high is None else high)
+    return Axis(content["name"], AxisKind(content["kind"]), content["number"], (x, y, z), travel)
+
+
+def _part(part: Part) -> dict[str, Any]:
+    basis = part.basis
+    shape = {"breaks": list(basis.breaks), "degree": basis.degree, "zero_at": list(basis.zero_at)}
+    return shape | {"signal": part.signal, "reference": part.reference}
+
+
+def _read_part(content: dict[str, Any]) -> Part:
+    basis = PositionBasis(tuple(content["breaks"]), content["degree"], tuple(content["zero_at"]))
+    return Part(basis, content["signal"], content["reference"])

@@ -1,0 +1,23 @@
+"""The post-process loop's first step: one part's inspections taken apart into machine, process and what was left."""
+
+from trueloop.diagnosis.components import Components, Inspections, error_components
+from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
+from trueloop.machine.model import MachineModel, State
+from trueloop.machine.validity import check_state
+
+
+def decompose_part(
+    model: MachineModel, seen: Inspections, cutting: State, probing: State, *, compensated: bool, new_frame: bool
+) -> tuple[Components, FrameDiscrepancy | None]:
+    """Components at each gauging point; with `new_frame` after the part coordinate system discrepancy is taken out.
+
+    Raises MCH-TRAVEL and MCH-RANGE for states at which the model is not known to hold.
+    """
+    check_state(model, cutting)
+    check_state(model, probing)
+    found = error_components(model, seen, cutting, probing, compensated=compensated)
+    if not new_frame:
+        return found, None
+    frame = fit_frame_discrepancy(seen, found.error_proc_resid)
+    mended = without_discrepancy(seen, frame)
+    return error_components(model, mended, cutting, probing, compensated=compensated), frame

@@ -1,0 +1,109 @@
+"""The surface/error diagram of [6876 §3]: every surface and vector at one gauging point, and a page of all points.
+
+All vectors are collinear, along the outward normal; the diagram sets them side by side to be seen.
+"""
+
+from trueloop.diagnosis.components import Components
+from trueloop.diagnosis.part_frame import FrameDiscrepancy
+from trueloop.report.markup import esc, section, table
+from trueloop.report.shell import figure_block, html_page
+from trueloop.report.style import (
+    AFTER,
+    INK,
+    LEFT_ON,
+    SOFT,
+    TAKEN,
+    Figure,
+    axis,
+    dots,
+    label,
+    layout,
+    lines,
+    note,
+    padded,
+    signed,
+)
+
+SURFACES = (
+    ("NOMINALSURFACE CMM", None),
+    ("NOMINALSURFACE MT", "nominal_surface_mt"),
+    ("UNCOMPENSATED NOMINALSURFACE MT, hypothetical", "uncompensated_nominal_surface_mt"),
+    ("detected surface", "detected_surface"),
+    ("GT compensated surface", "gt_compensated_surface"),
+    ("uncompensated surface, hypothetical", "uncompensated_surface"),
+)
+FIGURES = 12
+"""Points that get a figure of their own, those of the largest ERROR_PP first."""
+
+
+def surface_error_diagram(point: str, parts: Components, k: int) -> Figure:
+    """One gauging point: surfaces as lines at their height, vectors as arrows between them, µm."""
+    heights = {name: 0.0 if field is None else 1e3 * float(getattr(parts, field)[k]) for name, field in SURFACES}
+    nominal_mt, free_mt = heights[SURFACES[1][0]], heights[SURFACES[2][0]]
+    detected, gt, free = heights["detected surface"], heights[SURFACES[4][0]], heights[SURFACES[5][0]]
+    vectors = (
+        ("ERROR_PP", 0.0, detected, LEFT_ON),
+        ("ERROR_MTG", 0.0, free_mt, INK),
+        ("COMP_MTG", free_mt, nominal_mt, AFTER),
+        ("ERROR_MTG,RESID", 0.0, nominal_mt, INK),
+        ("ERROR_PROC", nominal_mt, gt, TAKEN),
+        ("COMP_PROC", gt, detected, AFTER),
+        ("ERROR_PROC,RESID", nominal_mt, detected, TAKEN),
+        ("COMP_MTG + COMP_PROC", free, detected, AFTER),
+    )
+    traces = [lines([0.0, 9.0], [height, height], SOFT, 1, line={"dash": "dot"}) for height in heights.values()]
+    notes = [note(9.1, height, label(f"{name} {signed(height)}"), xanchor="left") for name, height in heights.items()]
+    for column, (name, start, end, colour) in enumerate(vectors, 1):
+        traces.append(lines([column, column], [start, end], colour, 3))
+        head = "triangle-up" if end >= start else "triangle-down"
+        traces.append(dots([column], [end], [f"{name} {signed(end - start)} µm"], color=colour, symbol=head, size=9))
+        notes.append(note(column, max(start, end), f"{name}<br>{signed(end - start)}", yanchor="bottom"))
+    low, high = padded([*heights.values()], share=0.35)
+    axes = {
+        "xaxis": axis("", 0, 14, visible=False),
+        "yaxis": axis("along the outward normal (µm)", low, high),
+        "annotations": notes,
+        "title": {"text": label(point)},
+    }
+    return {"data": traces, "layout": layout(980, 420, **axes)}
+
+
+def components_page(points: tuple[str, ...], parts: Components, frame: FrameDiscrepancy | None) -> str:
+    """All points as a table, and the diagram of the points that are furthest off."""
+    columns = (
+        "error_pp",
+        "error_mtg",
+        "error_mtg_resid",
+        "error_proc",
+        "error_proc_resid",
+        "u_error_mtg",
+        "u_error_proc",
+    )
+    rows = [
+        (esc(point), *(signed(1e3 * float(getattr(parts, name)[k]), 2) for name in columns))
+        for k, point in enumerate(points)
+    ]
+    furthest = sorted(range(len(points)), key=lambda k: -abs(float(parts.error_pp[k])))[:FIGURES]
+    figures = [
+        figure_block(f"point-{k}", surface_error_diagram(points[k], parts, k), f"<b>{esc(points[k])}</b>")
+        for k in furthest
+    ]
+    body = (
+        '<header><p class="kicker">trueloop · error components at gauging points</p><h1>Machine, process, and the rest'
+        "</h1><p class='note'>µm along the outward normal, + is material left on; u are standard uncertainties.</p>"
+        f"{_frame(frame)}</header>"
+        + section("table", "Components", table(("point", *columns), rows))
+        + section("diagrams", "Surface/error diagrams", *figures)
+    )
+    return html_page("Error components", body)
+
+
+def _frame(frame: FrameDiscrepancy | None) -> str:
+    if frame is None:
+        return ""
+    shift = ", ".join(signed(1e3 * float(v), 1) for v in frame.shift_mm)
+    turn = ", ".join(signed(1e6 * float(v), 0) for v in frame.turn_rad)
+    return (
+        f"<p>Part coordinate system discrepancy taken out: shift ({shift}) µm, turn ({turn}) µrad; differences along "
+        f"the normals {1e3 * frame.rms_before_mm:.1f} → {1e3 * frame.rms_after_mm:.1f} µm RMS.</p>"
+    )

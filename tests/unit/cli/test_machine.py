@@ -1,0 +1,189 @@
+"""`trueloop machine` from readings to a corrected program, tables and components."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.support.machines import random_directions, random_model
+from trueloop.cli.main import app
+from trueloop.formats.machine_toml import read_machine
+from trueloop.formats.model_file import read_model
+from trueloop.geometry.feature import Array
+from trueloop.machine.model import MachineModel, State
+
+MACHINE = """
+[machine]
+name = "VMC 3"
+serial = "4711"
+structure = "mill-table-x"
+[axes.X]
+travel_mm = [0, 500]
+[axes.Y]
+travel_mm = [-200, 200]
+[axes.Z]
+travel_mm = [-300, 0]
+[terms]
+standard = "mill"
+degree = 2
+[[term]]
+error = "EZ0S"
+signals = { T1 = 20.0 }
+"""
+
+PROGRAM = "G21 G90 G54\nG0 X0 Y0 Z5\nG1 Z-2 F200\nX200 ( along )\nY100\nM2\n"
+
+
+def _write_readings(path: Path, truth: MachineModel, rng: np.random.Generator, count: int, run: str) -> None:
+    chain = truth.machine.chain
+    positions = np.stack([rng.uniform(*chain.axis(name).travel, count) for name in "XYZ"], axis=1)
+    warm, tool = rng.uniform(20, 30, count), rng.uniform(-100, 100, (count, 3))
+    along = random_directions(count, rng)
+    error = truth.exact_error_mm(State(positions, 0.0, {"T1": warm}, tool))
+    reading = np.einsum("ni,ni->n", along, error) + rng.normal(0, 0.5e-3, count)
+    columns: list[Array] = [*positions.T, *tool.T, *along.T, 1e3 * reading, warm]
+    names = [
+        "X_mm",
+        "Y_mm",
+        "Z_mm",
+        "tool_x_mm",
+        "tool_y_mm",
+        "tool_z_mm",
+        "along_x",
+        "along_y",
+        "along_z",
+        "reading_um",
+        "T1_degC",
+    ]
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([*names, "u_um", "run"])
+        writer.writerows([*map(float, row), 0.5, run] for row in zip(*columns, strict=True))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A machine, two runs of readings of it, its model and a program."""
+    where = tmp_path_factory.mktemp("machine")
+    (where / "machine.toml").write_text(MACHINE)
+    (where / "part.ngc").write_text(PROGRAM)
+    machine, terms = read_machine(where / "machine.toml")
+    rng = np.random.default_rng(41)
+    truth = random_model(machine, terms, rng)
+    coefficients = truth.coefficients.copy()
+    coefficients[-2:] = [0.0, 1.5e-3]
+    truth = MachineModel(machine, terms, coefficients, truth.covariance)
+    for run in ("1", "2"):
+        _write_readings(where / f"run{run}.csv", truth, rng, 300, run)
+    _run("fit", where / "machine.toml", where / "run1.csv", where / "run2.csv", "-o", where / "model")
+    return where
+
+
+def _run(*arguments: object, status: int = 0) -> str:
+    result = CliRunner().invoke(app, ["machine", *map(str, arguments)])
+    assert result.exit_code == status, result.output
+    return result.output
+
+
+def test_fit_writes_a_model_and_its_page(folder: Path) -> None:
+    model = read_model(folder / "model/model.json")
+    assert model.machine.serial == "4711"
+    assert len(model.terms) == 22
+    growth = float(model.values(State(np.zeros((1, 3)), 0.0, {"T1": 30.0}))[model.terms[-1].name][0])
+    assert growth == pytest.approx(0.015, abs=0.5e-3)
+    page = (folder / "model/machine.html").read_text()
+    assert "EXX" in page and "VMC 3" in page
+    assert page.count("<figure") == 19  # eighteen motions and the residuals
+
+
+def test_show_and_check(folder: Path) -> None:
+    shown = _run("show", folder / "model/model.json", "-t", "T1=25")
+    assert shown.splitlines()[0].startswith("EXX")
+    checked = json.loads(_run("check", folder / "model/model.json", folder / "run1.csv", "--json"))
+    assert checked["rms"] < 0.7e-3
+    assert checked["raw"] > 10e-3
+    _run("check", folder / "model/model.json", folder / "run1.csv", "--limit-um", 0.1, status=1)
+
+
+def test_compensate_once_and_never_twice(folder: Path) -> None:
+    options = ("-m", folder / "model/model.json", "--work-zero", "1=200,0,-150", "--tool", "*=0,0,-90")
+    _run("compensate", folder / "part.ngc", *options, "-t", "T1=26", "-o", folder / "out", "--serial", "4711")
+    source = (folder / "out/part.ngc").read_text()
+    assert source.startswith("(trueloop corrected ")
+    assert "( along )" in source
+    record = json.loads((folder / "out/part.record.json").read_text())
+    assert record["id"] in source
+    assert record["options"]["temperatures"] == {"T1": 26.0}
+    again = _run("compensate", folder / "out/part.ngc", *options, "-t", "T1=26", "-o", folder / "twice", status=3)
+    assert "CMP-TWICE" in again
+    assert not (folder / "twice").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        (["--work-zero", "2=200,0,-150", "-t", "T1=26"], "MCH-FRAME"),
+        (["--work-zero", "1=400,0,-150", "-t", "T1=26"], "MCH-TRAVEL"),
+        (["--work-zero", "1=200,0,-150", "-t", "T1=45"], "MCH-RANGE"),
+        (["--work-zero", "1=200,0,-150"], "MCH-SIGNAL"),
+        (["--work-zero", "1=200,0,-150", "-t", "T1=26", "--serial", "4712"], "MCH-MACHINE"),
+    ],
+)
+def test_refusals(folder: Path, change: list[str], code: str) -> None:
+    arguments = ("compensate", folder / "part.ngc", "-m", folder / "model/model.json", "-o", folder / "refused")
+    assert code in _run(*arguments, *change, status=3)
+    assert not (folder / "refused").exists()
+
+
+def test_a_temperature_out_of_range_by_name(folder: Path) -> None:
+    arguments = ("compensate", folder / "part.ngc", "-m", folder / "model/model.json", "-o", folder / "hot")
+    _run(*arguments, "--work-zero", "1=200,0,-150", "-t", "T1=45", "--extrapolate", "T1")
+
+
+def test_export_says_how_far_the_table_is_from_the_model(folder: Path) -> None:
+    target = folder / "tables/x.comp"
+    said = _run(
+        "export", folder / "model/model.json", "--control", "linuxcnc", "--axis", "X", "-o", target, "-t", "T1=20"
+    )
+    assert "off the model by" in said
+    rows = np.loadtxt(target)
+    assert rows.shape == (101, 3)
+    positions = np.column_stack([rows[:, 0], np.zeros((101, 2))])
+    error = read_model(folder / "model/model.json").error_mm(State(positions, 1.0, {"T1": 20.0}))
+    np.testing.assert_allclose(rows[:, 1] - rows[:, 0], error[:, 0], atol=1e-6)
+    refused = _run(
+        *("export", folder / "model/model.json", "--control", "linuxcnc", "--axis", "X", "--error-of", "Y"),
+        *("-o", folder / "tables/no.comp", "-t", "T1=20"),
+        status=3,
+    )
+    assert "MCH-TABLE" in refused
+
+
+def test_decompose(folder: Path) -> None:
+    """Touches on an ideal part by a machine without process error: what is left is what the model does not know."""
+    model = read_model(folder / "model/model.json")
+    rng = np.random.default_rng(42)
+    nominal, normal = rng.uniform(-50, 50, (8, 3)), random_directions(8, rng)
+    zero, signals = np.array([250.0, 0.0, -150.0]), {"T1": 24.0}
+    machine_error = model.error_mm(State(nominal + zero, 0.0, signals))
+    surface = nominal + 0.01 * normal
+    columns = [nominal, normal, surface - machine_error, surface]
+    names = [f"{kind}_{c}{unit}" for kind, unit in NAMES for c in "xyz"]
+    rows = [[f"P{k}", *map(float, np.concatenate([c[k] for c in columns]))] for k in range(8)]
+    file = folder / "inspections.csv"
+    lines = ["# touch_u_um 0.5", ",".join(["point", *names]), *(",".join(map(str, row)) for row in rows)]
+    file.write_text("\n".join(lines))
+    out = folder / "parts"
+    options = ("--work-zero", "250,0,-150", "--cutting", "T1=24", "--probing", "T1=24", "-o", out)
+    _run("decompose", file, "-m", folder / "model/model.json", *options)
+    with (out / "components.csv").open() as table:
+        found = list(csv.DictReader(table))
+    assert all(float(row["error_pp_um"]) == pytest.approx(10.0, abs=0.01) for row in found)
+    assert all(float(row["error_proc_resid_um"]) == pytest.approx(10.0, abs=0.05) for row in found)
+    assert "ERROR_MTG" in (out / "components.html").read_text()
+
+
+NAMES = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm"))
