@@ -85,7 +85,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MCH_FRAME: lambda: _placed("G21 G55 G1 X10. F100\n"),
     Code.MCH_TRAVEL: lambda: _placed("G21 G54 G1 X600. F100\n"),
     Code.MCH_RANGE: lambda: _placed("G21 G54 G1 X10. F100\n", T1=45.0),
-    Code.MCH_TABLE: lambda: linuxcnc_comp(AxisTable("X", "Y", *[np.arange(3.0)] * 3, 0.0, 0.0)),
+    Code.MCH_TABLE: lambda: linuxcnc_comp(AxisTable("X", "Y", np.arange(3.0), np.zeros(3), np.zeros(3), 0.0, 0.0)),
     Code.MCH_MACHINE: lambda: _require_machine(
         MachineModel(Machine("mill", MILL.chain, "4711"), (EXX,), np.zeros(3), np.zeros((3, 3))), "4712"
     ),

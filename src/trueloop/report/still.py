@@ -169,6 +169,7 @@ def _marker(x: float, y: float, marker: dict[str, Any], index: int) -> str:
     corners = {
         "diamond": [(0, -r), (r, 0), (0, r), (-r, 0)],
         "triangle-up": [(0, -r), (r, r), (-r, r)],
+        "triangle-down": [(0, r), (r, -r), (-r, -r)],
         "square": [(-r, -r), (r, -r), (r, r), (-r, r)],
     }[shape]
     return f'<path d="{_path([(x + dx, y + dy) for dx, dy in corners])}Z" {paint}/>'
