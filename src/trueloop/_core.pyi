@@ -107,3 +107,23 @@ def weights_product(
     points: NDArray[np.float64], vectors: NDArray[np.float64], exponent: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The matrix of the weights times vectors (n, p): (its row sums, the product). ValueError when refused."""
+
+# error-eval: machine models
+
+@final
+class MachineEvaluator:
+    """A compiled machine model: bodies (axis, breaks, powers, forward, return, arm, carries) and slopes of axes."""
+
+    def __new__(
+        cls,
+        bodies: list[
+            tuple[
+                int, list[float], int, list[list[float]], list[list[float]] | None, list[float], list[float]
+            ]
+        ],
+        slope: list[list[float]],
+    ) -> MachineEvaluator: ...
+    def error(
+        self, positions: NDArray[np.float64], ways: NDArray[np.float64] | None, threads: int
+    ) -> NDArray[np.float64]:
+        """E (n, 3) at positions (n, 3); ways (n, 3) +1, −1 or 0, or None. On up to `threads` threads."""

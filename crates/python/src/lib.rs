@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod curve;
+mod machine;
 mod nc;
 mod simulator;
 mod surface;
@@ -10,6 +11,7 @@ mod surface;
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     curve::register(module)?;
+    machine::register(module)?;
     nc::register(module)?;
     simulator::register(module)?;
     surface::register(module)
