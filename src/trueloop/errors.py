@@ -113,6 +113,14 @@ class Code(StrEnum):
     SRF_DUPLICATE = "SRF-DUPLICATE"  # a point measured twice
     SRF_HOLES = "SRF-HOLES"  # a grid that lacks points
     SRF_BALL = "SRF-BALL"  # a ball larger than a hollow, or no ball
+    SRF_CAD = "SRF-CAD"  # a CAD file that cannot be read or written
+    SRF_CAD_KERNEL = "SRF-CAD-KERNEL"  # the CAD kernel is not installed
+    SRF_CAD_CHOICE = "SRF-CAD-CHOICE"  # several faces, none chosen
+    SRF_CUTTER = "SRF-CUTTER"  # a cutter that is none
+    SRF_GOUGE = "SRF-GOUGE"  # a cutter that would cut into the corrected surface
+    SRF_TOLERANCE = "SRF-TOLERANCE"  # a corrected surface that cannot be fitted as closely as wanted
+    SRF_PROGRAM = "SRF-PROGRAM"  # a program whose moves cannot be corrected for a surface
+    SRF_PATH = "SRF-PATH"  # a tool path that cannot be made
     SRF_PARTS = "SRF-PARTS"  # too few parts for a pattern
     SRF_OUTLIER = "SRF-OUTLIER"  # a part unlike the others
     SRF_MODEL = "SRF-MODEL"  # a model that the points cannot determine, or that none satisfies

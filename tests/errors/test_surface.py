@@ -1,22 +1,34 @@
 """Every way in which surfaces, their measurements and their models are refused."""
 
+import sys
+import tempfile
+import unittest.mock
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
 from tests.support.surfaces import SQUARE, on_grid, random_surface, sphere, wavy_surface
+from trueloop.compensation.cutter import Cutter
+from trueloop.compensation.surface_program import SurfaceJob, corrected_program
+from trueloop.compensation.surface_shift import corrected_surface
+from trueloop.compensation.surface_zigzag import ZigzagOptions, zigzag
 from trueloop.error_surface.pattern import pattern_of
 from trueloop.error_surface.places import Places
 from trueloop.error_surface.separate import of_size, separate
 from trueloop.error_surface.spline_surface import Size
 from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.formats.cad import read_face, read_faces, write_surface
+from trueloop.formats.cad_kernel import kernel
 from trueloop.gauging.surface_deviations import MeasuredPoints, surface_deviations
 from trueloop.gauging.surface_sampling import sampling_advice
 from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
+from trueloop.nc.program import read_program
 
 SURFACE = wavy_surface()
 AT = np.linspace(0.05, 0.95, 8)
@@ -51,6 +63,46 @@ def _off_the_trimmed_face() -> object:
     return surface_deviations(SURFACE, MeasuredPoints(_points(), name="A"), trimmed_away=cut).findings
 
 
+def _corrected(text: str) -> object:
+    job = SurfaceJob(Cutter(3.0, 3.0))
+    return corrected_program(read_program(text.encode(), "linuxcnc"), SURFACE, SURFACE, job, "0123456789abcdef")
+
+
+def _written(name: str, write: Callable[[Path], object]) -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        return write(Path(folder) / name)
+
+
+def _two_faces(path: Path) -> object:
+    occ = kernel()
+    writer = occ.StepWriter()
+    for z in (0.0, 5.0):
+        writer.Transfer(occ.MakeFace(occ.surface_of(_kernel_face(z)), 1e-6).Face(), occ.AS_IS)
+    writer.Write(str(path))
+    return read_face(path)
+
+
+def _kernel_face(z: float) -> object:
+    moved = replace(SURFACE, control_mm=SURFACE.control_mm + np.array([0.0, 0.0, z]))
+    with tempfile.TemporaryDirectory() as folder:
+        write_surface(moved, Path(folder) / "one.step")
+        return read_face(Path(folder) / "one.step").handle
+
+
+def _without_kernel() -> object:
+    """A process of its own in which the kernel's package cannot be imported."""
+    kernel.cache_clear()
+    with unittest.mock.patch.dict(sys.modules, {"OCP": None}):
+        return kernel()
+
+
+def _creased() -> object:
+    x, y = np.meshgrid(np.linspace(0, 50, 5), np.linspace(0, 50, 5), indexing="ij")
+    control = np.stack([x, y, 20 * np.abs(x - 25)], axis=2)
+    knots = np.array([0, 0, 0.25, 0.5, 0.75, 1, 1])
+    return corrected_surface(Surface((1, 1), knots, knots, control), random_surface(np.random.default_rng(1), 4, 1e-3))
+
+
 def _correlated() -> Array:
     rng = np.random.default_rng(1)
     return rng.normal(0, 0.002, (13, 13)).repeat(2, axis=0).repeat(2, axis=1)[:25, :25].ravel()
@@ -68,6 +120,14 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_DUPLICATE: lambda: _measured(_with(_points(), 7, _points()[8])),
     Code.SRF_HOLES: lambda: _measured(_with(_points(), 7, np.nan), shape=(8, 8)),
     Code.SRF_BALL: lambda: sampling_advice(SURFACE, 0.0),
+    Code.SRF_CAD: lambda: read_faces(Path("no-such-surface-1.step")),
+    Code.SRF_CAD_KERNEL: _without_kernel,
+    Code.SRF_CAD_CHOICE: lambda: _written("two.step", _two_faces),
+    Code.SRF_CUTTER: lambda: Cutter(3.0, 4.0),
+    Code.SRF_GOUGE: lambda: _corrected("G21 G90\nG1 X20 Y20 Z4.11 F100\nX30\nM2\n"),
+    Code.SRF_TOLERANCE: _creased,
+    Code.SRF_PROGRAM: lambda: _corrected("G21 G90\nG1 X20 Y20 Z40 F100\nX30\nM2\n"),
+    Code.SRF_PATH: lambda: zigzag(SURFACE, ZigzagOptions(3.0, scallop_mm=0.0)),
     Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),
     Code.SRF_OUTLIER: _odd_part,
     Code.SRF_MODEL: lambda: separate(SQUARE, _correlated()),
@@ -84,7 +144,7 @@ def test_refusal_names_code_values_and_hint(code: Code) -> None:
         said = said[0]
     assert isinstance(said, (TrueloopError, Finding))
     assert said.code is code
-    assert any(character.isdigit() for character in said.message)
+    assert any(character.isdigit() or character == "'" for character in said.message)
     assert said.hint
 
 

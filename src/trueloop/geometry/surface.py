@@ -105,6 +105,12 @@ class Surface:
         """The same patch with its normals the other way."""
         return replace(self, flipped=not self.flipped)
 
+    def exchanged(self) -> "Surface":
+        """The same patch, normals and all, with u and v exchanged: one of the two forms has ∂u × ∂v outward."""
+        weights = None if self.weights is None else self.weights.T
+        control = self.control_mm.swapaxes(0, 1)
+        return Surface(self.degrees[::-1], self.knots_v, self.knots_u, control, weights, not self.flipped)
+
     @cached_property
     def _lifted(self) -> Array:
         """Homogeneous control points (n, m, 4); plain ones (n, m, 3) where there are no weights."""

@@ -1,0 +1,236 @@
+"""A finishing program moved point by point onto the corrected surface, without any CAM system.
+
+Ends of moves that cut the surface are displaced; where a straight move between displaced ends would stand off the
+displaced path, blocks are put in before it. Feeds and every other word stay. What does not cut stays where it was.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.compensation.cutter import Cutter
+from trueloop.compensation.record import MARK, check_uncorrected, sha256_of
+from trueloop.compensation.surface_points import CUTS_MM, check_gouges, moved_locations
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.nc.edit import Edit, apply_edits, coordinate_text, displace_word, insert_blocks_after, insert_word
+from trueloop.nc.program import Program, read_program
+from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.understood import require_understood
+from trueloop.units import UM_PER_MM
+
+AXES: Final = ((0, "X"), (1, "Y"), (2, "Z"))
+ROUNDING_STEPS: Final = 2.0
+"""How many steps of the control's resolution rounding may move a point."""
+
+
+@dataclass(frozen=True)
+class SurfaceJob:
+    """How a program is to be corrected: its cutter, the tool axis out of the material (a fixed tilt, or straight up),
+    the chord tolerance, the distance between the places looked at along a move, and what may be cut too deep.
+    """
+
+    cutter: Cutter
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    tolerance_mm: float = 5e-4
+    sample_mm: float = 0.5
+    gouge_mm: float = 2e-3
+    cuts_mm: float = CUTS_MM
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedProgram:
+    """The corrected source, and in figures: moves that cut, blocks put in, the largest displacement of an end."""
+
+    source: bytes
+    cutting_moves: int
+    new_blocks: int
+    largest_mm: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Places along the moves at feed: move and share of it (n,), and tips before and after (n, 3)."""
+
+    move: np.ndarray
+    share: Array
+    before_mm: Array
+    after_mm: Array
+    cutting: np.ndarray
+
+
+def corrected_program(
+    program: Program, nominal: Surface, corrected: Surface, job: SurfaceJob, record_id: str
+) -> CorrectedProgram:
+    """The program for the corrected surface, read back and compared before it is returned.
+
+    Coordinates of the program are those of the surface; the programmed point is the tool's tip. Raises SRF-PROGRAM
+    for a program that cuts nothing of the surface, cuts it in arcs, under cutter compensation or in increments,
+    CMP-TWICE for one corrected before, SRF-GOUGE, and CMP-READ-BACK.
+    """
+    check_uncorrected(program.source)
+    require_understood(program)
+    path = program.run()
+    samples = _sampled(path, nominal, corrected, job)
+    _check(program, path, samples)
+    ends, between = _targets(path, samples, job.tolerance_mm)
+    edits = [*_mark(program, record_id), *_edits(program, path, ends, between)]
+    source = apply_edits(program, edits)
+    _read_back(program, path, source, ends, between)
+    moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
+    cutting = len(np.unique(samples.move[samples.cutting]))
+    return CorrectedProgram(source, cutting, sum(map(len, between.values())), max(moved, default=0.0))
+
+
+def _sampled(path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> _Samples:
+    at_feed = np.flatnonzero(np.isin(path.motion, (Motion.LINE, Motion.ARC)))
+    length = np.linalg.norm(path.end_mm - path.start_mm, axis=1)
+    pieces = np.maximum(1, np.ceil(length[at_feed] / job.sample_mm)).astype(int)
+    move = np.repeat(at_feed, pieces + 1)
+    share = np.concatenate([np.linspace(0.0, 1.0, n + 1) for n in pieces]) if len(pieces) else np.empty(0)
+    tips = path.start_mm[move] + share[:, None] * (path.end_mm - path.start_mm)[move]
+    axes = np.tile(np.asarray(job.axis) / np.linalg.norm(job.axis), (len(tips), 1))
+    moved = moved_locations(nominal, corrected, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
+    if np.any(moved.cutting):
+        check_gouges(corrected, job.cutter, moved.tips_mm[moved.cutting], axes[moved.cutting], job.gouge_mm)
+    return _Samples(move, share, tips, moved.tips_mm, moved.cutting)
+
+
+def _check(program: Program, path: ToolPath, samples: _Samples) -> None:
+    cutting = np.unique(samples.move[samples.cutting])
+    wrong = [
+        (not len(cutting), "no move of the program comes near the surface", "look at frame, tool radius and face"),
+        (
+            np.any(path.motion[cutting] == Motion.ARC),
+            "an arc cuts the surface",
+            "have the finish pass written as lines",
+        ),
+        (np.any(path.compensation[cutting] != 40), "G41 or G42 is on", "write the pass as the path of the tool's tip"),
+        (np.any(path.incremental[cutting]), "coordinates are increments", "write the pass in absolute coordinates"),
+    ]
+    for is_so, what, hint in wrong:
+        if is_so:
+            place = program.place(program.block(int(path.block[cutting[0]])).start) if len(cutting) else None
+            raise TrueloopError(Code.SRF_PROGRAM, f"{what}: {len(cutting)} moves cut it", hint=hint, place=place)
+
+
+def _targets(path: ToolPath, samples: _Samples, tolerance_mm: float) -> tuple[dict[int, Array], dict[int, list[Array]]]:
+    """Displaced ends by move, and further points within moves."""
+    ends: dict[int, Array] = {}
+    between: dict[int, list[Array]] = {}
+    starts = np.flatnonzero(np.diff(samples.move, prepend=-1))
+    for first, after in zip(starts, np.append(starts[1:], len(samples.move)), strict=True):
+        move = int(samples.move[first])
+        if samples.cutting[after - 1]:
+            ends[move] = samples.after_mm[after - 1]
+        if np.any(samples.cutting[first:after]):
+            points = samples.after_mm[first:after]
+            if kept := _needed(points, samples.cutting[first:after], tolerance_mm):
+                between[move] = [points[k] for k in kept]
+    return ends, between
+
+
+def _needed(points: Array, cutting: np.ndarray, tolerance_mm: float) -> list[int]:
+    """Fewest points, first and last aside, whose chords keep to all that cut (Douglas and Peucker)."""
+    kept: list[int] = []
+    ranges = [(0, len(points) - 1)]
+    while ranges:
+        first, last = ranges.pop()
+        if last - first < 2:
+            continue
+        chord = points[last] - points[first]
+        off = points[first + 1 : last] - points[first]
+        along = np.clip(off @ chord / max(float(chord @ chord), 1e-300), 0.0, 1.0)
+        distance = np.where(cutting[first + 1 : last], np.linalg.norm(off - along[:, None] * chord, axis=1), 0.0)
+        worst = int(np.argmax(distance))
+        if distance[worst] > tolerance_mm:
+            middle = first + 1 + worst
+            kept.append(middle)
+            ranges += [(first, middle), (middle, last)]
+    return sorted(kept)
+
+
+def _edits(program: Program, path: ToolPath, ends: dict[int, Array], between: dict[int, list[Array]]) -> Iterator[Edit]:
+    held = np.array(path.start_mm[0])
+    for move in range(len(path)):
+        if move in between:
+            yield _new_blocks(program, path, move, between[move])
+            held = between[move][-1]
+        wanted = ends.get(move)
+        if wanted is None:
+            words = path.word[move] >= 0
+            held = np.where(words, path.end_mm[move], held)
+        else:
+            yield from _moved_end(program, path, move, wanted, held)
+            held = wanted
+
+
+def _moved_end(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> Iterator[Edit]:
+    state = path.coordinate_state(move)
+    for axis, letter in AXES:
+        word = int(path.word[move, axis])
+        if word >= 0:
+            delta = float(wanted[axis] - path.end_mm[move, axis])
+            if (edit := displace_word(program, program.word(word), delta, state)) is not None:
+                yield edit
+        else:
+            texts = [coordinate_text(program.dialect, letter, float(at[axis]), state) for at in (wanted, held)]
+            if texts[0] != texts[1]:
+                yield insert_word(program, int(path.block[move]), letter, float(wanted[axis]), state)
+
+
+def _new_blocks(program: Program, path: ToolPath, move: int, points: list[Array]) -> Edit:
+    """Blocks before the move's own: that one keeps its end, its feed and whatever else it says."""
+    index = int(path.block[move])
+    block, state = program.block(index), path.coordinate_state(move)
+    if index == 0 or any(word.letter in "MST" for word in block.words):
+        raise TrueloopError(
+            Code.SRF_PROGRAM,
+            f"{len(points)} blocks have to come before this one, which also switches or is the first",
+            hint="write M, S and T words in a block of their own",
+            place=program.place(block.start),
+        )
+    feed = [word.text for word in block.words if word.letter == "F"]
+    texts = [" ".join(coordinate_text(program.dialect, name, float(p[k]), state) for k, name in AXES) for p in points]
+    texts[0] = " ".join(["G01", texts[0], *feed])
+    return insert_blocks_after(program, index - 1, texts)
+
+
+def _mark(program: Program, record_id: str) -> Iterator[Edit]:
+    lines = [f"{MARK}: record {record_id}", f"source sha256 {sha256_of(program.source)}"]
+    yield insert_blocks_after(program, 0, [program.dialect.comment(line) for line in lines])
+
+
+def _read_back(
+    program: Program, path: ToolPath, source: bytes, ends: dict[int, Array], between: dict[int, list[Array]]
+) -> None:
+    """The written program run again: every move must end where it was to end, at the feed it had."""
+    again = read_program(source, program.dialect.name, program.file).run()
+    inserted = np.array([len(between.get(move, ())) for move in range(len(path))])
+    at = np.arange(len(path)) + np.cumsum(inserted)
+    resolution = program.dialect.resolution_mm * (25.4 if np.any(path.inch) else 1.0)
+    allowed = ROUNDING_STEPS * resolution
+    if len(again) != len(path) + int(np.sum(inserted)) or np.any(again.motion[at] != path.motion):
+        raise _refusal(f"it has {len(again)} moves instead of {len(path) + int(np.sum(inserted))}")
+    for move, points in between.items():
+        found = again.end_mm[at[move] - len(points) : at[move]]
+        if (off := float(np.max(np.abs(found - points)))) > allowed:
+            raise _refusal(f"a new point stands {off * UM_PER_MM:.2f} µm off")
+    wanted = np.array([ends.get(move, path.end_mm[move]) for move in range(len(path))]).reshape(-1, 3)
+    checked = (path.word >= 0) | np.isin(np.arange(len(path)), list(ends))[:, None]
+    off = float(np.max(np.abs(again.end_mm[at] - wanted)[checked], initial=0.0))
+    if off > allowed:
+        raise _refusal(f"a move ends {off * UM_PER_MM:.2f} µm from where it was to end")
+    if not np.array_equal(again.feed[at], path.feed, equal_nan=True):
+        raise _refusal(f"the feed of {np.count_nonzero(again.feed[at] != path.feed)} moves changed")
+
+
+def _refusal(what: str) -> TrueloopError:
+    return TrueloopError(
+        Code.CMP_READ_BACK,
+        f"the written program is not what was intended: {what}",
+        hint="nothing was written; please report the program, this should not happen",
+    )

@@ -1,0 +1,183 @@
+"""Surfaces from and to CAD files: STEP (AP203, AP214, AP242) and IGES, through Open CASCADE.
+
+The CAD kernel (`cad_kernel`) is an optional extra; without it a refusal says how to get it. Lengths are converted
+to millimetres by the kernel, from the unit that the file states.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.cad_kernel import kernel
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+
+STEP: Final = {".step", ".stp", ".p21"}
+IGES: Final = {".igs", ".iges"}
+ON_EDGE_MM: Final = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class CadFace:
+    """A face of a CAD model: its surface, `number` from 1 in the file's order, area, and the kernel's own handle."""
+
+    surface: Surface
+    number: int
+    area_mm2: float
+    kind: str
+    handle: Any
+
+    def trimmed_away(self, points_mm: Array) -> np.ndarray:
+        """Which points (n, 3) of the surface lie beyond the face's trimming curves, in a hole or outside."""
+        occ = kernel()
+        classifier = occ.FaceClassifier()
+        outside = []
+        for x, y, z in points_mm:
+            classifier.Perform(self.handle, occ.Pnt(x, y, z), ON_EDGE_MM)
+            outside.append(classifier.State() == occ.OUT)
+        return np.array(outside, bool)
+
+
+def read_faces(path: Path) -> list[CadFace]:
+    """Every face of a STEP or IGES file, as B-spline surfaces restricted to the faces' extent.
+
+    Raises SRF-CAD for a file that cannot be read or holds no face, SRF-CAD-KERNEL without the kernel.
+    """
+    occ = kernel()
+    shape = _shape(occ, path)
+    explorer = occ.Explorer(shape, occ.FACE)
+    faces: list[CadFace] = []
+    while explorer.More():
+        face = occ.as_face(explorer.Current())
+        faces.append(_face(occ, face, len(faces) + 1))
+        explorer.Next()
+    if not faces:
+        raise TrueloopError(
+            Code.SRF_CAD,
+            f"{path.name!r} holds no surface, 0 faces",
+            hint="export the surface itself: curves and meshes alone are not enough",
+            place=Place(str(path)),
+        )
+    return faces
+
+
+def read_face(path: Path, number: int | None = None) -> CadFace:
+    """One face, by its number from 1; the only one when not said. Raises SRF-CAD-CHOICE with a list when it is open."""
+    faces = read_faces(path)
+    if number is None and len(faces) == 1:
+        return faces[0]
+    if number is None or not 1 <= number <= len(faces):
+        listed = ", ".join(f"{face.number}: {face.kind}, {face.area_mm2:.1f} mm²" for face in faces[:20])
+        asked = "none was chosen" if number is None else f"face {number} was asked for"
+        raise TrueloopError(
+            Code.SRF_CAD_CHOICE,
+            f"{path.name!r} has {len(faces)} faces and {asked}",
+            hint=f"choose one with its number: {listed}",
+            place=Place(str(path)),
+        )
+    return faces[number - 1]
+
+
+def write_surface(surface: Surface, path: Path) -> None:
+    """Writes one surface: STEP AP242 or IGES, by the name's ending, millimetres.
+
+    Outward normals are those of the patch itself, u before v: IGES knows no other.
+    Raises SRF-CAD for another ending and where the kernel refuses the surface or the place.
+    """
+    occ = kernel()
+    outward = surface.exchanged() if surface.flipped else surface
+    face = occ.MakeFace(_to_kernel(occ, outward), 1e-6).Face()
+    ending = path.suffix.lower()
+    if ending in STEP:
+        writer = occ.StepWriter()  # it makes the settings known that follow
+        occ.set_text("write.step.schema", "AP242DIS")
+        occ.set_text("write.step.unit", "MM")
+        done = writer.Transfer(face, occ.AS_IS) == occ.DONE and writer.Write(str(path)) == occ.DONE
+    elif ending in IGES:
+        writer = occ.IgesWriter("MM", 1)
+        writer.AddShape(face)
+        writer.ComputeModel()
+        done = writer.Write(str(path))
+    else:
+        raise _unknown_ending(path)
+    if not done:
+        raise TrueloopError(Code.SRF_CAD, f"{path.name!r} could not be written: 1 face", hint="is the folder there?")
+
+
+def _shape(occ: Any, path: Path) -> Any:
+    if not path.is_file():
+        raise TrueloopError(
+            Code.SRF_CAD, f"no file {path.name!r}", hint="look at the path in the job", place=Place(str(path))
+        )
+    ending = path.suffix.lower()
+    if ending not in STEP | IGES:
+        raise _unknown_ending(path)
+    reader = occ.StepReader() if ending in STEP else occ.IgesReader()
+    if reader.ReadFile(str(path)) != occ.DONE or not reader.TransferRoots() or reader.OneShape().IsNull():
+        raise TrueloopError(
+            Code.SRF_CAD,
+            f"{path.name!r} cannot be read as {'STEP' if ending in STEP else 'IGES'}, or holds no surface",
+            hint="export it again as STEP AP214 or AP242, with surfaces",
+            place=Place(str(path)),
+        )
+    return reader.OneShape()
+
+
+def _unknown_ending(path: Path) -> TrueloopError:
+    known = ", ".join(sorted(STEP | IGES))
+    return TrueloopError(Code.SRF_CAD, f"{path.suffix!r} is no ending of a CAD file", hint=f"known endings: {known}")
+
+
+def _face(occ: Any, face: Any, number: int) -> CadFace:
+    u0, u1, v0, v1 = occ.uv_bounds(face)
+    whole = occ.surface_of(face)
+    patch = occ.to_bspline(occ.Trimmed(whole, u0, u1, v0, v1, True, True))
+    if patch.IsUPeriodic():
+        patch.SetUNotPeriodic()
+    if patch.IsVPeriodic():
+        patch.SetVNotPeriodic()
+    properties = occ.Properties()
+    occ.measure(face, properties)
+    kind = type(whole).__name__.removeprefix("Geom_")
+    surface = _from_kernel(patch, flipped=face.Orientation() == occ.REVERSED)
+    return CadFace(surface, number, float(properties.Mass()), kind, face)
+
+
+def _from_kernel(patch: Any, *, flipped: bool) -> Surface:
+    n, m = patch.NbUPoles(), patch.NbVPoles()
+    poles = [[patch.Pole(i, j) for j in range(1, m + 1)] for i in range(1, n + 1)]
+    control = np.array([[(p.X(), p.Y(), p.Z()) for p in row] for row in poles])
+    rational = patch.IsURational() or patch.IsVRational()
+    weights = [[patch.Weight(i, j) for j in range(1, m + 1)] for i in range(1, n + 1)]
+    knots_u = _repeated((patch.UKnot(k), patch.UMultiplicity(k)) for k in range(1, patch.NbUKnots() + 1))
+    knots_v = _repeated((patch.VKnot(k), patch.VMultiplicity(k)) for k in range(1, patch.NbVKnots() + 1))
+    degrees = (patch.UDegree(), patch.VDegree())
+    return Surface(degrees, knots_u, knots_v, control, np.array(weights) if rational else None, flipped)
+
+
+def _repeated(knots: Iterator[tuple[float, int]]) -> Array:
+    return np.concatenate([np.full(count, knot) for knot, count in knots])
+
+
+def _to_kernel(occ: Any, surface: Surface) -> Any:
+    n, m = surface.control_mm.shape[:2]
+    poles, weights = occ.Points(1, n, 1, m), occ.Reals2(1, n, 1, m)
+    for i in range(n):
+        for j in range(m):
+            poles.SetValue(i + 1, j + 1, occ.Pnt(*map(float, surface.control_mm[i, j])))
+            weights.SetValue(i + 1, j + 1, 1.0 if surface.weights is None else float(surface.weights[i, j]))
+    (ku, mu), (kv, mv) = (_counted(occ, knots) for knots in (surface.knots_u, surface.knots_v))
+    return occ.BSpline(poles, weights, ku, kv, mu, mv, *surface.degrees, False, False)
+
+
+def _counted(occ: Any, knots: Array) -> tuple[Any, Any]:
+    values, counts = np.unique(knots, return_counts=True)
+    reals, integers = occ.Reals(1, len(values)), occ.Integers(1, len(values))
+    for k, (value, count) in enumerate(zip(values, counts, strict=True), 1):
+        reals.SetValue(k, float(value))
+        integers.SetValue(k, int(count))
+    return reals, integers

@@ -1,0 +1,82 @@
+"""What is needed of the CAD kernel Open CASCADE, under short names. It is loaded when first asked for: that is slow."""
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any, Final
+
+from trueloop.errors import Code, TrueloopError
+
+INSTALL: Final = "pip install 'trueloop[cad]'; on Debian also: apt-get install libgl1 libx11-6"
+
+
+@cache
+def kernel() -> Any:
+    """The kernel's classes and functions. It prints nothing. Raises SRF-CAD-KERNEL where it is not installed."""
+    try:
+        found = _loaded()
+    except ImportError as missing:
+        raise TrueloopError(
+            Code.SRF_CAD_KERNEL,
+            f"STEP and IGES need the CAD kernel, which cannot be loaded: {str(missing)!r}",
+            hint=INSTALL,
+        ) from None
+    found.be_silent()
+    return found
+
+
+def _loaded() -> SimpleNamespace:
+    from OCP import collections
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepClass import BRepClass_FaceClassifier
+    from OCP.BRepGProp import BRepGProp
+    from OCP.BRepTools import BRepTools
+    from OCP.Geom import Geom_BSplineSurface, Geom_RectangularTrimmedSurface
+    from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
+    from OCP.GeomConvert import GeomConvert
+    from OCP.gp import gp_Pnt
+    from OCP.GProp import GProp_GProps
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.IGESControl import IGESControl_Reader, IGESControl_Writer
+    from OCP.Interface import Interface_Static
+    from OCP.Message import Message
+    from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType, STEPControl_Writer
+    from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum, TopAbs_State
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    def be_silent() -> None:
+        messenger = Message.DefaultMessenger_s()
+        for printer in list(messenger.Printers()):
+            messenger.RemovePrinter(printer)
+
+    return SimpleNamespace(
+        be_silent=be_silent,
+        StepReader=STEPControl_Reader,
+        StepWriter=STEPControl_Writer,
+        IgesReader=IGESControl_Reader,
+        IgesWriter=IGESControl_Writer,
+        AS_IS=STEPControl_StepModelType.STEPControl_AsIs,
+        DONE=IFSelect_ReturnStatus.IFSelect_RetDone,
+        set_text=Interface_Static.SetCVal_s,
+        Explorer=TopExp_Explorer,
+        FACE=TopAbs_ShapeEnum.TopAbs_FACE,
+        REVERSED=TopAbs_Orientation.TopAbs_REVERSED,
+        OUT=TopAbs_State.TopAbs_OUT,
+        as_face=TopoDS.Face,
+        surface_of=BRep_Tool.Surface_s,
+        uv_bounds=BRepTools.UVBounds_s,
+        Trimmed=Geom_RectangularTrimmedSurface,
+        to_bspline=GeomConvert.SurfaceToBSplineSurface_s,
+        BSpline=Geom_BSplineSurface,
+        MakeFace=BRepBuilderAPI_MakeFace,
+        FaceClassifier=BRepClass_FaceClassifier,
+        Projection=GeomAPI_ProjectPointOnSurf,
+        Properties=GProp_GProps,
+        measure=BRepGProp.SurfaceProperties_s,
+        Pnt=gp_Pnt,
+        Points=collections.Array2_gp_Pnt,
+        Reals2=collections.Array2_double,
+        Reals=collections.Array1_double,
+        Integers=collections.Array1_int,
+    )

@@ -1,0 +1,78 @@
+"""Surfaces through STEP and IGES, and the kernel as an independent judge of points, normals and projections."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.surfaces import sphere, wavy_surface
+from trueloop.formats.cad import read_face, read_faces, write_surface
+from trueloop.formats.cad_kernel import kernel
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import closest
+
+RNG = np.random.default_rng(51)
+U, V = RNG.uniform(0.02, 0.95, (2, 200))
+
+
+@pytest.mark.parametrize("ending", [".step", ".igs"])
+@pytest.mark.parametrize("surface", [wavy_surface(), sphere(), sphere().turned_over()], ids=["wavy", "ball", "hollow"])
+def test_what_is_written_is_read_again_with_its_normals(tmp_path: Path, surface: Surface, ending: str) -> None:
+    path = tmp_path / f"surface{ending}"
+    write_surface(surface, path)
+    feet = closest(read_face(path).surface, surface.point_mm(U, V))
+    assert np.max(np.abs(feet.distance_mm)) < 1e-6
+    np.testing.assert_allclose(feet.normal, surface.normal(U, V), atol=1e-6)
+    if ending == ".step":
+        assert b"AP242" in path.read_bytes()
+
+
+@pytest.mark.parametrize("surface", [wavy_surface(), sphere()], ids=["wavy", "ball"])
+def test_the_kernel_projects_points_to_the_same_feet(tmp_path: Path, surface: Surface) -> None:
+    write_surface(surface, tmp_path / "surface.step")
+    face, occ = read_face(tmp_path / "surface.step"), kernel()
+    points = surface.point_mm(U, V) + RNG.uniform(-2, 2, (200, 1)) * surface.normal(U, V)
+    ours = closest(face.surface, points)
+    whole = occ.surface_of(face.handle)
+    for k, (x, y, z) in enumerate(points):
+        projection = occ.Projection(occ.Pnt(x, y, z), whole)
+        assert projection.LowerDistance() == pytest.approx(abs(ours.distance_mm[k]), abs=1e-7)
+
+
+@pytest.mark.corpus
+def test_a_solid_of_others_gives_its_faces_with_outward_normals(corpus: Path) -> None:
+    """STEP AP214 in inch: five faces, the solid's normals point away from its material."""
+    faces = read_faces(corpus / "data/public/cad/conical-surface.step")
+    assert [face.kind for face in faces] == [
+        "CylindricalSurface",
+        "Plane",
+        "Plane",
+        "CylindricalSurface",
+        "ConicalSurface",
+    ]
+    outer, bore = faces[0].surface, faces[3].surface
+    np.testing.assert_allclose(
+        outer.curvatures_per_mm(np.array([0.3]), np.array([1.0]))[0], [0, 1 / 13.5165], atol=1e-4
+    )
+    assert bore.curvatures_per_mm(np.array([0.3]), np.array([1.0]))[0, 0] == pytest.approx(-1 / 5.5, rel=1e-4)
+
+
+@pytest.mark.corpus
+def test_a_trimmed_face_knows_what_was_cut_away(corpus: Path) -> None:
+    ring = read_faces(corpus / "data/public/cad/conical-surface.step")[2]
+    middle = ring.surface.point_mm(np.array([0.5]), np.array([0.5]))
+    (u0, u1), (v0, v1) = ring.surface.domain
+    centre = ring.surface.point_mm(np.array([(u0 + u1) / 2]), np.array([(v0 + v1) / 2]))
+    edge = ring.surface.point_mm(np.array([(u0 + u1) / 2]), np.array([v0 + 0.01 * (v1 - v0)]))
+    assert ring.trimmed_away(centre).tolist() == [True]  # the bore
+    assert ring.trimmed_away(edge).tolist() == [False]
+    assert middle.shape == (1, 3)
+
+
+@pytest.mark.corpus
+def test_a_scanned_lens_in_inch_is_read_in_millimetres(corpus: Path) -> None:
+    """IGES 128 of others: nine patches of about 60 × 40 mm together."""
+    faces = read_faces(corpus / "data/public/cad/sunglasses-lens.igs")
+    assert len(faces) == 9
+    assert all(face.surface.degrees == (3, 3) for face in faces)
+    assert 1500 < sum(face.area_mm2 for face in faces) < 2500
