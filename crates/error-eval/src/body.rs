@@ -147,9 +147,19 @@ impl<'a> Body<'a> {
 
 #[inline]
 fn horner(rows: &[Six], segment: usize, powers: usize, step: f64) -> Six {
-    let mut sum = [0.0; COMPONENTS];
     let start = segment * powers;
-    for row in rows.get(start..start + powers).unwrap_or(&[]).iter().rev() {
+    let rows = rows.get(start..start + powers).unwrap_or(&[]);
+    // cubics, the usual case, keep their six sums in registers
+    match <&[Six; 4]>::try_from(rows) {
+        Ok(cubic) => sum_of(cubic, step),
+        Err(_) => sum_of(rows, step),
+    }
+}
+
+#[inline(always)]
+fn sum_of(rows: &[Six], step: f64) -> Six {
+    let mut sum = [0.0; COMPONENTS];
+    for row in rows.iter().rev() {
         for (value, power) in sum.iter_mut().zip(row) {
             *value = *value * step + power;
         }
