@@ -39,13 +39,13 @@ demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected f
 	@$(RUN)trueloop demo $(PART)
 
 test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC and Chromium where it may
-	@scripts/debian-packages.sh linuxcnc-uspace chromium
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium
 	cargo test --quiet --locked --workspace --exclude trueloop-python
 	$(RUN)python -m pytest -n auto -m 'not corpus'
 
 test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-corpus CORPUS=DIR, where DIR/data is
 	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
-	@scripts/debian-packages.sh linuxcnc-uspace chromium
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium
 	$(RUN)python -m pytest -n auto -m corpus --corpus='$(CORPUS)'
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files

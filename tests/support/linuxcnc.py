@@ -32,7 +32,7 @@ class Move:
     The first move starts at the machine's origin. G92 and G54–G59 change the coordinates, not where the tool stands.
     """
 
-    kind: Literal["rapid", "line", "arc"]
+    kind: Literal["rapid", "line", "arc", "probe"]
     line: int
     start_mm: Vector
     end_mm: Vector

@@ -46,6 +46,10 @@ class Canon:
     def straight_feed(self, *words: float) -> None:
         self._move("line", to_mm(words[:3]))
 
+    def straight_probe(self, *words: float) -> None:
+        """Ends at its programmed point here: no part is met."""
+        self._move("probe", to_mm(words[:3]))
+
     def arc_feed(
         self, first: float, second: float, first_centre: float, second_centre: float, turns: int, *words: float
     ) -> None:

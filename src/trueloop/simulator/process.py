@@ -73,7 +73,7 @@ class Deflection:
         """
         count = max(2, math.ceil(path.along_mm[-1] / STATION_MM))
         at = np.linspace(0.0, path.along_mm[-1], count)
-        nearest = np.minimum(np.searchsorted(path.along_mm, at), len(path.along_mm) - 1)
+        nearest = np.unique(np.minimum(np.searchsorted(path.along_mm, at), len(path.along_mm) - 1))
         contact, normal = contact_mm[nearest], path.normal[nearest]
         depth = np.clip(stock.height_mm(contact, normal, DEEPEST_CUT_MM), 0.0, None)
         depth = np.where(depth >= DEEPEST_CUT_MM, 0.0, depth)
@@ -82,8 +82,8 @@ class Deflection:
         on_x = self.chuck_mm_per_n + self.part_mm_per_n_mm3 * np.clip(contact[:, 1] - self.chuck_z_mm, 0.0, None) ** 3
         yielding = self.tool_mm_per_n + on_x * normal[:, 0] ** 2
         force = stiffness * depth / (1.0 + stiffness * yielding)
-        away = force[:, None] * (self.tool_mm_per_n * normal + np.column_stack([on_x * normal[:, 0], np.zeros(count)]))
-        return np.column_stack([np.interp(path.along_mm, at, away[:, k]) for k in range(2)])
+        away = force[:, None] * (self.tool_mm_per_n * normal + np.column_stack([on_x * normal[:, 0], np.zeros(len(nearest))]))
+        return np.column_stack([np.interp(path.along_mm, path.along_mm[nearest], away[:, k]) for k in range(2)])
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,84 @@
+"""Every way in which probing is refused."""
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tests.support.probing import APPROACH, STEP, plan_of
+from trueloop.controllers.probing import Settings, probing_program
+from trueloop.errors import Code
+from trueloop.formats.probe_log import read_probe_log
+from trueloop.formats.probe_toml import read_probe
+from trueloop.gauging.calibration import BallCalibration, calibrate
+from trueloop.gauging.probe_match import match_touches
+from trueloop.gauging.stylus import Stylus
+from trueloop.geometry.feature import Array, Line
+from trueloop.geometry.validate import checked_profile
+
+PLAN = plan_of(STEP, {"cylinder": 3, "face": 2})
+CENTRES = np.array([touch.contact_mm for touch in PLAN.touches])
+CALIBRATED = BallCalibration(1.5)
+CONE = checked_profile([Line("cone", (40.0, -30.0), (10.0, 0.0)), Line("face", (10.0, 0.0), (0.0, 0.0))])
+GROOVE = checked_profile(
+    [
+        Line("shoulder", (40.0, -30.0), (40.0, -20.0)),
+        Line("wall", (40.0, -20.0), (30.0, -20.0)),
+        Line("floor", (30.0, -20.0), (30.0, -18.0)),
+        Line("other-wall", (30.0, -18.0), (40.0, -18.0)),
+        Line("rim", (40.0, -18.0), (40.0, 0.0)),
+    ]
+)
+
+
+def _match(rows: Sequence[int], moved_mm: float = 0.0) -> object:
+    normal = np.array([touch.normal for touch in PLAN.touches])
+    positions = CENTRES[list(rows)] + moved_mm * normal[list(rows)]
+    logged = [(float(x), float(z)) for x, z in positions]
+    return match_touches(PLAN, logged, [k + 1 for k in range(len(rows))], CALIBRATED).findings
+
+
+def _log(text: str) -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "touches.txt"
+        path.write_text(text)
+        return read_probe_log(path, "linuxcnc")
+
+
+def _probe_file(text: str) -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "probe.toml"
+        path.write_text(text)
+        return read_probe(path)
+
+
+def _circle(degrees: Array, radius_mm: float = 14.0) -> Array:
+    angle = np.radians(degrees)
+    return radius_mm * np.column_stack([np.sin(angle), np.cos(angle)])
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.PRB_FILE: lambda: _probe_file("[stylus]\nball_radius_mm = 1.5\nstem_radius = 0.75\n"),
+    Code.PRB_CALIBRATION: lambda: calibrate(_circle(np.linspace(0, 40, 12)), 12.5),
+    Code.PRB_REACH: lambda: plan_of(GROOVE, {"floor": 1}, APPROACH, Stylus(0.5, 0.4, 50.0, 0.0)),
+    Code.PRB_BALL: lambda: plan_of(GROOVE, {"floor": 1}, APPROACH, Stylus(1.2, 0.4)),
+    Code.PRB_AXIS: lambda: probing_program(plan_of(CONE, {"cone": 2}), "renishaw", Settings()),
+    Code.PRB_LOG: lambda: _log("16.5 0 -10\n"),
+    Code.PRB_OTHER: lambda: _match(range(5), moved_mm=30.0),
+    Code.PRB_MISSING: lambda: _match([0, 1, 3, 4]),
+    Code.PRB_TWICE: lambda: _match([0, 1, 1, 2, 3, 4]),
+    Code.PRB_ORDER: lambda: _match([1, 0, 2, 3, 4]),
+    Code.PRB_RETRACT: lambda: _match(range(5), moved_mm=APPROACH.stand_off_mm),
+}
+
+
+def test_a_probe_that_was_never_calibrated_is_refused_by_name() -> None:
+    import pytest
+
+    from trueloop.errors import TrueloopError
+
+    logged = [(float(x), float(z)) for x, z in CENTRES]
+    with pytest.raises(TrueloopError, match=r"1\.500 mm ball radius is not calibrated") as refused:
+        match_touches(PLAN, logged, range(1, 6), None)
+    assert refused.value.code is Code.PRB_CALIBRATION

@@ -1,0 +1,43 @@
+"""Every way in which the simulator and controls refuse."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from unittest import mock
+
+from tests.support.probing import EXAMPLES
+from trueloop.controllers.linuxcnc import session
+from trueloop.controllers.linuxcnc.loop import drive_part
+from trueloop.errors import Code
+from trueloop.formats.virtual_machine_toml import read_virtual_machine
+from trueloop.loops.simulated import workshop_and_trial
+from trueloop.simulator.nose import Nose
+
+LOOP = EXAMPLES / "loop"
+
+
+def _machine(text: str) -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "machine.toml"
+        path.write_text(text)
+        return read_virtual_machine(path)
+
+
+def _without_linuxcnc() -> None:
+    with mock.patch("shutil.which", return_value=None):
+        session.cut(b"M2\n")
+
+
+def _other_dialect() -> None:
+    workshop, trial = workshop_and_trial(EXAMPLES / "modbas2" / "job.toml", None)
+    drive_part(trial, workshop)
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.SIM_FILE: lambda: _machine('preset = "nist"\n[process]\nalong_um = -1\n'),
+    Code.SIM_NOSE: lambda: Nose(0.8, (0.0, 0.3, 0.6), (0.0, 0.08, 0.0)),
+    Code.SIM_ALLOWANCE: lambda: workshop_and_trial(EXAMPLES / "linuxcnc" / "job.toml", None),
+    Code.CTL_LINUXCNC: _without_linuxcnc,
+    Code.CTL_DIALECT: _other_dialect,
+    Code.CTL_PROGRAM: lambda: session.cut(b"G21 G8 G18\nG1 X250\nM2\n"),
+}

@@ -1,0 +1,73 @@
+"""The loop with LinuxCNC as its controller, headless: semi-finish, calibration, probing, corrected finish program."""
+
+import subprocess
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tests.support.probing import EXAMPLES
+from trueloop.controllers.linuxcnc.loop import drive_part
+from trueloop.controllers.linuxcnc.session import cut
+from trueloop.formats.virtual_machine_toml import read_virtual_machine
+from trueloop.geometry.feature import Array
+from trueloop.loops.simulated import simulate, workshop_and_trial
+from trueloop.simulator.presets import Workshop
+from trueloop.simulator.process import Repeatability
+
+UM = 1e-3
+LOOP = EXAMPLES / "loop"
+
+
+def exact(workshop: Workshop) -> Workshop:
+    """A process and probe that repeat: what differs between the loops is then the controller alone."""
+    machine = replace(workshop.machine, repeatability=Repeatability())
+    return replace(workshop, machine=machine, probe=replace(workshop.probe, range_x_mm=0.0, range_z_mm=0.0))
+
+
+def test_linuxcnc_closes_the_loop_as_the_simulator_does() -> None:
+    """LinuxCNC's positions cut what the commanded path would to 0.05 µm; touches are latched within a servo period of
+    1 µm; the true residual is within 1.5 µm RMS of that of the simulator's own loop."""
+    workshop, trial = workshop_and_trial(LOOP / "modbas2.toml", LOOP / "machine.toml")
+    workshop, said = exact(workshop), list[str]()
+    alone = simulate(trial, workshop)
+    driven = drive_part(trial, workshop, say=said.append)
+    part = driven.part
+    assert np.max(np.abs(part.semifinish_truth_mm - alone.semifinish_truth_mm)) < 0.05 * UM
+    assert np.max(np.abs(part.touches.error_mm - part.semifinish_truth_mm)) < 1.5 * UM
+    assert np.sqrt(np.mean((part.finish_truth_mm - alone.finish_truth_mm) ** 2)) < 1.5 * UM
+    assert part.residual_rms_mm < 1.5 * UM < 0.05 * np.sqrt(np.mean(part.semifinish_truth_mm**2))
+    assert len(driven.probe_log.splitlines()) == len(trial.inputs.touches.point)
+    assert any("corrected finish program" in words for words in said) and any("line" in words for words in said)
+    assert what_still_runs() == ""
+
+
+def test_two_sessions_side_by_side_do_not_meet() -> None:
+    """Each gets the positions of its own program, to the digit that it has alone."""
+    programs = [b"G21 G18 G8 G90 G94\nG0 X20 Z%d\nG1 X%d F6000\nG1 Z-30\nM2\n" % (k, 10 + k) for k in (1, 2)]
+    found: dict[int, Array] = {}
+
+    def run(k: int) -> None:
+        found[k] = cut(programs[k])
+
+    threads = [threading.Thread(target=run, args=(k,)) for k in (0, 1)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for k in (0, 1):
+        assert np.allclose(found[k][-1], [11 + k, -30.0], atol=1e-6)
+        assert np.allclose(found[k].min(axis=0), [11 + k, -30.0], atol=1e-6)
+    assert what_still_runs() == ""
+
+
+def what_still_runs() -> str:
+    """Processes of ours that outlived their session: they would name its folder."""
+    found = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
+    return "\n".join(line for line in found.splitlines() if "trueloop-linuxcnc-" in line)
+
+
+def test_the_example_machine_is_the_nist_one() -> None:
+    assert read_virtual_machine(LOOP / "machine.toml").machine.repeatability == Repeatability(0.0012, 1.0)
+    assert Path(LOOP / "probe.toml").exists()

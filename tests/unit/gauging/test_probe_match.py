@@ -1,0 +1,84 @@
+"""What a control logged, back to part errors: by position, never by count."""
+
+import numpy as np
+import pytest
+
+from tests.support.probing import APPROACH, STEP, example_plan, log_of, plan_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.probe_log import parse_probe_log
+from trueloop.gauging.calibration import BallCalibration
+from trueloop.gauging.probe_match import MatchedTouches, match_touches
+from trueloop.gauging.probe_plan import ProbePlan
+from trueloop.geometry.feature import Array
+
+CALIBRATION = BallCalibration(1.4946, cosine_mm=-0.0005)
+
+
+def reported(plan: ProbePlan, error_mm: Array) -> Array:
+    """Ball centres as a probe with that calibration reports surfaces of these errors."""
+    normal = np.array([touch.normal for touch in plan.touches])
+    nominal = np.array([touch.nominal_mm for touch in plan.touches])
+    off = plan.approach.allowance_mm + error_mm + CALIBRATION.radius_mm(normal)
+    centres: Array = nominal + off[:, None] * normal
+    return centres
+
+
+def read(plan: ProbePlan, text: str, control: str = "fanuc", diameter: bool = True) -> MatchedTouches:
+    logged = parse_probe_log(text, "touches.txt", control, diameter=diameter)
+    return match_touches(plan, [t.position_mm for t in logged], [t.line for t in logged], CALIBRATION)
+
+
+def errors(matched: MatchedTouches) -> list[float]:
+    return [touch.error_mm for touch in matched.touches if touch.error_mm is not None]
+
+
+@pytest.mark.parametrize("diameter", [True, False])
+@pytest.mark.parametrize("name", ["facetst", "modbas2", "piecs11"])
+def test_errors_come_back_whatever_the_order_and_the_diameter_mode(name: str, diameter: bool) -> None:
+    plan = example_plan(name)
+    rng = np.random.default_rng(1)
+    error = rng.normal(0.0, 0.05, len(plan.touches))
+    rows = rng.permutation(len(plan.touches))
+    matched = read(plan, log_of(plan, reported(plan, error), list(rows), diameter), diameter=diameter)
+    assert [touch.point for touch in matched.touches] == [touch.point for touch in plan.touches]
+    assert np.allclose(errors(matched), error, atol=1.5e-4)
+    assert {found.code for found in matched.findings} == {Code.PRB_ORDER}
+
+
+def test_linuxcnc_logs_radii_even_in_diameter_mode() -> None:
+    plan = plan_of(STEP, {"cylinder": 2})
+    rows = "".join(f"{x:.6f} 0.0 {z:.6f} 0 0 0 0 0 0\n" for x, z in reported(plan, np.array([0.01, -0.02])))
+    matched = read(plan, rows, "linuxcnc")
+    assert np.allclose(errors(matched), [0.01, -0.02], atol=1e-6)
+    assert matched.findings == ()
+
+
+def test_a_wrong_diameter_mode_is_another_job_s_log() -> None:
+    plan = plan_of(STEP, {"cylinder": 2})
+    with pytest.raises(TrueloopError, match=r"2 of 2 touches .* the nearest") as refused:
+        read(plan, log_of(plan, reported(plan, np.zeros(2))), diameter=False)
+    assert refused.value.code is Code.PRB_OTHER
+
+
+def test_a_touch_that_a_control_left_out_is_named() -> None:
+    plan = example_plan("modbas2")
+    error = np.zeros(len(plan.touches))
+    with pytest.raises(TrueloopError, match="1 of 32 points have no touch: '7'") as refused:
+        read(plan, log_of(plan, reported(plan, error), [k for k in range(32) if k != 6]))
+    assert refused.value.code is Code.PRB_MISSING
+
+
+def test_all_touches_at_the_retract_plane_are_a_probe_that_was_triggered_already() -> None:
+    plan = plan_of(STEP, {"cylinder": 3, "face": 2})
+    starts = np.array([touch.start_mm for touch in plan.touches])
+    with pytest.raises(TrueloopError, match=r"5 of 5 touches are where the approach began, 2\.000 mm off") as refused:
+        read(plan, log_of(plan, starts))
+    assert refused.value.code is Code.PRB_RETRACT
+
+
+def test_fanuc_pads_numbers_with_blanks() -> None:
+    plan = plan_of(STEP, {"cylinder": 1})
+    ((x, z),) = reported(plan, np.array([0.0]))
+    matched = read(plan, f"%\nX   {2 * x:.3f}Z  {z:.3f}\n%\n")
+    assert abs(matched.touches[0].error_mm or 0.0) < 1e-3
+    assert APPROACH.stand_off_mm == 2.0
