@@ -2,7 +2,9 @@
 
 from collections.abc import Callable
 
-from trueloop.errors import Code
+import pytest
+
+from trueloop.errors import Code, TrueloopError
 from trueloop.nc.check import check
 from trueloop.nc.edit import Edit, apply_edits, displace_word, set_offset
 from trueloop.nc.program import Program, read_program
@@ -51,3 +53,46 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_EDIT: _overlapping_edits,
     Code.NC_OFFSET: lambda: set_offset(ge2000t("G00 X1.0"), "X", 0.01, DIAMETER_INCH),
 }
+
+
+def fanuc(text: str) -> Program:
+    return read_program(text.encode(), "fanuc-lathe", "part.nc")
+
+
+FANUC: list[tuple[str, Code, str]] = [
+    ("G21\nM98 P1000", Code.NC_FLOW, "program O1000 is not in this file"),
+    ("G21\nGOTO 30", Code.NC_FLOW, "block N30 is not in this program"),
+    ("G21\nWHILE[1]DO1", Code.NC_FLOW, "a DO without its END"),
+    ("G21\nEND2", Code.NC_FLOW, "an END without its DO"),
+    ("G21\nIF[1]#1=2", Code.NC_FLOW, "IF without GOTO or THEN"),
+    ("G21\nG70 P20 Q10\nN10\nN20", Code.NC_FLOW, "the contour's last block is before its first"),
+    ("N1 GOTO1", Code.NC_LIMIT, "stopped after 1000 blocks or moves"),
+    ("G21\nM98 P1\nM30\nO1\nM98 P1", Code.NC_LIMIT, "programs call one another more than 64 deep"),
+    ("G21 G00 X#7", Code.NC_PARAMETER, "parameter #7 has no value"),
+    ("G21\n#1=[1.]2.", Code.NC_EXPRESSION, 'an operator is missing in "#1=[1.]2."'),
+    ("G21 G00 X#<a>", Code.NC_WORD, '"X#<a>" is no word of the dialect fanuc-lathe'),
+    ("G00 X10", Code.NC_NUMBER, '"X10" has no decimal point: read as 10'),
+    ("G21\nG28", Code.NC_MISPLACED, "a return to the reference point without an axis: nothing moves"),
+    ("G21\nG70", Code.NC_MISPLACED, "G70 without P and Q: nothing moves"),
+    ("G10 P1 X0.01", Code.NC_OPAQUE, "G10: only L2 with P1 to P6 and absolute values is followed"),
+    ("G50 U1.", Code.NC_OPAQUE, "a shift of the position register by increments is not followed"),
+    ("G12.1", Code.NC_OPAQUE, "G12.1: the path goes on as if it were not there"),
+    ("G21 G01 X1. ,C.5", Code.NC_OPAQUE, ",C.5: the corner is not in the path, which goes to its sharp point"),
+    ("T0101", Code.NC_OPAQUE, "T0101: the offset in the control's table is taken as zero"),
+    ("G42", Code.NC_OPAQUE, "G42: the path is the programmed contour, not that of the tool's centre"),
+    ("C90.", Code.NC_OPAQUE, "C90.: this axis is not in the path"),
+    ("N1\nN2\nN1\nM99 P1", Code.NC_FLOW, "block N1 is there more than once: the next one is taken"),
+]
+
+
+@pytest.mark.parametrize(("text", "code", "message"), FANUC, ids=[text for text, _, _ in FANUC])
+def test_what_is_said_of_programs_for_fanuc_controls(text: str, code: Code, message: str) -> None:
+    program = fanuc(text)
+    found = [*program.findings, *program.run(strict=False, block_limit=1000).findings]
+    assert (code, message) in [(finding.code, finding.message) for finding in found]
+
+
+def test_an_increment_is_not_displaced() -> None:
+    program = fanuc("G21 G01 U1. F1.")
+    with pytest.raises(TrueloopError, match=r"U1\. is an increment"):
+        displace_word(program, program.block(0).words[2], 0.1, program.run().coordinate_state(0))

@@ -2,7 +2,8 @@
 
 `moves`: line, kind, end (x, z) in `unit`, x a radius, and for an arc centre (x, z) and sweep in degrees, positive for
 G02; worked out by hand. `starts`: line and start (x, z) of the first move of that line. `findings`: line, column,
-code; without the key there must be none. LinuxCNC's own programs are run by LinuxCNC's own interpreter as well.
+code; without the key there must be none. LinuxCNC's own programs are run by LinuxCNC's own interpreter as well; of
+another control's program it runs `equivalent.ngc`, the same cut in its own words, which must give the same moves.
 """
 
 import math
@@ -21,6 +22,7 @@ from trueloop.nc.tool_path import Motion, ToolPath
 
 CASES = sorted(path.parent for path in Path(__file__).parent.glob("*/case.toml"))
 LINUXCNC_CASES = [case for case in CASES if case.name.startswith("linuxcnc")]
+EQUIVALENT_CASES = [case for case in CASES if (case / "equivalent.ngc").exists()]
 NAMES = [case.name for case in CASES]
 LINUXCNC_NAMES = [case.name for case in LINUXCNC_CASES]
 
@@ -79,3 +81,10 @@ def test_linuxcnc_itself_makes_the_same_moves(folder: Path) -> None:
     _, program = case_of(folder)
     path = program.run(inch=False, diameter=False, plane=18)
     assert_same_moves(path, interpret(folder / "program.ngc", startup=LATHE_STARTUP, block_delete=True))
+
+
+@pytest.mark.parametrize("folder", EQUIVALENT_CASES, ids=[case.name for case in EQUIVALENT_CASES])
+def test_linuxcnc_makes_the_same_moves_of_an_equivalent_program(folder: Path) -> None:
+    case, program = case_of(folder)
+    judged = interpret(folder / "equivalent.ngc", startup=LATHE_STARTUP)
+    assert_same_moves(program.run(case.get("parameters")), judged, same_lines=False)

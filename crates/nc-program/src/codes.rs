@@ -2,7 +2,7 @@
 
 use crate::dialect::G;
 use crate::finding::{self, Severity};
-use crate::modal::{FeedMode, Motion};
+use crate::modal::{Compensation, FeedMode, Motion};
 use crate::request::Request;
 use crate::run::Runner;
 
@@ -16,8 +16,11 @@ enum Action {
     CancelRegister(bool),
     RestoreRegister,
     SetData,
+    SetWorkOffset,
     ToolOffset,
     Home(u8),
+    HomeNamed(u8),
+    Contour(bool, i32),
     TurningCycle,
     Nothing,
 }
@@ -39,11 +42,15 @@ impl Runner<'_> {
             Action::CancelRegister(forget) => self.cancel_register(forget),
             Action::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
             Action::SetData => self.set_data(request),
+            Action::SetWorkOffset => self.set_work_offset(request),
             Action::ToolOffset => self.tool_offset(request),
             Action::Home(number) => self.home(request, usize::from(number)),
+            Action::HomeNamed(number) => self.home_named(request, usize::from(number)),
+            Action::Contour(finish, word) => self.contour(request, finish, word),
             Action::TurningCycle => self.turning_cycle(request),
             Action::Nothing => {}
         }
+        self.jump(request);
     }
 
     fn apply_codes(&mut self, request: &Request) -> Action {
@@ -70,7 +77,12 @@ impl Runner<'_> {
             G::Diameter(diameter) => modal.diameter = diameter,
             G::Feed(mode) => self.set_feed_mode(mode),
             G::Spindle(mode) => modal.spindle_mode = mode,
-            G::Compensation(compensation) => modal.compensation = compensation,
+            G::Compensation(compensation) => {
+                modal.compensation = compensation;
+                if compensation != Compensation::Off {
+                    self.note_opaque(word, "the path is the programmed contour, not that of the tool's centre");
+                }
+            }
             G::WorkOffset(number) => {
                 modal.work_offset = number;
                 self.reframe(|frame| frame.active = usize::from(number));
@@ -82,9 +94,16 @@ impl Runner<'_> {
                 modal.motion = Motion::None;
                 self.note_opaque(word, "the cycle's own moves are not in the path");
             }
+            G::OpaqueMotion => modal.motion = Motion::Opaque,
+            G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
+            G::OpaqueMode => {
+                let message = format!("{}: the path goes on as if it were not there", self.word_text(word));
+                let hint = "positions after it are not those of the machine; write it without this code";
+                self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+            }
             _ => {}
         }
-        action_of(code)
+        action_of(code, word)
     }
 
     /// A feed in another unit has to be given anew.
@@ -95,7 +114,7 @@ impl Runner<'_> {
         }
     }
 
-    fn note_opaque(&mut self, word: i32, what: &str) {
+    pub(crate) fn note_opaque(&mut self, word: i32, what: &str) {
         let message = format!("{}: {what}", self.word_text(word));
         let hint = "nothing to mend; a correction never touches these blocks";
         self.report(Severity::Note, finding::OPAQUE, self.word_start(word), message, hint);
@@ -112,12 +131,15 @@ impl Runner<'_> {
         }
         if let Some(tool) = request.get(b'T') {
             self.modal.tool = tool.round() as i32;
+            if self.program.dialect().tool_has_offset && self.modal.tool % 100 != 0 {
+                self.note_opaque(request.word(b'T'), "the offset in the control's table is taken as zero");
+            }
         }
     }
 }
 
 /// What the code makes of its block's coordinates; `None` leaves it to the other codes.
-fn action_of(code: G) -> Option<Action> {
+fn action_of(code: G, word: i32) -> Option<Action> {
     match code {
         G::MachineCoordinates => Some(Action::Motion(true)),
         G::SetRegister => Some(Action::SetRegister),
@@ -126,9 +148,13 @@ fn action_of(code: G) -> Option<Action> {
         G::RestoreRegister => Some(Action::RestoreRegister),
         G::SetData => Some(Action::SetData),
         G::ToolOffset => Some(Action::ToolOffset),
+        G::SetWorkOffset => Some(Action::SetWorkOffset),
         G::Home(number) => Some(Action::Home(number)),
+        G::HomeNamed(number) => Some(Action::HomeNamed(number)),
+        G::FinishContour => Some(Action::Contour(true, word)),
+        G::RoughContour => Some(Action::Contour(false, word)),
         G::TurningCycle => Some(Action::TurningCycle),
-        G::Dwell | G::OpaqueCycle | G::StoreHome(_) => Some(Action::Nothing),
+        G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::StoreHome(_) => Some(Action::Nothing),
         _ => None,
     }
 }

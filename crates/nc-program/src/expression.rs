@@ -1,7 +1,7 @@
 //! Expressions, computed straight from the bytes: brackets, parameters, and for RS-274 its functions and operators.
 
-use crate::dialect::Dialect;
-use crate::functions::{function, Operator, ARITHMETIC, RS274};
+use crate::dialect::{Dialect, Functions};
+use crate::functions::{function, macro_function, Operator, ARITHMETIC, MACRO, RS274};
 use crate::number;
 use crate::parameters::{read_number, Key};
 
@@ -29,6 +29,13 @@ pub trait Values {
 pub fn value(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Fault> {
     let mut reader = Reader { source, dialect, values, at, depth: 0 };
     let value = reader.value()?;
+    Ok((value, reader.at))
+}
+
+/// Computes a chain of values and operators without brackets about it: the right side of `#1=#2+3`.
+pub fn formula(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Fault> {
+    let mut reader = Reader { source, dialect, values, at, depth: 0 };
+    let value = reader.expression(0)?;
     Ok((value, reader.at))
 }
 
@@ -119,7 +126,7 @@ impl Reader<'_> {
                 let key = self.key()?;
                 Ok(self.values.get(&key, at))
             }
-            Some(byte) if self.dialect.functions && byte.is_ascii_alphabetic() => self.function(),
+            Some(byte) if self.dialect.functions != Functions::None && byte.is_ascii_alphabetic() => self.function(),
             _ => self.fault(self.at, "a number, a parameter or an opening bracket is missing"),
         }
     }
@@ -162,7 +169,11 @@ impl Reader<'_> {
     fn operator(&mut self) -> Option<&'static Operator> {
         self.peek()?;
         let rest = self.source.get(self.at..)?;
-        let own: &[Operator] = if self.dialect.functions { &RS274 } else { &[] };
+        let own: &[Operator] = match self.dialect.functions {
+            Functions::None => &[],
+            Functions::Rs274 => &RS274,
+            Functions::Macro => &MACRO,
+        };
         let begins = |text: &[u8]| rest.get(..text.len()).is_some_and(|start| start.eq_ignore_ascii_case(text));
         own.iter().chain(&ARITHMETIC).find(|operator| begins(operator.text))
     }
@@ -174,10 +185,10 @@ impl Reader<'_> {
             self.at = end;
             return Ok(key);
         }
-        if !self.dialect.parameters.named {
+        if !self.dialect.parameters.computed {
             return self.fault(start, "a parameter without a number");
         }
-        if self.peek() == Some(b'<') {
+        if self.dialect.parameters.named && self.peek() == Some(b'<') {
             return self.name();
         }
         let number = self.value()?;
@@ -204,13 +215,14 @@ impl Reader<'_> {
             self.at += 1;
         }
         let name = self.source.get(start..self.at).unwrap_or(&[]).to_ascii_lowercase();
-        if name == b"exists" {
+        let macros = self.dialect.functions == Functions::Macro;
+        if name == b"exists" && !macros {
             return self.exists();
         }
         let argument = self.brackets()?;
         match name.as_slice() {
             b"atan" => self.arc_tangent(argument),
-            name => match function(name, argument) {
+            name => match if macros { macro_function(name, argument) } else { function(name, argument) } {
                 Some(value) if value.is_finite() || argument.is_nan() => Ok(value),
                 Some(_) => self.fault(start, &format!("the function has no value at {argument}")),
                 None => self.fault(start, &format!("unknown function {}", String::from_utf8_lossy(name))),

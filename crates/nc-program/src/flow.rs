@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
+use crate::dialect::FlowStyle;
 use crate::finding::{self, Finding, Severity};
+use crate::macros::MacroTable;
 use crate::program::{Program, Word, WordKind};
 
 /// What an O-word line does.
@@ -92,6 +94,8 @@ pub(crate) struct Statement {
 #[derive(Debug, Default)]
 pub(crate) struct Table {
     statements: HashMap<usize, Statement>,
+    /// Flow control of custom macros.
+    pub macros: MacroTable,
     subroutines: HashMap<String, usize>,
 }
 
@@ -99,7 +103,9 @@ impl Table {
     /// Reads every O-word line and matches beginnings with ends. What does not fit is reported and left out.
     pub fn read(program: &Program, findings: &mut Vec<Finding>) -> Self {
         let mut matcher = Matcher { open: HashMap::new(), table: Self::default(), findings };
-        if program.dialect().flow {
+        if program.dialect().flow == FlowStyle::Macro {
+            matcher.table.macros = MacroTable::read(program, matcher.findings);
+        } else if program.dialect().flow == FlowStyle::OWords {
             for word in program.words().iter().filter(|word| word.kind == WordKind::Flow) {
                 matcher.add(program, word);
             }

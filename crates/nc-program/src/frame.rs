@@ -57,6 +57,10 @@ impl Runner<'_> {
 
     /// G92: the present position gets the values given.
     pub(crate) fn set_register(&mut self, request: &Request) {
+        if self.dialect_increments().is_some_and(|letters| request.any(&letters)) {
+            let message = "a shift of the position register by increments is not followed".into();
+            self.warn(finding::OPAQUE, self.block_start(), message, "set it by X and Z");
+        }
         let (given, position) = (self.given(request), self.position);
         let named = [0, 1, 2].map(|axis| given[axis].unwrap_or(position[axis]));
         self.reframe(|frame| {
@@ -105,6 +109,18 @@ impl Runner<'_> {
                 None => offsets[axis],
             });
         });
+    }
+
+    /// G10 of controls where only L2 with P1 to P6 sets a work offset, and U, W or G91 add to it.
+    pub(crate) fn set_work_offset(&mut self, request: &Request) {
+        let adds = self.modal.incremental || self.dialect_increments().is_some_and(|letters| request.any(&letters));
+        let known = request.get(b'L') == Some(2.0) && request.get(b'P').is_some_and(|p| (1.0..=6.0).contains(&p));
+        if known && !adds {
+            return self.set_data(request);
+        }
+        let message = "G10: only L2 with P1 to P6 and absolute values is followed".into();
+        let hint = "the path is given as if this block were not there";
+        self.warn(finding::OPAQUE, self.block_start(), message, hint);
     }
 
     /// Stores where the tool is.

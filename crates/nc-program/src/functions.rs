@@ -34,6 +34,31 @@ pub(crate) const RS274: [Operator; 11] = [
     Operator { text: b"or", strength: 1, apply: |a, b| truth(a != 0.0 || b != 0.0) },
 ];
 
+/// Those of custom macro B: AND binds as a product, OR and XOR as a sum, all three bit by bit.
+pub(crate) const MACRO: [Operator; 10] = [
+    Operator { text: b"mod", strength: 4, apply: |a, b| divided(a, b, a % b) },
+    Operator { text: b"and", strength: 4, apply: |a, b| bits(a, b, |a, b| a & b) },
+    Operator { text: b"xor", strength: 3, apply: |a, b| bits(a, b, |a, b| a ^ b) },
+    Operator { text: b"or", strength: 3, apply: |a, b| bits(a, b, |a, b| a | b) },
+    Operator { text: b"eq", strength: 1, apply: |a, b| truth(same(a, b)) },
+    Operator { text: b"ne", strength: 1, apply: |a, b| truth(!same(a, b)) },
+    Operator { text: b"gt", strength: 1, apply: |a, b| truth(a > b) },
+    Operator { text: b"ge", strength: 1, apply: |a, b| truth(a >= b) },
+    Operator { text: b"lt", strength: 1, apply: |a, b| truth(a < b) },
+    Operator { text: b"le", strength: 1, apply: |a, b| truth(a <= b) },
+];
+
+/// Two parameters without a value are equal: `#1 EQ #0`.
+#[allow(clippy::float_cmp)] // the control compares exactly
+fn same(a: f64, b: f64) -> bool {
+    a == b || a.is_nan() && b.is_nan()
+}
+
+#[allow(clippy::unnecessary_wraps)] // the type of `Operator::apply`
+fn bits(a: f64, b: f64, apply: fn(i64, i64) -> i64) -> Result<f64, &'static str> {
+    Ok(if a.is_nan() || b.is_nan() { f64::NAN } else { apply(a.round() as i64, b.round() as i64) as f64 })
+}
+
 /// LinuxCNC takes two numbers for equal that differ by less.
 const EQUAL: f64 = 1e-4;
 
@@ -75,4 +100,13 @@ pub(crate) fn function(name: &[u8], argument: f64) -> Option<f64> {
         b"tan" => argument.to_radians().tan(),
         _ => return None,
     })
+}
+
+/// Functions of custom macro B where they differ: FIX drops the fraction, FUP rounds away from zero.
+pub(crate) fn macro_function(name: &[u8], argument: f64) -> Option<f64> {
+    match name {
+        b"fix" => Some(argument.trunc()),
+        b"fup" => Some(argument.abs().ceil().copysign(argument)),
+        _ => function(name, argument),
+    }
 }

@@ -1,13 +1,16 @@
 //! Gathering: the words of a block become values by letter and codes.
 
-use crate::dialect::M;
-use crate::expression::{self, Fault};
+use crate::dialect::{Dialect, FlowStyle, M};
+use crate::expression::{self, Fault, Values};
 use crate::finding::{self, Severity};
 use crate::parameters::Key;
 use crate::program::{Word, WordKind};
-use crate::request::Request;
+use crate::request::{Jump, Request};
 use crate::run::Runner;
 use crate::scope::Scope;
+
+/// A way to compute the value at a byte.
+type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Fault>;
 
 impl Runner<'_> {
     /// Reads the block being executed into the request, which is cleared first.
@@ -28,7 +31,13 @@ impl Runner<'_> {
             match word.letter {
                 b'G' => self.gather_g(value, index, request),
                 b'M' => self.gather_m(value, request),
-                letter => request.set(letter, value, index),
+                letter if letter.is_ascii_lowercase() => self.warn_corner(index as i32),
+                letter => {
+                    request.set(letter, value, index);
+                    if self.program.dialect().other_axes.contains(&letter) {
+                        self.note_opaque(index as i32, "this axis is not in the path");
+                    }
+                }
             }
         }
     }
@@ -50,23 +59,50 @@ impl Runner<'_> {
             Some(M::SaveState) => self.saved.push((self.modal, None)),
             Some(M::SaveStateUntilReturn) => self.saved.push((self.modal, Some(self.returns.len()))),
             Some(M::RestoreState) => self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal),
+            Some(M::CallProgram) => request.jump = Jump::Program,
+            Some(M::CallBlock) => request.jump = Jump::Block,
+            Some(M::Return) => request.jump = Jump::Return,
             Some(M::Inert) | None => {}
         }
     }
 
     fn gather_assignment(&mut self, word: &Word, request: &mut Request) {
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
-        let (value, _) = self.value(self.program.value_start(word));
+        let value = self.assigned(self.program.value_start(word), word.end());
         if let Some(key) = key {
             request.assignments.push((key, value));
         }
     }
 
+    /// The value of an assignment, that ends at a byte.
+    pub(crate) fn assigned(&mut self, at: usize, end: usize) -> f64 {
+        if self.program.dialect().flow != FlowStyle::Macro {
+            return self.value(at).0;
+        }
+        let (value, after) = self.computed(at, expression::formula);
+        let rest = self.program.source().get(after..end).unwrap_or(&[]);
+        if value.is_finite() && !rest.trim_ascii().is_empty() {
+            let what = "an operator is missing".to_owned();
+            self.report_fault(&Fault { at: after, what });
+            return f64::NAN;
+        }
+        value
+    }
+
+    fn warn_corner(&mut self, word: i32) {
+        let message = format!("{}: the corner is not in the path, which goes to its sharp point", self.word_text(word));
+        let hint = "write the corner as a line or an arc of its own";
+        self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+    }
+
     /// Computes the value at a byte; faults are reported and read as NaN. Gives the byte after it too.
     pub(crate) fn value(&mut self, at: usize) -> (f64, usize) {
+        self.computed(at, expression::value)
+    }
+
+    fn computed(&mut self, at: usize, compute: Compute) -> (f64, usize) {
         let mut undefined = Vec::new();
-        let outcome =
-            expression::value(self.program.source(), at, self.program.dialect(), &mut self.scope(&mut undefined));
+        let outcome = compute(self.program.source(), at, self.program.dialect(), &mut self.scope(&mut undefined));
         self.report_undefined(undefined);
         outcome.unwrap_or_else(|fault| {
             self.report_fault(&fault);
@@ -74,7 +110,7 @@ impl Runner<'_> {
         })
     }
 
-    fn key(&mut self, at: usize) -> Option<Key> {
+    pub(crate) fn key(&mut self, at: usize) -> Option<Key> {
         let mut undefined = Vec::new();
         let outcome =
             expression::key(self.program.source(), at, self.program.dialect(), &mut self.scope(&mut undefined));
@@ -89,6 +125,7 @@ impl Runner<'_> {
             frame: &self.frame,
             position: self.position,
             unset_is_zero: self.program.dialect().parameters.unset_is_zero,
+            has_null: self.program.dialect().flow == FlowStyle::Macro,
             undefined,
         }
     }

@@ -1,6 +1,7 @@
 //! The lexer: lays blocks and words over the bytes in one pass. Every byte belongs to a word or to what lies between.
 
-use crate::dialect::{Class, Dialect};
+use crate::dialect::{Class, Dialect, FlowStyle};
+use crate::macros;
 use crate::number;
 use crate::program::{Block, Word, WordKind};
 use crate::scan::Scanner;
@@ -46,6 +47,7 @@ impl Lexer<'_> {
                 Class::Comment => self.comment(),
                 Class::Statement => self.statement(),
                 Class::Parameter => self.assignment(),
+                Class::Comma => self.comma_word(),
                 Class::Slash if first && !optional => {
                     optional = true;
                     self.at += 1;
@@ -67,7 +69,7 @@ impl Lexer<'_> {
         let start = self.at;
         let letter = self.source.get(start).map_or(0, u8::to_ascii_uppercase);
         if let Some((value, end)) = number::read(self.source, start + 1) {
-            if self.number_ends(end) && !(letter == b'O' && self.dialect.flow) {
+            if self.number_ends(end) && !(letter == b'O' && self.dialect.flow == FlowStyle::OWords) {
                 return self.push(start, end, letter, WordKind::Number, value);
             }
         }
@@ -89,7 +91,9 @@ impl Lexer<'_> {
     }
 
     fn word_slowly(&mut self, start: usize, letter: u8) {
-        if letter == b'O' && self.dialect.flow {
+        if letter == b'O' && self.dialect.flow == FlowStyle::OWords
+            || self.dialect.flow == FlowStyle::Macro && macros::begins(self.source, start)
+        {
             return self.flow(start);
         }
         if let Some((index, end)) = self.numbered_assignment(start, letter) {
@@ -177,6 +181,9 @@ impl Lexer<'_> {
         if self.source.get(equals) != Some(&b'=') {
             return None;
         }
+        if self.dialect.flow == FlowStyle::Macro {
+            return Some(self.text_end(equals + 1));
+        }
         self.scanner.value_end(equals + 1)
     }
 
@@ -203,9 +210,24 @@ impl Lexer<'_> {
         }
     }
 
+    /// `,R0.5`: a corner between this block and the next; its letter in lower case.
+    fn comma_word(&mut self) {
+        let start = self.at;
+        let letter = self.source.get(start + 1).map_or(0, u8::to_ascii_lowercase);
+        match self.scanner.value_end(start + 2).filter(|_| letter.is_ascii_alphabetic()) {
+            Some(end) => self.push(start, end, letter, WordKind::Expression, f64::NAN),
+            None => self.unknown(start),
+        }
+    }
+
     /// A flow control line: everything up to a comment.
     fn flow(&mut self, start: usize) {
-        let mut end = start + 1;
+        let end = self.text_end(start + 1);
+        self.push(start, end, b'O', WordKind::Flow, f64::NAN);
+    }
+
+    /// Where the text of a block ends that starts before `end`: at a comment or the line's end, less white space.
+    fn text_end(&self, mut end: usize) -> usize {
         let mut at = end;
         while let Some(class) = self.scanner.class(at) {
             if matches!(class, Class::LineEnd | Class::LineComment | Class::Comment) {
@@ -216,7 +238,7 @@ impl Lexer<'_> {
                 end = at;
             }
         }
-        self.push(start, end, b'O', WordKind::Flow, f64::NAN);
+        end
     }
 
     /// Text that is no word: up to the next white space or comment; up to where a search for a bracket gave up.

@@ -18,8 +18,10 @@ mod follow;
 mod frame;
 mod functions;
 mod gather;
+mod labels;
 mod lex;
 mod lint;
+mod macros;
 mod modal;
 mod motion;
 mod number;
@@ -32,6 +34,7 @@ mod scan;
 mod scope;
 mod statement;
 mod uses;
+mod visit;
 
 pub use dialect::Dialect;
 pub use finding::{Finding, Severity};

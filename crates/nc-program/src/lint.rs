@@ -32,6 +32,11 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
         let message = format!("\"{}\" has a comma for its decimal point: read as {}", text(), word.value);
         return Some(warning(finding::NUMBER, word, message, "write a point"));
     }
+    if word.kind == WordKind::Number && dialect.point_decides && lacks_point(program, word) {
+        let message = format!("\"{}\" has no decimal point: read as {}", text(), word.value);
+        let hint = "a control may count least increments instead, by its parameters; write a point";
+        return Some(warning(finding::NUMBER, word, message, hint));
+    }
     if word.kind == WordKind::Number && !known_code(dialect, word) {
         let message = format!("\"{}\" is no code of the dialect {}", text(), dialect.name);
         return Some(warning(
@@ -42,6 +47,12 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
         ));
     }
     None
+}
+
+/// Whether a coordinate other than zero is written without a decimal point.
+fn lacks_point(program: &Program, word: &Word) -> bool {
+    let coordinate = matches!(word.letter, b'I'..=b'K' | b'R' | b'U'..=b'Z');
+    coordinate && word.value != 0.0 && !program.text(word).contains(&b'.')
 }
 
 fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Finding {

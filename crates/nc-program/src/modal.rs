@@ -16,6 +16,8 @@ pub enum Motion {
     Probe,
     /// A line synchronised with the spindle.
     Thread,
+    /// A cycle that is not taken apart.
+    Opaque,
     /// None: a coordinate alone does nothing.
     None,
 }

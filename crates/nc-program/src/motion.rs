@@ -15,7 +15,7 @@ const CENTRES: [u8; 3] = *b"IJK";
 impl Runner<'_> {
     /// Moves to the block's coordinates by the motion in force.
     pub(crate) fn motion(&mut self, request: &Request, in_machine: bool) {
-        if !(request.any(&AXES) || is_arc(self.modal.motion) && request.any(&CENTRES)) {
+        if !(self.names_axis(request) || is_arc(self.modal.motion) && request.any(&CENTRES)) {
             return self.warn_no_target(request);
         }
         let (end, words) = self.target(request, in_machine);
@@ -25,6 +25,10 @@ impl Runner<'_> {
             Motion::Probe => MoveKind::Probe,
             Motion::Thread => MoveKind::Thread,
             Motion::Clockwise | Motion::Counterclockwise => return self.arc(request, end, words),
+            Motion::Opaque => {
+                let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(INHERITED);
+                return self.note_opaque(word, "the moves of the cycle in force are not in the path");
+            }
             Motion::None => return self.warn_no_motion(request),
         };
         self.emit(kind, end, words);
@@ -40,7 +44,14 @@ impl Runner<'_> {
     fn target(&self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
         let (mut end, mut words) = (self.position, [INHERITED; 3]);
         for axis in 0..3 {
-            let Some(value) = request.get(AXES[axis]) else { continue };
+            let Some(value) = request.get(AXES[axis]) else {
+                let letter = self.dialect_increments().map_or(0, |letters| letters[axis]);
+                if let Some(value) = request.get(letter) {
+                    end[axis] += value * self.modal.axis_mm(axis);
+                    words[axis] = request.word(letter);
+                }
+                continue;
+            };
             let value = value * self.modal.axis_mm(axis);
             end[axis] = if in_machine {
                 value - self.frame.total()[axis]
@@ -52,6 +63,16 @@ impl Runner<'_> {
             words[axis] = request.word(AXES[axis]);
         }
         (end, words)
+    }
+
+    /// Letters of increments, where the dialect has them.
+    pub(crate) fn dialect_increments(&self) -> Option<[u8; 3]> {
+        self.program.dialect().increments
+    }
+
+    /// Whether the block names an axis, by position or by increment.
+    fn names_axis(&self, request: &Request) -> bool {
+        request.any(&AXES) || self.dialect_increments().is_some_and(|letters| request.any(&letters))
     }
 
     fn warn_no_target(&mut self, request: &Request) {
@@ -70,7 +91,7 @@ impl Runner<'_> {
         self.warn(finding::MISPLACED, self.word_start(word), message, "write G00 or G01 before it");
     }
 
-    fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3]) {
+    pub(crate) fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3]) {
         if !self.unit_is_known {
             self.warn_unit(words);
         }
@@ -156,16 +177,26 @@ impl Runner<'_> {
 
     /// Through the given point to the stored machine position of the axes given (all axes when none is).
     pub(crate) fn home(&mut self, request: &Request, number: usize) {
-        let some = request.any(&AXES);
+        let some = self.names_axis(request);
         if some {
             let (through, words) = self.target(request, false);
             self.emit(MoveKind::Rapid, through, words);
         }
         let total = self.frame.total();
         let home = self.frame.home.get(number).copied().unwrap_or_default();
-        let goes = |axis: usize| !some || request.get(AXES[axis]).is_some();
+        let increments = self.dialect_increments().unwrap_or([0; 3]);
+        let goes = |axis: usize| !some || [AXES[axis], increments[axis]].iter().any(|l| request.get(*l).is_some());
         let end = [0, 1, 2].map(|axis| if goes(axis) { home[axis] - total[axis] } else { self.position[axis] });
         self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+    }
+
+    /// The same of the axes named; without one nothing moves.
+    pub(crate) fn home_named(&mut self, request: &Request, number: usize) {
+        if self.names_axis(request) {
+            return self.home(request, number);
+        }
+        let message = "a return to the reference point without an axis: nothing moves".into();
+        self.warn(finding::MISPLACED, self.block_start(), message, "name the axes: G28 U0 W0, or G91 G28 Z0");
     }
 
     /// A longitudinal turning cycle, taken apart.

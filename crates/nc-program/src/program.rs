@@ -30,7 +30,7 @@ pub struct Word {
     pub start: u32,
     /// Length in bytes: what is longer is no word.
     pub length: u16,
-    /// The address letter in upper case; the parameter mark of an assignment; 0 for a statement and unknown text.
+    /// The address letter in upper case, in lower case after a comma; the parameter mark of an assignment; 0 for a statement and unknown text.
     pub letter: u8,
     /// What it is.
     pub kind: WordKind,
@@ -127,6 +127,7 @@ impl Program {
         let (mut at, end) = (word.start as usize, word.end());
         match word.kind {
             WordKind::Assignment => at = memchr::memchr(b'=', self.text(word)).map_or(end, |offset| at + offset + 1),
+            WordKind::Expression if word.letter.is_ascii_lowercase() => at += 2,
             WordKind::Number | WordKind::Expression => at += 1,
             WordKind::Statement | WordKind::Flow | WordKind::Unknown => return at,
         }

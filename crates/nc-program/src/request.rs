@@ -5,6 +5,19 @@ use crate::parameters::Key;
 /// Most G codes that a block may carry.
 const CODES: usize = 16;
 
+/// A call or return by M code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Jump {
+    /// None.
+    None,
+    /// Calls the program of the number P.
+    Program,
+    /// Calls the blocks from N of P.
+    Block,
+    /// Goes back.
+    Return,
+}
+
 /// A block's request.
 #[derive(Debug)]
 pub struct Request {
@@ -17,6 +30,8 @@ pub struct Request {
     pub assignments: Vec<(Key, f64)>,
     /// The program ends with this block.
     pub ends: bool,
+    /// Where to go on after it.
+    pub jump: Jump,
 }
 
 impl Request {
@@ -30,6 +45,7 @@ impl Request {
             code_count: 0,
             assignments: Vec::new(),
             ends: false,
+            jump: Jump::None,
         }
     }
 
@@ -40,6 +56,7 @@ impl Request {
         self.code_count = 0;
         self.assignments.clear();
         self.ends = false;
+        self.jump = Jump::None;
     }
 
     /// Notes a value; the last one of a letter counts.
@@ -57,10 +74,8 @@ impl Request {
     #[inline]
     pub fn get(&self, letter: u8) -> Option<f64> {
         let index = usize::from(letter.wrapping_sub(b'A'));
-        if self.present & (1 << index) == 0 {
-            return None;
-        }
-        self.values.get(index).copied()
+        let value = self.values.get(index)?;
+        (self.present & (1 << index) != 0).then_some(*value)
     }
 
     /// Index of the word of a letter, −1 without one.

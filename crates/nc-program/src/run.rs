@@ -1,13 +1,17 @@
 //! The runner: executes blocks in order of flow and gives the tool path.
 
+use std::cell::OnceCell;
+
 use crate::finding::{self, Finding, Severity};
 use crate::flow::Table;
 use crate::frame::Frame;
+use crate::labels::Labels;
 use crate::modal::Modal;
 use crate::parameters::{Key, Store};
 use crate::path::ToolPath;
 use crate::program::Program;
 use crate::request::Request;
+use crate::visit::Visit;
 
 /// Axis letters, in order of index.
 pub(crate) const AXES: [u8; 3] = *b"XYZ";
@@ -58,6 +62,14 @@ pub(crate) struct Runner<'a> {
     pub options: &'a Options,
     /// Index of the block being executed.
     pub block: usize,
+    /// Index of the block to be executed after it.
+    pub next: usize,
+    /// Calls and contours under way.
+    pub visits: Vec<Visit>,
+    /// Block of the O number of the program being run; `None` before the first.
+    pub program_start: Option<usize>,
+    /// Numbers of blocks and programs, once they are asked for.
+    pub labels: OnceCell<Labels>,
     pub modal: Modal,
     /// States put away by the program, and whether its subroutine's end brings each back.
     pub saved: Vec<(Modal, Option<usize>)>,
@@ -87,6 +99,10 @@ impl<'a> Runner<'a> {
             table,
             options,
             block: 0,
+            next: 0,
+            visits: Vec::new(),
+            program_start: None,
+            labels: OnceCell::new(),
             modal: options.initial.unwrap_or(program.dialect().initial),
             saved: Vec::new(),
             unit_is_known: options.unit_is_known,
@@ -103,35 +119,42 @@ impl<'a> Runner<'a> {
 
     fn blocks(&mut self) {
         let mut request = Request::new();
-        let (mut next, mut tape_marks) = (0, 0);
+        let mut tape_marks = 0;
         for _ in 0..self.options.block_limit {
-            let Some(block) = self.program.blocks().get(next) else { return };
-            self.block = next;
-            next += 1;
+            let Some(block) = self.program.blocks().get(self.next) else { return };
+            self.block = self.next;
+            self.next += 1;
             tape_marks += usize::from(block.tape_mark);
-            if tape_marks > 1 {
+            if tape_marks > 1 || self.leaves_program() {
                 return;
             }
-            if block.optional && !self.options.optional_blocks {
-                continue;
-            }
-            if let Some(statement) = self.table.statement(self.block) {
-                next = self.follow(statement);
-                continue;
-            }
-            self.gather(&mut request);
-            self.execute(&mut request);
-            if request.ends {
+            if (self.options.optional_blocks || !block.optional) && self.one(&mut request) {
                 return;
             }
+            self.end_contour();
             if self.path.len() > self.options.block_limit {
                 break;
             }
         }
-        if self.program.blocks().get(next).is_some() {
+        if self.program.blocks().get(self.next).is_some() {
             let message = format!("stopped after {} blocks or moves", self.options.block_limit);
             self.refuse(finding::LIMIT, self.block_start(), message, "check what ends the program's loops");
         }
+    }
+
+    /// Executes a block; whether the program ends with it.
+    fn one(&mut self, request: &mut Request) -> bool {
+        if let Some(statement) = self.table.statement(self.block) {
+            self.next = self.follow(statement);
+            return false;
+        }
+        if let Some((start, end)) = self.table.macros.statement(self.block) {
+            self.follow_macro(start, end);
+            return false;
+        }
+        self.gather(request);
+        self.execute(request);
+        request.ends
     }
 
     /// Reports what keeps the program from being run as it stands.

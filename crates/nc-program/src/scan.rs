@@ -1,6 +1,6 @@
 //! Where a value ends: found without computing it, and never beyond its line.
 
-use crate::dialect::{Class, Dialect};
+use crate::dialect::{Class, Dialect, Functions};
 use crate::number;
 
 /// Names of parameters are no longer than this.
@@ -52,9 +52,9 @@ impl Scanner<'_> {
         let byte = *self.source.get(at)?;
         if byte == self.dialect.brackets.0 {
             self.bracket_end(at)
-        } else if byte == self.dialect.parameters.mark && self.dialect.parameters.named {
+        } else if byte == self.dialect.parameters.mark && self.dialect.parameters.computed {
             self.parameter_end(at)
-        } else if self.dialect.functions && byte.is_ascii_alphabetic() {
+        } else if self.dialect.functions != Functions::None && byte.is_ascii_alphabetic() {
             self.function_end(at)
         } else {
             None
@@ -88,7 +88,7 @@ impl Scanner<'_> {
             at = self.skip_space(at + 1);
         }
         match *self.source.get(at)? {
-            b'<' => self.name_end(at),
+            b'<' if self.dialect.parameters.named => self.name_end(at),
             b'0'..=b'9' => {
                 while self.source.get(at).is_some_and(u8::is_ascii_digit) {
                     at += 1;

@@ -12,11 +12,16 @@ pub(crate) struct Scope<'a> {
     pub frame: &'a Frame,
     pub position: [f64; 3],
     pub unset_is_zero: bool,
+    /// #0 is the parameter that never has a value.
+    pub has_null: bool,
     pub undefined: &'a mut Vec<(Key, usize)>,
 }
 
 impl Values for Scope<'_> {
     fn get(&mut self, key: &Key, at: usize) -> f64 {
+        if self.has_null && *key == Key::Number(0) {
+            return f64::NAN;
+        }
         if let Some(value) = self.store.get(key).or_else(|| self.system(key)) {
             return value;
         }

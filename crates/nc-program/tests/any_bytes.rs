@@ -74,6 +74,23 @@ fn near_programs() -> impl Strategy<Value = Vec<u8>> {
         "ATAN[1]/[2]",
         "MOD",
         "EXISTS[#<b>]",
+        "\nN10 ",
+        "\nO20 ",
+        "G71P10Q20",
+        "G70P10Q20",
+        "M98P20",
+        "L3",
+        "M99",
+        "M97P10",
+        ",R1.",
+        "U1.",
+        "IF[#1EQ#0]GOTO10\n",
+        "IF[#2GT1]THEN#1=#2+1\n",
+        "GOTO20\n",
+        "WHILE[#1LT3]DO1\n",
+        "DO2\n",
+        "END1\n",
+        "END2\n",
         "G7",
         "G8",
         "G90.1",
@@ -163,7 +180,7 @@ proptest! {
 fn long_lines_take_linear_time() {
     for piece in [
         "X[ ", "X( ", "#<", "#< ", "()", "( ", "X#[ ", "P1=( ", "SIN[ ", "X 1 . ", "o[ ", "X1 X2 ", "##", "[[", "X-",
-        "?? ",
+        "?? ", ",R", ",R[ ", "GOTO", "DO1 ", "IF[ ", "#1=[ ",
     ] {
         let source = piece.repeat(1_000_000 / piece.len());
         for dialect in DIALECTS {

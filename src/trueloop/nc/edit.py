@@ -50,7 +50,7 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
     A plain number is replaced by the sum, written in its own style; into an expression goes a term, inside the
     programmer's brackets. Raises NC-EDIT for an incremental coordinate: it would move everything that follows.
     """
-    if state.incremental:
+    if state.incremental or word.letter in "UVW":
         raise TrueloopError(
             Code.NC_EDIT,
             f"{word.text} is an increment: moving it by {delta_mm} mm would move all that follows",

@@ -159,7 +159,7 @@ class Program:
             raise TrueloopError(
                 Code.NC_PARAMETER,
                 f"{refused} names no parameter of the dialect {self.dialect.name}",
-                hint="write P46=3.52 for ge2000t; #1=5 or #<depth>=2 for linuxcnc",
+                hint="write P46=3.52 for ge2000t; #1=5 for fanuc and haas; #1=5 or #<depth>=2 for linuxcnc",
             ) from None
         findings = self._findings(rows)
         if strict:

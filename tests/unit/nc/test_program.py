@@ -13,7 +13,15 @@ def words(text: str, dialect: str = "ge2000t") -> list[tuple[str, str, str]]:
 
 
 def test_the_dialects() -> None:
-    assert set(DIALECTS) == {"ge2000t", "linuxcnc"}
+    assert set(DIALECTS) == {
+        "ge2000t",
+        "linuxcnc",
+        "fanuc-lathe",
+        "fanuc-lathe-b",
+        "fanuc-mill",
+        "haas-lathe",
+        "haas-mill",
+    }
 
 
 def test_words_of_a_ge_2000t_block() -> None:

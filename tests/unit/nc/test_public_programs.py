@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
+from trueloop.errors import Code
 from trueloop.nc.program import read_program
 
 pytestmark = pytest.mark.corpus
@@ -20,3 +22,45 @@ def test_linuxcnc_makes_the_same_moves(corpus: Path, name: str, plane: int, move
     judged = interpret(file, tools=[Tool(1)], startup=LATHE_STARTUP.replace("G18", f"G{plane}"))
     assert len(path) == moves
     assert_same_moves(path, judged)
+
+
+@pytest.mark.parametrize(
+    ("name", "dialect", "moves", "cuts", "oddities"),
+    [
+        ("fanuc-lathe-round-head-plug.nc", "fanuc-lathe", 51, 22, 13),
+        ("fanuc-lathe-weld-pin.nc", "fanuc-lathe", 28, 7, 9),
+        ("fanuc-mill-nims.nc", "fanuc-mill", 108, 68, 19),
+    ],
+)
+def test_shop_programs_of_fanuc_controls(
+    corpus: Path, name: str, dialect: str, moves: int, cuts: int, oddities: int
+) -> None:
+    """Every word is known, every byte kept, and what is not in the path is said with its place."""
+    source = (corpus / "data" / "public" / "nc" / name).read_bytes()
+    program = read_program(source, dialect, name)
+    path = program.run()
+    assert program.core.source() == source
+    assert program.findings == ()
+    assert (len(path), int((~path.rapid).sum())) == (moves, cuts)
+    codes = {finding.code for finding in path.findings}
+    assert len(path.findings) == oddities
+    assert codes == {Code.NC_OPAQUE, Code.NC_MISPLACED}  # G28 names no axis
+    assert all(finding.place.line and finding.place.column for finding in path.findings)
+
+
+def test_the_finish_pass_of_a_shaft_is_its_contour(corpus: Path) -> None:
+    """O2004's first finish pass, radii in inch, copied by hand from its blocks P0 to P7."""
+    name = "fanuc-lathe-round-head-plug.nc"
+    path = read_program((corpus / "data" / "public" / "nc" / name).read_bytes(), "fanuc-lathe", name).run()
+    finish = (path.line >= 29) & (path.line <= 37)
+    assert path.end_mm[finish][:, [0, 2]] / 25.4 == pytest.approx(
+        np.array(
+            [
+                *([-0.031, 0.0], [0.4109, 0.0], [0.425, -0.0141], [0.425, -0.95], [0.475, -1.0]),
+                *([0.6, -1.0], [0.65, -1.05], [0.65, -2.05], [0.8, -2.05]),
+            ]
+        ),
+        abs=1e-12,
+    )
+    assert (path.compensation[finish] == 42).all()
+    assert path.feed[finish] == pytest.approx(0.001 * 25.4)

@@ -3,7 +3,7 @@
 //! X is a diameter, I a radius. Arc centres are signed offsets from the start point, so an arc may turn through more
 //! than a quadrant. Parameters P1, P2, … of a cycle are words of its block; others are variables.
 
-use super::{common_classes, Class, Dialect, Parameters, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -11,12 +11,16 @@ pub const GE2000T: Dialect = Dialect {
     name: "ge2000t",
     classes: common_classes(&[(b'!', Class::LineComment), (b'(', Class::Statement)]),
     brackets: (b'(', b')'),
-    parameters: Parameters { mark: b'P', named: false, unset_is_zero: false },
-    functions: false,
+    parameters: Parameters { mark: b'P', named: false, computed: false, unset_is_zero: false },
+    functions: Functions::None,
     spaced_numbers: false,
     decimal_comma: true,
     turns: false,
-    flow: false,
+    flow: FlowStyle::None,
+    increments: None,
+    point_decides: false,
+    tool_has_offset: false,
+    other_axes: b"",
     letters: b"FGIJKMNPQRSTUWXYZ",
     g: g_code,
     m: m_code,

@@ -1,6 +1,6 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
-use super::{common_classes, Class, Dialect, Parameters, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -8,12 +8,16 @@ pub const LINUXCNC: Dialect = Dialect {
     name: "linuxcnc",
     classes: common_classes(&[(b';', Class::LineComment), (b'(', Class::Comment), (b'#', Class::Parameter)]),
     brackets: (b'[', b']'),
-    parameters: Parameters { mark: b'#', named: true, unset_is_zero: true },
-    functions: true,
+    parameters: Parameters { mark: b'#', named: true, computed: true, unset_is_zero: true },
+    functions: Functions::Rs274,
     spaced_numbers: true,
     decimal_comma: false,
     turns: true,
-    flow: true,
+    flow: FlowStyle::OWords,
+    increments: None,
+    point_decides: false,
+    tool_has_offset: false,
+    other_axes: b"",
     letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
     g: g_code,
     m: m_code,

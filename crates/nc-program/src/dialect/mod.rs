@@ -1,15 +1,20 @@
 //! Dialects: how a control spells its programs and what its codes mean.
 
+mod fanuc;
 mod ge2000t;
+mod haas;
 mod linuxcnc;
 
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
+pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
 pub use ge2000t::GE2000T;
+pub use haas::{HAAS_LATHE, HAAS_MILL};
 pub use linuxcnc::LINUXCNC;
 
 /// Every dialect there is.
-pub const DIALECTS: [&Dialect; 2] = [&GE2000T, &LINUXCNC];
+pub const DIALECTS: [&Dialect; 7] =
+    [&GE2000T, &LINUXCNC, &FANUC_LATHE, &FANUC_LATHE_B, &FANUC_MILL, &HAAS_LATHE, &HAAS_MILL];
 
 /// What a byte means where a word may start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +38,8 @@ pub enum Class {
     Percent,
     /// Starts an assignment.
     Parameter,
+    /// Before a letter: a word of its own, `,R0.5`.
+    Comma,
     /// Not known here.
     Other,
 }
@@ -80,8 +87,12 @@ pub enum G {
     NoToolOffset,
     /// Sets offsets by L and P.
     SetData,
+    /// Sets work offsets by L2 and P1 to P6; with anything else data that a path does not follow.
+    SetWorkOffset,
     /// To a stored machine position: the first or the second.
     Home(u8),
+    /// The same, of the axes that the block names only: without one nothing moves.
+    HomeNamed(u8),
     /// Stores the present machine position as the first or the second.
     StoreHome(u8),
     /// Longitudinal turning cycle: X, Z, P1 depth of cut, P2 start of the exit taper.
@@ -90,6 +101,16 @@ pub enum G {
     Dwell,
     /// A cycle that the runner knows but does not take apart: it ends where it began.
     OpaqueCycle,
+    /// Such a cycle that stays in force: later coordinates call it again.
+    OpaqueMotion,
+    /// Such a cycle, or a call of what is not in the program, in this block only.
+    OpaqueBlock,
+    /// Changes where later positions are in a way that the runner does not follow.
+    OpaqueMode,
+    /// Runs the blocks from N of P to N of Q, then goes back to where it began.
+    FinishContour,
+    /// Roughs out the contour between N of P and N of Q: not taken apart, and these blocks are passed over.
+    RoughContour,
     /// Without influence on the path.
     Inert,
 }
@@ -99,6 +120,12 @@ pub enum G {
 pub enum M {
     /// Ends the program.
     End,
+    /// Runs the program of the number P, L times.
+    CallProgram,
+    /// Runs the blocks from N of P, L times.
+    CallBlock,
+    /// Goes back from a call; to N of P where that is given.
+    Return,
     /// Puts the modal state away.
     SaveState,
     /// Puts it away and brings it back when the subroutine ends.
@@ -114,10 +141,34 @@ pub enum M {
 pub struct Parameters {
     /// `P` in `P46`, `#` in `#1`.
     pub mark: u8,
-    /// Names in angle brackets, and parameters of computed number, are allowed.
+    /// Names in angle brackets are allowed.
     pub named: bool,
+    /// Parameters may stand for a value without brackets, and their numbers may be computed.
+    pub computed: bool,
     /// A number never given a value reads as zero, as the control does; a finding says so.
     pub unset_is_zero: bool,
+}
+
+/// How flow control is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FlowStyle {
+    /// There is none.
+    None,
+    /// O-words of RS-274.
+    OWords,
+    /// IF, GOTO, WHILE, DO, END; programs and blocks called by number.
+    Macro,
+}
+
+/// Functions and word operators of expressions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Functions {
+    /// There are none.
+    None,
+    /// Those of RS-274.
+    Rs274,
+    /// Those of custom macro B.
+    Macro,
 }
 
 /// A dialect's rules.
@@ -131,16 +182,24 @@ pub struct Dialect {
     pub brackets: (u8, u8),
     /// Parameters.
     pub parameters: Parameters,
-    /// Functions and word operators of RS-274 are allowed in expressions.
-    pub functions: bool,
+    /// Functions and word operators of expressions.
+    pub functions: Functions,
     /// White space within a number does not end it.
     pub spaced_numbers: bool,
     /// A comma between digits is read as a decimal point, and reported.
     pub decimal_comma: bool,
     /// P in an arc block is the number of turns begun.
     pub turns: bool,
-    /// `o` starts a line of flow control.
-    pub flow: bool,
+    /// Flow control.
+    pub flow: FlowStyle,
+    /// Letters that increase X, Y, Z, whatever mode is in force.
+    pub increments: Option<[u8; 3]>,
+    /// A coordinate without decimal point may count least increments: it is reported.
+    pub point_decides: bool,
+    /// The last two digits of T are an offset in the control's table.
+    pub tool_has_offset: bool,
+    /// Address letters of moves that are not in the path.
+    pub other_axes: &'static [u8],
     /// Address letters that mean something.
     pub letters: &'static [u8],
     /// Meaning of a G code, given ten times its number.

@@ -1,0 +1,149 @@
+//! Fanuc series 16 to 31 with custom macro B: turning in code systems A and B, milling.
+//!
+//! Codes and words from the operator's manuals as remembered, checked against public shop programs; what the manuals
+//! leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
+
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, G, M};
+use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+
+/// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
+pub const FANUC_LATHE: Dialect = Dialect {
+    name: "fanuc-lathe",
+    letters: b"CDEFGHIJKLMNOPQRSTUVWXYZ",
+    increments: Some(*b"UVW"),
+    tool_has_offset: true,
+    other_axes: b"CH",
+    g: lathe_a,
+    initial: Modal { diameter: true, plane: Plane::Zx, feed_mode: FeedMode::PerRevolution, ..Modal::INITIAL },
+    ..FANUC_MILL
+};
+
+/// Turning, code system B: G90/G91, G94/G95 as in milling, cycles G77 to G79.
+pub const FANUC_LATHE_B: Dialect = Dialect { name: "fanuc-lathe-b", g: lathe_b, ..FANUC_LATHE };
+
+/// Milling.
+pub const FANUC_MILL: Dialect = Dialect {
+    name: "fanuc-mill",
+    classes: common_classes(&[(b'(', Class::Comment), (b'#', Class::Parameter), (b',', Class::Comma)]),
+    brackets: (b'[', b']'),
+    parameters: Parameters { mark: b'#', named: false, computed: true, unset_is_zero: false },
+    functions: Functions::Macro,
+    spaced_numbers: false,
+    decimal_comma: false,
+    turns: false,
+    flow: FlowStyle::Macro,
+    increments: None,
+    point_decides: true,
+    tool_has_offset: false,
+    other_axes: b"ABC",
+    letters: b"ABCDEFGHIJKLMNOPQRSTXYZ",
+    g: mill,
+    m: m_code,
+    initial: Modal { ..Modal::INITIAL },
+    resolution: (1e-4, 1e-3),
+    comment: ("(", ")"),
+};
+
+/// Codes that turning and milling share.
+pub(super) fn common(tenths: u16) -> Option<G> {
+    Some(match tenths {
+        0 => G::Motion(Motion::Rapid),
+        10 => G::Motion(Motion::Line),
+        20 => G::Motion(Motion::Clockwise),
+        30 => G::Motion(Motion::Counterclockwise),
+        310 => G::Motion(Motion::Probe),
+        40 => G::Dwell,
+        100 => G::SetWorkOffset,
+        170 => G::Plane(Plane::Xy),
+        180 => G::Plane(Plane::Zx),
+        190 => G::Plane(Plane::Yz),
+        200 => G::Inch(true),
+        210 => G::Inch(false),
+        280 => G::HomeNamed(0),
+        300 => G::HomeNamed(1),
+        400 => G::Compensation(Compensation::Off),
+        410 => G::Compensation(Compensation::Left),
+        420 => G::Compensation(Compensation::Right),
+        520 => G::OffsetRegister,
+        530 => G::MachineCoordinates,
+        540 | 550 | 560 | 570 | 580 | 590 => G::WorkOffset(((tenths - 530) / 10) as u8),
+        650 | 660 => G::OpaqueBlock,
+        680 | 121 | 1120 => G::OpaqueMode,
+        960 => G::Spindle(SpindleMode::SurfaceSpeed),
+        970 => G::Spindle(SpindleMode::Revolutions),
+        90 | 110 | 131 | 220 | 230 | 250 | 260 | 610 | 640 | 670 | 690 | 1130 => G::Inert,
+        _ => return None,
+    })
+}
+
+/// Codes that all turning has.
+fn lathe(tenths: u16) -> Option<G> {
+    Some(match tenths {
+        320 | 330 => G::Motion(Motion::Thread),
+        700 => G::FinishContour,
+        710 | 720 | 730 => G::RoughContour,
+        740 | 750 | 760 => G::OpaqueBlock,
+        800 => G::Inert,
+        830 | 840 | 850 | 870 | 880 | 890 => G::OpaqueMotion,
+        _ => return common(tenths),
+    })
+}
+
+pub(super) fn lathe_a(tenths: u16) -> Option<G> {
+    Some(match tenths {
+        330 => return None,
+        500 => G::SetRegister,
+        900 | 920 | 940 => G::OpaqueMotion,
+        980 => G::Feed(FeedMode::PerMinute),
+        990 => G::Feed(FeedMode::PerRevolution),
+        _ => return lathe(tenths),
+    })
+}
+
+fn lathe_b(tenths: u16) -> Option<G> {
+    Some(match tenths {
+        320 => return None,
+        770 | 780 | 790 => G::OpaqueMotion,
+        900 => G::Incremental(false),
+        910 => G::Incremental(true),
+        920 => G::SetRegister,
+        940 => G::Feed(FeedMode::PerMinute),
+        950 => G::Feed(FeedMode::PerRevolution),
+        980 | 990 => G::Inert,
+        _ => return lathe(tenths),
+    })
+}
+
+pub(super) fn mill(tenths: u16) -> Option<G> {
+    Some(match tenths {
+        330 => G::Motion(Motion::Thread),
+        430 | 440 => G::ToolTableOffset,
+        490 => G::NoToolOffset,
+        500 => G::Inert,
+        510 | 160 => G::OpaqueMode,
+        150 => G::Inert,
+        541 => G::OpaqueMode,
+        600 => G::OpaqueBlock,
+        730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => G::OpaqueMotion,
+        800 => G::NoMotion,
+        900 => G::Incremental(false),
+        910 => G::Incremental(true),
+        920 => G::SetRegister,
+        930 => G::Feed(FeedMode::InverseTime),
+        940 => G::Feed(FeedMode::PerMinute),
+        950 => G::Feed(FeedMode::PerRevolution),
+        980 | 990 => G::Inert,
+        _ => return common(tenths),
+    })
+}
+
+/// Most M codes are the machine builder's: none of them moves an axis of the path.
+pub(super) fn m_code(number: u16) -> Option<M> {
+    match number {
+        2 | 30 => Some(M::End),
+        98 => Some(M::CallProgram),
+        99 => Some(M::Return),
+        0..=999 => Some(M::Inert),
+        _ => None,
+    }
+}

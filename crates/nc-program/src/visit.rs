@@ -1,0 +1,183 @@
+//! Calls by number: subprograms, and the contour that a finishing cycle runs.
+
+use crate::dialect::FlowStyle;
+use crate::finding;
+use crate::labels::{label, Labels};
+use crate::path::{MoveKind, INHERITED};
+use crate::request::{Jump, Request};
+use crate::run::Runner;
+
+/// Calls may nest this deep.
+const DEPTH: usize = 64;
+
+/// Somewhere to come back from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Visit {
+    /// A subprogram: its first block, the runs left, and the block to go on with.
+    Program { start: usize, left: u64, back: usize },
+    /// A contour: its last block, the block to go on with, and the machine position to return to.
+    Contour { last: usize, back: usize, from: [f64; 3] },
+}
+
+impl Runner<'_> {
+    /// Whether the run ends here: the next program's O number is reached. In a call the call ends.
+    pub(crate) fn leaves_program(&mut self) -> bool {
+        let starts = self.program.dialect().flow == FlowStyle::Macro
+            && label(self.program, self.block).is_some_and(|(letter, _)| letter == b'O');
+        if !starts || self.program_start.is_some_and(|start| start == self.block) {
+            return false;
+        }
+        if self.program_start.is_none() {
+            self.program_start = Some(self.block);
+            return false;
+        }
+        !self.go_back()
+    }
+
+    /// Follows the block's call or return.
+    pub(crate) fn jump(&mut self, request: &mut Request) {
+        let target = request.get(b'P');
+        match request.jump {
+            Jump::None => {}
+            Jump::Program => self.call_program(request),
+            Jump::Block => {
+                let (number, at) = (target.unwrap_or(f64::NAN), self.word_start(request.word(b'P')));
+                if let Some(start) = self.numbered_block(number, at) {
+                    self.visit(start, times(request));
+                }
+            }
+            Jump::Return => {
+                request.ends = !self.go_back() && target.is_none();
+                if let Some(number) = target {
+                    if let Some(block) = self.numbered_block(number, self.word_start(request.word(b'P'))) {
+                        self.next = block;
+                    }
+                }
+            }
+        }
+    }
+
+    /// `M98 P1000 L3`; without L also `M98 P31000`, the repetitions before the last four digits.
+    fn call_program(&mut self, request: &Request) {
+        let number = request.get(b'P').filter(|p| (0.0..=99_999_999.0).contains(p)).map_or(0, |p| p.round() as u32);
+        let labels = self.labels();
+        let (split, repeats) = (number % 10_000, u64::from(number / 10_000));
+        let found = labels.program(number).map(|start| (start, times(request)));
+        let packed = || labels.program(split).filter(|_| repeats > 0).map(|start| (start, repeats));
+        let Some((start, left)) = found.or_else(packed) else {
+            let message = format!("program O{number:04} is not in this file");
+            let hint = "put it into the program's own file: what it does is not in the path";
+            return self.refuse(finding::FLOW, self.block_start(), message, hint);
+        };
+        self.visit(start, left);
+    }
+
+    fn visit(&mut self, start: usize, left: u64) {
+        if left == 0 || self.too_deep() {
+            return;
+        }
+        self.visits.push(Visit::Program { start, left, back: self.next });
+        (self.program_start, self.next) = (Some(start), start);
+    }
+
+    fn too_deep(&mut self) -> bool {
+        let deep = self.visits.len() >= DEPTH;
+        if deep {
+            let message = format!("programs call one another more than {DEPTH} deep");
+            self.refuse(finding::LIMIT, self.block_start(), message, "check what ends the recursion");
+        }
+        deep
+    }
+
+    /// Ends the innermost call, or starts its next run. False when there is none.
+    fn go_back(&mut self) -> bool {
+        while let Some(visit) = self.visits.pop() {
+            let Visit::Program { start, left, back } = visit else { continue };
+            (self.program_start, self.next) = (Some(usize::MAX), back);
+            if left > 1 {
+                self.visits.push(Visit::Program { start, left: left - 1, back });
+                (self.program_start, self.next) = (Some(start), start);
+            }
+            return true;
+        }
+        false
+    }
+
+    /// A finishing cycle runs the contour from N of P to N of Q; a roughing one passes it over.
+    pub(crate) fn contour(&mut self, request: &Request, finish: bool, word: i32) {
+        let (Some(first), Some(last)) = (request.get(b'P'), request.get(b'Q')) else {
+            if finish {
+                let message = format!("{} without P and Q: nothing moves", self.word_text(word));
+                self.warn(finding::MISPLACED, self.word_start(word), message, "write G70 P.. Q..");
+            }
+            return; // the first of a roughing cycle's two blocks: depth of cut and retraction
+        };
+        let (at_first, at_last) = (self.word_start(request.word(b'P')), self.word_start(request.word(b'Q')));
+        let (Some(first), Some(last)) = (self.numbered_block(first, at_first), self.numbered_block(last, at_last))
+        else {
+            return;
+        };
+        if last < first {
+            let hint = "P names the first block of the contour, Q the last";
+            return self.refuse(finding::FLOW, at_last, "the contour's last block is before its first".into(), hint);
+        }
+        if !finish {
+            self.note_opaque(
+                word,
+                "its roughing passes are not in the path; the contour is run by its finishing cycle",
+            );
+            self.next = if self.block < last { last + 1 } else { self.next };
+        } else if !self.too_deep() {
+            let total = self.frame.total();
+            let from = [0, 1, 2].map(|axis| self.position[axis] + total[axis]);
+            self.visits.push(Visit::Contour { last, back: self.next, from });
+            self.next = first;
+        }
+    }
+
+    /// After the last block of a contour: back to where its cycle began, by a rapid move.
+    pub(crate) fn end_contour(&mut self) {
+        let Some(Visit::Contour { last, back, from }) = self.visits.last().copied() else { return };
+        if last != self.block {
+            return;
+        }
+        self.visits.pop();
+        self.next = back;
+        let total = self.frame.total();
+        let end = [0, 1, 2].map(|axis| from[axis] - total[axis]);
+        if end != self.position {
+            self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+        }
+    }
+
+    /// The block of an N number; one that is missing, or there more than once, is reported.
+    pub(crate) fn numbered_block(&mut self, number: f64, at: usize) -> Option<usize> {
+        if number.is_nan() {
+            return None; // reported already
+        }
+        let whole = (0.0..=99_999_999.0).contains(&number).then(|| number.round() as u32);
+        match whole.and_then(|whole| self.labels().block(whole, self.block)) {
+            Some((block, several)) => {
+                if several {
+                    let message = format!("block N{number} is there more than once: the next one is taken");
+                    self.warn(finding::FLOW, at, message, "number each block that is called by its number once");
+                }
+                Some(block)
+            }
+            None => {
+                let message = format!("block N{number} is not in this program");
+                self.refuse(finding::FLOW, at, message, "write the N number of a block");
+                None
+            }
+        }
+    }
+
+    fn labels(&self) -> &Labels {
+        self.labels.get_or_init(|| Labels::read(self.program))
+    }
+}
+
+/// L: how often; once without it.
+fn times(request: &Request) -> u64 {
+    request.get(b'L').map_or(1, |times| times.round().max(0.0) as u64)
+}
