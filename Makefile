@@ -12,6 +12,9 @@ SETUP := $(VENV)/.ready
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 PART ?= modbas2
 
+# Tests run side by side: threads of the linear algebra under them would only get in each other's way.
+test test-corpus: export OMP_NUM_THREADS := 1
+
 .PHONY: help demo test test-corpus check format bench setup clean
 
 help: ## list the targets
