@@ -88,6 +88,18 @@ class NoseSweep:
     ) -> NDArray[np.float64]:
         """Where rays out of the material first meet the swept region, (q,): −reach to `known`, (q,) (nothing lower)."""
 
+class CutterSweep:
+    """A ball-end cutter swept along a polyline of its centre, (n, 3), mm.
+
+    Raises ValueError for a radius that is not positive and for points that are no finite numbers.
+    """
+
+    def __new__(cls, nodes: NDArray[np.float64], radius: float) -> CutterSweep: ...
+    def entries(
+        self, origins: NDArray[np.float64], directions: NDArray[np.float64], reach: float
+    ) -> NDArray[np.float64]:
+        """Where rays out of the material first meet the swept region, (q,): −reach to +reach (nothing met)."""
+
 # surface-fit and spatial: splines over a grid, sums over pairs of points
 
 def fit_surface_grid(

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.support.probing import EXAMPLES
 from trueloop.controllers.linuxcnc.loop import drive_part
@@ -59,6 +60,17 @@ def test_two_sessions_side_by_side_do_not_meet() -> None:
     for k in (0, 1):
         assert np.allclose(found[k][-1], [11 + k, -30.0], atol=1e-6)
         assert np.allclose(found[k].min(axis=0), [11 + k, -30.0], atol=1e-6)
+    assert what_still_runs() == ""
+
+
+def test_an_interrupted_run_leaves_nothing_behind() -> None:
+    """Ctrl-C while the program runs: LinuxCNC and all it started are gone when the exception arrives."""
+
+    def interrupt(line: int, x: float, z: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cut(b"G21 G18 G8 G90 G94\nG1 X20 Z1 F60\nM2\n", progress=interrupt)
     assert what_still_runs() == ""
 
 

@@ -1,6 +1,6 @@
 //! `envelope` for Python: a swept nose, asked by rays.
 
-use envelope::{Nose, Point, Ray, Sweep};
+use envelope::{BallSweep, Nose, Point, Point3, Ray, Sweep};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -79,7 +79,60 @@ impl NoseSweep {
     }
 }
 
+fn points3(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Point3>> {
+    let flat = array.as_slice()?;
+    if array.shape().get(1) != Some(&3) || flat.iter().any(|value| !value.is_finite()) {
+        return Err(PyValueError::new_err(
+            "points must be finite numbers of shape (n, 3)",
+        ));
+    }
+    Ok(flat
+        .chunks_exact(3)
+        .filter_map(|point| point.try_into().ok())
+        .collect())
+}
+
+/// A ball-end cutter swept along a polyline of its centre, (n, 3), mm.
+#[pyclass(frozen)]
+struct CutterSweep {
+    sweep: BallSweep,
+}
+
+#[pymethods]
+impl CutterSweep {
+    #[new]
+    fn new(nodes: PyReadonlyArray2<'_, f64>, radius: f64) -> PyResult<Self> {
+        if !(radius.is_finite() && radius > 0.0) {
+            return Err(PyValueError::new_err(
+                "the radius must be a positive number",
+            ));
+        }
+        Ok(Self {
+            sweep: BallSweep::new(points3(&nodes)?, radius),
+        })
+    }
+
+    /// Where rays out of the material first meet the swept region, (q,): −reach to +reach (nothing met).
+    fn entries<'py>(
+        &self,
+        py: Python<'py>,
+        origins: PyReadonlyArray2<'py, f64>,
+        directions: PyReadonlyArray2<'py, f64>,
+        reach: f64,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let (origins, directions) = (points3(&origins)?, points3(&directions)?);
+        if origins.len() != directions.len() {
+            return Err(PyValueError::new_err("as many directions as origins"));
+        }
+        let rays = origins.into_iter().zip(directions);
+        Ok(py
+            .detach(|| self.sweep.entries(rays, reach))
+            .into_pyarray(py))
+    }
+}
+
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_class::<NoseSweep>()
+    module.add_class::<NoseSweep>()?;
+    module.add_class::<CutterSweep>()
 }

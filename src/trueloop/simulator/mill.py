@@ -1,51 +1,81 @@
-"""What a ball-end cutter leaves on a surface: the envelope of its path, seen along the surface's normals."""
+"""A free-form surface milled with a ball-end cutter: what really stays, cusps included.
 
-from typing import Final
+The surface is not that of the design displaced by errors: it is the envelope of the ball along the actual passes.
+Between two passes a cusp is left, which on a plane is R − √(R² − s²/4) high for a step-over s.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
+from trueloop._core import CutterSweep
 from trueloop.geometry.feature import Array
-from trueloop.nc.tool_path import Motion, ToolPath
 
-STEP_MM: Final = 0.02
-"""Distance of the balls whose union stands for the swept ball: ridges between them are under 0.02 µm at 3 mm radius."""
+Displacement: TypeAlias = Callable[[Array], Array]
+"""Actual less commanded position of the cutter's centre: (n, 3) → (n, 3), mm."""
+
+REACH_MM = 2.0
 
 
-def left_on_mm(points_mm: Array, normals: Array, centres_mm: Array, radius_mm: float, reach_mm: float = 0.5) -> Array:
-    """Material left on at points (n, 3) of a surface, along outward unit normals, by a ball through centres (m, 3).
+@dataclass(frozen=True)
+class BallEndMill:
+    """A ball-end cutter. `radius_error_mm` is by how much it is larger than the program believes (negative: worn)."""
 
-    Positive above the surface. `reach_mm` is the height of the blank: what no ball reaches is left at that. The path
-    is followed in steps of 0.02 mm.
+    radius_mm: float
+    radius_error_mm: float = 0.0
+
+    def centres_mm(self, contact_mm: Array, normal: Array) -> Array:
+        """Programmed centres for contacts and surface normals out of the material, (…, 3) → (…, 3)."""
+        centres: Array = contact_mm + self.radius_mm * normal
+        return centres
+
+
+@dataclass(frozen=True)
+class MilledStock:
+    """Endless material less the passes cut so far."""
+
+    passes: tuple[CutterSweep, ...] = ()
+
+    def cut_by(
+        self, cutter: BallEndMill, passes_mm: Iterable[Array], displacement: Displacement | None = None
+    ) -> "MilledStock":
+        """The stock after passes of programmed centres, (n, 3) each, at which the cutter really stands displaced."""
+        radius = cutter.radius_mm + cutter.radius_error_mm
+        actual = (p if displacement is None else p + displacement(p) for p in passes_mm)
+        return MilledStock((*self.passes, *(CutterSweep(np.ascontiguousarray(p), radius) for p in actual)))
+
+    def height_mm(self, points_mm: Array, normal: Array, reach_mm: float = REACH_MM) -> Array:
+        """Where a line through each nominal point (n, 3) along its normal (n, 3) leaves the material, (n,).
+
+        Positive = material left on; +reach where nothing was cut within reach.
+        """
+        height = np.full(len(points_mm), reach_mm)
+        origins, directions = np.ascontiguousarray(points_mm), np.ascontiguousarray(normal)
+        for swept in self.passes:
+            np.minimum(height, swept.entries(origins, directions, reach_mm), out=height)
+        return height
+
+
+def raster(contact_mm: Array, normal: Array, cutter: BallEndMill) -> Sequence[Array]:
+    """Passes along the rows of a grid of contacts (rows, n, 3) with normals alike, every other one backwards."""
+    centres = cutter.centres_mm(contact_mm, normal)
+    return [row if k % 2 == 0 else row[::-1] for k, row in enumerate(centres)]
+
+
+def cusp_height_mm(step_over_mm: float, cutter_radius_mm: float, curvature_per_mm: float = 0.0) -> float:
+    """Height of the cusp between two passes that touch the surface `step_over_mm` of chord apart.
+
+    `curvature_per_mm` is that of the surface across the passes, positive where it is convex. Both contacts lie on a
+    circle of the surface, the cusp where the two balls' outlines meet in the plane between them. Valid for a step-over
+    below the cutter's diameter, and in a hollow for a cutter smaller than its radius.
     """
-    from scipy.spatial import KDTree  # slow to import
-
-    balls = _densified(centres_mm)
-    tree = KDTree(balls)
-    left = np.full(len(points_mm), reach_mm)
-    wide = float(np.sqrt(max(radius_mm**2 - (radius_mm - reach_mm) ** 2, 0.0))) + reach_mm
-    near = tree.query_ball_point(points_mm + radius_mm * normals, wide)
-    for k, index in enumerate(near):
-        off = balls[index] - points_mm[k]
-        along = off @ normals[k]
-        inside = radius_mm**2 - np.sum(off**2, axis=1) + along**2
-        hit = inside > 0
-        if np.any(hit):
-            left[k] = min(left[k], float(np.min(along[hit] - np.sqrt(inside[hit]))))
-    return left
-
-
-def ball_centres(path: ToolPath, radius_mm: float, axis: tuple[float, float, float] = (0.0, 0.0, 1.0)) -> Array:
-    """Centres along the straight feed moves of a program whose programmed point is the tip."""
-    up = np.asarray(axis) / np.linalg.norm(axis)
-    at_feed = path.motion == Motion.LINE
-    ends = np.stack([path.start_mm[at_feed], path.end_mm[at_feed]], axis=1).reshape(-1, 3)
-    return np.asarray(ends + radius_mm * up)
-
-
-def _densified(centres: Array) -> Array:
-    length = np.linalg.norm(np.diff(centres, axis=0), axis=1)
-    pieces = np.maximum(1, np.ceil(length / STEP_MM)).astype(int)
-    start = np.repeat(centres[:-1], pieces, axis=0)
-    step = np.repeat(np.diff(centres, axis=0) / pieces[:, None], pieces, axis=0)
-    count = np.arange(len(start)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    return np.concatenate([start + count[:, None] * step, centres[-1:]])
+    half, radius = step_over_mm / 2, cutter_radius_mm
+    if curvature_per_mm == 0.0:
+        return float(radius - np.sqrt(radius**2 - half**2))
+    surface = 1.0 / curvature_per_mm  # signed: negative in a hollow
+    along = np.sqrt(surface**2 - half**2) * np.sign(surface)
+    centre_height = along * (1.0 + radius / surface)
+    centre_aside = half * (1.0 + radius / surface)
+    return float(centre_height - np.sqrt(radius**2 - centre_aside**2) - surface)

@@ -1,0 +1,188 @@
+//! A ball-end cutter along a polyline in space: where rays out of the material meet what it passed over.
+
+/// A point or a vector: (x, y, z).
+pub type Point3 = [f64; 3];
+
+/// Segments in a box of the lowest level.
+const RUN: usize = 8;
+
+/// A ball swept along a polyline of its centre.
+#[derive(Clone, Debug)]
+pub struct BallSweep {
+    nodes: Vec<Point3>,
+    radius: f64,
+    /// Lower and upper corners of boxes around runs of segments, the lowest level first.
+    levels: Vec<Vec<[Point3; 2]>>,
+}
+
+fn minus(a: Point3, b: Point3) -> Point3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: Point3, b: Point3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl BallSweep {
+    /// The sweep; nodes and radius must be finite numbers, the radius positive.
+    pub fn new(nodes: Vec<Point3>, radius: f64) -> Self {
+        let segments = nodes.len().saturating_sub(1);
+        let mut levels: Vec<Vec<[Point3; 2]>> = Vec::new();
+        let mut run = RUN;
+        loop {
+            let count = segments.div_ceil(run).max(1);
+            let boxes = (0..count).map(|k| {
+                let end = (k * run + run + 1).min(nodes.len());
+                around(nodes.get(k * run..end).unwrap_or_default())
+            });
+            levels.push(boxes.collect());
+            if count == 1 {
+                return Self {
+                    nodes,
+                    radius,
+                    levels,
+                };
+            }
+            run *= 2;
+        }
+    }
+
+    /// Where each ray, coming out of the material, first meets the swept region: between −reach and +reach.
+    ///
+    /// A ray is an origin and a unit vector. A ball whose centre lies below −reach on the ray is not seen.
+    pub fn entries(&self, rays: impl Iterator<Item = (Point3, Point3)>, reach: f64) -> Vec<f64> {
+        rays.map(|(origin, direction)| {
+            let mut best = reach;
+            let mut stack = vec![(self.levels.len() - 1, 0_usize)];
+            while let Some((level, index)) = stack.pop() {
+                let Some(found) = self.levels.get(level).and_then(|boxes| boxes.get(index)) else {
+                    continue;
+                };
+                if self.lowest(found, origin, direction, reach) >= best {
+                    continue;
+                }
+                if level == 0 {
+                    best = best.min(self.run(index, origin, direction, reach));
+                } else {
+                    stack.push((level - 1, 2 * index));
+                    stack.push((level - 1, 2 * index + 1));
+                }
+            }
+            best.max(-reach)
+        })
+        .collect()
+    }
+
+    /// Below what no ball with its centre in the box reaches on the ray.
+    fn lowest(
+        &self,
+        [low, high]: &[Point3; 2],
+        origin: Point3,
+        direction: Point3,
+        reach: f64,
+    ) -> f64 {
+        let half = [
+            0.5 * (high[0] - low[0]),
+            0.5 * (high[1] - low[1]),
+            0.5 * (high[2] - low[2]),
+        ];
+        let centre = [low[0] + half[0], low[1] + half[1], low[2] + half[2]];
+        let from = minus(centre, origin);
+        let along = dot(from, direction);
+        let spread = half[0] * direction[0].abs()
+            + half[1] * direction[1].abs()
+            + half[2] * direction[2].abs();
+        let beside = (dot(from, from) - along * along).max(0.0).sqrt() - dot(half, half).sqrt();
+        if beside >= self.radius || along + spread <= -reach {
+            return f64::INFINITY;
+        }
+        let beside = beside.max(0.0);
+        along - spread - (self.radius * self.radius - beside * beside).sqrt()
+    }
+
+    fn run(&self, index: usize, origin: Point3, direction: Point3, reach: f64) -> f64 {
+        let nodes = self.nodes.get(index * RUN..).unwrap_or_default();
+        let mut best = f64::INFINITY;
+        for node in nodes.iter().take(RUN + 1) {
+            best = best.min(self.ball(minus(*node, origin), direction, reach));
+        }
+        for pair in nodes.windows(2).take(RUN) {
+            if let [a, b] = pair {
+                best = best.min(self.tube(minus(*a, origin), minus(*b, *a), direction, reach));
+            }
+        }
+        best
+    }
+
+    fn ball(&self, from: Point3, direction: Point3, reach: f64) -> f64 {
+        let along = dot(from, direction);
+        let square = self.radius * self.radius - (dot(from, from) - along * along);
+        if along <= -reach || square <= 0.0 {
+            return f64::INFINITY;
+        }
+        along - square.sqrt()
+    }
+
+    /// Where the ray enters the cylinder around a segment, between the segment's ends.
+    fn tube(&self, from: Point3, segment: Point3, direction: Point3, reach: f64) -> f64 {
+        let (length, with, start) = (
+            dot(segment, segment),
+            dot(segment, direction),
+            dot(segment, from),
+        );
+        // |t·d − from|² less its part along the segment is R²: a t² − 2 b t + c = 0.
+        let a = length - with * with;
+        let b = length * dot(from, direction) - with * start;
+        let c = length * (dot(from, from) - self.radius * self.radius) - start * start;
+        let square = b * b - a * c;
+        if a <= 1e-15 * length || square <= 0.0 {
+            return f64::INFINITY;
+        }
+        let t = (b - square.sqrt()) / a;
+        let share = (t * with - start) / length;
+        let centre = dot(from, direction) + share.clamp(0.0, 1.0) * with;
+        if !(0.0..=1.0).contains(&share) || centre <= -reach {
+            return f64::INFINITY;
+        }
+        t
+    }
+}
+
+fn around(nodes: &[Point3]) -> [Point3; 2] {
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for node in nodes {
+        for ((low, high), value) in low.iter_mut().zip(high.iter_mut()).zip(node) {
+            *low = low.min(*value);
+            *high = high.max(*value);
+        }
+    }
+    [low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_straight_pass_leaves_a_round_groove() {
+        let sweep = BallSweep::new(vec![[0.0, 0.0, 3.0], [50.0, 0.0, 3.0]], 3.0);
+        let rays = (0..20).map(|k| ([5.0 + k as f64, 0.1 * k as f64, 0.0], [0.0, 0.0, 1.0]));
+        for (k, height) in sweep.entries(rays, 5.0).into_iter().enumerate() {
+            let y = 0.1 * k as f64;
+            assert!((height - (3.0 - (9.0 - y * y).sqrt())).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn beyond_its_end_it_leaves_its_own_ball() {
+        let sweep = BallSweep::new(vec![[0.0, 0.0, 3.0], [50.0, 0.0, 3.0]], 3.0);
+        let rays = [
+            ([51.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
+            ([90.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        ];
+        let found = sweep.entries(rays.into_iter(), 5.0);
+        assert!((found[0] - (3.0 - 7.0_f64.sqrt())).abs() < 1e-12);
+        assert_eq!(found[1], 5.0);
+    }
+}

@@ -1,0 +1,90 @@
+"""The ball-end cutter: cusps by their closed forms, and a free-form surface by brute force."""
+
+import math
+
+import numpy as np
+import pytest
+
+from trueloop.geometry.feature import Array
+from trueloop.simulator.mill import BallEndMill, MilledStock, cusp_height_mm, raster
+
+CUTTER = BallEndMill(3.0)
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def wavy(x: Array, y: Array) -> tuple[Array, Array]:
+    """z = 0.5 sin(x/8) cos(y/10) with its normals."""
+    z = 0.5 * np.sin(x / 8) * np.cos(y / 10)
+    slope_x, slope_y = np.cos(x / 8) * np.cos(y / 10) / 16, -np.sin(x / 8) * np.sin(y / 10) / 20
+    normal = np.stack([-slope_x, -slope_y, np.ones_like(x)], axis=-1)
+    return np.stack([x, y, z], axis=-1), normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+
+
+def plane_passes(step_over: float) -> list[Array]:
+    x = np.linspace(-10.0, 10.0, 21)
+    return [np.column_stack([x, np.full(21, y), np.full(21, 3.0)]) for y in np.arange(-2, 3) * step_over]
+
+
+@pytest.mark.parametrize("step_over", [0.2, 0.5, 1.5])
+def test_between_two_passes_on_a_plane_stands_the_cusp(step_over: float) -> None:
+    stock = MilledStock().cut_by(CUTTER, plane_passes(step_over))
+    y = np.array([0.0, 0.25, 0.5, 0.75, 1.0]) * step_over
+    points = np.column_stack([np.linspace(-3, 3, 5), y, np.zeros(5)])
+    height = stock.height_mm(points, np.tile(UP, (5, 1)))
+    expected = 3.0 - np.sqrt(9.0 - np.minimum(y, step_over - y) ** 2)
+    assert np.allclose(height, expected, atol=1e-12)
+    assert math.isclose(height[2], cusp_height_mm(step_over, 3.0), abs_tol=1e-12)
+
+
+@pytest.mark.parametrize("radius", [40.0, -40.0])
+def test_on_a_cylinder_and_in_a_trough_the_cusp_is_that_of_the_curvature(radius: float) -> None:
+    angle = np.arange(-2, 3) * 0.02
+    normal = np.column_stack([np.zeros(5), np.sin(angle), np.cos(angle)]) * math.copysign(1.0, radius)
+    normal = normal if radius > 0 else np.column_stack([np.zeros(5), -np.sin(angle), np.cos(angle)])
+    contact = np.column_stack([np.zeros(5), abs(radius) * np.sin(angle), radius * np.cos(angle) - radius])
+    passes = [
+        CUTTER.centres_mm(c + np.array([[x, 0, 0] for x in (-5.0, 5.0)]), n)
+        for c, n in zip(contact, normal, strict=True)
+    ]
+    middle = 0.01
+    point = np.array([[0.0, abs(radius) * math.sin(middle), radius * math.cos(middle) - radius]])
+    out = np.array([[0.0, math.copysign(math.sin(middle), radius), math.cos(middle)]])
+    height = MilledStock().cut_by(CUTTER, passes).height_mm(point, out)
+    step_over = 2 * abs(radius) * math.sin(middle)
+    assert math.isclose(height[0], cusp_height_mm(step_over, 3.0, 1.0 / radius), abs_tol=1e-10)
+
+
+def test_a_free_form_surface_is_what_the_nearest_ball_position_leaves() -> None:
+    """Dense positions of the ball, looked at one by one, give the same heights to their chords' 0.1 µm."""
+    x, y = np.meshgrid(np.linspace(-6, 6, 121), np.linspace(-3, 3, 13))
+    contact, normal = wavy(x, y)
+    passes = raster(contact, normal, CUTTER)
+    rng = np.random.default_rng(4)
+    points, out = wavy(rng.uniform(-4, 4, 40), rng.uniform(-2, 2, 40))
+    found = MilledStock().cut_by(CUTTER, passes).height_mm(points, out)
+    dense = np.concatenate(
+        [
+            np.column_stack([np.interp(np.linspace(0, 120, 4801), np.arange(121), p[:, k]) for k in range(3)])
+            for p in passes
+        ]
+    )
+    for point, direction, height in zip(points, out, found, strict=True):
+        from_point = dense - point
+        along = from_point @ direction
+        square = 9.0 - (np.sum(from_point**2, axis=1) - along**2)
+        brute = np.min(along[square > 0] - np.sqrt(square[square > 0]))
+        assert abs(brute - height) < 1e-6
+    assert np.all(found > -2e-4) and found.max() < 1.3 * cusp_height_mm(0.5, 3.0)
+
+
+def test_a_worn_cutter_and_a_machine_error_stay_on_the_part() -> None:
+    """10 µm less radius leaves 10 µm on; a machine 5 µm too high leaves 5 µm more."""
+    worn = BallEndMill(3.0, -0.010)
+    stock = MilledStock().cut_by(worn, plane_passes(0.5), lambda p: np.tile([0.0, 0.0, 0.005], (len(p), 1)))
+    height = stock.height_mm(np.zeros((1, 3)), UP[None])
+    assert math.isclose(height[0], 0.015, abs_tol=1e-12)
+
+
+def test_what_no_pass_came_near_is_uncut() -> None:
+    stock = MilledStock().cut_by(CUTTER, plane_passes(0.5))
+    assert stock.height_mm(np.array([[0.0, 30.0, 0.0]]), UP[None], 1.5)[0] == 1.5
