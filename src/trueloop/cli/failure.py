@@ -27,7 +27,7 @@ class ExitStatus(IntEnum):
     """What the shell is told. docs/cli.md carries this table."""
 
     DONE = 0
-    FINDINGS = 1  # `nc check` found an error in the program, or `nc path` a cut it could not tell
+    FINDINGS = 1  # `nc check` found an error, `nc path` a cut it could not tell, `nc diff` too large a distance
     USAGE = 2  # the command line itself was wrong
     REFUSED = 3  # the input was refused: nothing was written
     OUTPUT = 4  # the results could not be written: nothing was written

@@ -1,4 +1,4 @@
-"""`trueloop nc`: where a program sends the tool, and what is odd about it."""
+"""`trueloop nc`: where a program sends the tool, what is odd about it, and how far two programs lie apart."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -79,6 +79,52 @@ def check_program(
     else:
         _print_findings(findings, f"{program.dialect.name} program of {program.block_count} blocks", errors)
     if errors:
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+@app.command("diff")
+@guarded
+def difference_of_programs(
+    file: ProgramFile,
+    other: ProgramFile,
+    dialect: DialectName = None,
+    other_dialect: Annotated[
+        str | None, typer.Option("--other-dialect", metavar="D", help="Dialect of the second.  [default: as the first]")
+    ] = None,
+    settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
+    rapids: Annotated[bool, typer.Option("--rapids", help="Compare rapid moves as well as cuts.")] = False,
+    tolerance_mm: Annotated[
+        float | None, typer.Option("--tolerance-mm", min=0.0, help="Exit status 1 when they lie further apart.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print where the tool paths of two programs lie furthest apart, and how far."""
+    from trueloop.nc.difference import path_difference
+
+    with busy(f"comparing {file} and {other}"):
+        parameters = parameters_of(settings)
+        programs = [read_program_file(file, dialect), read_program_file(other, other_dialect or dialect)]
+        paths = [program.run(parameters, skipped_blocks=skipped_blocks) for program in programs]
+        found = path_difference(*paths, rapids=rapids)
+    here, there = (0, 1) if found.first else (1, 0)
+    names, moves = (str(file), str(other)), (found.move, found.nearest_move)
+    places = [
+        {"file": names[which], "line": int(paths[which].line[move]), "column": int(paths[which].column[move])}
+        for which, move in zip((here, there), moves, strict=True)
+    ]
+    positions = (found.position_mm, found.nearest_mm)
+    if as_json:
+        ends = [place | {"position_mm": at} for place, at in zip(places, positions, strict=True)]
+        print_json(
+            {"distance_mm": found.distance_mm, "spacing_mm": found.spacing_mm, "at": ends[0], "nearest": ends[1]}
+        )
+    else:
+        print(f"largest distance {found.distance_mm:.6f} mm")
+        for word, place, at in zip(("at", "nearest"), places, positions, strict=True):
+            position = " ".join(f"{axis} {value:.6f}" for axis, value in zip("xyz", at, strict=True))
+            print(f"  {word} {place['file']}:{place['line']}:{place['column']}  {position} mm, x a radius")
+    if tolerance_mm is not None and found.distance_mm > tolerance_mm:
         raise typer.Exit(ExitStatus.FINDINGS)
 
 

@@ -12,7 +12,7 @@ from trueloop.cli.failure import ExitStatus
 from trueloop.cli.main import app
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
-COMMANDS = ("compensate", "demo", "part show", "part from-program", "part from-dxf", "nc path", "nc check")
+COMMANDS = ("compensate", "demo", "part show", "part from-program", "part from-dxf", "nc path", "nc check", "nc diff")
 HELP = {"--help", "-h"}
 
 

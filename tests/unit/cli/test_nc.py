@@ -125,3 +125,20 @@ def test_a_mistyped_file_name_is_answered_with_the_nearest(odd: Path) -> None:
     result = _run("check", str(odd.with_name("od.ngc")))
     assert result.exit_code == ExitStatus.REFUSED
     assert f"did you mean {str(odd)!r}?" in result.stderr
+
+
+def test_diff_says_where_two_programs_lie_furthest_apart(tmp_path: Path) -> None:
+    one, other = tmp_path / "one.ngc", tmp_path / "other.nc"
+    one.write_text("G18 G21 G90 G8 F100\nG0 X10 Z0\nG1 Z20\nM2\n")
+    other.write_text("G18 G21 G98\nG00 X20. Z0.\nG01 W20. F100.\nX20.25\nM30\n")
+    arguments = ("diff", str(one), str(other), "--other-dialect", "fanuc-lathe")
+    result = _run(*arguments, "--tolerance-mm", "0.125")
+    assert result.exit_code == ExitStatus.DONE, result.output
+    assert "largest distance 0.125000 mm" in result.stdout
+    assert "other.nc:4:1  x 10.125000 y 0.000000 z 20.000000 mm, x a radius" in result.stdout
+    assert "one.ngc:3:4  x 10.000000 y 0.000000 z 20.000000" in result.stdout
+    over = _run(*arguments, "--tolerance-mm", "0.124", "--json")
+    assert over.exit_code == ExitStatus.FINDINGS
+    assert json.loads(over.stdout)["at"] | {"file": ""} == {
+        "file": "", "line": 4, "column": 1, "position_mm": [10.125, 0.0, 20.0],
+    }  # fmt: skip

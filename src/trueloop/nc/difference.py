@@ -1,0 +1,160 @@
+"""How far two tool paths lie apart: the largest distance from a point of one to the nearest point of the other.
+
+That is the Hausdorff distance of the two curves: order, direction, feed and how the cuts are split into blocks play no
+part. Points are taken at the ends of moves and between them no further apart than `spacing_mm`; arcs are chords whose
+sagitta is at most `SAGITTA_MM`. The largest distance is thereby known to half the spacing, and much better where the
+paths run nearly parallel, as those of a program and its correction do.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.nc.tool_path import Array, Integers, Motion, ToolPath
+
+SAGITTA_MM: Final = 1e-6
+_FINEST_MM: Final = 0.01
+_MOST_POINTS: Final = 200_000
+_NEIGHBOURS: Final = 8
+
+
+@dataclass(frozen=True)
+class PathDifference:
+    """The place where two paths lie furthest apart.
+
+    `first` says whether the point at `position_mm` (x a radius, y, z) is of the first path; `move` is the index of its
+    move there. `nearest_mm` and `nearest_move` are of the other path.
+    """
+
+    distance_mm: float
+    first: bool
+    move: int
+    position_mm: tuple[float, float, float]
+    nearest_move: int
+    nearest_mm: tuple[float, float, float]
+    spacing_mm: float
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Straight pieces of a path: ends (n, 3) and the move of each (n,)."""
+
+    start_mm: Array
+    end_mm: Array
+    move: Integers
+
+
+def path_difference(first: ToolPath, second: ToolPath, *, rapids: bool = False) -> PathDifference:
+    """The largest distance between the cuts of two paths; with `rapids` between all their moves.
+
+    Raises NC-NO-CONTOUR where a path has none, NC-EXPRESSION where a position is not known.
+    """
+    chosen = [_chosen(path, rapids) for path in (first, second)]
+    length_mm = max(float(_length_mm(path, moves).sum()) for path, moves in zip((first, second), chosen, strict=True))
+    spacing_mm = max(_FINEST_MM, length_mm / _MOST_POINTS)
+    one, other = (_pieces(path, moves, spacing_mm) for path, moves in zip((first, second), chosen, strict=True))
+    there, back = _furthest(one, other, True, spacing_mm), _furthest(other, one, False, spacing_mm)
+    return there if there.distance_mm >= back.distance_mm else back
+
+
+def _chosen(path: ToolPath, rapids: bool) -> NDArray[np.intp]:
+    moves = np.flatnonzero(np.ones(len(path), dtype=np.bool_) if rapids else ~path.rapid)
+    if not moves.size:
+        raise TrueloopError(
+            Code.NC_NO_CONTOUR,
+            f"none of the program's {len(path)} moves is a cut: nothing to compare",
+            hint="check the dialect, or compare rapid moves too",
+        )
+    known = np.isfinite(path.start_mm[moves]).all(axis=1) & np.isfinite(path.end_mm[moves]).all(axis=1)
+    if not known.all():
+        line = int(path.line[moves[~known][0]])
+        raise TrueloopError(
+            Code.NC_EXPRESSION,
+            f"line {line} begins or ends at a position that is not known",
+            hint="give the parameters it needs: --set",
+            place=Place(line=line),
+        )
+    return moves
+
+
+def _length_mm(path: ToolPath, moves: NDArray[np.intp]) -> Array:
+    """Length of each move; of a helix that of its circle and its rise taken together."""
+    radius_mm = np.nan_to_num(np.linalg.norm(path.start_mm[moves] - path.centre_mm[moves], axis=1))
+    chord_mm = np.linalg.norm(path.end_mm[moves] - path.start_mm[moves], axis=1)
+    length_mm: Array = np.hypot(chord_mm, radius_mm * np.abs(path.sweep_rad[moves]))
+    return length_mm
+
+
+def _pieces(path: ToolPath, moves: NDArray[np.intp], spacing_mm: float) -> _Pieces:
+    points = [
+        _points(path, int(move), length, spacing_mm)
+        for move, length in zip(moves, _length_mm(path, moves), strict=True)
+    ]
+    counts = [len(of_move) - 1 for of_move in points]
+    return _Pieces(
+        np.concatenate([of_move[:-1] for of_move in points]),
+        np.concatenate([of_move[1:] for of_move in points]),
+        np.repeat(moves, counts),
+    )
+
+
+def _points(path: ToolPath, move: int, length_mm: float, spacing_mm: float) -> Array:
+    """Points along a move, its ends included: (n, 3), at least two."""
+    start, end = path.start_mm[move], path.end_mm[move]
+    count = int(np.ceil(length_mm / spacing_mm))
+    if path.motion[move] != Motion.ARC:
+        straight: Array = start + np.linspace(0.0, 1.0, max(count, 1) + 1)[:, None] * (end - start)
+        return straight
+    i, j = {17: (0, 1), 18: (2, 0), 19: (1, 2)}[int(path.plane[move])]
+    centre, sweep_rad = path.centre_mm[move], path.sweep_rad[move]
+    radial = start - centre
+    radius_mm = float(np.hypot(radial[i], radial[j]))
+    chords = abs(sweep_rad) * np.sqrt(radius_mm / (8 * SAGITTA_MM))
+    share = np.linspace(0.0, 1.0, int(max(count, min(np.ceil(chords), _MOST_POINTS), 1)) + 1)
+    turned = -share * sweep_rad  # positive sweep is clockwise
+    curved: Array = start + share[:, None] * (end - start)
+    curved[:, i] = centre[i] + np.cos(turned) * radial[i] - np.sin(turned) * radial[j]
+    curved[:, j] = centre[j] + np.sin(turned) * radial[i] + np.cos(turned) * radial[j]
+    curved[-1] = end
+    return curved
+
+
+def _furthest(here: _Pieces, there: _Pieces, first: bool, spacing_mm: float) -> PathDifference:
+    """The point of `here` that lies furthest from `there`."""
+    from scipy.spatial import cKDTree  # heavy, and only this command needs it
+
+    points = np.concatenate([here.start_mm, here.end_mm])
+    tree = cKDTree((there.start_mm + there.end_mm) / 2)
+    _, near = tree.query(points, k=min(_NEIGHBOURS, len(there.move)))
+    near = near.reshape(len(points), -1)
+    nearest = _foot(points[:, None], there.start_mm[near], there.end_mm[near])
+    distance_mm = np.linalg.norm(points[:, None] - nearest, axis=2)
+    best = distance_mm.argmin(axis=1)
+    rows = np.arange(len(points))
+    at = int(distance_mm[rows, best].argmax())
+    return PathDifference(
+        float(distance_mm[at, best[at]]),
+        first,
+        int(here.move[at % len(here.move)]),
+        _triple(points[at]),
+        int(there.move[near[at, best[at]]]),
+        _triple(nearest[at, best[at]]),
+        spacing_mm,
+    )
+
+
+def _foot(point: Array, start: Array, end: Array) -> Array:
+    """The nearest point of each piece."""
+    along = end - start
+    square = np.maximum((along * along).sum(axis=-1, keepdims=True), np.finfo(float).tiny)
+    share = np.clip(((point - start) * along).sum(axis=-1, keepdims=True) / square, 0.0, 1.0)
+    foot: Array = start + share * along
+    return foot
+
+
+def _triple(point: Array) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in point)
+    return x, y, z
