@@ -1,0 +1,128 @@
+"""The table in docs/dialects.md: a small program for each feature and dialect, and what becomes of it.
+
+`python -m tests.support.dialect_table` prints it.
+"""
+
+from collections.abc import Mapping
+
+from trueloop.errors import Code
+from trueloop.nc.dialect import DIALECTS
+from trueloop.nc.program import read_program
+
+WORKS, KEPT, NOT_YET, NONE = "works", "kept", "not yet", "–"
+
+LATHES = ("fanuc-lathe", "fanuc-lathe-b", "haas-lathe")
+MILLS = ("fanuc-mill", "haas-mill")
+
+
+def _for(*, ge2000t: str = "", linuxcnc: str = "", lathe: str = "", mill: str = "", **own: str) -> Mapping[str, str]:
+    """Programs by dialect; `lathe` and `mill` serve all those of their kind that have none of their own."""
+    shared = dict.fromkeys(LATHES, lathe) | dict.fromkeys(MILLS, mill)
+    named = {name.replace("_", "-"): text for name, text in own.items()}
+    return {"ge2000t": ge2000t, "linuxcnc": linuxcnc} | shared | named
+
+
+FEATURES: Mapping[str, Mapping[str, str]] = {
+    "Lines and arcs, by centre": _for(
+        ge2000t="G70 G00 X1.0 Z0\nG03 X1.4 Z-.2 I0 K-.2",
+        linuxcnc="G21 G18 G0 X1 Z0\nG3 X0 Z1 I-1 K0",
+        lathe="G21 G00 X2. Z0.\nG02 X4. Z-1. I1. K0.",
+        mill="G21 G00 X1. Y0.\nG03 X0. Y1. I-1. J0.",
+    ),
+    "Arcs by radius": _for(
+        linuxcnc="G21 G18 G0 X1 Z0\nG3 X0 Z1 R1",
+        lathe="G21 G00 X2. Z0.\nG02 X4. Z-1. R1.",
+        mill="G21 G00 X1. Y0.\nG03 X0. Y1. R1.",
+    ),
+    "Helices, all planes": _for(
+        linuxcnc="G21 G19 G0 Y1 Z0\nG3 X5 Y0 Z1 R1", mill="G21 G19 G00 Y1. Z0.\nG03 X5. Y0. Z1. R1."
+    ),
+    "More than one turn (P)": _for(linuxcnc="G21 G17 G0 X1 Y0\nG3 X1 Y0 I-1 P3"),
+    "Increments": _for(
+        ge2000t="G70 G91 G00 X1.0",
+        linuxcnc="G21 G91 G0 X1",
+        lathe="G21 G00 U1. W-1.",
+        mill="G21 G91 G00 X1.",
+    ),
+    "Packed words": _for(
+        ge2000t="G90G70M03S2000", linuxcnc="G90G20M3S2000", lathe="G20G97M03S2000", mill="G90G20M03S2000"
+    ),
+    "Optional blocks, comments, tape marks": _for(
+        ge2000t="%\n/G70 ! inch\n%",
+        linuxcnc="%\n/G21 (mm) ; mm\n%",
+        lathe="%\nO1 (A)\n/G21\n%",
+        mill="%\nO1 (A)\n/G21\n%",
+    ),
+    "Parameters and expressions": _for(
+        ge2000t="G70 P4=(1.0+.5)\nG00 X(P4*2.0)",
+        linuxcnc="G21 #<a>=[1+2]\nG0 X[#<a>*2]",
+        lathe="G21\n#1=1.+2.\nG00 X[#1*2.]",
+        mill="G21\n#1=1.+2.\nG00 X-#1",
+    ),
+    "Functions": _for(linuxcnc="G21 G0 X[SIN[30]]", lathe="G21 G00 X[SIN[30.]]", mill="G21 G00 X[SQRT[4.]]"),
+    "Conditions, loops, jumps": _for(
+        linuxcnc="#1=0\no1 while [#1 LT 3]\n#1=[#1+1]\no1 endwhile",
+        lathe="#1=0\nWHILE[#1LT3]DO1\n#1=#1+1\nEND1\nIF[#1EQ3]GOTO9\nN9",
+        mill="#1=0\nN1 #1=#1+1\nIF[#1LT3]GOTO1",
+    ),
+    "Subprograms of the same file": _for(
+        linuxcnc="o1 sub\nG21\no1 endsub\no1 call",
+        lathe="O1 M98 P2 L3\nM30\nO2 G21\nM99",
+        mill="O1 M98 P2 L3\nM30\nO2 G21\nM99",
+    ),
+    "Blocks called by number (M97)": _for(
+        haas_lathe="M97 P9 L2\nM30\nN9 G21\nM99", haas_mill="M97 P9\nM30\nN9 G21\nM99"
+    ),
+    "Macro calls (G65)": _for(lathe="G65 P9810 Z5.", mill="G65 P9810 Z5."),
+    "Contours of the finishing cycle (G70)": _for(lathe="G21\nG70 P1 Q2\nM30\nN1 G00 X1.\nN2 Z1."),
+    "Roughing cycles (G71–G73)": _for(lathe="G71 P1 Q2 U.1 W.1\nN1 G00 X1.\nN2 Z1."),
+    "Grooving, threading cycles (G74–G76)": _for(linuxcnc="G21 G76 P1 Z-5 I1 J1 K1", lathe="G76 X1. Z-5. K.1 D.1 F1."),
+    "Simple turning cycles": _for(
+        ge2000t="G70\nG00 X6.0 Z.1\nG81 X5.0 Z-4.0 P1=0.2 P2=-3.0 F.01",
+        lathe="G90 X10. Z-5. F.1",
+        fanuc_lathe_b="G77 X10. Z-5. F.1",
+    ),
+    "Threads in one pass": _for(linuxcnc="G21 G33 Z-5 K1", lathe="G21 G32 Z-5. F1.", fanuc_lathe_b="G21 G33 Z-5. F1."),
+    "Drilling cycles": _for(linuxcnc="G21 G81 X1 Z-1 R1", lathe="G83 Z-5. Q1. F.1", mill="G81 X1. Z-1. R1. F9."),
+    "Corners between two blocks (,R ,C)": _for(lathe="G21 G01 X1. ,R.5", mill="G21 G01 X1. ,C.5"),
+    "Angles in place of a coordinate (A)": _for(lathe="G21 G01 X1. A45."),
+    "Path of the tool under G41, G42": _for(ge2000t="G42", linuxcnc="G42 D1", lathe="G42", mill="G42 D01"),
+    "Work offsets chosen and set": _for(
+        linuxcnc="G10 L2 P2 X1\nG55", lathe="G10 L2 P2 X1.\nG55", mill="G10 L2 P2 X1.\nG55"
+    ),
+    "Position register, machine position": _for(
+        ge2000t="G70 G92 X1.0",
+        linuxcnc="G21 G92 X1\nG53 G0 X0",
+        lathe="G21 G50 X1. S2000\nG53 G00 X0.",
+        fanuc_lathe_b="G21 G92 X1.\nG53 G00 X0.",
+        mill="G21 G92 X1.\nG53 G00 X0.",
+    ),
+    "Reference point (G28)": _for(linuxcnc="G21 G28", lathe="G21 G28 U0. W0.", mill="G21 G91 G28 Z0."),
+    "Offsets of the tool table": _for(linuxcnc="G43 H1", lathe="T0101", mill="G43 H01"),
+    "Offset data (G10)": _for(linuxcnc="G10 L1 P1 X1", lathe="G10 P1 X.01", mill="G10 L10 P1 R1."),
+    "Further axes, polar coordinates": _for(lathe="G12.1\nG01 C90. F1.", mill="G01 A90. F1."),
+}
+
+
+def outcome(text: str, dialect: str) -> str:
+    """What becomes of a program: it works, is kept as it is and said, or is not known."""
+    if not text:
+        return NONE
+    program = read_program(text.encode(), dialect)
+    codes = {finding.code for finding in (*program.findings, *program.run(strict=False).findings)}
+    if codes & {Code.NC_WORD, Code.NC_CODE}:
+        return NOT_YET
+    if codes - {Code.NC_OPAQUE}:
+        raise AssertionError(f"{text!r} in {dialect}: {codes}")
+    return KEPT if codes else WORKS
+
+
+def table() -> str:
+    """The table in Markdown."""
+    rows = [("Feature", *DIALECTS), ("---",) * (len(DIALECTS) + 1)]
+    rows += [(name, *(outcome(texts[dialect], dialect) for dialect in DIALECTS)) for name, texts in FEATURES.items()]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+if __name__ == "__main__":
+    print(table())
