@@ -121,6 +121,8 @@ class Code(StrEnum):
     SRF_TOLERANCE = "SRF-TOLERANCE"  # a corrected surface that cannot be fitted as closely as wanted
     SRF_PROGRAM = "SRF-PROGRAM"  # a program whose moves cannot be corrected for a surface
     SRF_PATH = "SRF-PATH"  # a tool path that cannot be made
+    SRF_FILE = "SRF-FILE"  # points that cannot be read
+    SRF_BATCH = "SRF-BATCH"  # a batch that its workers could not finish
     SRF_PARTS = "SRF-PARTS"  # too few parts for a pattern
     SRF_OUTLIER = "SRF-OUTLIER"  # a part unlike the others
     SRF_MODEL = "SRF-MODEL"  # a model that the points cannot determine, or that none satisfies
@@ -194,6 +196,10 @@ class TrueloopError(Exception):
         self.place = place or Place()
         self.override = override
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """How it travels from one process to another: Python would forget the arguments given by name."""
+        return _remade, (self.code, self.message, self.hint, self.place, self.override)
+
     def in_file(self, file: str) -> "TrueloopError":
         """The same error with the file named: numerics know nothing of files, their callers do."""
         place = replace(self.place, file=self.place.file or file)
@@ -203,6 +209,10 @@ class TrueloopError(Exception):
         where = f"{self.place}: " if str(self.place) else ""
         override = f" (override: {self.override})" if self.override else ""
         return f"{where}{self.code}: {self.message}\n  hint: {self.hint}{override}"
+
+
+def _remade(code: Code, message: str, hint: str, place: Place, override: str | None) -> TrueloopError:
+    return TrueloopError(code, message, hint=hint, place=place, override=override)
 
 
 class Severity(StrEnum):

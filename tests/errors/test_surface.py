@@ -23,11 +23,13 @@ from trueloop.error_surface.spline_surface import Size
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.cad import read_face, read_faces, write_surface
 from trueloop.formats.cad_kernel import kernel
+from trueloop.formats.points_csv import read_points
 from trueloop.gauging.surface_deviations import MeasuredPoints, surface_deviations
 from trueloop.gauging.surface_sampling import sampling_advice
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
+from trueloop.loops.batch import run_batch
 from trueloop.nc.program import read_program
 
 SURFACE = wavy_surface()
@@ -108,6 +110,23 @@ def _correlated() -> Array:
     return rng.normal(0, 0.002, (13, 13)).repeat(2, axis=0).repeat(2, axis=1)[:25, :25].ravel()
 
 
+TWICE = "row,column,x_mm,y_mm,z_mm\n1,1,0,0,0\n1,1,1,0,0\n1,2,2,0,0\n"
+EMPTY_STEP = (
+    b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
+    b"FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
+)
+
+
+def _points_of(path: Path, text: str) -> object:
+    path.write_text(text)
+    return read_points(path)
+
+
+def _cad_of(path: Path, content: bytes) -> object:
+    path.write_bytes(content)
+    return read_faces(path)
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_SURFACE: lambda: replace(SURFACE, degrees=(4, 3)),
     Code.SRF_DEGENERATE: lambda: sphere().normal(np.array([0.5]), np.array([1.0])),
@@ -127,6 +146,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_GOUGE: lambda: _corrected("G21 G90\nG1 X20 Y20 Z4.11 F100\nX30\nM2\n"),
     Code.SRF_TOLERANCE: _creased,
     Code.SRF_PROGRAM: lambda: _corrected("G21 G90\nG1 X20 Y20 Z40 F100\nX30\nM2\n"),
+    Code.SRF_FILE: lambda: _written("part.csv", lambda path: _points_of(path, "x_mm,y_mm,z_mm\n1,2,x\n")),
+    Code.SRF_BATCH: lambda: run_batch(abs, [1, 2], scheduler="nowhere:1:2"),
     Code.SRF_PATH: lambda: zigzag(SURFACE, ZigzagOptions(3.0, scallop_mm=0.0)),
     Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),
     Code.SRF_OUTLIER: _odd_part,
@@ -159,6 +180,18 @@ def test_refusal_names_code_values_and_hint(code: Code) -> None:
         (Code.SRF_GRID, lambda: fit_grid(np.zeros((5, 5, 3)))),
         (Code.SRF_MODEL, lambda: of_size(Places(SQUARE.points_mm[:60], U[:60], V[:60]), np.zeros(60), Size(9, 9))),
         (Code.SRF_MODEL, lambda: separate(SQUARE, np.zeros(625))),
+        (Code.SRF_FILE, lambda: _written("a.csv", lambda path: _points_of(path, "x_mm,y_mm\n1,2\n"))),
+        (Code.SRF_FILE, lambda: _written("a.csv", lambda path: _points_of(path, "x_mm,y_mm,z_mm\n1,2\n"))),
+        (Code.SRF_FILE, lambda: _written("a.csv", lambda path: _points_of(path, "x_mm,y_mm,z_mm\n"))),
+        (Code.SRF_FILE, lambda: _written("a.csv", lambda path: _points_of(path, TWICE))),
+        (Code.SRF_CAD, lambda: _written("a.step", lambda path: _cad_of(path, b"no STEP at all"))),
+        (Code.SRF_CAD, lambda: _written("a.step", lambda path: _cad_of(path, EMPTY_STEP))),
+        (Code.SRF_CAD, lambda: _written("a.stl", lambda path: _cad_of(path, b"solid"))),
+        (Code.SRF_CAD, lambda: write_surface(SURFACE, Path("a.dwg"))),
+        (Code.SRF_PROGRAM, lambda: _corrected("G21 G90 G17\nG0 X20 Y20 Z5\nG1 Z4.3 F100\nG2 X22 Y20 I1 J0\nM2\n")),
+        (Code.SRF_PATH, lambda: zigzag(wavy_surface(50.0, 90.0), ZigzagOptions(6.0))),
+        (Code.CMP_SIZE, lambda: corrected_surface(SURFACE, random_surface(np.random.default_rng(1), 5, 0.5))),
+        (Code.CMP_SLOPE, lambda: corrected_surface(SURFACE, random_surface(np.random.default_rng(1), 90, 0.04))),
     ],
 )
 def test_other_ways_to_the_same_refusals(code: Code, produce: Callable[[], object]) -> None:

@@ -8,6 +8,9 @@ from trueloop.error_surface.spline_surface import Size, SplineSurface
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Motion
+from trueloop.simulator.mill import BallEndMill, MilledStock
 
 GRID = np.linspace(0.0, 1.0, 25)
 
@@ -49,3 +52,16 @@ def random_surface(rng: np.random.Generator, controls: int, scatter_mm: float, d
 def on_grid(surface: SplineSurface, at: Array = GRID) -> Array:
     """Its values on the square grid, a row after the other."""
     return surface.grid_mm(at, at).ravel()
+
+
+def ball_centres(program: bytes, radius_mm: float) -> Array:
+    """Centres of a ball end along the feed moves of a program whose programmed point is the tip."""
+    path = read_program(program, "linuxcnc").run()
+    cutting = path.motion == Motion.LINE
+    tips = np.concatenate([path.start_mm[cutting][:1], path.end_mm[cutting]])
+    return np.asarray(tips + np.array([0.0, 0.0, radius_mm]))
+
+
+def left_on_mm(centres_mm: Array, radius_mm: float, points_mm: Array, normal: Array) -> Array:
+    """What a ball through these centres leaves at points of a surface, along its normals."""
+    return MilledStock().cut_by(BallEndMill(radius_mm), [centres_mm]).height_mm(points_mm, normal, 0.5)

@@ -3,6 +3,7 @@
 M(u, v) = N(u, v) − w · MPM(u, v) · n(u, v) [MPM Eq. 5], fitted again as a B-spline surface on the nominal's parameters.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -18,8 +19,12 @@ from trueloop.units import UM_PER_MM
 DEGREE: Final = 3
 CHECKS: Final = 3
 """Places between two samples of the fit where the fitted surface is compared with the exact one."""
-LARGEST: Final = 200
-"""Most control points a direction."""
+FEWEST: Final = 8
+MOST: Final = 150
+"""Pieces a direction that the refit begins and ends with, more where the nominal has more."""
+MANY: Final = 50
+HOPELESS: Final = 0.7
+"""Half as many pieces again take a smooth surface to a fifth of the distance: where many gain less, none will do."""
 SAMPLES: Final = 60
 
 
@@ -52,27 +57,29 @@ def corrected_surface(
 ) -> CorrectedSurface:
     """The surface to be machined instead of the nominal one.
 
-    Control points are added evenly until a check three times as dense as the samples finds the refit within tolerance.
-    Raises CMP-SIZE or CMP-SLOPE where the correction exceeds the limits, SRF-TOLERANCE where 200 control points a
-    direction do not suffice.
+    Pieces are added until a check three times as dense as the samples finds the refit within tolerance; knots of the
+    nominal stay knots. Raises CMP-SIZE or CMP-SLOPE where the correction exceeds the limits, SRF-TOLERANCE where more
+    pieces do not help.
     """
     check_surface_limits(nominal, deviation, weight, limits or Limits())
-    count = max(8, *nominal.control_mm.shape[:2])
+    pieces, before = FEWEST, np.inf
     while True:
-        surface = _fitted(nominal, deviation, weight, count)
-        worst = _off(nominal, deviation, weight, surface, count)
+        lines = [_lines(*direction, pieces) for direction in zip(_knots(nominal), nominal.degrees, strict=True)]
+        surface = _fitted(nominal, deviation, weight, lines)
+        worst = _off(nominal, deviation, weight, surface, lines)
         if worst <= tolerance_mm:
             largest = float(np.max(np.abs(deviation.grid_mm(*_samples(SAMPLES))))) * weight
             return CorrectedSurface(surface, worst, largest)
-        if count >= LARGEST:
+        if pieces >= MOST or (pieces > MANY and worst > HOPELESS * before):
+            rows, columns = surface.control_mm.shape[:2]
             raise TrueloopError(
                 Code.SRF_TOLERANCE,
-                f"{count} × {count} control points leave {worst * UM_PER_MM:.3g} µm; "
+                f"{rows} × {columns} control points leave {worst * UM_PER_MM:.3g} µm; "
                 f"{tolerance_mm * UM_PER_MM:g} µm is wanted",
                 hint="the nominal surface has a crease or a seam there: correct its faces one by one, or allow more",
                 override="compensation.tolerance_um in the job",
             )
-        count = min(LARGEST, int(1.5 * count))
+        pieces, before = min(MOST, int(1.5 * pieces)), worst
 
 
 def moved_mm(nominal: Surface, deviation: Deviation, weight: float, u: Array, v: Array) -> Array:
@@ -110,16 +117,54 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
             )
 
 
-def _fitted(nominal: Surface, deviation: Deviation, weight: float, count: int) -> Surface:
-    inner = np.linspace(0.0, 1.0, count - DEGREE + 1)[1:-1]
-    knots = np.concatenate([np.zeros(DEGREE + 1), inner, np.ones(DEGREE + 1)])
-    u, v = _samples(2 * count)
-    surface = fit_parameterised(moved_mm(nominal, deviation, weight, u, v), (u, v), (knots, knots), DEGREE)
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """The knots of the refit in one direction, on [0, 1], and the parameters of its samples."""
+
+    knots: Array
+    samples: Array
+    checks: Array
+
+
+def _lines(knots: Array, degree: int, pieces: int) -> _Lines:
+    """At least so many pieces, none across a knot of the nominal surface, and as smooth there as the normal is.
+
+    Where the nominal is smooth to order p − m, its normal, and with it the corrected surface, is so to one order less.
+    """
+    inner, count = np.unique(knots[(knots > 0) & (knots < 1)], return_counts=True)
+    spans = np.diff(np.concatenate([[0.0], inner, [1.0]]))
+    parts = [max(1, round(pieces * float(span))) for span in spans]
+    ends = np.concatenate([[0.0], inner, [1.0]])
+    cells = np.concatenate(
+        [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(ends[:-1], ends[1:], parts, strict=True)]
+    )
+    repeat = dict(zip(inner.tolist(), np.clip(DEGREE - (degree - count - 1), 1, DEGREE).tolist(), strict=True))
+    own = np.repeat(cells[1:], [repeat.get(cell, 1) for cell in cells[1:].tolist()])
+    edges = np.append(cells, 1.0)
+
+    def within(each: int) -> Array:
+        share = np.arange(each) / each
+        return np.append((edges[:-1, None] + np.diff(edges)[:, None] * share).ravel(), 1.0)
+
+    clamped = np.concatenate([np.zeros(DEGREE + 1), own, np.ones(DEGREE + 1)])
+    return _Lines(clamped, within(DEGREE + 1), within(CHECKS * (DEGREE + 1)))
+
+
+def _knots(nominal: Surface) -> tuple[Array, Array]:
+    """The nominal's knots on [0, 1]."""
+    (u0, u1), (v0, v1) = nominal.domain
+    return (nominal.knots_u - u0) / (u1 - u0), (nominal.knots_v - v0) / (v1 - v0)
+
+
+def _fitted(nominal: Surface, deviation: Deviation, weight: float, lines: Sequence[_Lines]) -> Surface:
+    along, across = lines
+    points = moved_mm(nominal, deviation, weight, along.samples, across.samples)
+    surface = fit_parameterised(points, (along.samples, across.samples), (along.knots, across.knots), DEGREE)
     return surface.turned_over() if nominal.flipped else surface
 
 
-def _off(nominal: Surface, deviation: Deviation, weight: float, surface: Surface, count: int) -> float:
-    u, v = _samples(min(2 * CHECKS * count, 700))
+def _off(nominal: Surface, deviation: Deviation, weight: float, surface: Surface, lines: Sequence[_Lines]) -> float:
+    u, v = (line.checks[:: max(1, len(line.checks) // 700)] for line in lines)
     exact, fitted = moved_mm(nominal, deviation, weight, u, v), surface.grid_mm(u, v)
     return float(np.max(np.linalg.norm(exact - fitted, axis=2)))
 

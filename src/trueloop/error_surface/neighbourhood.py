@@ -111,16 +111,18 @@ def _simulated(near: Neighbourhood, span: Projector) -> Null:
     return Null(float(np.mean(values)), float(np.std(values, ddof=1)))
 
 
-def permutation_p_value(near: Neighbourhood, residuals: Array, draws: int = 999, seed: int = 1) -> float:
+def permutation_p_value(near: Neighbourhood, residuals: Array, size: Size, draws: int = 999, seed: int = 1) -> float:
     """Share of shuffled residuals whose I is at least as large, the unshuffled among them: needs no normal law.
 
-    Shuffling takes the residuals for exchangeable, which those of a fit are only nearly: beside `residual_null`, not
-    in its place.
+    Residuals of a fit are not exchangeable: the fit makes neighbours unlike. What was shuffled is therefore fitted
+    again, and the I of what that leaves is compared (after Freedman & Lane, 1983).
     """
     rng = np.random.default_rng(seed)
-    observed = near.moran_i(residuals[:, None])[0]
-    shuffled = rng.permuted(np.tile(residuals, (draws, 1)), axis=1).T
-    return float((1 + np.count_nonzero(near.moran_i(shuffled) >= observed)) / (draws + 1))
+    span = projector(near.places, size)
+    shuffled = rng.permuted(np.tile(residuals, (draws, 1)), axis=1)
+    left = np.stack([residuals, *(span.residuals(values) for values in shuffled)], axis=1)
+    moran_i = near.moran_i(left)
+    return float((1 + np.count_nonzero(moran_i[1:] >= moran_i[0])) / (draws + 1))
 
 
 def _sure(matrix: Array | None) -> Array:

@@ -1,6 +1,7 @@
 """The machining pattern model: what a process leaves on every part, and how surely that is known.
 
-The mean of the parts' deterministic models [MPM §6], all of one size: the smallest that is adequate for every part.
+The mean of the parts' deterministic models [MPM §6], all of one size: one that is adequate for every part, and for the
+mean of all parts' deviations too. That mean scatters less than any part by √s, and shows what no single part shows.
 """
 
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.error_surface.outlier import Outlier, outliers
-from trueloop.error_surface.separate import Separation, of_size
+from trueloop.error_surface.separate import Separation, of_size, separate
 from trueloop.error_surface.spline_surface import Size, SplineSurface, basis
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.geometry.feature import Array
@@ -65,8 +66,9 @@ def pattern_of(
 ) -> Pattern:
     """The pattern of s parts measured at corresponding places.
 
-    Every part is modelled anew with the largest size that any part needed (or `size`), so that the mean of control
-    values is the mean of the surfaces. Raises SRF-PARTS for fewer than three parts.
+    Every part is modelled anew with the largest size that any part, or the mean of parts measured at the same places,
+    needs (or with `size`), so that the mean of control values is the mean of the surfaces. Raises SRF-PARTS for fewer
+    than three parts.
     """
     if len(parts) < LEAST_PARTS:
         raise TrueloopError(
@@ -75,7 +77,7 @@ def pattern_of(
             f"least, 10 were used in the published experiment",
             hint="measure more parts, or correct by one part's model and know that the next part differs from it",
         )
-    size = size or common_size(parts)
+    size = size or common_size([*parts, *_mean_part(parts, confidence)])
     again = [part if part.chosen.size == size else of_size(part.places, part.measured_mm, size) for part in parts]
     models = tuple(part.deterministic for part in again)
     mean = SplineSurface(size, np.mean([model.coefficients_mm for model in models], axis=0))
@@ -88,6 +90,16 @@ def common_size(parts: Sequence[Separation]) -> Size:
     """The smallest size that is at least as large as every part needs, along both directions."""
     chosen = [part.chosen.size for part in parts]
     return Size(*(max(getattr(size, name) for size in chosen) for name in ("rows", "columns", "degree")))
+
+
+def _mean_part(parts: Sequence[Separation], confidence: float) -> list[Separation]:
+    """The mean of all parts as a part of its own, where they were measured at the same places."""
+    first = parts[0]
+    if first.places.rows is None or any(part.near is not first.near for part in parts):
+        return []
+    degrees = (max(part.chosen.size.degree for part in parts),)
+    mean = np.mean([part.measured_mm for part in parts], axis=0)
+    return [separate(first.places, mean, near=first.near, confidence=confidence, degrees=degrees)]
 
 
 def fit_variance_mm2(part: Separation, u: Array, v: Array) -> Array:

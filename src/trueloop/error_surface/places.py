@@ -1,5 +1,6 @@
 """Where deviations of a surface are known, and what a spline of some size can follow there."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Final
@@ -78,6 +79,27 @@ def places_of(surface: Surface, deviations: SurfaceDeviations) -> tuple[Places, 
     if rows is None or columns is None:
         return Places(deviations.nominal_mm[there], u[there], v[there]), deviations.error_mm[there]
     return Places(deviations.nominal_mm, u, v, rows, columns), deviations.error_mm
+
+
+def same_places(places: Sequence[Places]) -> list[Places]:
+    """The places with those of equal grids made one: a part's touches stray by micrometres from the next part's."""
+    kept: list[Places] = []
+    shared = []
+    for place in places:
+        known = next((k for k in kept if _alike(k, place)), None)
+        if known is None:
+            kept.append(place)
+        shared.append(known or place)
+    return shared
+
+
+def _alike(a: Places, b: Places) -> bool:
+    if a.rows is None or b.rows is None or a.columns is None or b.columns is None:
+        return False
+    if len(a.rows) != len(b.rows) or len(a.columns) != len(b.columns):
+        return False
+    pairs = ((a.rows, b.rows), (a.columns, b.columns))
+    return all(float(np.max(np.abs(x - y))) < REGULAR * float(np.min(np.abs(np.diff(x)))) for x, y in pairs)
 
 
 @lru_cache(maxsize=256)

@@ -77,7 +77,7 @@ class Separation:
     @cached_property
     def permutation_p(self) -> float:
         """The test for spatial randomness by shuffling the random part."""
-        return permutation_p_value(self.near, self.random_mm)
+        return permutation_p_value(self.near, self.random_mm, self.chosen.size)
 
 
 def separate(

@@ -4,6 +4,7 @@ The CAD kernel (`cad_kernel`) is an optional extra; without it a refusal says ho
 to millimetres by the kernel, from the unit that the file states.
 """
 
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,6 +107,14 @@ def write_surface(surface: Surface, path: Path) -> None:
         raise _unknown_ending(path)
     if not done:
         raise TrueloopError(Code.SRF_CAD, f"{path.name!r} could not be written: 1 face", hint="is the folder there?")
+
+
+def surface_to_bytes(surface: Surface, ending: str) -> bytes:
+    """What `write_surface` writes, for files that are written together or not at all."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"surface.{ending}"
+        write_surface(surface, path)
+        return path.read_bytes()
 
 
 def _shape(occ: Any, path: Path) -> Any:

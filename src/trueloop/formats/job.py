@@ -9,7 +9,7 @@ import re
 import tomllib
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -24,6 +24,9 @@ Point = tuple[Coordinate, Coordinate]
 
 class _Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+
+
+JobKind = TypeVar("JobKind", bound=BaseModel)
 
 
 class FeatureTable(_Table):
@@ -146,15 +149,20 @@ class Job(_Table):
 
 def read_job(path: Path) -> Job:
     """Reads a job file; raises JOB errors that name the table, the key and the line."""
+    return parsed_job(path, Job)
+
+
+def parsed_job(path: Path, kind: type[JobKind]) -> JobKind:
+    """Reads a job file of some kind."""
     text = read_text(
         path, Code.JOB_MISSING, hint="a job file is a text file in UTF-8; `trueloop demo` runs a ready one"
     )
     try:
-        return Job.model_validate(tomllib.loads(text))
+        return kind.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(path, error) from error
     except ValidationError as error:
-        raise _content_error(path, text, error) from error
+        raise _content_error(path, text, kind, error) from error
 
 
 def _syntax_error(path: Path, error: tomllib.TOMLDecodeError) -> TrueloopError:
@@ -168,7 +176,7 @@ def _syntax_error(path: Path, error: tomllib.TOMLDecodeError) -> TrueloopError:
     )
 
 
-def _content_error(path: Path, text: str, error: ValidationError) -> TrueloopError:
+def _content_error(path: Path, text: str, kind: type[BaseModel], error: ValidationError) -> TrueloopError:
     """The first mistake; an unknown key before all others, because it is why another one is missing."""
     mistakes = error.errors()
     first = next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), mistakes[0])
@@ -177,7 +185,7 @@ def _content_error(path: Path, text: str, error: ValidationError) -> TrueloopErr
     hint = "docs/job-file.md lists every table and key with its unit and default"
     if first["type"] == "extra_forbidden":
         message = f"{key!r} is no key of a job"
-        near = difflib.get_close_matches(str(location[-1]), _table_at(location).model_fields, n=1)
+        near = difflib.get_close_matches(str(location[-1]), _table_at(kind, location).model_fields, n=1)
         hint = f"did you mean {near[0]!r}?" if near else hint
     else:
         given = f", given {first['input']!r}" if not isinstance(first["input"], dict) else ""
@@ -185,14 +193,13 @@ def _content_error(path: Path, text: str, error: ValidationError) -> TrueloopErr
     return TrueloopError(Code.JOB_KEY, message, hint=hint, place=Place(str(path), _line_of(text, location)))
 
 
-def _table_at(location: tuple[int | str, ...]) -> type[BaseModel]:
+def _table_at(kind: type[BaseModel], location: tuple[int | str, ...]) -> type[BaseModel]:
     """The table that a key stands in."""
     if "feature" in location[:-1]:
         return FeatureTable
-    table = Job.model_fields[str(location[0])].annotation if len(location) > 1 else Job
-    assert isinstance(table, type)
-    assert issubclass(table, BaseModel)
-    return table
+    table = kind.model_fields[str(location[0])].annotation if len(location) > 1 else kind
+    tables = [t for t in (table, *get_args(table)) if isinstance(t, type) and issubclass(t, BaseModel)]
+    return tables[0]
 
 
 def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:

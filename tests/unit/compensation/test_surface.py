@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.linuxcnc import interpret
-from tests.support.surfaces import random_surface, wavy_surface
+from tests.support.surfaces import ball_centres, left_on_mm, random_surface, wavy_surface
 from trueloop.compensation.cutter import Cutter, contacts
 from trueloop.compensation.surface_program import SurfaceJob, corrected_program
 from trueloop.compensation.surface_shift import CorrectedSurface, corrected_surface
@@ -17,7 +17,6 @@ from trueloop.geometry.feature import Array
 from trueloop.geometry.surface_closest import closest
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.program import Program, read_program
-from trueloop.simulator.mill import ball_centres, left_on_mm
 
 RNG = np.random.default_rng(41)
 NOMINAL = wavy_surface(20.0, 1.5)
@@ -45,8 +44,8 @@ def written() -> bytes:
 
 
 def left_by(program: bytes) -> Array:
-    centres = ball_centres(read_program(program, "linuxcnc").run(), RADIUS_MM)
-    return left_on_mm(NOMINAL.point_mm(U, V), NOMINAL.normal(U, V), centres, RADIUS_MM)
+    centres = ball_centres(program, RADIUS_MM)
+    return left_on_mm(centres, RADIUS_MM, NOMINAL.point_mm(U, V), NOMINAL.normal(U, V))
 
 
 @pytest.mark.parametrize("weight", [0.5, 1.0])

@@ -65,8 +65,17 @@ def test_a_pattern_left_in_the_residuals_is_found() -> None:
     clean, left = (projector(SQUARE, Size(6, 6)).residuals(e) for e in (noise, noise + waves))
     null = residual_null(NEAR, Size(6, 6))
     assert null.p_value(float(NEAR.moran_i(left[:, None])[0])) < 1e-6
-    assert permutation_p_value(NEAR, left) == 0.001  # the least that 999 shuffles can say
-    assert permutation_p_value(NEAR, clean) > 0.02
+    assert permutation_p_value(NEAR, left, Size(6, 6)) == 0.001  # the least that 999 shuffles can say
+    assert permutation_p_value(NEAR, clean, Size(6, 6)) > 0.02
+
+
+def test_p_values_by_shuffling_are_about_those_of_the_moments() -> None:
+    null, differences = residual_null(NEAR, SIZE), []
+    for residuals in simulated_residuals(12, 3).T:
+        exact = null.p_value(float(NEAR.moran_i(residuals[:, None])[0]))
+        differences.append(permutation_p_value(NEAR, residuals, SIZE, draws=399) - exact)
+    assert np.max(np.abs(differences)) < 0.08
+    assert abs(np.mean(differences)) < 0.03
 
 
 def test_scattered_places_have_the_moments_of_the_same_grid() -> None:

@@ -1,0 +1,42 @@
+"""Makes examples/surface anew: a nominal surface, the program that cut it, and ten simulated parts."""
+
+from pathlib import Path
+
+import numpy as np
+
+from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
+from trueloop.formats.cad import write_surface
+from trueloop.formats.points_csv import points_to_csv
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_fit import fit_grid
+from trueloop.nc.dialect import dialect_named
+from trueloop.simulator.surface_process import published_process
+
+FOLDER = Path(__file__).parents[1] / "examples" / "surface"
+BALL_RADIUS_MM, CUTTER_RADIUS_MM, PARTS = 2.0, 3.0, 10
+
+
+def nominal() -> Surface:
+    """A gentle wave over a square of 50 mm, as rough in the middle as at its edges."""
+    x, y = np.meshgrid(np.linspace(0, 50, 11), np.linspace(0, 50, 11), indexing="ij")
+    return fit_grid(np.stack([x, y, 4 * np.sin(x / 14) * np.cos(y / 17)], axis=2)).surface
+
+
+def main() -> None:
+    """Writes the files."""
+    surface = nominal()
+    write_surface(surface, FOLDER / "nominal.step")
+    options = ZigzagOptions(CUTTER_RADIUS_MM, scallop_mm=0.02, chord_mm=0.005)
+    (FOLDER / "finish.ngc").write_text(program_text(zigzag(surface, options), dialect_named("linuxcnc"), options))
+    rng = np.random.default_rng(2017)
+    process, at = published_process(rng, pattern_mm=0.010), np.linspace(0.01, 0.99, 25)
+    u, v = np.repeat(at, 25), np.tile(at, 25)
+    point, normal = surface.point_mm(u, v), surface.normal(u, v)
+    for k in range(1, PARTS + 1):
+        error = process.part_mm(rng, at, at).ravel()
+        centres = point + (BALL_RADIUS_MM + error)[:, None] * normal
+        (FOLDER / "parts" / f"S{k:02d}.csv").write_bytes(points_to_csv(centres, (25, 25)))
+
+
+if __name__ == "__main__":
+    main()

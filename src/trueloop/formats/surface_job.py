@@ -1,0 +1,94 @@
+"""The job file of a surface (TOML): its nominal, its measured parts, how to model, what to correct."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from trueloop.formats.job import parsed_job
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+
+
+class SurfaceTable(_Table):
+    """The nominal surface: a STEP or IGES file with the number of the face, or a CSV grid of points."""
+
+    file: Path
+    face: Annotated[int, Field(ge=1)] | None = None
+    flip: bool = False
+
+
+class SurfaceGaugingTable(_Table):
+    """The measured parts, a CSV file each, and how their points are to be understood."""
+
+    points: Annotated[tuple[Path, ...], Field(min_length=1)]
+    ball_radius_mm: NonNegative = 0.0
+    alignment: Literal["datum", "best-fit"] = "datum"
+    farthest_mm: Positive = 1.0
+
+
+class ModelTable(_Table):
+    """How deviations are taken apart. `cells`: average scattered points or scans over a grid of so many cells."""
+
+    criterion: Literal["randomness", "prediction"] = "randomness"
+    confidence: Annotated[float, Field(gt=0.5, lt=1)] = 0.99
+    exponent: Positive = 3.0
+    cells: tuple[Annotated[int, Field(ge=8)], Annotated[int, Field(ge=8)]] | None = None
+    exclude: tuple[str, ...] = ()
+    target_um: Positive = 1.0
+
+
+class CutterTable(_Table):
+    """The cutter of the finishing program; corner radius as the tool's radius for a ball end."""
+
+    radius_mm: Positive
+    corner_mm: NonNegative | None = None
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+
+class SurfaceProgramTable(_Table):
+    """The finishing program that cut the parts."""
+
+    finish: Path
+    dialect: str = "linuxcnc"
+
+
+class SurfaceCompensationTable(_Table):
+    """How much to correct, how exactly, and what is refused."""
+
+    weight: Annotated[float, Field(gt=0, le=1)] = 1.0
+    tolerance_um: Positive = 0.1
+    chord_um: Positive = 0.5
+    gouge_um: Positive = 5.0
+    cad_file: Literal["step", "iges", "none"] = "step"
+    max_correction_um: Positive = 150.0
+    max_slope_um_per_mm: Positive = 40.0
+
+
+class SurfaceOutputTable(_Table):
+    """Where the results go."""
+
+    folder: Path = Path("out")
+
+
+class SurfaceJobFile(_Table):
+    """A whole job file of a surface."""
+
+    name: str
+    surface: SurfaceTable
+    gauging: SurfaceGaugingTable
+    model: ModelTable = ModelTable()
+    cutter: CutterTable | None = None
+    program: SurfaceProgramTable | None = None
+    compensation: SurfaceCompensationTable = SurfaceCompensationTable()
+    output: SurfaceOutputTable = SurfaceOutputTable()
+
+
+def read_surface_job(path: Path) -> SurfaceJobFile:
+    """Reads a job file of a surface; raises JOB errors that name the table, the key and the line."""
+    return parsed_job(path, SurfaceJobFile)

@@ -1,0 +1,188 @@
+"""From measured parts to a corrected surface and a corrected program."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trueloop.compensation.limits import Limits
+from trueloop.compensation.surface_program import CorrectedProgram, SurfaceJob, corrected_program
+from trueloop.compensation.surface_shift import CorrectedSurface, corrected_surface
+from trueloop.error_surface.cells import averaged_over_cells
+from trueloop.error_surface.neighbourhood import Neighbourhood
+from trueloop.error_surface.pattern import Pattern, parts_needed, pattern_of
+from trueloop.error_surface.places import Places, places_of, same_places
+from trueloop.error_surface.separate import Separation, separate
+from trueloop.errors import Finding, TrueloopError
+from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviations, surface_deviations
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.loops.batch import run_batch
+from trueloop.nc.program import Program
+
+
+@dataclass(frozen=True)
+class SurfaceOptions:
+    """How parts are compared with the nominal, how deviations are taken apart, how much is corrected.
+
+    `exclude` names parts that stay out of the pattern; `target_mm` is the uncertainty that the number of parts is
+    judged by; `cells` averages scans over a grid.
+    """
+
+    best_fit: bool = False
+    farthest_mm: float = 1.0
+    criterion: str = "randomness"
+    confidence: float = 0.99
+    exponent: float = 3.0
+    cells: tuple[int, int] | None = None
+    exclude: tuple[str, ...] = ()
+    target_mm: float = 1e-3
+    weight: float = 1.0
+    tolerance_mm: float = 1e-4
+    limits: Limits = field(default_factory=Limits)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One part: its deviations, and what is deterministic and random in them."""
+
+    deviations: SurfaceDeviations
+    separation: Separation
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceModel:
+    """All parts, their pattern, and how many parts would be needed for the uncertainty aimed at."""
+
+    surface: Surface
+    options: SurfaceOptions
+    parts: tuple[Part, ...]
+    pattern: Pattern
+    parts_needed: int
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was noticed in the parts and between them."""
+        own = [f for part in self.parts for f in (*part.deviations.findings, *part.separation.findings)]
+        return (*own, *self.pattern.findings)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCorrection:
+    """The corrected surface, and the corrected program where one was given."""
+
+    model: SurfaceModel
+    surface: CorrectedSurface
+    program: CorrectedProgram | None
+
+
+def deviations_of(
+    surface: Surface,
+    parts: Sequence[MeasuredPoints],
+    options: SurfaceOptions,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> list[SurfaceDeviations]:
+    """Deviations of every part, worked off here, on local processes or on a cluster."""
+    tasks = [_Task(surface, points, options) for points in parts]
+    return run_batch(_deviations, tasks, workers=workers, scheduler=scheduler)
+
+
+def model_of(
+    surface: Surface,
+    parts: Sequence[MeasuredPoints],
+    options: SurfaceOptions,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+) -> list[Part]:
+    """Every part's deviations, taken apart. Parts measured at the same places of a grid share their neighbourhood."""
+    found = deviations_of(surface, parts, options, workers=workers, scheduler=scheduler)
+    placed = [_placed(surface, deviations, options) for deviations in found]
+    shared = same_places([places for places, _ in placed])
+    near = [Neighbourhood(places, options.exponent) for places in dict.fromkeys(shared)]
+    of = {id(n.places): n for n in near}
+    tasks = [
+        _Apart(of[id(places)], errors, options, deviations.name)
+        for places, (_, errors), deviations in zip(shared, placed, found, strict=True)
+    ]
+    apart = run_batch(_separation, tasks, workers=workers, scheduler=scheduler)
+    # What comes back from another process has places of its own: those of this one are put back, to be shared again.
+    return [
+        Part(deviations, replace(separation, near=task.near))
+        for deviations, separation, task in zip(found, apart, tasks, strict=True)
+    ]
+
+
+def pattern_model(surface: Surface, parts: Sequence[Part], options: SurfaceOptions) -> SurfaceModel:
+    """The machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few."""
+    kept = [part for part in parts if part.deviations.name not in options.exclude]
+    names = [part.deviations.name for part in kept]
+    pattern = pattern_of([part.separation for part in kept], names, confidence=options.confidence)
+    return SurfaceModel(surface, options, tuple(kept), pattern, parts_needed(pattern, options.target_mm))
+
+
+def correct(
+    model: SurfaceModel, program: Program | None = None, job: SurfaceJob | None = None, record_id: str = ""
+) -> SurfaceCorrection:
+    """The surface corrected by −w times the pattern, and the program that cuts it."""
+    options = model.options
+    corrected = corrected_surface(
+        model.surface,
+        model.pattern.mean,
+        weight=options.weight,
+        tolerance_mm=options.tolerance_mm,
+        limits=options.limits,
+    )
+    written = None
+    if program is not None and job is not None:
+        written = corrected_program(program, model.surface, corrected.surface, job, record_id)
+    return SurfaceCorrection(model, corrected, written)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    surface: Surface
+    points: MeasuredPoints
+    options: SurfaceOptions
+
+
+@dataclass(frozen=True, eq=False)
+class _Apart:
+    near: Neighbourhood
+    errors_mm: Array
+    options: SurfaceOptions
+    name: str
+
+
+def _deviations(task: _Task) -> SurfaceDeviations:
+    options = task.options
+    return surface_deviations(task.surface, task.points, fit=options.best_fit, farthest_mm=options.farthest_mm)
+
+
+def _placed(surface: Surface, deviations: SurfaceDeviations, options: SurfaceOptions) -> tuple[Places, Array]:
+    if options.cells is not None:
+        return averaged_over_cells(surface, deviations, options.cells)
+    return places_of(surface, deviations)
+
+
+def _separation(task: _Apart) -> Separation:
+    options = task.options
+    try:
+        return separate(
+            task.near.places,
+            task.errors_mm,
+            near=task.near,
+            confidence=options.confidence,
+            criterion=options.criterion,
+        )
+    except TrueloopError as error:
+        message = f"part {task.name!r}: {error.message}"
+        raise TrueloopError(error.code, message, hint=error.hint, override=error.override) from error
+
+
+def after_correction_mm(model: SurfaceModel, u: Array, v: Array) -> Array:
+    """What a next part is predicted to keep of the mean measured deviation: on a grid of [0, 1] × [0, 1]."""
+    stack = np.stack([part.separation.deterministic.grid_mm(u, v) for part in model.parts])
+    return np.asarray(np.mean(stack, axis=0) - model.options.weight * model.pattern.mean.grid_mm(u, v))

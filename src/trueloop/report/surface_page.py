@@ -1,0 +1,151 @@
+"""One page per surface: what was measured, what repeats, what is random, the pattern, and what is predicted after."""
+
+import json
+from typing import Final
+
+import numpy as np
+
+from trueloop.error_surface.pattern import fit_variance_mm2
+from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel, after_correction_mm
+from trueloop.report.markup import esc, items, section, table
+from trueloop.report.shell import html_page
+from trueloop.report.style import plain, signed
+from trueloop.report.surface_maps import DeviationMap, colour_range_um, flat, solid
+from trueloop.units import UM_PER_MM
+
+PLACES: Final = 50
+SIGN: Final = (
+    "Errors are along the outward normals of the nominal surface: <b class='on'>+ is material left on</b> (red), "
+    "<b class='off'>− is too much taken</b> (blue). One colour scale for all maps."
+)
+
+
+def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection | None = None) -> str:
+    """The page of one surface's pattern, and of its correction where there is one."""
+    drawn = maps(model)
+    range_um = colour_range_um(drawn)
+    figures = "".join(_figure(m, range_um) for m in drawn)
+    findings = items(f"{esc(f.code)}: {esc(f.message)} – {esc(f.hint)}" for f in model.findings)
+    body = (
+        '<header><p class="kicker">trueloop · machining pattern of a surface</p>'
+        f"<h1>{esc(name)}</h1><p class='meta'>{_summary(model)}</p>"
+        f"{_prediction(model)}<p class='note'>{SIGN}</p></header>"
+        + section("maps", "Maps", f'<div class="figures">{figures}</div>')
+        + section("parts", "Parts", _parts(model))
+        + (section("correction", "Correction", _correction(correction)) if correction else "")
+        + (section("findings", "Findings", findings) if model.findings else "")
+    )
+    return html_page(f"{esc(name)} – machining pattern", body)
+
+
+def maps(model: SurfaceModel) -> list[DeviationMap]:
+    """The maps of the page: the first part's three, the pattern, its variability, and the prediction."""
+    first = model.parts[0]
+    places = first.separation.places
+    shown = [*_of_part(model, first)] if places.rows is not None else []
+    at = np.linspace(0.0, 1.0, PLACES)
+    (u0, u1), (v0, v1) = model.surface.domain
+    points = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
+    pattern = model.pattern
+    own = fit_variance_mm2(first.separation, at, at) if places.rows is not None else 0.0
+    return [
+        *shown,
+        DeviationMap("pattern", f"Pattern of {pattern.parts} parts", points, pattern.mean.grid_mm(at, at)),
+        DeviationMap(
+            "variability", "Standard deviation between parts", points, pattern.variability_grid_mm(at, at, own)
+        ),
+        DeviationMap("after", "Predicted after correction (mean)", points, after_correction_mm(model, at, at)),
+    ]
+
+
+def _of_part(model: SurfaceModel, part: Part) -> list[DeviationMap]:
+    apart, name = part.separation, esc(part.deviations.name)
+    rows, columns = apart.places.rows, apart.places.columns
+    assert rows is not None and columns is not None
+    points = apart.places.points_mm.reshape(len(rows), len(columns), 3)
+    deterministic = apart.deterministic.grid_mm(rows, columns)
+    shape = deterministic.shape
+    return [
+        DeviationMap("measured", f"{name}: measured", points, apart.measured_mm.reshape(shape)),
+        DeviationMap("deterministic", f"{name}: deterministic", points, deterministic),
+        DeviationMap("random", f"{name}: random", points, apart.random_mm.reshape(shape)),
+    ]
+
+
+def _figure(shown: DeviationMap, range_um: float) -> str:
+    data = json.dumps(solid(shown, range_um), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    low, high = (float(f(shown.error_mm)) * UM_PER_MM for f in (np.nanmin, np.nanmax))
+    return (
+        f'<figure id="{shown.name}" class=small>{flat(shown, range_um)}<div class="plot"></div>'
+        f'<script type="application/json">{data}</script>'
+        f"<figcaption><b>{shown.title}</b>: {signed(low)} to {signed(high)} µm</figcaption></figure>"
+    )
+
+
+def _summary(model: SurfaceModel) -> str:
+    kinds = sorted({part.deviations.alignment.kind for part in model.parts})
+    told = {"datum": "datum-bound: location and orientation are among the errors", "best fit": "best fit: form alone"}
+    return (
+        f"{model.pattern.parts} parts · {'; '.join(told[kind] for kind in kinds)} · "
+        f"pattern of {esc(model.pattern.size)} "
+        f"· random part {plain(model.pattern.sigma_mm * UM_PER_MM, 2)} µm (one standard deviation)"
+    )
+
+
+def _prediction(model: SurfaceModel) -> str:
+    at = np.linspace(0.0, 1.0, PLACES)
+    pattern = model.pattern
+    unsure = float(np.mean(pattern.uncertainty_grid_mm(at, at))) * UM_PER_MM
+    keeps = float(np.mean(pattern.next_part_grid_mm(at, at))) * UM_PER_MM
+    worst = float(np.max(np.abs(pattern.mean.grid_mm(at, at)))) * UM_PER_MM
+    return (
+        f'<p class="verdict"><span class="stamp">Prediction</span>The pattern reaches {plain(worst)} µm and is known '
+        "to "
+        f"± {plain(unsure, 2)} µm (95 %, mean over the surface). A next part corrected by it keeps ± {plain(keeps, 2)} "
+        f"µm of its own, and its random part. For ± {plain(model.options.target_mm * UM_PER_MM, 2)} µm "
+        f"{model.parts_needed} parts are needed.</p>"
+    )
+
+
+def _parts(model: SurfaceModel) -> str:
+    head = (
+        "part", "controls", "Moran’s I", "p", "p shuffled", "Lilliefors p", "K–S p", "random σ (µm)", "errors (µm)",
+    )  # fmt: skip
+    rows = [_row(part) for part in model.parts]
+    note = (
+        "<p class='note'>p: that residuals so alike come by chance, by the moments of regression residuals; shuffled: "
+        "by permutation. Kolmogorov–Smirnov takes mean and scatter for known, which they are not: Lilliefors "
+        "decides.</p>"
+    )
+    return table(head, rows, name="parts-table") + note
+
+
+def _row(part: Part) -> tuple[str, ...]:
+    apart, trial = part.separation, part.separation.chosen
+    low, high = (float(f(apart.measured_mm)) * UM_PER_MM for f in (np.min, np.max))
+    return (
+        esc(part.deviations.name),
+        esc(trial.size),
+        plain(trial.moran_i, 4),
+        plain(trial.moran_p, 3),
+        plain(apart.permutation_p, 3),
+        plain(trial.normality.lilliefors_p, 3),
+        plain(trial.normality.ks_p, 3),
+        plain(apart.sigma_mm * UM_PER_MM, 2),
+        f"{signed(low)} to {signed(high)}",
+    )
+
+
+def _correction(correction: SurfaceCorrection) -> str:
+    surface, program = correction.surface, correction.program
+    lines = [
+        f"surface moved by up to {plain(surface.largest_shift_mm * UM_PER_MM)} µm, refitted to "
+        f"{plain(surface.worst_mm * UM_PER_MM, 3)} µm with {surface.surface.control_mm.shape[0]} × "
+        f"{surface.surface.control_mm.shape[1]} control points"
+    ]
+    if program is not None:
+        lines.append(
+            f"program: {program.cutting_moves} moves cut the surface, {program.new_blocks} blocks were put in, ends "
+            f"moved by up to {plain(program.largest_mm * UM_PER_MM)} µm"
+        )
+    return items(lines)
