@@ -20,6 +20,7 @@ from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.matching import match_contour
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.understood import require_known_frame
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 SAMPLES = 257
@@ -39,7 +40,9 @@ class Run:
     def of(self, program: Program) -> ToolPath:
         """The tool path of a program. Raises NC errors with the program's file named."""
         try:
-            return program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks)
+            path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks)
+            require_known_frame(path)
+            return path
         except TrueloopError as error:
             raise (error.in_file(program.file) if program.file else error) from None
 

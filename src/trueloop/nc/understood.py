@@ -2,8 +2,9 @@
 
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.program import Program
+from trueloop.nc.tool_path import Motion, ToolPath
 
 NOT_UNDERSTOOD: Final = frozenset({Code.NC_WORD, Code.NC_CODE})
 
@@ -20,3 +21,16 @@ def require_understood(program: Program) -> None:
             place=first.place,
             override="programs.accept_unknown_words in the job",
         )
+
+
+def require_known_frame(path: ToolPath) -> None:
+    """Raises NC-OPAQUE where a code before the last cut changes coordinates in a way the path does not follow.
+
+    A rotation, a scaling or a corner left to the control: the positions after it are not those of the machine.
+    """
+    cuts = path.line[(path.motion == Motion.LINE) | (path.motion == Motion.ARC)]
+    last_line = int(cuts.max(initial=0))
+    for found in path.findings:
+        unfollowed = found.code == Code.NC_OPAQUE and found.severity == Severity.WARNING
+        if unfollowed and (found.place.line or 0) <= last_line:
+            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
