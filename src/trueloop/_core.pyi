@@ -88,6 +88,7 @@ class NoseSweep:
     ) -> NDArray[np.float64]:
         """Where rays out of the material first meet the swept region, (q,): −reach to `known`, (q,) (nothing lower)."""
 
+@final
 class CutterSweep:
     """A ball-end cutter swept along a polyline of its centre, (n, 3), mm.
 

@@ -12,7 +12,22 @@ from trueloop.cli.failure import ExitStatus
 from trueloop.cli.main import app
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
-COMMANDS = ("compensate", "demo", "part show", "part from-program", "part from-dxf", "nc path", "nc check", "nc diff")
+COMMANDS = (
+    "compensate",
+    "demo",
+    "part show",
+    "part from-program",
+    "part from-dxf",
+    "nc path",
+    "nc check",
+    "nc diff",
+    "probe plan",
+    "probe program",
+    "probe read",
+    "probe calibrate",
+    "simulate",
+    "linuxcnc loop",
+)
 HELP = {"--help", "-h"}
 
 
@@ -29,15 +44,15 @@ def _help(*command: str) -> str:
 
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
-    sections = re.findall(r"^### `trueloop ((?:part |nc )?[a-z-]+)", DOCUMENT, re.M)
+    sections = re.findall(r"^### `trueloop ((?:part |nc |probe |linuxcnc |machine |surface )?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)
-    groups = {"": [], "part": [], "nc": []}  # type: dict[str, list[str]]
+    groups: dict[str, list[str]] = {command.rpartition(" ")[0]: [] for command in COMMANDS}
     for command in COMMANDS:
         group, _, name = command.rpartition(" ")
         groups[group].append(name)
     for group, names in groups.items():
         listed = re.findall(r"^  ([a-z-]+)  ", _help(*group.split()).split("Commands:")[1], re.M)
-        assert sorted(set(listed) - {"part", "nc"}) == sorted(names)
+        assert sorted(set(listed) - set(groups)) == sorted(names)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -53,7 +68,9 @@ def test_exit_statuses_are_those_of_the_code() -> None:
     assert in_document == [status.value for status in ExitStatus]
 
 
-@pytest.mark.parametrize("command", [(), *(tuple(command.split()) for command in (*COMMANDS, "part", "nc"))])
+@pytest.mark.parametrize(
+    "command", [(), *(tuple(command.split()) for command in (*COMMANDS, "part", "nc", "probe", "linuxcnc"))]
+)
 def test_help_needs_nothing_heavy(command: tuple[str, ...]) -> None:
     """What takes time to import is imported when a command runs."""
     program = (

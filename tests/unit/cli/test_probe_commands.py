@@ -1,0 +1,80 @@
+"""`trueloop probe` and `simulate` from the outside: files in, files out."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.support.probing import EXAMPLES, log_of
+from trueloop.cli.main import app
+from trueloop.cli.probe import Control
+from trueloop.controllers.probing import WRITERS
+from trueloop.loops.probing import read_probing
+
+JOB = EXAMPLES / "loop" / "modbas2.toml"
+MACHINE = EXAMPLES / "loop" / "machine.toml"
+
+
+def run(*arguments: str | Path, status: int = 0) -> str:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert result.exit_code == status, result.output
+    return result.stdout if status == 0 else result.stderr
+
+
+def test_every_control_is_offered() -> None:
+    assert set(Control.__args__) == set(WRITERS)  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("control", [name for name in WRITERS if name != "renishaw"])
+def test_a_program_is_written_for_every_control(control: str, tmp_path: Path) -> None:
+    run("probe", "program", JOB, "--control", control, "-o", tmp_path / "probe.nc")
+    assert (tmp_path / "probe.nc").read_text().upper().count("POINT 32 ON DOME") == 1
+
+
+def test_a_dome_faces_no_axis() -> None:
+    assert "PRB-AXIS" in run("probe", "program", JOB, "--control", "renishaw", status=3)
+
+
+def test_the_plan_lists_every_touch() -> None:
+    touches = json.loads(run("probe", "plan", JOB, "--json"))["touches"]
+    assert [touch["point"] for touch in touches] == [str(k) for k in range(1, 33)]
+
+
+def test_what_a_control_logged_becomes_the_touches_of_the_job(tmp_path: Path) -> None:
+    probing = read_probing(JOB)
+    plan, calibration = probing.plan, probing.probe.calibration
+    assert calibration is not None
+    normal = np.array([touch.normal for touch in plan.touches])
+    error = np.linspace(-0.05, 0.09, 32)
+    off = plan.approach.allowance_mm + error + calibration.radius_mm(normal)
+    centres = np.array([touch.nominal_mm for touch in plan.touches]) + off[:, None] * normal
+    (tmp_path / "log.txt").write_text(log_of(plan, centres))
+    run("probe", "read", JOB, tmp_path / "log.txt", "--control", "fanuc", "-o", tmp_path / "touches.csv")
+    with (tmp_path / "touches.csv").open() as file:
+        found = [float(row["error_um"]) for row in csv.DictReader(file)]
+    assert np.allclose(found, 1000 * error, atol=0.1)
+    (tmp_path / "log.txt").write_text("X1.0Z1.0\n")
+    said = run("probe", "read", JOB, tmp_path / "log.txt", "--control", "fanuc", status=3)
+    assert "log.txt:1" in said and "PRB-OTHER" in said
+
+
+def test_a_calibration_is_printed_as_the_probe_file_takes_it(tmp_path: Path) -> None:
+    angle = np.radians(np.linspace(-45, 135, 25))
+    centres = 14.0 * np.column_stack([np.sin(angle), np.cos(angle)]) + [60.0, 0.0]
+    (tmp_path / "log.txt").write_text("".join(f"X{2 * x:.8f}Z{z:.8f}\n" for x, z in centres))
+    said = run("probe", "calibrate", tmp_path / "log.txt", "--control", "haas", "--radius-mm", "12.5")
+    assert said.startswith("[calibration]\neffective_radius_mm = 1.5000")
+
+
+def test_truth_and_estimate_stand_side_by_side() -> None:
+    told = json.loads(run("simulate", JOB, "--machine", MACHINE, "--seed", "3", "--json"))
+    assert len(told["points"]) == 32 and 0.5 < told["true_residual_rms_um"] < 3.0
+    assert abs(told["points"][0]["probed_um"] - told["points"][0]["semifinish_truth_um"]) < 1.5
+
+
+def test_a_study_tells_of_every_way_of_correcting() -> None:
+    told = json.loads(run("simulate", JOB, "--parts", "2", "--json"))
+    assert told["parts"] == 2 and told["uncorrected_rms_um"] > 20 * told["loop_rms_um"]
