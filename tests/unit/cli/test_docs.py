@@ -27,6 +27,17 @@ COMMANDS = (
     "probe calibrate",
     "simulate",
     "linuxcnc loop",
+    "machine fit",
+    "machine show",
+    "machine check",
+    "machine compensate",
+    "machine export",
+    "machine decompose",
+    "surface deviations",
+    "surface model",
+    "surface pattern",
+    "surface compensate",
+    "surface path",
 )
 HELP = {"--help", "-h"}
 
