@@ -15,7 +15,7 @@ PART ?= modbas2
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo test test-corpus check format bench setup clean
+.PHONY: help demo demo-surface test test-corpus check format bench setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -41,14 +41,17 @@ setup: $(SETUP) ## the environment and the Rust core
 demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected finish program, in out/
 	@$(RUN)trueloop demo $(PART)
 
+demo-surface: $(SETUP) ## a surface: ten measured parts to a corrected STEP surface and program, in out/surface
+	@$(RUN)trueloop surface compensate examples/surface/surface.toml
+
 test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC and Chromium where it may
-	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6
 	cargo test --quiet --locked --workspace --exclude trueloop-python
 	$(RUN)python -m pytest -n auto -m 'not corpus'
 
 test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-corpus CORPUS=DIR, where DIR/data is
 	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
-	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6
 	$(RUN)python -m pytest -n auto -m corpus --corpus='$(CORPUS)'
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files

@@ -9,7 +9,7 @@ use crate::weight::{Exponent, Weight, WithWeight};
 /// Points of a tile: its columns stay in the first cache.
 const TILE: usize = 512;
 /// Independent sums, so that vector registers hold them all.
-const LANES: usize = 8;
+const LANES: usize = 16;
 
 /// Sums over all ordered pairs i ≠ j with weights c = d^-k and values z.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -184,13 +184,21 @@ impl Lanes {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)] // eight arrays are indexed at once
     fn chunk<W: Weight>(&mut self, here: [f64; 4], there: [&[f64; LANES]; 4], weight: W) {
+        let [x, y, z, values] = there;
+        let mut c = [0.0; LANES];
         for lane in 0..LANES {
-            let [dx, dy, dz, dv] = [0, 1, 2, 3].map(|k| here[k] - there[k][lane]);
-            let c = weight.of(dx * dx + dy * dy + dz * dz);
-            self.weights[lane] += c;
-            self.squares[lane] += c * c;
-            self.products[lane] += c * (here[3] * there[3][lane]);
-            self.differences[lane] += c * (dv * dv);
+            let (dx, dy, dz) = (here[0] - x[lane], here[1] - y[lane], here[2] - z[lane]);
+            c[lane] = dx * dx + dy * dy + dz * dz;
+        }
+        for entry in &mut c {
+            *entry = weight.of(*entry);
+        }
+        for lane in 0..LANES {
+            let dv = here[3] - values[lane];
+            self.weights[lane] += c[lane];
+            self.squares[lane] += c[lane] * c[lane];
+            self.products[lane] += c[lane] * (here[3] * values[lane]);
+            self.differences[lane] += c[lane] * (dv * dv);
         }
     }
 

@@ -10,7 +10,7 @@ function size(plot, paper) {
 }
 
 document.documentElement.classList.add("drawn");
-for (const figure of document.querySelectorAll("figure")) {
+for (const figure of document.querySelectorAll("figure:not(.map)")) {
   const plot = figure.querySelector(".plot");
   const { data, layout } = JSON.parse(figure.querySelector("script").textContent);
   const paper = { width: layout.width, height: layout.height, yaxis: { scaleanchor: layout.yaxis.scaleanchor } };

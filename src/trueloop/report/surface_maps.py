@@ -1,4 +1,4 @@
-"""Maps of deviations over a surface: in three dimensions for the page, flat for paper, one colour scale for all.
+"""Maps of deviations over a surface: flat, and in three dimensions on the page, one colour scale for all.
 
 Red is material left on, blue too much taken, white none.
 """
@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.geometry.feature import Array
-from trueloop.report.style import FAINT, FONT, INK, LEFT_ON, TAKEN, Figure, plain, round_step
+from trueloop.report.style import FAINT, FONT, INK, LEFT_ON, TAKEN, Figure, Trace, plain, round_step
 from trueloop.units import UM_PER_MM
 
 SCALE: Final[list[tuple[float, str]]] = [
@@ -21,7 +21,7 @@ SCALE: Final[list[tuple[float, str]]] = [
 ]
 """Explicit, because Plotly's named scales run opposite ways in Python and JavaScript."""
 WIDTH: Final = 480
-HEIGHT: Final = 400
+SOLID_HEIGHT: Final = 520
 CELLS: Final = 60
 
 
@@ -42,28 +42,43 @@ def colour_range_um(maps: list[DeviationMap]) -> float:
     return float(np.ceil(largest / step - 1e-9) * step) or step
 
 
-def solid(deviations: DeviationMap, range_um: float) -> Figure:
-    """The surface in three dimensions, coloured by its deviations."""
-    x, y, z = (deviations.points_mm[..., k].round(4).tolist() for k in range(3))
-    error = (deviations.error_mm * UM_PER_MM).round(3).tolist()
-    trace = {
-        "type": "surface", "x": x, "y": y, "z": z, "surfacecolor": error, "cmin": -range_um, "cmax": range_um,
-        "colorscale": SCALE, "colorbar": {"title": {"text": "µm"}, "thickness": 12, "len": 0.8},
+def solid(maps: list[DeviationMap], range_um: float) -> Figure:
+    """The surface in three dimensions, coloured by one of the maps; buttons choose which."""
+    camera = {"eye": {"x": -0.9, "y": -2.1, "z": 1.5}, "center": {"x": 0, "y": 0, "z": -0.1}}
+    axes = {f"{a}axis": {"title": {"text": f"{a} (mm)"}, "color": INK} for a in "xyz"}
+    buttons = [
+        {"label": m.title, "method": "restyle", "args": [{"visible": [other is m for other in maps]}]} for m in maps
+    ]
+    menu = {
+        "type": "dropdown",
+        "buttons": buttons,
+        "active": 0,
+        "x": 0.0,
+        "xanchor": "left",
+        "y": 1.0,
+        "yanchor": "top",
+    }
+    layout = {"width": 2 * WIDTH, "height": SOLID_HEIGHT, "font": FONT, "paper_bgcolor": "#ffffff", "yaxis": {}}
+    layout |= {"scene": {"aspectmode": "data", "camera": camera, **axes}, "updatemenus": [menu]}
+    return {
+        "data": [_trace(m, range_um, visible=m is maps[0]) for m in maps],
+        "layout": {**layout, "margin": {"l": 0, "r": 0, "t": 8, "b": 0}},
+    }
+
+
+def _trace(shown: DeviationMap, range_um: float, *, visible: bool) -> Trace:
+    x, y, z = (shown.points_mm[..., k].round(4).tolist() for k in range(3))
+    return {
+        "type": "surface", "x": x, "y": y, "z": z, "surfacecolor": (shown.error_mm * UM_PER_MM).round(3).tolist(),
+        "visible": visible, "cmin": -range_um, "cmax": range_um, "colorscale": [list(stop) for stop in SCALE],
+        "colorbar": {"title": {"text": "µm"}, "thickness": 12, "len": 0.8},
         "hovertemplate": "x %{x:.3f} y %{y:.3f} z %{z:.3f} mm<br>%{surfacecolor:.2f} µm<extra></extra>",
         "lighting": {"ambient": 0.9, "diffuse": 0.2, "specular": 0.0},
     }  # fmt: skip
-    camera = {"eye": {"x": -0.9, "y": -2.1, "z": 1.5}, "center": {"x": 0, "y": 0, "z": -0.1}}
-    scene = {
-        "aspectmode": "data",
-        "camera": camera,
-        **{f"{a}axis": {"title": {"text": f"{a} (mm)"}, "color": INK} for a in "xyz"},
-    }
-    layout = {"width": WIDTH, "height": HEIGHT, "font": FONT, "paper_bgcolor": "#ffffff", "scene": scene}
-    return {"data": [trace], "layout": {**layout, "yaxis": {}, "margin": {"l": 0, "r": 0, "t": 8, "b": 0}}}
 
 
 def flat(deviations: DeviationMap, range_um: float) -> str:
-    """The same as a still picture (SVG), rows upwards, with its colour bar."""
+    """One map flat (SVG), rows upwards, with its colour bar: for the page and for paper."""
     error = _thinned(deviations.error_mm) * UM_PER_MM
     rows, columns = error.shape
     side = 340.0 / max(rows, columns)
@@ -77,7 +92,7 @@ def flat(deviations: DeviationMap, range_um: float) -> str:
         f'<rect x="10" y="10" width="{columns * side:.1f}" height="{rows * side:.1f}" fill="none" stroke="{FAINT}"/>'
     )
     return (
-        f'<svg class="still" viewBox="0 0 {WIDTH} 360" role="img" aria-label="{deviations.name}" '
+        f'<svg viewBox="0 0 {WIDTH} 360" role="img" aria-label="{deviations.name}" '
         f'font-family="sans-serif" font-size="12">{cells}{frame}{_bar(range_um, 20 + columns * side)}</svg>'
     )
 

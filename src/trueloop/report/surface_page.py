@@ -30,7 +30,7 @@ def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection |
         '<header><p class="kicker">trueloop · machining pattern of a surface</p>'
         f"<h1>{esc(name)}</h1><p class='meta'>{_summary(model)}</p>"
         f"{_prediction(model)}<p class='note'>{SIGN}</p></header>"
-        + section("maps", "Maps", f'<div class="figures">{figures}</div>')
+        + section("maps", "Maps", f'<div class="figures">{figures}</div>', _in_space(drawn, range_um))
         + section("parts", "Parts", _parts(model))
         + (section("correction", "Correction", _correction(correction)) if correction else "")
         + (section("findings", "Findings", findings) if model.findings else "")
@@ -73,12 +73,18 @@ def _of_part(model: SurfaceModel, part: Part) -> list[DeviationMap]:
 
 
 def _figure(shown: DeviationMap, range_um: float) -> str:
-    data = json.dumps(solid(shown, range_um), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     low, high = (float(f(shown.error_mm)) * UM_PER_MM for f in (np.nanmin, np.nanmax))
     return (
-        f'<figure id="{shown.name}" class=small>{flat(shown, range_um)}<div class="plot"></div>'
-        f'<script type="application/json">{data}</script>'
+        f'<figure id="{shown.name}" class="small map">{flat(shown, range_um)}'
         f"<figcaption><b>{shown.title}</b>: {signed(low)} to {signed(high)} µm</figcaption></figure>"
+    )
+
+
+def _in_space(shown: list[DeviationMap], range_um: float) -> str:
+    data = json.dumps(solid(shown, range_um), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    return (
+        f'<figure id="space"><div class="plot"></div><script type="application/json">{data}</script>'
+        "<figcaption>The same on the surface: choose the map, turn it with the mouse.</figcaption></figure>"
     )
 
 
