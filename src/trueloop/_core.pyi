@@ -130,9 +130,7 @@ class MachineEvaluator:
     def __new__(
         cls,
         bodies: list[
-            tuple[
-                int, list[float], int, list[list[float]], list[list[float]] | None, list[float], list[float]
-            ]
+            tuple[int, list[float], int, list[list[float]], list[list[float]] | None, list[float], list[float]]
         ],
         slope: list[list[float]],
     ) -> MachineEvaluator: ...

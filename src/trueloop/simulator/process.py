@@ -82,7 +82,8 @@ class Deflection:
         on_x = self.chuck_mm_per_n + self.part_mm_per_n_mm3 * np.clip(contact[:, 1] - self.chuck_z_mm, 0.0, None) ** 3
         yielding = self.tool_mm_per_n + on_x * normal[:, 0] ** 2
         force = stiffness * depth / (1.0 + stiffness * yielding)
-        away = force[:, None] * (self.tool_mm_per_n * normal + np.column_stack([on_x * normal[:, 0], np.zeros(len(nearest))]))
+        part = np.column_stack([on_x * normal[:, 0], np.zeros(len(nearest))])
+        away = force[:, None] * (self.tool_mm_per_n * normal + part)
         return np.column_stack([np.interp(path.along_mm, path.along_mm[nearest], away[:, k]) for k in range(2)])
 
 
