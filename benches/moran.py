@@ -20,7 +20,7 @@ def main() -> None:
         if n in BOTH:
             contenders.append(Contender("numpy, dense matrix", dense(points, values)))
             contenders.append(Contender("esda", by_esda(points, values)))
-        samples = compare(f"{n} points", contenders, rounds=5 if n not in BOTH[1:] else 1)
+        samples = compare(f"{n} points", contenders, rounds=5 if n not in BOTH[1:] else 2)
         if n == BOTH[-1]:
             verdict(samples, "trueloop", to="esda", at_most=1 / 5000)
 
