@@ -51,8 +51,8 @@ def experiment(seed: int) -> Outcome:
     )
 
 
-def main(seeds: int = 100) -> None:
-    outcomes = [experiment(seed) for seed in range(seeds)]
+def main(first_seed: int = 1000, seeds: int = 100) -> None:
+    outcomes = [experiment(first_seed + k) for k in range(seeds)]
     for name in ("pattern", "model", "raw"):
         worst = np.array([o.worst_um[name] for o in outcomes])
         scatter = np.mean([o.random_um[name] for o in outcomes])
