@@ -38,7 +38,7 @@ def test_the_order_holds_in_more_than_half_of_single_experiments() -> None:
 
 
 def test_corrected_by_the_pattern_parts_stay_within_8_um() -> None:
-    """Four of five of 100 other seeds, 85 % here; parts corrected by raw data hardly ever. Published: the one sample."""
+    """Four of five of 100 other seeds, 85 % here; by raw data hardly ever. Published: its one sample."""
     assert np.mean(worst("pattern") <= 8.0) > 0.7
     assert np.mean(worst("raw") <= 8.0) < 0.1
 
