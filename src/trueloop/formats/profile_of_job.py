@@ -8,13 +8,16 @@ from typing import Final
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.job import FeatureTable, PartTable
 from trueloop.geometry.feature import Arc, Feature, Line, Point
-from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.geometry.profile import TANGENT_WITHIN_RAD, Junction, JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.units import MM_PER_INCH
 
 MM_PER: Final = {"mm": 1.0, "inch": MM_PER_INCH}
 ROUNDED_MM: Final = 1e-3
 """A radius may fall this much short of half the chord: both are rounded on a drawing."""
+
+UNSURE_RAD: Final = 1e-6
+"""More than rounding its ends to a picometre turns a feature by, from 2 µm of length up."""
 
 
 def profile_of_table(part: PartTable) -> Profile:
@@ -47,7 +50,7 @@ def part_table_toml(name: str, profile: Profile) -> str:
     fixed = [
         f'{_quoted(f"{before}/{after}")} = "{junction.kind}"'
         for (before, after), junction in zip(pairwise(profile.names), profile.junctions, strict=True)
-        if junction.by_design
+        if junction.by_design or _could_read_otherwise(junction)
     ]
     return "\n".join([*lines, *(["", "[part.junctions]", *fixed] if fixed else []), ""])
 
@@ -82,6 +85,11 @@ def _sweep_rad(table: FeatureTable, start: Point, end: Point, centre: Point) -> 
     if table.turn == "convex":
         return (from_angle - to_angle) % (2 * math.pi)
     return -((to_angle - from_angle) % (2 * math.pi))
+
+
+def _could_read_otherwise(junction: Junction) -> bool:
+    """Whether the rounding of printed coordinates could take a corner for tangent, or the other way round."""
+    return abs(abs(junction.turn_rad) - TANGENT_WITHIN_RAD) < UNSURE_RAD
 
 
 def _turn(arc: Arc) -> str:

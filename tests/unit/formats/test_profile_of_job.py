@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from tests.support.profiles import modbas2, piecs11, profiles
+from tests.support.profiles import modbas2, piecs11, profiles, turned_on
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.job import PartTable
 from trueloop.formats.profile_of_job import part_table_toml, profile_of_table
 from trueloop.geometry.feature import Arc
-from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.geometry.profile import TANGENT_WITHIN_RAD, JunctionKind, Profile
+from trueloop.geometry.validate import checked_profile
 
 
 def _table(text: str) -> PartTable:
@@ -148,6 +149,14 @@ def test_a_printed_part_table_reads_back_as_the_same_profile(profile: Profile) -
 
 @given(profiles())
 def test_any_printed_part_table_reads_back(profile: Profile) -> None:
+    assert _same(profile_of_table(_table(part_table_toml("part", profile))), profile)
+
+
+@pytest.mark.parametrize("beyond_rad", [-1e-10, 1e-10])
+def test_a_joint_at_the_edge_of_tangent_reads_back_as_what_it_was(beyond_rad: float) -> None:
+    before = turned_on(None, "before", 0.1, 3.0, 0.0)
+    after = turned_on(before, "after", 0.1 - TANGENT_WITHIN_RAD - beyond_rad, 3.0, 0.0)
+    profile = checked_profile([before, after])
     assert _same(profile_of_table(_table(part_table_toml("part", profile))), profile)
 
 
