@@ -149,7 +149,7 @@ CASES = {
     ),
     "option mistyped": Case(
         job("[output]", "[compensation]\nwieght = 0.5\n\n[output]"), "job.toml:34", Code.JOB_KEY,
-        "'compensation.wieght' is no key of a job", "did you mean 'weight'?",
+        "'compensation.wieght' is no key of this file", "did you mean 'weight'?",
     ),
     "profile with a gap": Case(
         job("[0.0, 0.0], centre = [0.0, -1.46]", "[0.0, 0.0], centre = [0.0, -1.40]"), "job.toml", Code.GEO_ARC,

@@ -4,38 +4,25 @@ Lengths carry their unit in the key, or, for the profile's coordinates, in `part
 file. Unknown keys are refused: a mistyped option must not be an option ignored.
 """
 
-import difflib
-import re
-import tomllib
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar, get_args
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.input_file import read_text
+from trueloop.errors import Code
+from trueloop.formats.tables import Finite, NotNegative, Positive, T, Table, read_tables
 
-PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegativeFloat = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Coordinate = Annotated[float, Field(allow_inf_nan=False)]
-Point = tuple[Coordinate, Coordinate]
+Point = tuple[Finite, Finite]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
-
-
-JobKind = TypeVar("JobKind", bound=BaseModel)
-
-
-class FeatureTable(_Table):
+class FeatureTable(Table):
     """One line or arc, from where the feature before it ended to `to` = [x, z]."""
 
     name: str
     to: Point
     centre: Point | None = None
-    radius: PositiveFloat | None = None
+    radius: Positive | None = None
     turn: Literal["convex", "concave"] = "convex"
     more_than_half: bool = False
 
@@ -46,7 +33,7 @@ class FeatureTable(_Table):
         return self
 
 
-class PartTable(_Table):
+class PartTable(Table):
     """The nominal profile: given here, or read from a DXF drawing, or taken from the finish program."""
 
     name: str
@@ -57,7 +44,7 @@ class PartTable(_Table):
     dxf: Path | None = None
     dxf_layer: str | None = None
     from_program: bool = False
-    junctions: dict[str, Literal["corner", "tangent"]] = {}
+    junctions: dict[str, Literal["corner", "tangent"]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _one_source(self) -> "PartTable":
@@ -69,11 +56,11 @@ class PartTable(_Table):
         return self
 
 
-class ToolTable(_Table):
+class ToolTable(Table):
     """The finishing tool."""
 
-    nose_radius_mm: NonNegativeFloat | None = None
-    nose_radius_in: NonNegativeFloat | None = None
+    nose_radius_mm: NotNegative | None = None
+    nose_radius_in: NotNegative | None = None
     number: int = 1
 
     @model_validator(mode="after")
@@ -83,31 +70,31 @@ class ToolTable(_Table):
         return self
 
 
-class ProgramsTable(_Table):
+class ProgramsTable(Table):
     """The finish program, and the semi-finish program that the measured surface was cut with."""
 
     dialect: str
     finish: Path
     finish_lines: tuple[int, int] | None = None
     semifinish: Path | None = None
-    semifinish_allowance_mm: NonNegativeFloat | None = None
-    parameters: dict[str, float] = {}
-    resolution_mm: PositiveFloat | None = None
+    semifinish_allowance_mm: NotNegative | None = None
+    parameters: dict[str, float] = Field(default_factory=dict)
+    resolution_mm: Positive | None = None
     offset_x_is: Literal["radius", "diameter"] | None = None
     execute_deleted_blocks: bool = False
     accept_unknown_words: bool = False
 
 
-class GaugingTable(_Table):
+class GaugingTable(Table):
     """The touches and how well the probe repeats ([6811 §4.1]: ranges of 1.5 µm on diameters, 0.5 µm on faces)."""
 
     touches: Path
     probe: Path | None = None
-    points: dict[str, Annotated[int, Field(ge=1)]] = {}
-    spacing_mm: PositiveFloat | None = None
-    ball_radius_mm: NonNegativeFloat = 0.0
-    repeatability_diameter_um: NonNegativeFloat = 1.5
-    repeatability_face_um: NonNegativeFloat = 0.5
+    points: dict[str, Annotated[int, Field(ge=1)]] = Field(default_factory=dict)
+    spacing_mm: Positive | None = None
+    ball_radius_mm: NotNegative = 0.0
+    repeatability_diameter_um: NotNegative = 1.5
+    repeatability_face_um: NotNegative = 0.5
     z_reference: str | None = None
     measured_allowance_mm: float = 0.0
     measured_at: datetime | None = None
@@ -115,28 +102,28 @@ class GaugingTable(_Table):
     finish_touches: Path | None = None
 
 
-class CompensationTable(_Table):
+class CompensationTable(Table):
     """How much of the error to take out, how, and what to refuse."""
 
     weight: Annotated[float, Field(gt=0, le=1)] = 1.0
     junctions: Literal["part", "path"] = "part"
     knot_every: Annotated[int, Field(ge=1)] | None = None
     nose_from: tuple[Path, ...] = ()
-    chord_tolerance_um: PositiveFloat = 0.5
+    chord_tolerance_um: Positive = 0.5
     arcs: Literal["auto", "lines", "arcs"] = "auto"
-    max_correction_um: PositiveFloat = 150.0
-    max_slope_um_per_mm: PositiveFloat = 40.0
-    max_scatter_um: PositiveFloat = 10.0
-    max_age_hours: PositiveFloat = 24.0
+    max_correction_um: Positive = 150.0
+    max_slope_um_per_mm: Positive = 40.0
+    max_scatter_um: Positive = 10.0
+    max_age_hours: Positive = 24.0
 
 
-class OutputTable(_Table):
+class OutputTable(Table):
     """Where the results go."""
 
     folder: Path = Path("out")
 
 
-class Job(_Table):
+class Job(Table):
     """A whole job file."""
 
     part: PartTable
@@ -149,65 +136,10 @@ class Job(_Table):
 
 def read_job(path: Path) -> Job:
     """Reads a job file; raises JOB errors that name the table, the key and the line."""
-    return parsed_job(path, Job)
+    return read_job_file(path, Job)
 
 
-def parsed_job(path: Path, kind: type[JobKind]) -> JobKind:
+def read_job_file(path: Path, kind: type[T]) -> T:
     """Reads a job file of some kind."""
-    text = read_text(
-        path, Code.JOB_MISSING, hint="a job file is a text file in UTF-8; `trueloop demo` runs a ready one"
-    )
-    try:
-        return kind.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise _syntax_error(path, error) from error
-    except ValidationError as error:
-        raise _content_error(path, text, kind, error) from error
-
-
-def _syntax_error(path: Path, error: tomllib.TOMLDecodeError) -> TrueloopError:
-    where = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
-    line, column = (int(where[1]), int(where[2])) if where else (None, None)
-    return TrueloopError(
-        Code.JOB_SYNTAX,
-        f"not a TOML file: {str(error).split(' (at ')[0]!r}",
-        hint="text values stand in quotes, tables in [brackets]: see examples/modbas2/job.toml",
-        place=Place(str(path), line, column),
-    )
-
-
-def _content_error(path: Path, text: str, kind: type[BaseModel], error: ValidationError) -> TrueloopError:
-    """The first mistake; an unknown key before all others, because it is why another one is missing."""
-    mistakes = error.errors()
-    first = next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), mistakes[0])
-    location = first["loc"]
-    key = ".".join(str(part) for part in location)
-    hint = "docs/job-file.md lists every table and key with its unit and default"
-    if first["type"] == "extra_forbidden":
-        message = f"{key!r} is no key of a job"
-        near = difflib.get_close_matches(str(location[-1]), _table_at(kind, location).model_fields, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else hint
-    else:
-        given = f", given {first['input']!r}" if not isinstance(first["input"], dict) else ""
-        message = f"{key!r}: {first['msg'].removeprefix('Value error, ')}{given}"
-    return TrueloopError(Code.JOB_KEY, message, hint=hint, place=Place(str(path), _line_of(text, location)))
-
-
-def _table_at(kind: type[BaseModel], location: tuple[int | str, ...]) -> type[BaseModel]:
-    """The table that a key stands in."""
-    if "feature" in location[:-1]:
-        return FeatureTable
-    table = kind.model_fields[str(location[0])].annotation if len(location) > 1 else kind
-    tables = [t for t in (table, *get_args(table)) if isinstance(t, type) and issubclass(t, BaseModel)]
-    return tables[0]
-
-
-def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
-    """The line where the last named key of a location stands, searched from its table's heading on."""
-    names = [part for part in location if isinstance(part, str)]
-    lines = text.splitlines()
-    start = next((i for i, line in enumerate(lines) if names and re.match(rf"\s*\[+{names[0]}\b", line)), None)
-    if start is None:
-        return None
-    key = re.compile(rf"\s*\"?{re.escape(names[-1])}\"?\s*=")
-    return next((i + 1 for i in range(start, len(lines)) if key.match(lines[i])), start + 1)
+    hint = "docs/job-file.md lists every table and key with its unit and default; `trueloop demo` runs a ready job"
+    return read_tables(path, kind, Code.JOB_KEY, hint=hint, missing=Code.JOB_MISSING, syntax=Code.JOB_SYNTAX)

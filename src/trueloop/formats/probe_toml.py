@@ -8,15 +8,11 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from trueloop.errors import Code
-from trueloop.formats.tables import Table, read_tables
+from trueloop.formats.tables import Finite, NotNegative, Positive, Table, read_tables
 from trueloop.gauging.calibration import BallCalibration
 from trueloop.gauging.probe_plan import Approach
 from trueloop.gauging.stylus import Stylus
 from trueloop.units import UM_PER_MM
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class StylusTable(Table):

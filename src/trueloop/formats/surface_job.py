@@ -3,19 +3,13 @@
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from trueloop.formats.job import parsed_job
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from trueloop.formats.job import read_job_file
+from trueloop.formats.tables import NotNegative, Positive, Table
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
-
-
-class SurfaceTable(_Table):
+class SurfaceTable(Table):
     """The nominal surface: a STEP or IGES file with the number of the face, or a CSV grid of points."""
 
     file: Path
@@ -23,16 +17,16 @@ class SurfaceTable(_Table):
     flip: bool = False
 
 
-class SurfaceGaugingTable(_Table):
+class SurfaceGaugingTable(Table):
     """The measured parts, a CSV file each, and how their points are to be understood."""
 
     points: Annotated[tuple[Path, ...], Field(min_length=1)]
-    ball_radius_mm: NonNegative = 0.0
+    ball_radius_mm: NotNegative = 0.0
     alignment: Literal["datum", "best-fit"] = "datum"
     farthest_mm: Positive = 1.0
 
 
-class ModelTable(_Table):
+class ModelTable(Table):
     """How deviations are taken apart. `cells`: average scattered points or scans over a grid of so many cells."""
 
     criterion: Literal["randomness", "prediction"] = "randomness"
@@ -43,22 +37,22 @@ class ModelTable(_Table):
     target_um: Positive = 1.0
 
 
-class CutterTable(_Table):
+class CutterTable(Table):
     """The cutter of the finishing program; corner radius as the tool's radius for a ball end."""
 
     radius_mm: Positive
-    corner_mm: NonNegative | None = None
+    corner_mm: NotNegative | None = None
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
-class SurfaceProgramTable(_Table):
+class SurfaceProgramTable(Table):
     """The finishing program that cut the parts."""
 
     finish: Path
     dialect: str = "linuxcnc"
 
 
-class SurfaceCompensationTable(_Table):
+class SurfaceCompensationTable(Table):
     """How much to correct, how exactly, and what is refused."""
 
     weight: Annotated[float, Field(gt=0, le=1)] = 1.0
@@ -70,13 +64,13 @@ class SurfaceCompensationTable(_Table):
     max_slope_um_per_mm: Positive = 40.0
 
 
-class SurfaceOutputTable(_Table):
+class SurfaceOutputTable(Table):
     """Where the results go."""
 
     folder: Path = Path("out")
 
 
-class SurfaceJobFile(_Table):
+class SurfaceJobFile(Table):
     """A whole job file of a surface."""
 
     name: str
@@ -91,4 +85,4 @@ class SurfaceJobFile(_Table):
 
 def read_surface_job(path: Path) -> SurfaceJobFile:
     """Reads a job file of a surface; raises JOB errors that name the table, the key and the line."""
-    return parsed_job(path, SurfaceJobFile)
+    return read_job_file(path, SurfaceJobFile)

@@ -1,14 +1,23 @@
 """Reading a TOML file of tables into pydantic models: one way to say what is wrong in it."""
 
+import difflib
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, Final, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_text
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+SYNTAX_HINT: Final = "text values stand in quotes, tables in [brackets]: see examples/modbas2/job.toml"
 
 
 class Table(BaseModel):
@@ -20,32 +29,73 @@ class Table(BaseModel):
 T = TypeVar("T", bound=Table)
 
 
-def read_tables(path: Path, model: type[T], code: Code, *, hint: str) -> T:
-    """The file as a model; raises `code` with the line of what is wrong."""
-    text = read_text(path, code, hint=hint)
+def read_tables(
+    path: Path, model: type[T], code: Code, *, hint: str, missing: Code | None = None, syntax: Code | None = None
+) -> T:
+    """The file as a model. Raises `code`, with the line, for a key that is wrong; `missing` for a file that cannot be
+    read and `syntax` for one that is no TOML, where they are to be told apart. `hint` says where the keys are listed.
+    """
+    text = read_text(path, missing or code, hint=hint)
     try:
         return model.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
-        where = re.search(r"line (\d+), column (\d+)", str(error))
-        line, column = (int(where[1]), int(where[2])) if where else (None, None)
-        raise TrueloopError(
-            code, f"not a TOML file: {str(error)!r}", hint=hint, place=Place(str(path), line, column)
-        ) from error
+        raise _syntax_error(path, syntax or code, error) from error
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        given = f", given {first['input']!r}" if not isinstance(first["input"], dict) else ""
-        message = f"{key!r}: {first['msg'].removeprefix('Value error, ')}{given}"
-        line = _line_of(text, [str(part) for part in first["loc"]])
-        raise TrueloopError(code, message, hint=hint, place=Place(str(path), line)) from error
+        first = _first(error)
+        location = first["loc"]
+        message, better_hint = _said(first, model)
+        place = Place(str(path), _line_of(text, location))
+        raise TrueloopError(code, message, hint=better_hint or hint, place=place) from error
 
 
-def _line_of(text: str, names: list[str]) -> int | None:
-    """The line of the last name, searched from its table's heading on."""
+def _syntax_error(path: Path, code: Code, error: tomllib.TOMLDecodeError) -> TrueloopError:
+    where = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+    line, column = (int(where[1]), int(where[2])) if where else (None, None)
+    message = f"not a TOML file: {str(error).split(' (at ')[0]!r}"
+    return TrueloopError(code, message, hint=SYNTAX_HINT, place=Place(str(path), line, column))
+
+
+def _first(error: ValidationError) -> ErrorDetails:
+    """The first mistake; an unknown key before all others, because it is why another one is missing."""
+    mistakes = error.errors()
+    return next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), mistakes[0])
+
+
+def _said(mistake: ErrorDetails, model: type[BaseModel]) -> tuple[str, str | None]:
+    """Message, and a hint where there is a better one than the list of keys."""
+    location = mistake["loc"]
+    key = ".".join(str(part) for part in location)
+    if mistake["type"] == "extra_forbidden":
+        near = difflib.get_close_matches(str(location[-1]), _table_at(model, location).model_fields, n=1)
+        return f"{key!r} is no key of this file", f"did you mean {near[0]!r}?" if near else None
+    given = f", given {mistake['input']!r}" if not isinstance(mistake["input"], dict) else ""
+    return f"{key!r}: {mistake['msg'].removeprefix('Value error, ')}{given}", None
+
+
+def _table_at(model: type[BaseModel], location: tuple[int | str, ...]) -> type[BaseModel]:
+    """The table that a key stands in."""
+    for name in location[:-1]:
+        if isinstance(name, str):
+            model = next(_models_in(model.model_fields[name].annotation))
+    return model
+
+
+def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
+    """The table types that an annotation such as `tuple[ErrorTable, ...]` or `ProbeTable | None` names."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from _models_in(inner)
+
+
+def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
+    """The line where the last named key of a location stands, searched from its table's heading on."""
+    names = [part for part in location if isinstance(part, str)]
     lines = text.splitlines()
-    heading = re.compile(rf"\s*\[+{re.escape(names[0])}\b")
-    start = next((k for k, line in enumerate(lines) if heading.match(line)), None)
+    start = next(
+        (i for i, line in enumerate(lines) if names and re.match(rf"\s*\[+{re.escape(names[0])}\b", line)), None
+    )
     if start is None:
         return None
-    key = re.compile(rf'\s*"?{re.escape(names[-1])}"?\s*=')
-    return next((k + 1 for k in range(start, len(lines)) if key.match(lines[k])), start + 1)
+    key = re.compile(rf"\s*\"?{re.escape(names[-1])}\"?\s*=")
+    return next((i + 1 for i in range(start, len(lines)) if key.match(lines[i])), start + 1)

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trueloop.errors import Code
-from trueloop.formats.tables import Table, read_tables
+from trueloop.formats.tables import Finite, NotNegative, Positive, Table, read_tables
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.machine_error import REFERENCE_C, ErrorTerm, MachineError
@@ -18,9 +18,6 @@ from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.units import UM_PER_MM
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 Power = Annotated[int, Field(ge=0, le=6)]
 
 
