@@ -48,6 +48,7 @@ class Code(StrEnum):
     NC_TANGENT = "NC-TANGENT"
     NC_FEED = "NC-FEED"
     NC_RAPID = "NC-RAPID"
+    NC_BLEND = "NC-BLEND"
     NC_OPAQUE = "NC-OPAQUE"
     NC_FLOW = "NC-FLOW"
     NC_UNIT = "NC-UNIT"

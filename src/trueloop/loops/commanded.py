@@ -18,6 +18,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.nc.contour_match import ContourMatch
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.matching import match_contour
+from trueloop.nc.path_mode import path_mode_findings
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import ToolPath
 from trueloop.nc.understood import require_known_frame
@@ -104,6 +105,7 @@ def commanded(
         measured=tuple(d if real else ZERO for d, real in zip(measured, meant, strict=True)),
         resolution_mm=resolution_mm,
         notes=(
+            *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
             *_notes(profile, finish, slips, "finish"),
             *(_notes(profile, measured, meant, "semi-finish") if semifinish is not None else ()),
         ),

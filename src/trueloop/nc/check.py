@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.errors import Code, Finding, Place, Severity
+from trueloop.nc.path_mode import path_mode_findings
 from trueloop.nc.program import BLOCK_LIMIT, Program
 from trueloop.nc.rapid import cutting_rapids
 from trueloop.nc.tool_path import Array, Motion, ToolPath
@@ -39,7 +40,8 @@ def check(
     is not on the circle about its centre, or whose chord is longer than its diameter, by more than
     `arc_tolerance_mm`; without it, by more than the rounding of the program's own decimals explains), NC-TANGENT (a
     joint of an arc that is neither tangent nor a corner: a jump of direction of 0.1° to 5°, beyond what rounding makes
-    of short moves), NC-FEED (a cut without a feed), NC-RAPID (a rapid move through material, on a lathe).
+    of short moves), NC-FEED (a cut without a feed), NC-RAPID (a rapid move through material, on a lathe), NC-BLEND (the
+    control may round corners without a bound).
     """
     path = program.run(parameters, skipped_blocks=skipped_blocks, block_limit=block_limit, strict=False)
     step_mm = written_step_mm(program, path)
@@ -49,6 +51,7 @@ def check(
         *_broken_tangents(path, step_mm),
         *_cuts_without_feed(path),
         *_cuts_on_rapid(path),
+        *path_mode_findings(program, path),
     ]
     located = (_in_file(finding, program.file) for finding in geometry)
     found = [*program.findings, *path.findings, *located]

@@ -70,7 +70,7 @@ def test_a_finding_of_a_loop_is_said_once() -> None:
 
 
 def test_findings_come_in_order_of_place_and_name_the_file() -> None:
-    program = read_program(b"G21 ??\nG1 X1\nG1 X2 X3 G123\n", "linuxcnc", "a.ngc")
+    program = read_program(b"G21 G61 ??\nG1 X1\nG1 X2 X3 G123\n", "linuxcnc", "a.ngc")
     places = [finding.place for finding in check(program)]
     assert [(place.file, place.line) for place in places] == [("a.ngc", 1), ("a.ngc", 2), ("a.ngc", 3), ("a.ngc", 3)]
 
@@ -133,3 +133,26 @@ def test_the_examples_are_clean(name: str) -> None:
 
 def test_check_gives_findings() -> None:
     assert all(isinstance(finding, Finding) for finding in check(read_program(b"G99", "ge2000t")))
+
+
+@pytest.mark.parametrize(
+    ("before", "said"),
+    [
+        ("", "no path mode before the first cut"),
+        ("G64", "G64 without P"),
+        ("G64 P0.002\nG64", "G64 without P"),
+        ("/G64 P0.002", "no path mode before the first cut"),
+    ],
+)
+def test_corners_that_linuxcnc_may_round(before: str, said: str) -> None:
+    ((_, message),) = found(f"G21 F100\n{before}\nG0 X1\nG1 X2\nG61\n", Code.NC_BLEND)
+    assert message.startswith(said)
+
+
+@pytest.mark.parametrize("before", ["G61", "G61.1", "G64 P0.002", "G64\nG64 P0.002"])
+def test_corners_that_linuxcnc_keeps(before: str) -> None:
+    assert found(f"G21 F100\n{before}\nG0 X1\nG1 X2\nG64\n", Code.NC_BLEND) == []
+
+
+def test_other_controls_keep_to_the_path() -> None:
+    assert found("G71\nG00 X1.0\nG01 X2.0 F1\nG64\n", Code.NC_BLEND, "ge2000t") == []
