@@ -6,6 +6,7 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.check import check
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.edit import Edit, apply_edits, displace_word, set_offset
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import CoordinateState
@@ -51,6 +52,9 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_UNIT: lambda: linuxcnc("G0 X1").run().findings,
     Code.NC_FLOW: lambda: linuxcnc("o100 while [1]\nM2").run(),
     Code.NC_LIMIT: lambda: linuxcnc("o100 while [1]\nG91\no100 endwhile\nM2").run(block_limit=1000),
+    Code.NC_TOOL: lambda: linuxcnc("G21 G17 G42 D3\nG1 X5").run(tools=[CutterTool(0.4, number=2)]),
+    Code.NC_ENTRY: lambda: linuxcnc("G21 G17 G42\nG1 X1").run(tools=[CutterTool(1.5)]),
+    Code.NC_GOUGE: lambda: linuxcnc("G21 G17 G41\nG1 X5\nG1 X6\nG1 Y1\nX9\nG40 X20").run(tools=[CutterTool(1.5)]),
     Code.NC_EDIT: _overlapping_edits,
     Code.NC_OFFSET: lambda: set_offset(ge2000t("G00 X1.0"), "X", 0.01, DIAMETER_INCH),
 }

@@ -6,6 +6,7 @@
 from collections.abc import Mapping
 
 from trueloop.errors import Code
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.dialect import DIALECTS
 from trueloop.nc.program import read_program
 
@@ -86,7 +87,12 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Drilling cycles": _for(linuxcnc="G21 G81 X1 Z-1 R1", lathe="G83 Z-5. Q1. F.1", mill="G81 X1. Z-1. R1. F9."),
     "Corners between two blocks (,R ,C)": _for(lathe="G21 G01 X1. ,R.5", mill="G21 G01 X1. ,C.5"),
     "Angles in place of a coordinate (A)": _for(lathe="G21 G01 X1. A45."),
-    "Path of the tool under G41, G42": _for(ge2000t="G42", linuxcnc="G42 D1", lathe="G42", mill="G42 D01"),
+    "Path of the tool under G41, G42": _for(
+        ge2000t="G70 G42 G01 X2.0 F1",
+        linuxcnc="G21 G42 D1\nG1 X5",
+        lathe="G21 G42 G01 X9. F1.",
+        mill="G21 G42 D01 G01 X9. F1.",
+    ),
     "Work offsets chosen and set": _for(
         linuxcnc="G10 L2 P2 X1\nG55", lathe="G10 L2 P2 X1.\nG55", mill="G10 L2 P2 X1.\nG55"
     ),
@@ -109,7 +115,8 @@ def outcome(text: str, dialect: str) -> str:
     if not text:
         return NONE
     program = read_program(text.encode(), dialect)
-    codes = {finding.code for finding in (*program.findings, *program.run(strict=False).findings)}
+    path = program.run(strict=False, tools=[CutterTool(0.4, tip=0)])
+    codes = {finding.code for finding in (*program.findings, *path.findings)}
     if codes & {Code.NC_WORD, Code.NC_CODE}:
         return NOT_YET
     if codes - {Code.NC_OPAQUE}:

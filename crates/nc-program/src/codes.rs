@@ -1,10 +1,11 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
-use crate::dialect::G;
+use crate::dialect::{FlowStyle, G};
 use crate::finding::{self, Severity};
 use crate::modal::{Compensation, FeedMode, Motion};
 use crate::request::Request;
 use crate::run::Runner;
+use crate::tool::{Called, NONE_CALLED};
 
 /// What a block does besides setting modes.
 #[derive(Clone, Copy, PartialEq)]
@@ -57,9 +58,48 @@ impl Runner<'_> {
         let mut action = Action::Motion(false);
         for (tenths, word) in request.codes() {
             let code = (self.program.dialect().g)(*tenths);
+            if let Some(G::Compensation(side) | G::CompensationGiven(side)) = code {
+                self.compensate(request, side, code == Some(G::CompensationGiven(side)), *word as i32);
+            }
             action = code.and_then(|code| self.apply_code(code, *word as i32)).unwrap_or(action);
         }
         action
+    }
+
+    /// G40, G41, G42: the tool is that of D, else the one in use.
+    fn compensate(&mut self, request: &Request, side: Compensation, given: bool, word: i32) {
+        self.modal.compensation = side;
+        if side == Compensation::Off {
+            self.modal.called = NONE_CALLED;
+            return;
+        }
+        let mm = self.modal.mm();
+        let number = request.get(b'D').unwrap_or(f64::from(self.tool_in_use()));
+        let cancelled = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro;
+        self.modal.called = Called {
+            number: number.round() as i32,
+            radius: if given {
+                number * mm / 2.0
+            } else if cancelled {
+                0.0
+            } else {
+                -1.0
+            },
+            tip: request.get(b'L').filter(|_| given).map_or(0, |tip| tip.round() as u8),
+        };
+        if !given && self.options.tools.is_empty() {
+            self.note_opaque(word, "the path is the programmed contour, not that of the tool's centre");
+        }
+    }
+
+    /// Number of the tool in the spindle; on a lathe with offsets in T, of the offset.
+    fn tool_in_use(&self) -> i32 {
+        let called = if self.spindle_tool >= 0 { self.spindle_tool } else { self.modal.tool.max(0) };
+        if self.program.dialect().tool_has_offset {
+            called % 100
+        } else {
+            called
+        }
     }
 
     fn apply_code(&mut self, code: G, word: i32) -> Option<Action> {
@@ -77,12 +117,6 @@ impl Runner<'_> {
             G::Diameter(diameter) => modal.diameter = diameter,
             G::Feed(mode) => self.set_feed_mode(mode),
             G::Spindle(mode) => modal.spindle_mode = mode,
-            G::Compensation(compensation) => {
-                modal.compensation = compensation;
-                if compensation != Compensation::Off {
-                    self.note_opaque(word, "the path is the programmed contour, not that of the tool's centre");
-                }
-            }
             G::WorkOffset(number) => {
                 modal.work_offset = number;
                 self.reframe(|frame| frame.active = usize::from(number));
@@ -134,6 +168,9 @@ impl Runner<'_> {
             if self.program.dialect().tool_has_offset && self.modal.tool % 100 != 0 {
                 self.note_opaque(request.word(b'T'), "the offset in the control's table is taken as zero");
             }
+        }
+        if request.changes_tool {
+            self.spindle_tool = self.modal.tool;
         }
     }
 }

@@ -31,6 +31,12 @@ pub const ARC: &str = "NC-ARC";
 pub const OPAQUE: &str = "NC-OPAQUE";
 /// Flow control that does not fit together.
 pub const FLOW: &str = "NC-FLOW";
+/// A tool for compensation whose radius or tip is not known.
+pub const TOOL: &str = "NC-TOOL";
+/// A corner or an arc that the tool does not fit into.
+pub const GOUGE: &str = "NC-GOUGE";
+/// Compensation that cannot begin or change as it is programmed.
+pub const ENTRY: &str = "NC-ENTRY";
 /// A unit that the program does not say.
 pub const UNIT: &str = "NC-UNIT";
 /// A bound on blocks, depth or moves was reached.

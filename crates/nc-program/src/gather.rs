@@ -59,6 +59,7 @@ impl Runner<'_> {
             Some(M::SaveState) => self.saved.push((self.modal, None)),
             Some(M::SaveStateUntilReturn) => self.saved.push((self.modal, Some(self.returns.len()))),
             Some(M::RestoreState) => self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal),
+            Some(M::ChangeTool) => request.changes_tool = true,
             Some(M::CallProgram) => request.jump = Jump::Program,
             Some(M::CallBlock) => request.jump = Jump::Block,
             Some(M::Return) => request.jump = Jump::Return,

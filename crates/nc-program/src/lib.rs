@@ -9,6 +9,8 @@
 
 mod arc;
 mod codes;
+mod compensate;
+mod corner;
 mod cycle;
 pub mod dialect;
 mod expression;
@@ -25,6 +27,7 @@ mod macros;
 mod modal;
 mod motion;
 mod number;
+mod offset;
 mod parameters;
 mod path;
 mod program;
@@ -33,6 +36,7 @@ mod run;
 mod scan;
 mod scope;
 mod statement;
+mod tool;
 mod uses;
 mod visit;
 
@@ -45,4 +49,5 @@ pub use path::{Arc, MoveKind, ToolPath};
 pub use program::{Block, Program, TooLarge, Word, WordKind};
 pub use run::{run, Options};
 pub use statement::{offset_statements, OffsetStatement};
+pub use tool::Tool;
 pub use uses::parameters_used;

@@ -1,5 +1,7 @@
 //! Modal state: what stays in force from block to block.
 
+use crate::tool::{Called, NONE_CALLED};
+
 /// Motion in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -67,7 +69,7 @@ pub enum SpindleMode {
     Revolutions = 97,
 }
 
-/// Cutter compensation in force. The path is the programmed one: it is flagged, not offset.
+/// Cutter compensation in force. A run's path is the programmed one; `compensated` offsets it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Compensation {
@@ -106,6 +108,8 @@ pub struct Modal {
     pub tool: i32,
     /// Cutter compensation.
     pub compensation: Compensation,
+    /// What the program said of the tool where it switched compensation on.
+    pub called: Called,
     /// Work offset, from 1.
     pub work_offset: u8,
 }
@@ -124,6 +128,7 @@ impl Modal {
         spindle_speed: -1.0,
         tool: -1,
         compensation: Compensation::Off,
+        called: NONE_CALLED,
         work_offset: 1,
     };
 

@@ -30,6 +30,8 @@ pub struct Request {
     pub assignments: Vec<(Key, f64)>,
     /// The program ends with this block.
     pub ends: bool,
+    /// The tool of T goes into the spindle.
+    pub changes_tool: bool,
     /// Where to go on after it.
     pub jump: Jump,
 }
@@ -45,6 +47,7 @@ impl Request {
             code_count: 0,
             assignments: Vec::new(),
             ends: false,
+            changes_tool: false,
             jump: Jump::None,
         }
     }
@@ -56,6 +59,7 @@ impl Request {
         self.code_count = 0;
         self.assignments.clear();
         self.ends = false;
+        self.changes_tool = false;
         self.jump = Jump::None;
     }
 

@@ -2,6 +2,7 @@
 
 use std::cell::OnceCell;
 
+use crate::compensate::compensated;
 use crate::finding::{self, Finding, Severity};
 use crate::flow::Table;
 use crate::frame::Frame;
@@ -11,6 +12,7 @@ use crate::parameters::{Key, Store};
 use crate::path::ToolPath;
 use crate::program::Program;
 use crate::request::Request;
+use crate::tool::Tool;
 use crate::visit::Visit;
 
 /// Axis letters, in order of index.
@@ -29,6 +31,8 @@ pub struct Options {
     pub unit_is_known: bool,
     /// Position at the start, mm, X a radius.
     pub position: [f64; 3],
+    /// Tools for compensation: with them the path is that of the controlled point, not the contour.
+    pub tools: Vec<Tool>,
     /// Most blocks to execute, every turn of a loop counted, and most moves.
     pub block_limit: usize,
 }
@@ -41,6 +45,7 @@ impl Default for Options {
             initial: None,
             unit_is_known: false,
             position: [0.0; 3],
+            tools: Vec::new(),
             block_limit: 10_000_000,
         }
     }
@@ -52,7 +57,12 @@ pub fn run(program: &Program, options: &Options) -> (ToolPath, Vec<Finding>) {
     let table = Table::read(program, &mut findings);
     let mut runner = Runner::new(program, options, &table, findings);
     runner.blocks();
-    (runner.path, runner.findings)
+    if options.tools.is_empty() {
+        return (runner.path, runner.findings);
+    }
+    let (path, found) = compensated(&runner.path, program, &options.tools);
+    found.into_iter().for_each(|one| finding::add(&mut runner.findings, one));
+    (path, runner.findings)
 }
 
 /// A program in the course of its run.
@@ -71,6 +81,8 @@ pub(crate) struct Runner<'a> {
     /// Numbers of blocks and programs, once they are asked for.
     pub labels: OnceCell<Labels>,
     pub modal: Modal,
+    /// The T word at the last tool change by M06; −1 before.
+    pub spindle_tool: i32,
     /// States put away by the program, and whether its subroutine's end brings each back.
     pub saved: Vec<(Modal, Option<usize>)>,
     pub unit_is_known: bool,
@@ -104,6 +116,7 @@ impl<'a> Runner<'a> {
             program_start: None,
             labels: OnceCell::new(),
             modal: options.initial.unwrap_or(program.dialect().initial),
+            spindle_tool: -1,
             saved: Vec::new(),
             unit_is_known: options.unit_is_known,
             frame: Frame::new(),

@@ -2,7 +2,7 @@
 
 use nc_program::{
     lint, offset_statements, parameters_used, run, Dialect, Finding, Key, Modal, Options, Plane,
-    Program, Severity, ToolPath, Word, WordKind,
+    Program, Severity, Tool, ToolPath, Word, WordKind,
 };
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyValueError};
@@ -112,7 +112,7 @@ impl NcProgram {
     }
 
     /// Runs it: the columns of the tool path, those of its modal states, and the findings.
-    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None))]
+    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new()))]
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
         &self,
@@ -124,6 +124,7 @@ impl NcProgram {
         inch: Option<bool>,
         diameter: Option<bool>,
         plane: Option<u8>,
+        tools: Vec<(Option<i32>, f64, Option<u8>)>,
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>, Vec<FindingTuple>)> {
         let dialect = self.program.dialect();
         let mut initial = dialect.initial;
@@ -135,7 +136,14 @@ impl NcProgram {
             Ok((key, value))
         });
         let parameters = parameters.collect::<PyResult<Vec<_>>>()?;
+        let tools = tools.into_iter();
+        let tools = tools.map(|(number, radius, tip)| Tool {
+            number,
+            radius,
+            tip,
+        });
         let options = Options {
+            tools: tools.collect(),
             parameters,
             optional_blocks,
             initial: Some(initial),

@@ -12,8 +12,10 @@ from trueloop.cli.program_file import (
     ProgramFile,
     Settings,
     SkippedBlocks,
+    Tools,
     parameters_of,
     read_program_file,
+    tools_of,
 )
 from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
 
@@ -33,6 +35,7 @@ def path_of_program(
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    tools: Tools = None,
     form: Annotated[Literal["csv", "json"], typer.Option("--format", "-f", help="How to print it.")] = "csv",
 ) -> None:
     """Print the tool path: a row a move with its line and column, mm, x as a radius.
@@ -41,7 +44,7 @@ def path_of_program(
     """
     with busy(f"running {file}"):
         program = read_program_file(file, dialect)
-        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, strict=False)
+        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, tools=tools_of(tools), strict=False)
     if form == "csv":
         _print_csv(path)
     else:
@@ -57,6 +60,7 @@ def check_program(
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    tools: Tools = None,
     as_json: AsJson = False,
 ) -> None:
     """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
@@ -65,7 +69,7 @@ def check_program(
 
     with busy(f"checking {file}"):
         program = read_program_file(file, dialect)
-        findings = check(program, parameters_of(settings), skipped_blocks=skipped_blocks)
+        findings = check(program, parameters_of(settings), skipped_blocks=skipped_blocks, tools=tools_of(tools))
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
     if as_json:
         print_json(
@@ -93,6 +97,7 @@ def difference_of_programs(
     ] = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    tools: Tools = None,
     rapids: Annotated[bool, typer.Option("--rapids", help="Compare rapid moves as well as cuts.")] = False,
     tolerance_mm: Annotated[
         float | None, typer.Option("--tolerance-mm", min=0.0, help="Exit status 1 when they lie further apart.")
@@ -105,7 +110,8 @@ def difference_of_programs(
     with busy(f"comparing {file} and {other}"):
         parameters = parameters_of(settings)
         programs = [read_program_file(file, dialect), read_program_file(other, other_dialect or dialect)]
-        paths = [program.run(parameters, skipped_blocks=skipped_blocks) for program in programs]
+        known = tools_of(tools)
+        paths = [program.run(parameters, skipped_blocks=skipped_blocks, tools=known) for program in programs]
         found = path_difference(*paths, rapids=rapids)
     here, there = (0, 1) if found.first else (1, 0)
     names, moves = (str(file), str(other)), (found.move, found.nearest_move)

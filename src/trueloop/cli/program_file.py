@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from trueloop.nc.cutter_tool import CutterTool
     from trueloop.nc.program import Program
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="FILE", help="The NC program.")]
@@ -23,6 +24,18 @@ SkippedBlocks = Annotated[
     bool, typer.Option("--skipped-blocks", help="Run the blocks that start with a slash as well.")
 ]
 
+Tools = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tool",
+        "-t",
+        metavar="[N=]R[,Q]",
+        help="A tool for G41 and G42, as 2=R0.4,Q3: number, radius in mm, tip on a lathe; may be repeated. "
+        "The path is then that of the controlled point.  [default: the programmed contour]",
+    ),
+]
+
+TOOL = re.compile(r"\s*(?:T?(\d+)\s*=)?\s*R([\d.]+)\s*(?:,\s*Q(\d))?\s*", re.IGNORECASE)
 SETTING = re.compile(r"\s*([^=\s]+)\s*=\s*([^=]+?)\s*")
 
 
@@ -47,3 +60,18 @@ def parameters_of(settings: Sequence[str] | None) -> dict[str, float]:
         except ValueError:
             raise typer.BadParameter(f"{setting!r} is no name=number, such as P46=3.52", param_hint="--set") from None
     return parameters
+
+
+def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
+    """`["2=R0.4,Q3", "R5"]` as tools; anything else is a fault of the command line."""
+    from trueloop.nc.cutter_tool import CutterTool
+
+    tools = []
+    for text in texts or ():
+        found = TOOL.fullmatch(text)
+        try:
+            number, radius, tip = (found[1], float(found[2]), found[3]) if found else (None, float(""), None)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r} is no tool, such as 2=R0.4,Q3", param_hint="--tool") from None
+        tools.append(CutterTool(radius, None if tip is None else int(tip), None if number is None else int(number)))
+    return tools

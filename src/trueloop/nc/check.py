@@ -1,13 +1,14 @@
 """What is odd about a program: read as text, run, and looked at as geometry. Nothing here refuses the program."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.errors import Code, Finding, Place, Severity
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.path_mode import path_mode_findings
 from trueloop.nc.program import BLOCK_LIMIT, Program
 from trueloop.nc.rapid import cutting_rapids
@@ -30,20 +31,25 @@ def check(
     parameters: Mapping[str, float] | None = None,
     *,
     skipped_blocks: bool = False,
+    tools: Sequence[CutterTool] = (),
     arc_tolerance_mm: float | None = None,
     block_limit: int = BLOCK_LIMIT,
 ) -> list[Finding]:
     """Every finding, in order of place.
 
     Text: NC-WORD, NC-CODE, NC-DUPLICATE, NC-NUMBER. Run: NC-PARAMETER (every parameter without a value),
-    NC-EXPRESSION, NC-FLOW, NC-LIMIT, NC-UNIT, NC-MISPLACED, NC-OPAQUE, NC-ARC. Geometry: NC-ARC-FIT (an arc whose end
-    is not on the circle about its centre, or whose chord is longer than its diameter, by more than
+    NC-EXPRESSION, NC-FLOW, NC-LIMIT, NC-UNIT, NC-MISPLACED, NC-OPAQUE, NC-ARC; with `tools`, what keeps them from the
+    contour under G41 and G42: NC-TOOL, NC-ENTRY, NC-GOUGE. Geometry, of the programmed contour: NC-ARC-FIT (an arc
+    whose end is not on the circle about its centre, or whose chord is longer than its diameter, by more than
     `arc_tolerance_mm`; without it, by more than the rounding of the program's own decimals explains), NC-TANGENT (a
     joint of an arc that is neither tangent nor a corner: a jump of direction of 0.1° to 5°, beyond what rounding makes
     of short moves), NC-FEED (a cut without a feed), NC-RAPID (a rapid move through material, on a lathe), NC-BLEND (the
     control may round corners without a bound).
     """
     path = program.run(parameters, skipped_blocks=skipped_blocks, block_limit=block_limit, strict=False)
+    driven = program.run(
+        parameters, skipped_blocks=skipped_blocks, block_limit=block_limit, tools=tools, strict=False
+    ) if tools else path  # fmt: skip
     step_mm = written_step_mm(program, path)
     tolerance_mm = _ROUNDING_STEPS * step_mm if arc_tolerance_mm is None else arc_tolerance_mm
     geometry = [
@@ -54,7 +60,7 @@ def check(
         *path_mode_findings(program, path),
     ]
     located = (_in_file(finding, program.file) for finding in geometry)
-    found = [*program.findings, *path.findings, *located]
+    found = [*program.findings, *driven.findings, *located]
     once = {(finding.place, finding.code): finding for finding in reversed(found)}  # a loop comes by many times
     return sorted(once.values(), key=lambda finding: (finding.place.line or 0, finding.place.column or 0))
 

@@ -3,12 +3,13 @@
 Nothing is normalised: `Program.source` is what was read, and an unedited program is written by writing it.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 from trueloop._core import NcProgram
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.dialect import Dialect, dialect_named
 from trueloop.nc.tool_path import ToolPath
 
@@ -140,6 +141,7 @@ class Program:
         inch: bool | None = None,
         diameter: bool | None = None,
         plane: int | None = None,
+        tools: Sequence[CutterTool] = (),
         block_limit: int = BLOCK_LIMIT,
         strict: bool = True,
     ) -> ToolPath:
@@ -147,14 +149,17 @@ class Program:
 
         parameters: values by name (`P46`, `#1`, `#<depth>`). skipped_blocks: run the blocks that start with a slash.
         position_mm: where the tool stands at the start, X a radius. inch, diameter, plane (17, 18, 19): the state at
-        the start where it is not the dialect's own. strict: raise the first of NC-PARAMETER (a parameter without a
-        value), NC-EXPRESSION, NC-FLOW and NC-LIMIT; without it they are among the path's findings, with what could
-        not be computed as NaN.
+        the start where it is not the dialect's own. tools: with them the path under G41 and G42 is that of the
+        controlled point, without them the programmed contour. strict: raise the first of NC-PARAMETER (a parameter
+        without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT and, with tools, NC-TOOL (one that is not among them),
+        NC-GOUGE (a corner it does not fit into) and NC-ENTRY (a way in that is too short); without it they are among
+        the path's findings, with what could not be computed as NaN.
         """
         try:
             moves, states, rows = self.core.run(
-                list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane
-            )
+                list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
+                [(tool.number, tool.radius_mm, tool.tip) for tool in tools],
+            )  # fmt: skip
         except ValueError as refused:
             raise TrueloopError(
                 Code.NC_PARAMETER,
@@ -173,7 +178,10 @@ class Program:
         )
 
 
-_RAISED = {Code.NC_PARAMETER, Code.NC_EXPRESSION, Code.NC_FLOW, Code.NC_LIMIT}
+_RAISED = {
+    *(Code.NC_PARAMETER, Code.NC_EXPRESSION, Code.NC_FLOW, Code.NC_LIMIT),
+    *(Code.NC_TOOL, Code.NC_GOUGE, Code.NC_ENTRY),
+}
 
 
 def _raise_first(findings: tuple[Finding, ...]) -> None:

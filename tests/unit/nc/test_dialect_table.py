@@ -23,7 +23,7 @@ def test_every_dialect_is_introduced_and_has_a_program_that_works() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"), [("G21 G00 X1.", WORKS), ("G21 G42", KEPT), ("G21 G777", NOT_YET), ("G21 Ä", NOT_YET)]
+    ("text", "expected"), [("G21 G00 X1.", WORKS), ("G21 G68", KEPT), ("G21 G777", NOT_YET), ("G21 Ä", NOT_YET)]
 )
 def test_the_outcomes_are_told_apart(text: str, expected: str) -> None:
     assert outcome(text, "fanuc-lathe") == expected

@@ -8,6 +8,7 @@ import pytest
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.program import read_program
 
 pytestmark = pytest.mark.corpus
@@ -64,3 +65,12 @@ def test_the_finish_pass_of_a_shaft_is_its_contour(corpus: Path) -> None:
     )
     assert (path.compensation[finish] == 42).all()
     assert path.feed[finish] == pytest.approx(0.001 * 25.4)
+
+
+def test_linuxcncs_own_sample_of_nose_compensation(corpus: Path) -> None:
+    """G41 and G42, one tool after the other."""
+    file = corpus / "data" / "public" / "nc" / "linuxcnc-lathe-comp.ngc"
+    table = [Tool(2, 0.8, 2), Tool(7, 0.4, 3), Tool(9)]
+    tools = [CutterTool(tool.nose_radius_mm, tool.orientation, tool.number) for tool in table]
+    path = read_program(file.read_bytes(), "linuxcnc").run(plane=18, tools=tools)
+    assert_same_moves(path, interpret(file, tools=table, startup=LATHE_STARTUP))

@@ -3,7 +3,7 @@
 //! Codes and words from the operator's manuals as remembered, checked against public shop programs; what the manuals
 //! leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, Rules, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
@@ -35,6 +35,7 @@ pub const FANUC_MILL: Dialect = Dialect {
     increments: None,
     point_decides: true,
     tool_has_offset: false,
+    rules: Rules::USUAL,
     other_axes: b"ABC",
     letters: b"ABCDEFGHIJKLMNOPQRSTXYZ",
     g: mill,
@@ -141,6 +142,7 @@ pub(super) fn mill(tenths: u16) -> Option<G> {
 pub(super) fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
+        6 => Some(M::ChangeTool),
         98 => Some(M::CallProgram),
         99 => Some(M::Return),
         0..=999 => Some(M::Inert),

@@ -3,7 +3,7 @@
 //! X is a diameter, I a radius. Arc centres are signed offsets from the start point, so an arc may turn through more
 //! than a quadrant. Parameters P1, P2, … of a cycle are words of its block; others are variables.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, Rules, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -20,6 +20,7 @@ pub const GE2000T: Dialect = Dialect {
     increments: None,
     point_decides: false,
     tool_has_offset: false,
+    rules: Rules::USUAL,
     other_axes: b"",
     letters: b"FGIJKMNPQRSTUWXYZ",
     g: g_code,

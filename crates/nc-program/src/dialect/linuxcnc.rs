@@ -1,6 +1,6 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, Rules, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -17,6 +17,7 @@ pub const LINUXCNC: Dialect = Dialect {
     increments: None,
     point_decides: false,
     tool_has_offset: false,
+    rules: Rules { tip_in_front: true },
     other_axes: b"",
     letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
     g: g_code,
@@ -47,8 +48,10 @@ fn g_code(tenths: u16) -> Option<G> {
         300 => G::Home(1),
         301 => G::StoreHome(1),
         400 => G::Compensation(Compensation::Off),
-        410 | 411 => G::Compensation(Compensation::Left),
-        420 | 421 => G::Compensation(Compensation::Right),
+        410 => G::Compensation(Compensation::Left),
+        411 => G::CompensationGiven(Compensation::Left),
+        420 => G::Compensation(Compensation::Right),
+        421 => G::CompensationGiven(Compensation::Right),
         430 | 432 => G::ToolTableOffset,
         431 => G::ToolOffset,
         490 => G::NoToolOffset,
@@ -81,6 +84,7 @@ fn g_code(tenths: u16) -> Option<G> {
 fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
+        6 => Some(M::ChangeTool),
         70 => Some(M::SaveState),
         72 => Some(M::RestoreState),
         73 => Some(M::SaveStateUntilReturn),

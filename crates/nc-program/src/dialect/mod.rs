@@ -67,6 +67,8 @@ pub enum G {
     Spindle(SpindleMode),
     /// Cutter compensation.
     Compensation(Compensation),
+    /// The same with the tool's diameter in D and its tip in L.
+    CompensationGiven(Compensation),
     /// Sets the position register: what the position is called, the tool does not move.
     SetRegister,
     /// Sets the register's offset itself, axis by axis.
@@ -132,6 +134,8 @@ pub enum M {
     SaveStateUntilReturn,
     /// Brings it back.
     RestoreState,
+    /// Puts the tool of T into the spindle.
+    ChangeTool,
     /// Without influence on the path.
     Inert,
 }
@@ -171,6 +175,18 @@ pub enum Functions {
     Macro,
 }
 
+/// What controls do differently with the same codes.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// Orientations of a lathe tool's tip are counted with the turret in front of the axis, as LinuxCNC does.
+    pub tip_in_front: bool,
+}
+
+impl Rules {
+    /// Those of most controls.
+    pub const USUAL: Self = Self { tip_in_front: false };
+}
+
 /// A dialect's rules.
 #[derive(Debug)]
 pub struct Dialect {
@@ -198,6 +214,8 @@ pub struct Dialect {
     pub point_decides: bool,
     /// The last two digits of T are an offset in the control's table.
     pub tool_has_offset: bool,
+    /// What codes do beyond their meaning.
+    pub rules: Rules,
     /// Address letters of moves that are not in the path.
     pub other_axes: &'static [u8],
     /// Address letters that mean something.

@@ -1,0 +1,338 @@
+//! Cutter compensation: from the programmed contour to the path of the controlled point, as LinuxCNC 2.9 drives it.
+//!
+//! The first move under G41 or G42 ends where the tool touches its programmed end, at its left or right. Then the
+//! centre keeps the radius: around a corner that turns away from the tool by an arc about it (a rapid move goes
+//! straight), into one that turns towards it as far as the crossing of the two offset paths. Where G40 ends it the
+//! tool leaves from where it stands. Compensation acts in the plane of arcs, G17 or G18; along the third axis, and
+//! where nothing is compensated, the path is the programmed one.
+
+use crate::arc::{self, Point};
+use crate::finding::{self, Finding, Severity};
+use crate::modal::{Compensation, Modal, Plane};
+use crate::offset::{dot, minus, plus};
+use crate::path::{Arc, ToolPath, INHERITED};
+use crate::program::Program;
+use crate::tool::{self, Cutter, Tool};
+
+/// Turns below this (rad) are no corner to LinuxCNC, and by no more may an arc become longer than programmed.
+pub(crate) const NO_CORNER: f64 = 0.05;
+
+/// The path of the controlled point: the tool's centre, or the imaginary tip that its orientation says.
+pub fn compensated(path: &ToolPath, program: &Program, tools: &[Tool]) -> (ToolPath, Vec<Finding>) {
+    let out = ToolPath { states: path.states.clone(), ..ToolPath::default() };
+    let mut work =
+        Compensator { path, program, tools, out, findings: Vec::new(), lead: [0.0; 3], active: None, last: 0 };
+    let mut arcs = path.arcs.iter().peekable();
+    for index in 0..path.len() {
+        let arc = arcs.next_if(|arc| arc.of_move == index);
+        work.add(index, arc);
+    }
+    work.finish();
+    (work.out, work.findings)
+}
+
+/// Compensation in force.
+pub(crate) struct Active {
+    /// The state that switched it on.
+    pub modal: Modal,
+    pub cutter: Cutter,
+    /// First move of the output under it.
+    pub since: usize,
+    /// From this move of the output on ends may still change.
+    pub open: usize,
+    /// How that move was programmed to go.
+    pub way: Way,
+}
+
+/// How a move was programmed to go.
+#[derive(Clone, Copy)]
+pub(crate) enum Way {
+    /// Straight, by as much in the plane.
+    By(Point),
+    /// By an arc of that sweep.
+    Turn(f64),
+}
+
+pub(crate) struct Compensator<'a> {
+    pub path: &'a ToolPath,
+    program: &'a Program,
+    tools: &'a [Tool],
+    pub out: ToolPath,
+    findings: Vec<Finding>,
+    /// Where the tool stands less where the program believes it.
+    pub lead: [f64; 3],
+    pub active: Option<Active>,
+    /// The last move compensated.
+    last: usize,
+}
+
+/// A programmed move, its plane's coordinates taken out.
+#[derive(Clone, Copy)]
+pub(crate) struct Planar<'a> {
+    pub index: usize,
+    pub axes: (usize, usize),
+    pub start: [f64; 3],
+    pub end: [f64; 3],
+    pub arc: Option<&'a Arc>,
+}
+
+impl Planar<'_> {
+    pub fn point(&self, position: [f64; 3]) -> Point {
+        [position[self.axes.0], position[self.axes.1]]
+    }
+
+    pub fn from(&self) -> Point {
+        self.point(self.start)
+    }
+
+    pub fn to(&self) -> Point {
+        self.point(self.end)
+    }
+
+    /// Centre and whether it goes clockwise.
+    pub fn circle(&self) -> Option<(Point, bool)> {
+        self.arc.map(|arc| (self.point(arc.centre), arc.sweep > 0.0))
+    }
+
+    /// Unit direction of travel at one of its points.
+    pub fn direction(&self, at: Point) -> Point {
+        match self.circle() {
+            Some((centre, clockwise)) => {
+                let arm = minus(at, centre);
+                unit(if clockwise { [arm[1], -arm[0]] } else { [-arm[1], arm[0]] })
+            }
+            None => unit(minus(self.to(), self.from())),
+        }
+    }
+}
+
+pub(crate) fn unit(way: Point) -> Point {
+    let length = way[0].hypot(way[1]);
+    [way[0] / length, way[1] / length]
+}
+
+impl Active {
+    pub fn left(&self) -> bool {
+        self.modal.compensation == Compensation::Left
+    }
+
+    /// Where the centre is when the tool touches a point while it travels in a direction.
+    pub fn beside(&self, point: Point, direction: Point) -> Point {
+        let left = [-direction[1], direction[0]];
+        plus(point, left, if self.left() { self.cutter.radius } else { -self.cutter.radius })
+    }
+}
+
+impl Compensator<'_> {
+    fn add(&mut self, index: usize, arc: Option<&Arc>) {
+        let state = self.path.state.get(index).and_then(|state| self.path.states.get(*state as usize)).copied();
+        let (Some(state), Some(start), Some(end)) = (state, self.path.start.get(index), self.path.end.get(index))
+        else {
+            return;
+        };
+        self.switch(index, &state);
+        let (first, second, _) = state.plane.axes();
+        let planar = Planar { index, axes: (first, second), start: *start, end: *end, arc };
+        match &self.active {
+            None => self.as_programmed(&planar),
+            Some(active) if active.since == self.out.len() => self.enter(&planar),
+            Some(_) if planar.from() == planar.to() && arc.is_none() => {
+                self.emit(&planar, self.standing(&planar), None)
+            }
+            Some(_) => self.go_on(&planar),
+        }
+    }
+
+    fn as_programmed(&mut self, planar: &Planar<'_>) {
+        let start = [0, 1, 2].map(|axis| planar.start[axis] + self.lead[axis]);
+        self.lead = [0.0; 3];
+        let arc = planar.arc.map(|arc| Arc { of_move: self.out.len(), ..*arc });
+        self.push(planar.index, start, planar.end, arc);
+    }
+
+    /// Starts or ends compensation where the state of the next move says so.
+    fn switch(&mut self, index: usize, state: &Modal) {
+        let off = state.compensation == Compensation::Off;
+        let key = |modal: &Modal| (modal.compensation, modal.called, modal.plane);
+        if self.active.as_ref().map_or(off, |active| key(&active.modal) == key(state)) {
+            return;
+        }
+        if self.active.is_some() && !off {
+            let message = "compensation changes its side, tool or plane while it is on".to_owned();
+            self.refuse(index, finding::ENTRY, message, "write G40 and a straight move between the two");
+        }
+        self.finish();
+        if off {
+            return;
+        }
+        if state.plane == Plane::Yz {
+            let message = format!("{} in the plane of G19", mode(state));
+            return self.refuse(index, finding::ENTRY, message, "compensation acts in G17 and G18");
+        }
+        match tool::cutter(state, self.tools, self.program.dialect()) {
+            Ok(cutter) => {
+                let since = self.out.len();
+                self.active = Some(Active { modal: *state, cutter, since, open: since, way: Way::By([0.0; 2]) })
+                    .filter(|_| cutter.radius > 0.0);
+            }
+            Err(what) => {
+                let hint = "give it: --tool R0.4 (mm), on a lathe with its tip: --tool R0.4,Q3";
+                self.refuse(index, finding::TOOL, format!("{}: {what}", mode(state)), hint);
+            }
+        }
+    }
+
+    /// Ends compensation. The controlled point of what was compensated is the tip.
+    fn finish(&mut self) {
+        if self.active.as_ref().is_some_and(|active| active.open < self.out.len()) {
+            self.check_way(self.last);
+        }
+        let Some(active) = self.active.take() else { return };
+        let tip = active.cutter.tip;
+        let shift = |position: &mut [f64; 3]| *position = [0, 1, 2].map(|axis| position[axis] + tip[axis]);
+        self.out.end.iter_mut().skip(active.since).for_each(shift);
+        self.out.start.iter_mut().skip(active.since + 1).for_each(shift);
+        let arcs = self.out.arcs.iter_mut().filter(|arc| arc.of_move >= active.since);
+        arcs.for_each(|arc| shift(&mut arc.centre));
+        if self.out.len() > active.since {
+            shift(&mut self.lead);
+        }
+    }
+
+    /// Where the centre stands before a move.
+    pub fn standing(&self, planar: &Planar<'_>) -> Point {
+        plus(planar.from(), planar.point(self.lead), 1.0)
+    }
+
+    /// The first move: straight to beside its end, or by an arc that touches there.
+    fn enter(&mut self, planar: &Planar<'_>) {
+        let Some(active) = &self.active else { return };
+        let (standing, radius, tip) = (self.standing(planar), active.cutter.radius, active.cutter.tip);
+        let way = minus(planar.to(), standing);
+        let direction = if planar.arc.is_some() { planar.direction(planar.to()) } else { unit(way) };
+        let end = active.beside(planar.to(), direction);
+        let length = way[0].hypot(way[1]);
+        if length <= radius || length.is_nan() {
+            let message = format!(
+                "the first move under {} is {length:.4} mm long, the tool's radius {radius:.4} mm",
+                mode(&active.modal)
+            );
+            self.refuse(planar.index, finding::ENTRY, message, "begin further away: by more than the tool's radius");
+            return self.as_programmed(planar);
+        }
+        if planar.arc.is_some() && tip != [0.0; 3] {
+            // The controlled point changes from the tip to the tip as the centre sees it, before the arc.
+            self.append(planar, planar.start, standing, None);
+            self.settle();
+        }
+        let circle = planar.circle().map(|(centre, clockwise)| (entry_centre(standing, end, centre), clockwise));
+        self.emit(planar, end, circle);
+        if let (Some(active), None) = (self.active.as_mut(), planar.arc) {
+            // Taken back into a corner it may turn about, but not cross over to the contour's other side.
+            active.way = Way::By(minus(end, planar.to()));
+        }
+    }
+
+    /// The ends of all moves so far are final.
+    pub fn settle(&mut self) {
+        if let Some(active) = self.active.as_mut() {
+            active.open = self.out.len();
+        }
+    }
+
+    /// The centre's move that a programmed one becomes.
+    pub fn emit(&mut self, planar: &Planar<'_>, end: Point, circle: Option<(Point, bool)>) {
+        let opens = self.out.len();
+        self.append(planar, planar.end, end, circle);
+        self.last = planar.index;
+        if let Some(active) = self.active.as_mut().filter(|active| active.open == opens) {
+            active.way = match planar.arc {
+                Some(arc) => Way::Turn(arc.sweep),
+                None => Way::By(minus(planar.to(), planar.from())),
+            };
+        }
+    }
+
+    /// Reports a move that had to be cut back so far that it runs the other way.
+    pub fn check_way(&mut self, index: usize) {
+        let Some(active) = &self.active else { return };
+        let (open, axes) = (active.open, active.modal.plane.axes());
+        let (Some(start), Some(end)) = (self.out.start.get(open), self.out.end.get(open)) else { return };
+        let sweep = || self.out.arcs.iter().rev().find(|arc| arc.of_move == open).map_or(0.0, |arc| arc.sweep);
+        let reached = match active.way {
+            Way::By(way) => dot(way, [end[axes.0] - start[axes.0], end[axes.1] - start[axes.1]]) >= 0.0,
+            Way::Turn(turn) => sweep().abs() <= turn.abs() + NO_CORNER,
+        };
+        if !reached {
+            self.refuse_corner(index);
+        }
+    }
+
+    pub fn refuse_corner(&mut self, index: usize) {
+        let radius = self.active.as_ref().map_or(0.0, |active| active.cutter.radius);
+        let message = format!("a tool of radius {radius:.4} mm does not fit into the corner before this move");
+        let hint = "it would cut into the contour: use a smaller tool, or write the corner wider";
+        self.refuse(index, finding::GOUGE, message, hint);
+    }
+
+    /// A move of the centre to `end`, after which the program believes itself at `believed`.
+    pub fn append(&mut self, planar: &Planar<'_>, believed: [f64; 3], end: Point, circle: Option<(Point, bool)>) {
+        let (first, second) = planar.axes;
+        let start = [0, 1, 2].map(|axis| planar.start[axis] + self.lead[axis]);
+        let mut to = believed;
+        (to[first], to[second]) = (end[0], end[1]);
+        let arc = circle.map(|(centre, clockwise)| {
+            let circle = arc::about(planar.point(start), end, centre, clockwise);
+            let mut around = start;
+            (around[first], around[second]) = (centre[0], centre[1]);
+            let sweep = circle.map_or(0.0, |circle| circle.sweep);
+            Arc { of_move: self.out.len(), centre: around, sweep, radius: f64::NAN }
+        });
+        self.lead = [0, 1, 2].map(|axis| to[axis] - believed[axis]);
+        self.push(planar.index, start, to, arc);
+    }
+
+    fn push(&mut self, index: usize, start: [f64; 3], end: [f64; 3], arc: Option<Arc>) {
+        use crate::path::MoveKind;
+        let source = self.path.kind.get(index).copied().unwrap_or(MoveKind::Line);
+        let kind = match (source, arc) {
+            (_, Some(_)) => MoveKind::Arc,
+            (MoveKind::Arc, None) => MoveKind::Line,
+            (kind, None) => kind,
+        };
+        self.out.kind.push(kind);
+        self.out.start.push(start);
+        self.out.end.push(end);
+        self.out.words.push(self.path.words.get(index).copied().unwrap_or([INHERITED; 3]));
+        self.out.block.push(self.path.block.get(index).copied().unwrap_or(0));
+        self.out.state.push(self.path.state.get(index).copied().unwrap_or(0));
+        self.out.arcs.extend(arc);
+    }
+
+    pub fn refuse(&mut self, index: usize, code: &'static str, message: String, hint: &str) {
+        let block = self.path.block.get(index).map_or(0, |block| *block as usize);
+        let start = self.program.blocks().get(block).map_or(0, |block| block.start as usize);
+        let at = start + self.path.column(index, self.program) - 1;
+        finding::add(
+            &mut self.findings,
+            Finding { severity: Severity::Error, code, message, hint: hint.to_owned(), at },
+        );
+    }
+}
+
+fn mode(modal: &Modal) -> &'static str {
+    if modal.compensation == Compensation::Left {
+        "G41"
+    } else {
+        "G42"
+    }
+}
+
+/// The centre of the arc of the tool's centre that begins where it stands and, with the programmed arc, ends square to
+/// the way to the programmed arc's centre.
+fn entry_centre(standing: Point, end: Point, centre: Point) -> Point {
+    let towards = unit(minus(centre, end));
+    let way = minus(standing, end);
+    let along = way[0] * towards[0] + way[1] * towards[1];
+    plus(end, towards, (way[0] * way[0] + way[1] * way[1]) / (2.0 * along))
+}

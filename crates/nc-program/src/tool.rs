@@ -1,0 +1,72 @@
+//! Tools as compensation needs them: radius, and on a lathe which way the tip lies from the nose's centre.
+
+use crate::dialect::Dialect;
+use crate::modal::{Modal, Plane};
+
+/// A tool that the user tells of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tool {
+    /// Number by which the program calls it: D, or that of the offset or tool; without one, whichever is called.
+    pub number: Option<i32>,
+    /// Radius of nose or cutter, mm.
+    pub radius: f64,
+    /// The control's number of the tip's orientation, 0 to 9; 0 and 9 are the nose's centre.
+    pub tip: Option<u8>,
+}
+
+/// What the program says of the tool where it switches compensation on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Called {
+    /// D, or the number of the offset or tool.
+    pub number: i32,
+    /// Radius, mm, where the program gives it; else negative.
+    pub radius: f64,
+    /// Orientation that the program gives.
+    pub tip: u8,
+}
+
+/// Before any compensation.
+pub(crate) const NONE_CALLED: Called = Called { number: 0, radius: -1.0, tip: 0 };
+
+/// A tool resolved: radius, and the controlled point less the centre.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cutter {
+    pub radius: f64,
+    pub tip: [f64; 3],
+}
+
+/// The tool in force; what is not known of it otherwise.
+pub(crate) fn cutter(state: &Modal, tools: &[Tool], dialect: &Dialect) -> Result<Cutter, String> {
+    let called = state.called;
+    let lathe = state.plane == Plane::Zx;
+    if called.radius >= 0.0 {
+        return Ok(Cutter { radius: called.radius, tip: tip(called.tip, called.radius, dialect) });
+    }
+    let named = tools.iter().find(|tool| tool.number == Some(called.number));
+    let tool = named.or(tools.iter().find(|tool| tool.number.is_none()));
+    let Some(tool) = tool else { return Err(format!("the radius of tool {} is not known", called.number)) };
+    match tool.tip {
+        None if lathe => Err(format!("the orientation of the tip of tool {} is not known", called.number)),
+        number => {
+            let number = if lathe { number.unwrap_or(0) } else { 0 };
+            Ok(Cutter { radius: tool.radius, tip: tip(number, tool.radius, dialect) })
+        }
+    }
+}
+
+/// From the nose's centre to the imaginary tip. LinuxCNC counts as with the turret in front, others with it behind.
+fn tip(number: u8, radius: f64, dialect: &Dialect) -> [f64; 3] {
+    let (x, z) = match number {
+        1 => (1.0, 1.0),
+        2 => (1.0, -1.0),
+        3 => (-1.0, -1.0),
+        4 => (-1.0, 1.0),
+        5 => (0.0, 1.0),
+        6 => (1.0, 0.0),
+        7 => (0.0, -1.0),
+        8 => (-1.0, 0.0),
+        _ => (0.0, 0.0),
+    };
+    let x = if dialect.rules.tip_in_front { -x } else { x };
+    [x * radius, 0.0, z * radius]
+}

@@ -1,0 +1,102 @@
+"""Cutter compensation: LinuxCNC's own interpreter drives the controlled point along the same path.
+
+Where LinuxCNC refuses a program, so does trueloop. It refuses more: a line cut back beyond its beginning before an arc,
+which LinuxCNC drives backwards.
+"""
+
+import math
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.support.linuxcnc import LATHE_STARTUP, Move, ProgramRefusedError, Tool, interpret
+from tests.support.nc_judge import assert_same_moves
+from trueloop.errors import Code, Severity
+from trueloop.nc.cutter_tool import CutterTool
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import ToolPath
+
+MILL_STARTUP = "G17 G21 G40 G90 G94"
+REFUSALS = {Code.NC_GOUGE, Code.NC_ENTRY}
+
+
+@dataclass(frozen=True)
+class Case:
+    text: str
+    plane: int
+    radius_mm: float
+    tip: int
+
+
+@st.composite
+def cases(draw: st.DrawFn) -> Case:
+    plane = draw(st.sampled_from([17, 18]))
+    first, second, third = ("Z", "X", "Y") if plane == 18 else ("X", "Y", "Z")
+    steps = st.floats(-20, 20).map(lambda value: round(value, 3))
+    here, blocks = (0.0, 0.0), ["F100 S100 M3 T1 M6", draw(st.sampled_from(["G41", "G42", "G41 D1", "G42 D1"]))]
+    for k in range(draw(st.integers(2, 6))):
+        there = (round(here[0] + draw(steps), 3), round(here[1] + draw(steps), 3))
+        ends = f"{first}{there[0]:.3f} {second}{there[1]:.3f}"
+        chord = math.dist(here, there)
+        if k and chord > 0.5 and draw(st.booleans()):
+            radius = round(chord * draw(st.floats(0.51, 2)), 3) * draw(st.sampled_from([1, 1, -1]))
+            blocks.append(f"{draw(st.sampled_from(['G2', 'G3']))} {ends} R{radius:.3f}")
+        else:
+            blocks.append(f"{draw(st.sampled_from(['G1', 'G1', 'G0']))} {ends}")
+        if draw(st.integers(0, 9)) == 0:
+            blocks.append(f"G1 {third}{k + 1}")
+        here = there
+    text = "\n".join([*blocks, "G40", f"G1 {first}90 {second}90", "M2", ""])
+    tip = draw(st.integers(0, 9)) if plane == 18 else 0
+    return Case(text, plane, round(draw(st.floats(0.2, 3)), 3), tip)
+
+
+def judged(case: Case) -> tuple[ToolPath, list[Move] | ProgramRefusedError]:
+    startup = LATHE_STARTUP if case.plane == 18 else MILL_STARTUP
+    tools = [CutterTool(case.radius_mm, case.tip)]
+    program = read_program(case.text.encode(), "linuxcnc")
+    path = program.run(inch=False, diameter=False, plane=case.plane, strict=False, tools=tools)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "case.ngc")
+        file.write_text(case.text)
+        try:
+            return path, interpret(file, tools=[Tool(1, case.radius_mm, case.tip)], startup=startup)
+        except ProgramRefusedError as refused:
+            return path, refused
+
+
+@given(case=cases())
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+def test_the_controlled_point_takes_linuxcncs_path(case: Case) -> None:
+    path, moves = judged(case)
+    refusals = {found.code for found in path.findings if found.severity == Severity.ERROR}
+    if isinstance(moves, ProgramRefusedError):
+        assert refusals & REFUSALS, f"{moves}\n{case.text}"
+    else:
+        assert refusals <= {Code.NC_GOUGE}
+        assert_same_moves(path, moves)
+
+
+ENTRY_BY_ARC = "F100 T1 M6\nG0 Z0 X0\nG42\nG2 Z5 X5 I5\nG1 X15\nG3 Z0 X20 R5\nG40\nG1 Z90 X90\nM2\n"
+
+
+@pytest.mark.parametrize("tip", [0, 9])
+@pytest.mark.parametrize("side", ["G41", "G42"])
+def test_an_arc_may_lead_in(side: str, tip: int) -> None:
+    """Not judged with other tips: LinuxCNC 2.9 then takes the arc's end for its start and turns a full circle."""
+    path, moves = judged(Case(ENTRY_BY_ARC.replace("G42", side), 18, 0.8, tip))
+    assert not isinstance(moves, ProgramRefusedError)
+    assert_same_moves(path, moves)
+
+
+GIVEN = "G21 F100\nG18 G42.1 D1.6 L2\nG1 X5 Z-3\nZ-20\nG2 X10 Z-25 R5\nG1 X20\nZ-30\nG40\nG1 X40\nM2\n"
+
+
+def test_the_program_may_give_diameter_and_tip_itself() -> None:
+    path, moves = judged(Case(GIVEN, 18, 3.0, 7))
+    assert not isinstance(moves, ProgramRefusedError)
+    assert_same_moves(path, moves)
