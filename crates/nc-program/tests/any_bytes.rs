@@ -1,7 +1,7 @@
 //! Whatever the bytes: nothing panics, nothing is lost, spans are in order.
 
 use nc_program::{
-    dialect::DIALECTS, lint, offset_statements, parameters_used, run, Dialect, MoveKind, Options, Program,
+    dialect::DIALECTS, lint, offset_statements, parameters_used, run, Dialect, MoveKind, Options, Program, Tool,
 };
 use proptest::prelude::*;
 
@@ -17,6 +17,9 @@ fn near_programs() -> impl Strategy<Value = Vec<u8>> {
         "G53",
         "G28",
         "G43.1",
+        "G41",
+        "G42.1 D2",
+        "G40",
         "X",
         "Z-1.5",
         "X(",
@@ -121,7 +124,8 @@ fn everything(source: &[u8], dialect: &'static Dialect) -> Result<(), TestCaseEr
     parameters_used(&program);
     offset_statements(&program);
     for optional_blocks in [false, true] {
-        let options = Options { optional_blocks, block_limit: 2000, ..Options::default() };
+        let tools = if optional_blocks { vec![Tool { number: None, radius: 1.5, tip: Some(3) }] } else { Vec::new() };
+        let options = Options { optional_blocks, tools, block_limit: 2000, ..Options::default() };
         let (path, findings) = run(&program, &options);
         prop_assert!(findings.iter().all(|finding| finding.at <= source.len()));
         for index in 0..path.len() {
