@@ -137,6 +137,8 @@ class Code(StrEnum):
     MCH_AXIS = "MCH-AXIS"  # an axis or axis error the machine does not have
     MCH_BASIS = "MCH-BASIS"  # no function of position
     MCH_SIGNAL = "MCH-SIGNAL"  # a temperature or speed the model needs is not given
+    MCH_HISTORY = "MCH-HISTORY"  # the past of a signal that is felt later is not given
+    MCH_LAG = "MCH-LAG"  # a time constant that was not found within its bounds
     MCH_DATA = "MCH-DATA"  # too few readings, or none that move an axis
     MCH_COLLINEAR = "MCH-COLLINEAR"  # parameters the readings cannot tell apart, or hardly
     MCH_FILE = "MCH-FILE"  # data that cannot be read

@@ -15,6 +15,7 @@ from trueloop.formats.control_tables import linuxcnc_comp
 from trueloop.formats.positioning_data import read_positioning
 from trueloop.machine.axis_table import AxisTable
 from trueloop.machine.commanded_path import Setup, commanded_path
+from trueloop.machine.history import Lag, check_lags_given
 from trueloop.machine.identify import identify
 from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.names import error_name
@@ -24,6 +25,7 @@ from trueloop.machine.point_program import displace_points
 from trueloop.machine.position_basis import CONSTANT, PositionBasis, polynomial
 from trueloop.machine.structure import chain_of
 from trueloop.machine.term import Part, Term
+from trueloop.machine.time_constants import at_bounds
 from trueloop.nc.program import read_program
 
 MILL = Machine("mill", chain_of("mill-gantry"))
@@ -90,6 +92,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         MachineModel(Machine("mill", MILL.chain, "4711"), (EXX,), np.zeros(3), np.zeros((3, 3))), "4712"
     ),
     Code.MCH_SHAPE: _two_normals_for_three_points,
+    Code.MCH_HISTORY: lambda: check_lags_given((Lag("column", "T1", 1800.0),), {"T1": 21.0}),
+    Code.MCH_LAG: lambda: at_bounds((Lag("column", "T1", 300.0, between_s=(300.0, 9000.0)),))[0],
     Code.MCH_FILE: lambda: read_positioning(Path("no-such-file-1.csv")),
     Code.MCH_UNIT: lambda: _positioning("target_ft,approach,cycle,actual_ft\n0,up,1,0\n"),
 }

@@ -10,8 +10,13 @@ from trueloop.cli.program_file import DialectName, ProgramFile, Settings, parame
 from trueloop.cli.terminal import AsJson, print_json
 
 if TYPE_CHECKING:
-    from trueloop.machine.chain import Vector
+    from collections.abc import Sequence
+
+    from trueloop.geometry.feature import Array
+    from trueloop.machine.chain import Chain, Vector
+    from trueloop.machine.history import Lag
     from trueloop.machine.model import MachineModel
+    from trueloop.machine.observations import Observations
 
 app = typer.Typer(
     help="A machine's own errors: found from readings, taken out of programs, handed to the control.",
@@ -25,7 +30,16 @@ ModelFile = Annotated[Path, typer.Argument(metavar="MODEL.json", help="As `truel
 ModelOption = Annotated[Path, typer.Option("--model", "-m", metavar="MODEL.json", help="The machine's model.")]
 Temperatures = Annotated[
     list[str] | None,
-    typer.Option("--temperatures", "-t", metavar="T1=V", help="Value of a signal of the model; may be repeated."),
+    typer.Option(
+        "--temperatures",
+        "-t",
+        metavar="T1=V",
+        help="Value of a signal of the model, or LOG.csv, its past until now; may be repeated.",
+    ),
+]
+HistoryFile = Annotated[
+    Path | None,
+    typer.Option("--history", metavar="LOG.csv", help="Log of temperatures and speeds on the clock of the readings."),
 ]
 Extrapolate = Annotated[
     list[str] | None,
@@ -39,6 +53,7 @@ def fit(
     machine: MachineFile,
     readings: ReadingFiles,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    history: HistoryFile = None,
     robust: Annotated[bool, typer.Option(help="Let outliers count less.")] = True,
     as_json: AsJson = False,
 ) -> None:
@@ -47,25 +62,30 @@ def fit(
     from trueloop.formats.machine_toml import read_machine
     from trueloop.formats.model_file import model_to_json
     from trueloop.formats.outputs import write_all
-    from trueloop.formats.readings_csv import read_readings
+    from trueloop.machine.form import fit_form
     from trueloop.machine.hold_out import hold_out
-    from trueloop.machine.identify import identify
-    from trueloop.machine.observations import joined
     from trueloop.report.machine_page import machine_page
 
-    named, terms = read_machine(machine)
-    data = joined([read_readings(path, named.chain) for path in readings])
-    found = identify(named, terms, data, robust=robust)
-    held = hold_out(named, terms, data, robust=robust)
-    made_from = {path.name: sha256_of(path.read_bytes()) for path in (machine, *readings)}
-    page = machine_page(found, data, held)
+    named, form = read_machine(machine)
+    data = _readings(readings, named.chain, history)
+    found, chosen = fit_form(named, form, data, robust=robust)
+    held = hold_out(data, lambda others: fit_form(named, form, others, robust=robust)[0].model)
+    sources = (machine, *readings, *([history] if history else ()))
+    made_from = {path.name: sha256_of(path.read_bytes()) for path in sources}
+    page = machine_page(found, chosen, data.with_lags(found.model.lags), held)
     contents = {"model.json": model_to_json(found.model, made_from).encode(), "machine.html": page.encode()}
-    write_all(out, contents, inputs=(machine, *readings))
+    write_all(out, contents, inputs=sources)
     if as_json:
+        constants = {lag.name: [lag.constant_s, lag.u_relative * lag.constant_s] for lag in found.model.lags}
         scatter = {"scatter": found.scatter, "readings": len(data), "findings": [f.message for f in found.findings]}
+        scatter |= {"chosen": [f"{c.error}·{c.signal}" for c in chosen], "constants_s_and_u": constants}
         print_json(scatter | {"held_out_rms_mm": {run.run: run.rms for run in held}})
         return
-    typer.echo(f"{len(terms)} terms from {len(data)} readings; scatter {found.scatter:.3g}")
+    typer.echo(f"{len(found.model.terms)} terms from {len(data)} readings; scatter {found.scatter:.3g}")
+    for taken in chosen:
+        typer.echo(f"  {taken.error} takes {taken.signal}: left out {taken.rms_without:.3g} → {taken.rms_with:.3g} RMS")
+    for lag in found.model.lags:
+        typer.echo(f"  {_lag_text(lag)}")
     for run in held:
         typer.echo(
             f"  run {run.run!r} predicted from the others: {1e3 * run.rms:.2f} µm RMS, without {1e3 * run.raw:.2f}"
@@ -82,10 +102,13 @@ def show(model: ModelFile, temperatures: Temperatures = None, as_json: AsJson = 
     from trueloop.formats.model_file import read_model
     from trueloop.machine.overview import overview
 
-    rows = overview(read_model(model), parameters_of(temperatures))
+    known = read_model(model)
+    rows = overview(known, _signals(known, temperatures))
     if as_json:
-        print_json({"terms": [row.__dict__ for row in rows]})
+        print_json({"terms": [row.__dict__ for row in rows], "lags": [lag.__dict__ for lag in known.lags]})
         return
+    for lag in known.lags:
+        typer.echo(_lag_text(lag))
     for row in rows:
         typer.echo(f"{row.error:<5} {row.least:+9.2f} to {row.most:+9.2f} {row.unit:<5} u {row.largest_u:.2f}")
 
@@ -95,6 +118,7 @@ def show(model: ModelFile, temperatures: Temperatures = None, as_json: AsJson = 
 def check(
     model: ModelFile,
     readings: ReadingFiles,
+    history: HistoryFile = None,
     limit_um: Annotated[float | None, typer.Option(help="Refuse when the RMS is larger.")] = None,
     extrapolate: Extrapolate = None,
     as_json: AsJson = False,
@@ -102,13 +126,11 @@ def check(
     """Compare a model with readings it was not made from. Exit status 1 when beyond the limit."""
     from trueloop.cli.failure import ExitStatus
     from trueloop.formats.model_file import read_model
-    from trueloop.formats.readings_csv import read_readings
     from trueloop.machine.hold_out import compare
-    from trueloop.machine.observations import joined
     from trueloop.machine.validity import check_state
 
     known = read_model(model)
-    data = joined([read_readings(path, known.machine.chain) for path in readings])
+    data = _readings(readings, known.machine.chain, history).with_lags(known.lags)
     check_state(known, data.state, extrapolate or ())
     result = compare(known, data)
     if as_json:
@@ -152,7 +174,7 @@ def compensate(
     setup = Setup(
         dict(map(_numbered, work_zero)),
         dict(map(_numbered, tool or ["*=0,0,0"])),
-        parameters_of(temperatures),
+        _signals(known, temperatures),
     )
     done = compensate_program(
         read_program_file(file, dialect),
@@ -193,7 +215,8 @@ def export(
     from trueloop.formats.outputs import write_all
     from trueloop.machine.axis_table import axis_table
 
-    table = axis_table(read_model(model), axis, error_of or axis, count, parameters_of(at), parameters_of(temperatures))
+    known = read_model(model)
+    table = axis_table(known, axis, error_of or axis, count, parameters_of(at), _signals(known, temperatures))
     if control == "linuxcnc":
         text = control_tables.linuxcnc_comp(table)
     elif control == "siemens":
@@ -214,8 +237,8 @@ def decompose(
     model: ModelOption,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
     work_zero: Annotated[str, typer.Option(metavar="X,Y,Z", help="Machine coordinates of the part's zero, mm.")],
-    cutting: Annotated[list[str], typer.Option(metavar="T1=V", help="T_CUTTING, a signal each.")],
-    probing: Annotated[list[str], typer.Option(metavar="T1=V", help="T_PROBING, a signal each.")],
+    cutting: Annotated[list[str], typer.Option(metavar="T1=V", help="T_CUTTING: a signal each, or LOG.csv.")],
+    probing: Annotated[list[str], typer.Option(metavar="T1=V", help="T_PROBING: a signal each, or LOG.csv.")],
     tool: Annotated[str, typer.Option(metavar="X,Y,Z", help="Cutting tool, mm.")] = "0,0,0",
     probe: Annotated[str, typer.Option(metavar="X,Y,Z", help="Probe stylus, mm.")] = "0,0,0",
     compensated: Annotated[bool, typer.Option(help="The model was in force during cutting.")] = True,
@@ -231,8 +254,8 @@ def decompose(
     known = read_model(model)
     points, seen = read_inspections(inspections)
     zero = _vector(work_zero)
-    cut = states_of(known, seen, zero, _vector(tool), parameters_of(cutting))
-    touched = states_of(known, seen, zero, _vector(probe), parameters_of(probing))
+    cut = states_of(known, seen, zero, _vector(tool), _signals(known, cutting))
+    touched = states_of(known, seen, zero, _vector(probe), _signals(known, probing))
     parts, frame = decompose_part(known, seen, cut, touched, compensated=compensated, new_frame=new_frame)
     contents = {
         "components.csv": components_csv(points, parts).encode(),
@@ -242,6 +265,35 @@ def decompose(
     if frame is not None:
         typer.echo(f"part frame: shift {1e3 * frame.shift_mm} µm, turn {1e6 * frame.turn_rad} µrad taken out")
     typer.echo(f"{len(points)} points; written: {out / 'components.csv'}, {out / 'components.html'}")
+
+
+def _readings(paths: "Sequence[Path]", chain: "Chain", history: Path | None) -> "Observations":
+    from trueloop.formats.history_csv import read_history
+    from trueloop.formats.readings_csv import read_readings
+    from trueloop.machine.observations import joined
+
+    past = read_history(history) if history else None
+    return joined([read_readings(path, chain, past) for path in paths])
+
+
+def _signals(model: "MachineModel", given: "Sequence[str] | None") -> "dict[str, Array | float]":
+    """Values by name, and logs as they stand at their last row, lags among them. Raises MCH-HISTORY."""
+    from trueloop.formats.history_csv import read_history
+    from trueloop.machine.history import check_lags_given, signals_at_end
+
+    logs = [Path(text) for text in given or () if "=" not in text]
+    signals: dict[str, Array | float] = {}
+    for log in logs:
+        signals |= signals_at_end(read_history(log), model.lags)
+    signals |= parameters_of([text for text in given or () if "=" in text], "--temperatures")
+    check_lags_given(model.lags, signals)
+    return signals
+
+
+def _lag_text(lag: "Lag") -> str:
+    power = f"^{lag.power}" if lag.power > 1 else ""
+    sought = f" ± {2 * lag.u_relative * lag.constant_s:.2g} (95 %)" if lag.between_s else ", given"
+    return f"{lag.name}: {lag.of}{power} after {lag.constant_s:.4g} s{sought}"
 
 
 def _numbered(text: str) -> "tuple[int, Vector]":

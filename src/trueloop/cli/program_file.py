@@ -50,7 +50,7 @@ def read_program_file(path: Path, dialect: str | None) -> "Program":
     return read_program(source, dialect or guess_dialect(source, str(path)), str(path))
 
 
-def parameters_of(settings: Sequence[str] | None) -> dict[str, float]:
+def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict[str, float]:
     """`["P46=3.52"]` as a mapping; anything else is a fault of the command line."""
     parameters: dict[str, float] = {}
     for setting in settings or ():
@@ -58,7 +58,7 @@ def parameters_of(settings: Sequence[str] | None) -> dict[str, float]:
         try:
             parameters[found[1] if found else ""] = float(found[2] if found else "")
         except ValueError:
-            raise typer.BadParameter(f"{setting!r} is no name=number, such as P46=3.52", param_hint="--set") from None
+            raise typer.BadParameter(f"{setting!r} is no name=number, such as P46=3.52", param_hint=option) from None
     return parameters
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
-from trueloop.machine.model import MachineModel, State, design
+from trueloop.machine.model import MachineModel, State
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,7 @@ def _along(normal: Array, vectors: Array) -> Array:
 
 def _difference_variance(model: MachineModel, normal: Array, cutting: State, probing: State) -> Array:
     """Variance of the model's error at cutting minus that at probing: 0 where both are the same."""
-    chain = model.machine.chain
-    rows = design(chain, model.terms, cutting) - design(chain, model.terms, probing)
+    rows = model.sensitivities(cutting) - model.sensitivities(probing)
     along = np.einsum("ni,nij->nj", normal, rows)
     variance: Array = np.einsum("nj,jk,nk->n", along, model.covariance, along)
     return np.maximum(variance, 0.0)

@@ -20,6 +20,13 @@ error = "EZZ"
 degree = 2
 segments = 3
 signals = { T12 = 20.0 }          # linear in T12 − 20
+choose = { T1 = 20, column = 20 } # and in those of these that matter
+most = 3                          # but in so many at the most
+
+[lags.column]                     # a signal: T3 after a first-order lag
+of = "T3"
+constant_s = [300, 14400]         # sought between these; a single number is taken as it is
+power = 1                         # 2: the square of a speed heats
 """
 
 import math
@@ -31,6 +38,9 @@ from typing import Any
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.machine.chain import Axis, AxisKind, Chain
+from trueloop.machine.choice import Choice
+from trueloop.machine.form import Form
+from trueloop.machine.history import Lag
 from trueloop.machine.model import Machine
 from trueloop.machine.names import error_name
 from trueloop.machine.position_basis import CONSTANT, segments
@@ -40,16 +50,17 @@ from trueloop.machine.term import Part, Term
 
 STANDARDS = {"mill": mill_terms, "turning": turning_terms}
 KEYS = {
-    "": {"machine", "axes", "terms", "term"},
+    "": {"machine", "axes", "terms", "term", "lags"},
     "machine": {"name", "serial", "structure"},
     "axes": {"travel_mm", "travel_deg", "offset_mm"},
     "terms": {"standard", "degree", "segments", "both_ways", "datum"},
-    "term": {"error", "degree", "segments", "both_ways", "zero_at", "signals"},
+    "term": {"error", "degree", "segments", "both_ways", "zero_at", "signals", "choose", "most"},
+    "lags": {"of", "constant_s", "power"},
 }
 
 
-def read_machine(path: Path) -> tuple[Machine, tuple[Term, ...]]:
-    """The machine and its terms. Raises MCH-FILE (unreadable, a key unknown or missing), MCH-STRUCTURE, MCH-NAME."""
+def read_machine(path: Path) -> tuple[Machine, Form]:
+    """The machine and the form of its model. Raises MCH-FILE (unreadable, a key unknown or missing) and MCH-NAME."""
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -58,10 +69,11 @@ def read_machine(path: Path) -> tuple[Machine, tuple[Term, ...]]:
         _check_keys(content, path)
         chain = _chain(content)
         machine = Machine(content["machine"]["name"], chain, str(content["machine"].get("serial", "")))
-        return machine, _terms(content, chain)
+        lags = tuple(_lag(name, table) for name, table in content.get("lags", {}).items())
+        return machine, Form(_terms(content, chain), lags, _choices(content))
     except TrueloopError as error:
         raise error.in_file(str(path)) from error
-    except (KeyError, TypeError, ValueError, AssertionError) as error:
+    except (KeyError, TypeError, ValueError, AssertionError, AttributeError) as error:
         raise _wrong(path, f"{type(error).__name__} at {error}") from error
 
 
@@ -104,14 +116,39 @@ def _own_term(table: Mapping[str, Any], chain: Chain) -> Term:
     if not name.place and table.get("degree", 3) > 0:
         zeros = tuple(float(z) for z in table.get("zero_at", ()))
         parts = [Part(segments(*axis.travel, table.get("segments", 1), table.get("degree", 3), zeros))]
-    parts += [Part(CONSTANT, signal, float(reference)) for signal, reference in table.get("signals", {}).items()]
+    parts += _signal_parts(table.get("signals", {}))
     return Term(name, tuple(parts), bool(table.get("both_ways", False)))
+
+
+def _lag(name: str, table: Mapping[str, Any]) -> Lag:
+    constant = table["constant_s"]
+    low, high = constant if isinstance(constant, list) else (constant, constant)
+    if not 0 < low <= high:
+        raise ValueError(f"constant_s = {constant} of [lags.{name}]: two ascending numbers of seconds, or one")
+    power = table.get("power", 1)
+    if power not in (1, 2):
+        raise ValueError(f"power = {power} of [lags.{name}] is neither 1 nor 2")
+    between = (float(low), float(high)) if low < high else None
+    return Lag(name, str(table["of"]), math.sqrt(low * high), power, between)
+
+
+def _choices(content: Mapping[str, Any]) -> tuple[Choice, ...]:
+    return tuple(
+        Choice(error_name(own["error"]), _signal_parts(own["choose"]), int(own.get("most", 4)))
+        for own in content.get("term", [])
+        if "choose" in own
+    )
+
+
+def _signal_parts(table: Mapping[str, Any]) -> tuple[Part, ...]:
+    return tuple(Part(CONSTANT, signal, float(reference)) for signal, reference in table.items())
 
 
 def _check_keys(content: Mapping[str, Any], path: Path) -> None:
     tables = [("", content), ("machine", content.get("machine", {})), ("terms", content.get("terms", {}))]
     tables += [("axes", table) for table in content.get("axes", {}).values()]
     tables += [("term", table) for table in content.get("term", [])]
+    tables += [("lags", table) for table in content.get("lags", {}).values()]
     for name, table in tables:
         for key in table:
             if key not in KEYS[name]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.machine.chain import Axis, AxisKind, Chain
+from trueloop.machine.history import Lag
 from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.names import error_name
 from trueloop.machine.position_basis import PositionBasis
@@ -31,6 +32,7 @@ def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
         "terms": [
             {"error": str(t.name), "both_ways": t.both_ways, "parts": [_part(p) for p in t.parts]} for t in model.terms
         ],
+        "lags": [_lag(lag) for lag in model.lags],
         "coefficients": model.coefficients.tolist(),
         "covariance": model.covariance.tolist(),
     }
@@ -61,11 +63,20 @@ def _model(content: dict[str, Any]) -> MachineModel:
         Term(error_name(t["error"]), tuple(_read_part(p) for p in t["parts"]), t["both_ways"]) for t in content["terms"]
     )
     coefficients, covariance = np.array(content["coefficients"]), np.array(content["covariance"])
+    lags = tuple(Lag(between_s=_pair(lag.pop("between_s")), **lag) for lag in content.get("lags", []))
     size = sum(term.size for term in terms)
-    if coefficients.shape != (size,) or covariance.shape != (size, size):
+    if coefficients.shape != (size,) or covariance.shape != (size + len(lags),) * 2:
         raise ValueError(f"{size} coefficients are needed, {coefficients.shape} and {covariance.shape} are there")
     identified = {name: (float(low), float(high)) for name, (low, high) in content["identified"].items()}
-    return MachineModel(machine, terms, coefficients, covariance, identified)
+    return MachineModel(machine, terms, coefficients, covariance, identified, lags)
+
+
+def _lag(lag: Lag) -> dict[str, Any]:
+    return {**lag.__dict__, "between_s": lag.between_s and list(lag.between_s)}
+
+
+def _pair(ends: list[float] | None) -> tuple[float, float] | None:
+    return (ends[0], ends[1]) if ends else None
 
 
 def _axis(axis: Axis) -> dict[str, Any]:

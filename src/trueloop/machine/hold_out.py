@@ -1,15 +1,13 @@
 """How a model does on readings it was not made from."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from trueloop.errors import TrueloopError
-from trueloop.machine.identify import identify
-from trueloop.machine.model import Machine, MachineModel
+from trueloop.machine.model import MachineModel
 from trueloop.machine.observations import Observations
-from trueloop.machine.term import Term
 
 
 @dataclass(frozen=True)
@@ -25,16 +23,13 @@ class HeldOut:
 
 def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldOut:
     """A model against readings."""
-    predicted = readings.design(model.machine.chain, model.terms) @ model.coefficients
-    rest = readings.reading - predicted
+    rest = readings.reading - readings.with_lags(model.lags).predicted(model)
     rms, raw = (float(np.sqrt(np.mean(values**2))) for values in (rest, readings.reading))
     return HeldOut(run, len(readings), rms, float(np.abs(rest).max()), raw)
 
 
-def hold_out(
-    machine: Machine, terms: Sequence[Term], readings: Observations, *, robust: bool = True
-) -> tuple[HeldOut, ...]:
-    """Each run predicted by a model made from all others; nothing for a single run.
+def hold_out(readings: Observations, fit: Callable[[Observations], MachineModel]) -> tuple[HeldOut, ...]:
+    """Each run predicted by a model fitted to all others; nothing for a single run.
 
     Runs without which the rest cannot determine the model are left out of the report.
     """
@@ -43,7 +38,7 @@ def hold_out(
     for run in runs if len(runs) > 1 else []:
         own = np.array([name == run for name in readings.run])
         try:
-            model = identify(machine, terms, readings.only(~own), robust=robust).model
+            model = fit(readings.only(~own))
         except TrueloopError:
             continue
         found.append(compare(model, readings.only(own), run))

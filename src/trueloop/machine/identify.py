@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.collinearity import collinear_findings
+from trueloop.machine.history import Lag, slope_name
 from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.observations import Observations, ranges
 from trueloop.machine.term import Term, block_diagonal
+from trueloop.machine.time_constants import at_bounds, sought_constants, with_lag_covariance
 
 HUBER = 1.345
 """Bound of Huber's weights in standard deviations: 95 % efficiency on clean normal data (Huber 1964)."""
@@ -20,6 +22,9 @@ OUTLIER = 4.0
 """A reading further off than this many standard deviations is named as an outlier."""
 
 ROUNDS = 50
+
+LAG_ROUNDS = 5
+"""Outliers named, time constants sought without them, outliers named anew …, until they are the same."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +43,9 @@ class Identification:
     findings: tuple[Finding, ...]
 
 
-def identify(machine: Machine, terms: Sequence[Term], readings: Observations, *, robust: bool = True) -> Identification:
+def identify(
+    machine: Machine, terms: Sequence[Term], readings: Observations, *, robust: bool = True, lags: Sequence[Lag] = ()
+) -> Identification:
     """The coefficients that minimise Σ ρ((reading − model)/u), subject to the terms' zeros.
 
     ρ is Huber's with `robust`, else the square. Covariance s²(AᵀWA)⁻¹ with s from the residuals (for Huber's weights
@@ -49,19 +56,70 @@ def identify(machine: Machine, terms: Sequence[Term], readings: Observations, *,
     if sum(term.size for term in terms) == 0:
         raise _too_few(0, len(readings))
     _check_axes_have_data(machine, terms, readings)
-    full = readings.design(machine.chain, terms)
-    free = block_diagonal([term.admissible() for term in terms])
-    weight = _weights(readings)
-    rows = (full @ free) * weight[:, None]
+    lags = tuple(lag for lag in lags if any(lag.name in term.needs() for term in terms))
+    found = _with_given_lags(machine, terms, readings.with_lags(lags), robust, lags)
+    for _ in range(LAG_ROUNDS if any(lag.between_s for lag in lags) else 0):
+        lags = _found_lags(machine, terms, readings.only(~found.outlier), lags)
+        before, found = found, _with_given_lags(machine, terms, readings.with_lags(lags), robust, lags)
+        if np.array_equal(before.outlier, found.outlier):
+            break
+    return found
+
+
+def _found_lags(
+    machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: tuple[Lag, ...]
+) -> tuple[Lag, ...]:
+    return sought_constants(
+        lags,
+        lambda tried: _badness(machine, terms, readings.with_lags(tried)),
+        lambda tried: _lag_step(machine, terms, readings.with_lags(tried), tried),
+    )
+
+
+def _with_given_lags(
+    machine: Machine, terms: tuple[Term, ...], readings: Observations, robust: bool, lags: tuple[Lag, ...]
+) -> Identification:
+    rows, values, free = weighted_rows(machine, terms, readings)
     if len(rows) <= rows.shape[1]:
         raise _too_few(rows.shape[1], len(rows))
-    findings = collinear_findings(terms, rows)
-    solution, covariance, scatter, outlier = _solve(rows, readings.reading * weight, robust)
-    coefficients = free @ solution
-    model = MachineModel(machine, terms, coefficients, free @ covariance @ free.T, ranges(machine.chain, readings))
-    residual = readings.reading - full @ coefficients
+    findings = collinear_findings(terms, rows) + at_bounds(lags)
+    solution, covariance, scatter, outlier = _solve(rows, values, robust)
+    slopes = [slope_name(lag) for lag in lags]
+    identified = {name: known for name, known in ranges(machine.chain, readings).items() if name not in slopes}
+    model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags)
+    residual = readings.reading - readings.predicted(model)
     findings += _outlier_findings(readings, residual, outlier)
-    return Identification(model, residual, scatter, len(rows) - rows.shape[1], outlier, tuple(findings))
+    freedom = len(rows) - rows.shape[1]
+    if lags:
+        weighted = readings.lag_slopes(model) * _weights(readings)[:, None]
+        model = with_lag_covariance(model, rows, free, scatter, weighted)
+        freedom -= sum(lag.between_s is not None for lag in lags)
+    return Identification(model, residual, scatter, freedom, outlier, tuple(findings))
+
+
+def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array, Array]:
+    """(rows, values, free): rows · solution ≈ values, coefficients = free · solution."""
+    weight = _weights(readings)
+    free = block_diagonal([term.admissible() for term in terms])
+    return (readings.design(machine.chain, terms) @ free) * weight[:, None], readings.reading * weight, free
+
+
+def _badness(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> float:
+    """Weighted sum of squares that the best coefficients leave."""
+    rows, values, _ = weighted_rows(machine, terms, readings)
+    rest = values - rows @ _least_squares(rows, values)
+    return float(rest @ rest)
+
+
+def _lag_step(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: tuple[Lag, ...]) -> Array:
+    """Change of the ln τ that are sought, coefficients and they made linear together."""
+    rows, values, free = weighted_rows(machine, terms, readings)
+    solution = _least_squares(rows, values)
+    model = MachineModel(machine, terms, free @ solution, np.zeros((0, 0)), lags=lags)
+    slopes = readings.lag_slopes(model) * _weights(readings)[:, None]
+    both = np.hstack([rows, slopes[:, [k for k, lag in enumerate(lags) if lag.between_s]]])
+    step = np.linalg.lstsq(both, values - rows @ solution, rcond=None)[0]
+    return np.asarray(step[rows.shape[1] :], dtype=np.float64)
 
 
 def _weights(readings: Observations) -> Array:

@@ -3,7 +3,7 @@
 E ≈ Σ columns[name] · value. Neglected are products of two errors: with 50 µrad and arms of 1 m, some 2.5 nm.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +22,10 @@ class Influence:
     rotation: Array
 
 
-def influences(chain: Chain, positions: Array, tool_mm: Array | Vector) -> Mapping[ErrorName, Influence]:
-    """Influence of every error of the chain at each position; shapes as in `tool_in_work_mm`."""
+def influences(
+    chain: Chain, positions: Array, tool_mm: Array | Vector, only: Collection[ErrorName] | None = None
+) -> Mapping[ErrorName, Influence]:
+    """Influence of every error of the chain (or `only` those) at each position; shapes as in `tool_in_work_mm`."""
     tool_steps = _steps(chain.tool, 1.0, chain, positions)
     work_steps = _steps(chain.work, -1.0, chain, positions)
     last = tool_steps[-1][1] if tool_steps else _bed(len(positions))
@@ -34,6 +36,8 @@ def influences(chain: Chain, positions: Array, tool_mm: Array | Vector) -> Mappi
         for (axis, after), before in zip(steps, _befores(steps, len(positions)), strict=True):
             joint = before.shifted(axis.offset_mm)
             for name in axis.errors():
+                if only is not None and name not in only:
+                    continue
                 if not name.place:
                     bed = _rigid(after, name, tip_mm)
                 elif axis.kind is AxisKind.LINEAR:

@@ -19,11 +19,17 @@ def lagged(time_s: Array, inputs: Array, constants_s: Array) -> Array:
             f"times do not ascend at row {int(np.argmax(step_s <= 0)) + 2}",
             hint="sort the rows by time and drop repeated ones",
         )
-    tau = np.maximum(constants_s, 1e-9)
-    result = np.empty((*inputs.shape, len(tau)))
-    result[0] = inputs[0][:, None]
-    for k, dt in enumerate(step_s):
-        slope = (inputs[k + 1] - inputs[k])[:, None] / dt
-        decay = np.exp(-dt / tau)
-        result[k + 1] = inputs[k + 1][:, None] - tau * slope + (result[k] - inputs[k][:, None] + tau * slope) * decay
-    return result
+    return np.stack([_one(step_s, inputs, max(float(tau), 1e-9)) for tau in constants_s], axis=-1)
+
+
+def _one(step_s: Array, inputs: Array, tau: float) -> Array:
+    """y[k+1] = decay·y[k] + u[k+1] − decay·u[k] − τ·slope·(1 − decay): a bidiagonal system, solved as one."""
+    from scipy.linalg import solve_banded
+
+    decay = np.exp(-step_s / tau)[:, None]
+    slope = np.diff(inputs, axis=0) / step_s[:, None]
+    right = np.vstack([inputs[:1], inputs[1:] - decay * inputs[:-1] - tau * slope * (1 - decay)])
+    bands = np.ones((2, len(inputs)))
+    bands[1, :-1] = -decay[:, 0]
+    solution: Array = solve_banded((1, 0), bands, right)
+    return solution

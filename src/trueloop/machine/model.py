@@ -4,13 +4,14 @@ COMP_MTG = −E [conventions of 6876 §3.5, 4773 Eqs 1–2]: what is added to a 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import ZERO, Chain, Vector
+from trueloop.machine.history import Lag, moved_along
 from trueloop.machine.jacobian import influences
 from trueloop.machine.kinematics import exact_error_mm
 from trueloop.machine.names import ErrorName
@@ -41,9 +42,10 @@ class State:
 
 @dataclass(frozen=True)
 class MachineModel:
-    """`coefficients` stand in the order of `terms`; `covariance` is theirs, in mm² and rad², of shape (all, all).
+    """`coefficients` stand in the order of `terms`; `covariance` is theirs, mm² and rad², and that of ln τ of `lags`.
 
     `identified` holds the range of every axis and signal in the data: outside it the model is not known to hold.
+    `lags` are signals made of the past of others (`history.py`); a state has to hold them like any other signal.
     """
 
     machine: Machine
@@ -51,6 +53,7 @@ class MachineModel:
     coefficients: Array
     covariance: Array
     identified: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    lags: tuple[Lag, ...] = ()
 
     def slices(self) -> list[slice]:
         """Where each term's coefficients are."""
@@ -79,11 +82,21 @@ class MachineModel:
         return -self.error_mm(state)
 
     def standard_u_mm(self, state: State) -> Array:
-        """Standard uncertainty of E from that of the coefficients, (n, 3)."""
-        rows = design(self.machine.chain, self.terms, state)
+        """Standard uncertainty of E from that of the coefficients, and of the lags where `state` has slopes, (n, 3)."""
+        rows = self.sensitivities(state)
         variance = np.einsum("nij,jk,nik->ni", rows, self.covariance, rows)
         root: Array = np.sqrt(np.maximum(variance, 0.0))
         return root
+
+    def sensitivities(self, state: State) -> Array:
+        """DE by every coefficient and every ln τ, (n, 3, as `covariance`); by ln τ 0 where the state lacks the slope.
+
+        E is linear in signals, so its slope by ln τ is what it gains when the lag moves by its own.
+        """
+        here, slopes = self.error_mm(state), np.zeros((len(state.positions), 3, len(self.lags)))
+        for k, lag in enumerate(self.lags):
+            slopes[:, :, k] = self.error_mm(replace(state, signals=moved_along(lag, state.signals))) - here
+        return np.concatenate([design(self.machine.chain, self.terms, state), slopes], axis=2)
 
     def needs(self) -> tuple[str, ...]:
         """Signals without which the model cannot be evaluated."""
@@ -106,13 +119,14 @@ def term_rows(chain: Chain, terms: tuple[Term, ...], state: State) -> list[Array
 
 def design(chain: Chain, terms: tuple[Term, ...], state: State, *, rotations: bool = False) -> Array:
     """E (or with `rotations` the tool's rotation error, rad) as a linear map of all coefficients: (n, 3, all)."""
-    columns = influences(chain, state.positions, state.tool_mm)
+    columns = influences(chain, state.positions, state.tool_mm, {term.name for term in terms})
     blocks = []
     for term, rows in zip(terms, term_rows(chain, terms, state), strict=True):
         if term.name not in columns:
+            possible = chain.errors()
             raise TrueloopError(
                 Code.MCH_AXIS,
-                f"the machine cannot have {term.name}; it has {len(columns)} errors: {' '.join(map(str, columns))}",
+                f"the machine cannot have {term.name}; it has {len(possible)} errors: {' '.join(map(str, possible))}",
                 hint="check that the terms belong to this machine",
             )
         influence = columns[term.name].rotation if rotations else columns[term.name].displacement

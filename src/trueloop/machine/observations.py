@@ -1,7 +1,7 @@
 """Readings of a machine's characterization: where it stood, what was read, along which direction."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import Chain
-from trueloop.machine.model import State, design
+from trueloop.machine.history import Clock, Lag, joined_clocks, lag_signals, moved_along
+from trueloop.machine.model import MachineModel, State, design
 from trueloop.machine.term import Term
 
 
@@ -20,7 +21,7 @@ class Observations:
     E is actual − commanded position of the tool as seen from the work, whatever the instrument: laser, straight edge,
     step gauge, or a ball bar (`along` from its centre to the tool, the reading its change of length).
     `standard_u` is each reading's standard uncertainty, NaN where it is not known. `run` names what was measured in
-    one go: hold-out leaves out whole runs.
+    one go: hold-out leaves out whole runs. `clock` says when each reading was taken and what the sensors said before.
     """
 
     state: State
@@ -30,6 +31,7 @@ class Observations:
     standard_u: Array
     run: tuple[str, ...]
     line: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    clock: Clock | None = None
 
     def __len__(self) -> int:
         return len(self.reading)
@@ -48,7 +50,20 @@ class Observations:
             self.standard_u[rows],
             tuple(run for run, keep in zip(self.run, rows, strict=True) if keep),
             self.line[rows] if len(self.line) else self.line,
+            self.clock.only(rows) if self.clock else None,
         )
+
+    def with_lags(self, lags: Sequence[Lag]) -> "Observations":
+        """With the lags among the signals, from the history; raises MCH-HISTORY without one, and as `lag_signals`."""
+        if not lags:
+            return self
+        if self.clock is None:
+            raise TrueloopError(
+                Code.MCH_HISTORY,
+                f"{lags[0].name!r} is a lag of {lags[0].of!r}: it needs the time of each of the {len(self)} readings",
+                hint="give every readings file a column time_s",
+            )
+        return replace(self, state=replace(self.state, signals={**self.state.signals, **lag_signals(lags, self.clock)}))
 
     def design(self, chain: Chain, terms: tuple[Term, ...]) -> Array:
         """Readings as a linear map of all coefficients, (n, all)."""
@@ -57,6 +72,20 @@ class Observations:
             return displacement
         angle = np.einsum("ni,nij->nj", self.along, design(chain, terms, self.state, rotations=True))
         return np.where(self.is_angle[:, None], angle, displacement)
+
+    def lag_slopes(self, model: MachineModel) -> Array:
+        """Change of each reading as the model predicts it by ln τ of each lag, (n, lags)."""
+        here = self.predicted(model)
+        changed = [
+            replace(self, state=replace(self.state, signals=moved_along(lag, self.state.signals))).predicted(model)
+            for lag in model.lags
+        ]
+        return np.stack([*changed, here], axis=1)[:, :-1] - here[:, None]
+
+    def predicted(self, model: MachineModel) -> Array:
+        """What the model says each reading is, (n,); its lags have to be among the signals."""
+        predicted: Array = self.design(model.machine.chain, model.terms) @ model.coefficients
+        return predicted
 
 
 def joined(parts: list[Observations]) -> Observations:
@@ -70,6 +99,7 @@ def joined(parts: list[Observations]) -> Observations:
                 hint="every file needs every temperature column that the model uses",
             )
     whole = [part.only(np.ones(len(part), dtype=bool)) for part in parts]
+    clocks = [part.clock for part in parts if part.clock is not None]
     state = State(
         np.concatenate([p.state.positions for p in whole]),
         np.concatenate([np.asarray(p.state.travel) for p in whole]),
@@ -84,6 +114,7 @@ def joined(parts: list[Observations]) -> Observations:
         np.concatenate([p.standard_u for p in whole]),
         tuple(run for p in whole for run in p.run),
         np.concatenate([p.line for p in whole]),
+        joined_clocks(clocks) if len(clocks) == len(parts) else None,
     )
 
 

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from trueloop.machine.choice import Chosen
+from trueloop.machine.history import Lag
 from trueloop.machine.hold_out import HeldOut
 from trueloop.machine.identify import Identification
 from trueloop.machine.observations import Observations
@@ -15,10 +17,12 @@ from trueloop.report.style import AFTER, BAND, INK, LEFT_ON, Figure, area, axis,
 WIDTH = 480
 
 
-def machine_page(found: Identification, readings: Observations, held: Sequence[HeldOut]) -> str:
-    """The page of a model just identified, at the mean of each signal in the data."""
+def machine_page(
+    found: Identification, chosen: Sequence[Chosen], readings: Observations, held: Sequence[HeldOut]
+) -> str:
+    """The page of a model just identified, at the mean of each signal in the data; `readings` hold its lags."""
     model = found.model
-    signals = {name: float(np.mean(value)) for name, value in readings.state.signals.items()}
+    signals = {name: float(np.mean(readings.state.signals[name])) for name in model.needs()}
     drawn = curves(model, signals)
     figures = [
         figure_block(f"term-{c.error}", term_figure(c), _caption(c), small=True) for c in drawn if "0" not in c.error
@@ -34,6 +38,7 @@ def machine_page(found: Identification, readings: Observations, held: Sequence[H
         f"{_at(signals)}</p></header>"
         + section("terms", "Errors over the travel", table(("error", "least", "most", "largest u", "unit"), rows))
         + section("curves", "Curves", f'<div class="figures">{"".join(figures)}</div>')
+        + _thermal(model.lags, chosen)
         + section(
             "left", "What the model leaves", figure_block("residuals", residual_figure(found, readings), RESIDUALS)
         )
@@ -82,6 +87,24 @@ def _row(curve: TermCurve) -> tuple[str, ...]:
 
 def _caption(curve: TermCurve) -> str:
     return f"<b>{esc(curve.error)}</b>"
+
+
+def _thermal(lags: Sequence[Lag], chosen: Sequence[Chosen]) -> str:
+    """Which sensors were chosen, and how fast what they drive follows them."""
+    parts = []
+    if chosen:
+        rows = [(esc(c.error), esc(c.signal), plain(c.rms_without, 3), plain(c.rms_with, 3)) for c in chosen]
+        parts.append(table(("error", "takes", "RMS left out without", "RMS with it"), rows))
+    if lags:
+        rows = [
+            (esc(g.name), esc(g.of) + ("²" if g.power == 2 else ""), plain(g.constant_s, 0), _band(g)) for g in lags
+        ]
+        parts.append(table(("lag", "of", "time constant (s)", "95 % band ± (s)"), rows))
+    return section("thermal", "Sensors and time constants", *parts) if parts else ""
+
+
+def _band(lag: Lag) -> str:
+    return plain(2 * lag.u_relative * lag.constant_s, 0) if lag.between_s else "given"
 
 
 def _held(held: Sequence[HeldOut]) -> str:

@@ -13,6 +13,7 @@ from trueloop.cli.main import app
 from trueloop.formats.machine_toml import read_machine
 from trueloop.formats.model_file import read_model
 from trueloop.geometry.feature import Array
+from trueloop.machine.lag import lagged
 from trueloop.machine.model import MachineModel, State
 
 MACHINE = """
@@ -70,12 +71,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     where = tmp_path_factory.mktemp("machine")
     (where / "machine.toml").write_text(MACHINE)
     (where / "part.ngc").write_text(PROGRAM)
-    machine, terms = read_machine(where / "machine.toml")
+    machine, form = read_machine(where / "machine.toml")
     rng = np.random.default_rng(41)
-    truth = random_model(machine, terms, rng)
+    truth = random_model(machine, form.terms, rng)
     coefficients = truth.coefficients.copy()
     coefficients[-2:] = [0.0, 1.5e-3]
-    truth = MachineModel(machine, terms, coefficients, truth.covariance)
+    truth = MachineModel(machine, form.terms, coefficients, truth.covariance)
     for run in ("1", "2"):
         _write_readings(where / f"run{run}.csv", truth, rng, 300, run)
     _run("fit", where / "machine.toml", where / "run1.csv", where / "run2.csv", "-o", where / "model")
@@ -187,3 +188,112 @@ def test_decompose(folder: Path) -> None:
 
 
 NAMES = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm"))
+
+
+DYNAMIC = """
+[[term]]
+error = "EZ0S"
+choose = { T1 = 20.0, T2 = 20.0, column = 20.0 }
+most = 2
+[lags.column]
+of = "T1"
+constant_s = [300, 20000]
+"""
+
+
+@pytest.fixture(scope="module")
+def dynamic(folder: Path) -> Path:
+    """A machine whose Z grows 2 µm/K an hour after T1; its model from three runs; a log of a morning."""
+    where = folder / "dynamic"
+    where.mkdir()
+    (where / "machine.toml").write_text(
+        MACHINE[: MACHINE.index("[[term]]")].replace("degree = 2", "degree = 1") + DYNAMIC
+    )
+    rng, runs = np.random.default_rng(43), []
+    machine, form = read_machine(where / "machine.toml")
+    truth = random_model(machine, form.terms, rng)
+    for run in range(3):
+        runs.append(where / f"run{run}.csv")
+        _write_dynamic_run(runs[-1], truth, rng, run)
+    said = _run("fit", where / "machine.toml", *runs, "-o", where / "model")
+    assert "EZ0S takes column" in said and "takes T2" not in said
+    assert "run 'run2' predicted from the others: 0." in said
+    time_s = np.arange(0, 7201, 60)
+    rows = [f"{t},{20 + 6 * (t > 3600)},21" for t in time_s]
+    (where / "log.csv").write_text("\n".join(["time_s,T1_degC,T2_degC", *rows]))
+    return where
+
+
+def _write_dynamic_run(path: Path, truth: MachineModel, rng: np.random.Generator, run: int) -> None:
+    time_s = np.arange(0, 6 * 3600.0, 100.0)
+    hall = 22 + 3 * np.sin(time_s / (4000 + 1000 * run))
+    felt = lagged(time_s, hall[:, None], np.array([3600.0]))[:, 0, 0]
+    count = len(time_s)
+    positions = np.stack([rng.uniform(*truth.machine.chain.axis(n).travel, count) for n in "XYZ"], axis=1)
+    tool, along = rng.uniform(-100, 100, (count, 3)), random_directions(count, rng)
+    error = truth.exact_error_mm(State(positions, 0.0, {}, tool)) + np.outer(2e-3 * (felt - 20), [0, 0, 1])
+    reading = 1e3 * np.einsum("ni,ni->n", along, error) + rng.normal(0, 0.5, count)
+    columns = np.column_stack([time_s, positions, tool, along, reading, hall, rng.uniform(20, 24, count)])
+    names = "time_s,X_mm,Y_mm,Z_mm,tool_x_mm,tool_y_mm,tool_z_mm,along_x,along_y,along_z,reading_um,T1_degC,T2_degC"
+    np.savetxt(path, columns, delimiter=",", header=names, comments="")
+
+
+def test_a_dynamic_term_is_fitted_shown_and_used_with_a_log(dynamic: Path) -> None:
+    model = dynamic / "model/model.json"
+    read = read_model(model)
+    assert read.lags[0].constant_s == pytest.approx(3600, rel=0.1)
+    assert "time constant" in (dynamic / "model/machine.html").read_text()
+    shown = _run("show", model, "-t", dynamic / "log.csv")
+    assert shown.startswith("column: T1 after 3")
+    cold = _run("show", model, "-t", "column=20")
+    growth = [next(line.split()[1] for line in said.splitlines() if "EZ0S" in line) for said in (cold, shown)]
+    # an hour after a step of 6 K a machine with a constant of an hour has felt 1 − 1/e of it, at 2 µm/K
+    assert float(growth[1]) - float(growth[0]) == pytest.approx(2 * 6 * (1 - np.exp(-1)), abs=0.3)
+    checked = json.loads(_run("check", model, dynamic / "run1.csv", "--json"))
+    assert checked["rms"] < 0.6e-3
+    options = ("--work-zero", "1=200,0,-150", "-m", model, "-t", dynamic / "log.csv")
+    _run("compensate", dynamic.parent / "part.ngc", *options, "-o", dynamic / "out")
+    record = json.loads((dynamic / "out/part.record.json").read_text())
+    assert record["options"]["temperatures"]["column"] == pytest.approx(20 + 6 * (1 - np.exp(-1)), abs=0.3)
+    _run("export", model, "--control", "linuxcnc", "--axis", "Z", "-o", dynamic / "z.comp", "-t", dynamic / "log.csv")
+
+
+def test_one_reading_is_not_enough_for_a_dynamic_term(dynamic: Path) -> None:
+    model = dynamic / "model/model.json"
+    said = _run("show", model, "-t", "T1=24", status=3)
+    assert "MCH-HISTORY" in said and "one reading" in said
+    steady = _run("show", model, "-t", "column=24")
+    assert "EZ0S" in steady
+    (dynamic / "untimed.csv").write_text("X_mm,along,reading_um,T1_degC,T2_degC\n10,X,1,20,20\n20,X,1,20,20\n")
+    assert "MCH-HISTORY" in _run("check", model, dynamic / "untimed.csv", status=3)
+
+
+def test_a_log_apart_from_the_readings(dynamic: Path) -> None:
+    """Temperatures of their own file, a row a minute, readings without any."""
+    rows = np.genfromtxt(dynamic / "run1.csv", delimiter=",", names=True)
+    names = rows.dtype.names
+    assert names is not None
+    bare = [name for name in names if not name.startswith("T")]
+    for file, columns in (("bare.csv", bare), ("past.csv", ["time_s", "T1_degC", "T2_degC"])):
+        table = np.column_stack([rows[name] for name in columns])
+        np.savetxt(dynamic / file, table, delimiter=",", header=",".join(columns), comments="")
+    model, log = dynamic / "model/model.json", dynamic / "past.csv"
+    both = [json.loads(_run("check", model, dynamic / "run1.csv", "--json"))]
+    both.append(json.loads(_run("check", model, dynamic / "bare.csv", "--history", log, "--json")))
+    assert both[0]["rms"] == pytest.approx(both[1]["rms"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("time_s,T1_degC\n0,20\n0,21\n", "MCH-FILE"),
+        ("time_min,T1_degC\n0,20\n1,21\n", "MCH-UNIT"),
+        ("T1_degC\n20\n21\n", "MCH-FILE"),
+        ("time_s\n0\n1\n", "MCH-FILE"),
+        ("time_s,T2_degC\n0,20\n1,21\n", "MCH-SIGNAL"),
+        ("time_s,T1_degC\n0,20\n1,warm\n", "MCH-FILE"),
+    ],
+)
+def test_logs_that_are_none(dynamic: Path, tmp_path: Path, text: str, code: str) -> None:
+    (tmp_path / "log.csv").write_text(text)
+    assert code in _run("show", dynamic / "model/model.json", "-t", tmp_path / "log.csv", status=3)
