@@ -30,7 +30,7 @@ class Code(StrEnum):
     GEO_DXF_CHOICE = "GEO-DXF-CHOICE"  # several chains, a branch or a closed outline
 
     # NC: programs
-    NC_COMPENSATED = "NC-COMPENSATED"  # a finish pass under G41 or G42
+    NC_COMPENSATED = "NC-COMPENSATED"  # G41 or G42 where it cannot be followed, or on the wrong side
     NC_NO_CONTOUR = "NC-NO-CONTOUR"  # no feed moves that could be a finish pass
     NC_NO_MATCH = "NC-NO-MATCH"  # a feature that no pass cuts whole
     NC_AMBIGUOUS = "NC-AMBIGUOUS"  # a feature that several passes cut

@@ -1,6 +1,7 @@
 //! Cutter compensation: from the programmed contour to the path of the controlled point, as LinuxCNC 2.9 drives it.
 //!
-//! The first move under G41 or G42 ends where the tool touches its programmed end, at its left or right. Then the
+//! The first move under G41 or G42 ends where the tool touches its programmed end, at its left or right; with controls
+//! that look ahead, at the left or right of the move that comes next. Then the
 //! centre keeps the radius: around a corner that turns away from the tool by an arc about it (a rapid move goes
 //! straight), into one that turns towards it as far as the crossing of the two offset paths. Where G40 ends it the
 //! tool leaves from where it stands. Compensation acts in the plane of arcs, G17 or G18; along the third axis, and
@@ -209,7 +210,9 @@ impl Compensator<'_> {
         let Some(active) = &self.active else { return };
         let (standing, radius, tip) = (self.standing(planar), active.cutter.radius, active.cutter.tip);
         let way = minus(planar.to(), standing);
-        let direction = if planar.arc.is_some() { planar.direction(planar.to()) } else { unit(way) };
+        let own = if planar.arc.is_some() { planar.direction(planar.to()) } else { unit(way) };
+        let next = if self.program.dialect().rules.enters_beside_next { self.next_direction(planar) } else { None };
+        let direction = next.unwrap_or(own);
         let end = active.beside(planar.to(), direction);
         let length = way[0].hypot(way[1]);
         if length <= radius || length.is_nan() {
@@ -231,6 +234,24 @@ impl Compensator<'_> {
             // Taken back into a corner it may turn about, but not cross over to the contour's other side.
             active.way = Way::By(minus(end, planar.to()));
         }
+    }
+
+    /// Direction in which the next move under the same compensation begins.
+    fn next_direction(&self, planar: &Planar<'_>) -> Option<Point> {
+        for index in planar.index + 1..self.path.len() {
+            let state = self.path.states.get(*self.path.state.get(index)? as usize)?;
+            if state.compensation != self.active.as_ref()?.modal.compensation {
+                return None;
+            }
+            let place = self.path.arcs.partition_point(|arc| arc.of_move < index);
+            let arc = self.path.arcs.get(place).filter(|arc| arc.of_move == index);
+            let (start, end) = (*self.path.start.get(index)?, *self.path.end.get(index)?);
+            let next = Planar { index, axes: planar.axes, start, end, arc };
+            if next.from() != next.to() || arc.is_some() {
+                return Some(next.direction(next.from()));
+            }
+        }
+        None
     }
 
     /// The ends of all moves so far are final.

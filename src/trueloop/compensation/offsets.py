@@ -6,8 +6,9 @@ from trueloop.nc.edit import Edit, coordinate_text, insert_blocks_after, set_off
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import CoordinateState, ToolPath
 
-LOCAL_SHIFT: Final = frozenset({"linuxcnc"})
-"""Controls whose tool table a program cannot add to: the contour is put into a shifted frame (G52) instead."""
+LOCAL_SHIFT: Final = ("linuxcnc", "fanuc", "haas")
+"""Controls whose tool table a program cannot set for one run only: the contour is put into a shifted frame (G52)."""
+FINISHING_CYCLE: Final = 70.0
 
 
 def offset_edits(
@@ -25,7 +26,7 @@ def offset_edits(
     """
     first, last = span
     state = path.coordinate_state(first)
-    if program.dialect.name in LOCAL_SHIFT:
+    if program.dialect.name.startswith(LOCAL_SHIFT):
         return _local_shift(program, path, (first, last), offset_mm, state)
     written = CoordinateState(state.inch, state.diameter if offset_is_diameter is None else offset_is_diameter)
     edits: list[Edit] = []
@@ -36,7 +37,7 @@ def offset_edits(
             edits.append(set_offset(program, axis, value, state, tool=tool, diameter=offset_is_diameter))
         else:
             text = coordinate_text(program.dialect, axis, value_mm, written)[1:]
-            edits.append(_before(program, path, first, f"(UPD, {tool}, TOV({axis}), {text})"))
+            edits.append(_before(program, int(path.block[first]), f"(UPD, {tool}, TOV({axis}), {text})"))
     return edits
 
 
@@ -45,15 +46,32 @@ def _local_shift(
 ) -> list[Edit]:
     """G52 before the contour, taken back after it: it holds for as long as the contour is cut and no longer."""
     words = [coordinate_text(program.dialect, a, v, state) for a, v in zip("XZ", offset_mm, strict=True)]
+    first, last = (int(path.block[move]) for move in span)
+    cycle = _finishing_cycle(program, last)
+    first, last = (first, last) if cycle is None else (cycle, cycle)
+    zero = "0." if "." in words[0] else "0"
     return [
-        _before(program, path, span[0], " ".join(["G52", *words])),
-        insert_blocks_after(program, int(path.block[span[1]]), ["G52 X0 Z0"]),
+        _before(program, first, " ".join(["G52", *words])),
+        insert_blocks_after(program, last, [f"G52 X{zero} Z{zero}"]),
     ]
 
 
-def _before(program: Program, path: ToolPath, move: int, text: str) -> Edit:
-    """A block before that of a move: after the block that stands there."""
-    block = int(path.block[move])
+def _finishing_cycle(program: Program, contour_block: int) -> int | None:
+    """The block of the G70 that runs the contour; None where the program cuts it in its own course."""
+    if program.dialect.name in ("linuxcnc", "ge2000t"):
+        return None
+    blocks = list(program.blocks)
+    for block in blocks:
+        values = {word.letter: word.value for word in block.words if word.letter in "PQ"}
+        if len(values) == 2 and any(word.letter == "G" and word.value == FINISHING_CYCLE for word in block.words):
+            places = [b.index for b in blocks if b.number in values.values()]
+            if min(places, default=1) <= contour_block <= max(places, default=0):
+                return block.index
+    return None
+
+
+def _before(program: Program, block: int, text: str) -> Edit:
+    """A block before another one: after the block that stands there."""
     if block == 0:
         start = program.block(0).start
         return Edit(start, start, text + "\n")

@@ -10,7 +10,7 @@ from trueloop.compensation.moves import Move
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Array, Point
 from trueloop.geometry.profile import Profile
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.tool_path import Flags, Integers, Motion, ToolPath
 from trueloop.units import UM_PER_MM
 
 SAMPLES: Final = 401
@@ -69,17 +69,32 @@ def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int)
             )
 
 
+def require_nose_fits(driven: ToolPath, lines: Integers) -> None:
+    """Raises NC-GOUGE or NC-ENTRY where the control cannot keep the nose off the contour of lines (first, last)."""
+    for found in driven.findings:
+        if found.code in (Code.NC_GOUGE, Code.NC_ENTRY) and lines[0] <= (found.place.line or 0) <= lines[1]:
+            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+
+
 def require_same_path(before: ToolPath, after: ToolPath) -> None:
     """Refuses a program that does not command the same moves in program coordinates.
 
     A coordinate that a block inherits is called otherwise after a change of frame; the tool has not moved for that.
+    Moves that a cycle makes of itself have no words and are left out: whether G70 has a way back depends on the frame.
     """
-    if len(before) != len(after):
-        raise _refusal(f"the written program has {len(after)} moves instead of {len(before)}")
-    set_here = np.asarray(before.word) >= 0
-    apart = np.max(np.abs(before.end_mm - after.end_mm)[set_here], initial=0.0)
-    if not np.array_equal(before.motion, after.motion) or apart > SAME_MM:
+    words = [np.asarray(path.word)[_programmed(path)] for path in (before, after)]
+    if len(words[0]) != len(words[1]):
+        raise _refusal(f"the written program has {len(words[1])} moves instead of {len(words[0])}")
+    old, new = before.end_mm[_programmed(before)], after.end_mm[_programmed(after)]
+    apart = np.max(np.abs(old - new)[words[0] >= 0], initial=0.0)
+    same_kinds = np.array_equal(before.motion[_programmed(before)], after.motion[_programmed(after)])
+    if not same_kinds or apart > SAME_MM:
         raise _refusal(f"the written program's path changed by {apart * UM_PER_MM:.2f} µm; it was to stay")
+
+
+def _programmed(path: ToolPath) -> Flags:
+    """Whether a word of its block set a move's end."""
+    return np.asarray(np.max(path.word, axis=1) >= 0)
 
 
 def _plane_move(path: ToolPath, k: int) -> Move:

@@ -16,6 +16,7 @@ from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array, Feature
 from trueloop.geometry.profile import Profile
 from trueloop.nc.contour_match import ContourMatch
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.matching import match_contour
 from trueloop.nc.path_mode import path_mode_findings
@@ -37,6 +38,11 @@ class Run:
     execute_deleted_blocks: bool = False
     resolution_mm: float | None = None
     lines: tuple[int, int] | None = None
+
+    def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
+        """The nose centre's path as the control drives it under G41 and G42; what keeps it from that, as findings."""
+        nose, skipped_blocks = CutterTool(nose_radius_mm, tip=0), self.execute_deleted_blocks
+        return program.run(self.parameters, skipped_blocks=skipped_blocks, tools=[nose], strict=False)
 
     def of(self, program: Program) -> ToolPath:
         """The tool path of a program. Raises NC errors with the program's file named."""

@@ -29,7 +29,7 @@ from trueloop.gauging.plausibility import check_loop_sign
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run, commanded
 from trueloop.loops.shifts import Shifts, corrected_shifts
-from trueloop.loops.written import Writing, write_contour, write_offsets
+from trueloop.loops.written import Driven, Writing, write_contour, write_offsets
 from trueloop.nc.program import Program
 
 
@@ -117,12 +117,17 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
     after = centre_pieces(profile, shifted_contour(profile, shifts.contour, nose))
     check_limits(after, shifts.correction, options.limits)
+    ways, driven = (before, after), None
+    if told.match.on_contour:  # written is the contour itself: the control keeps the nose off it
+        old, new = (shifted_contour(profile, shift, 0.0) for shift in (told.finish, shifts.contour))
+        ways, driven = (centre_pieces(profile, old), centre_pieces(profile, new)), Driven(nose, after)
     record = record_id(dict(inputs.inputs_sha256), _as_record(options, run))
     writing = Writing(inputs.program, told, run, record, Fitting(options.chord_tolerance_mm, options.arcs))
     offsets = write_offsets(writing, decision.offset_mm, options.tool, options.offset_is_diameter)
-    corrected = offsets
+    source, changed = offsets
     if not decision.offset_is_enough:
-        corrected = write_contour(writing, profile, inputs.touches, before, after)
+        source, changed, more = write_contour(writing, profile, inputs.touches, *ways, driven)
+        notes += more
     return Correction(
         part=inputs.part,
         profile=profile,
@@ -138,7 +143,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         corrected=after,
         prediction=_prediction(inputs.touches, model, decision, shifts, options.weight),
         source_program=inputs.program.source,
-        corrected_program=corrected[0],
+        corrected_program=source,
         offsets_program=offsets[0],
         dialect=inputs.program.dialect.name,
         table=correction_table(before, after),
@@ -151,7 +156,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
             options=_as_record(options, run),
             model=_model_record(model),
             decision=[decision.x.words, decision.z.words],
-            changes=corrected[1],
+            changes=changed,
         ),
         notes=(*notes, *told.notes),
     )

@@ -1,7 +1,7 @@
 """The corrected program and its offset variant, written, read back and compared with what was intended."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,16 +9,23 @@ from trueloop.compensation.contour import CentrePiece
 from trueloop.compensation.moves import Move, between
 from trueloop.compensation.offsets import offset_edits
 from trueloop.compensation.program import Displacements, changes, corrected_source, displacements
-from trueloop.compensation.read_back import check_contour, check_rapids, check_rest, require_same_path
+from trueloop.compensation.read_back import (
+    check_contour,
+    check_rapids,
+    check_rest,
+    require_nose_fits,
+    require_same_path,
+)
 from trueloop.compensation.record import MARK, ChangedWord, sha256_of
 from trueloop.compensation.targets import Fitting, Replacement, end_shifts, replaced_arcs
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run
+from trueloop.loops.shared_contour import shared_contour_notes
 from trueloop.nc.edit import Edit, apply_edits, insert_blocks_after
 from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import Motion
+from trueloop.nc.tool_path import Integers, Motion, ToolPath
 
 ROUNDING_STEPS = 2.0
 """How many steps of the control's resolution rounding may add: half a step on either axis, at both ends of a move."""
@@ -52,14 +59,39 @@ class Writing:
         return read_program(source, self.program.dialect.name, self.program.file)
 
 
+@dataclass(frozen=True)
+class Driven:
+    """What the control makes of a contour under G41 or G42: the nose radius, and where its centre shall run."""
+
+    nose_radius_mm: float
+    pieces: Sequence[CentrePiece]
+
+    def along(self, contour: Sequence[CentrePiece]) -> list[CentrePiece]:
+        """The pieces as far as the nose touches their own feature of the contour, corners of the contour being turned.
+
+        Without the last nose radius at the profile's free ends, where ways in and out have a say.
+        """
+        pieces = [
+            replace(piece, start_mm=max(piece.start_mm, own.start_mm), end_mm=min(piece.end_mm, own.end_mm))
+            for piece, own in zip(self.pieces, contour, strict=True)
+        ]
+        pieces[0] = replace(pieces[0], start_mm=pieces[0].start_mm + self.nose_radius_mm)
+        pieces[-1] = replace(pieces[-1], end_mm=pieces[-1].end_mm - self.nose_radius_mm)
+        return [piece for piece in pieces if piece.end_mm > piece.start_mm]
+
+
 def write_contour(
     writing: Writing,
     profile: Profile,
     touches: ErrorVectors,
     before: Sequence[CentrePiece],
     after: Sequence[CentrePiece],
-) -> tuple[bytes, list[ChangedWord]]:
-    """The program with its contour displaced from `before` to `after`. Raises CMP errors if reading it back says so."""
+    driven: Driven | None = None,
+) -> tuple[bytes, list[ChangedWord], list[str]]:
+    """The program with its contour displaced from `before` to `after`, what changed, and what to know of it.
+
+    Raises CMP errors if reading it back says so; with `driven` also if compensating it as the control does.
+    """
     targets = _targets(writing, profile, touches, before, after)
     edits = corrected_source(writing.program, writing.told.path, targets)
     source = writing.with_edits(edits)
@@ -67,8 +99,22 @@ def write_contour(
     check_rest(old, path, targets.first, targets.last)
     check_rapids(profile, old, path, targets.last)
     span = targets.first + 1, len(path) - 1 - (len(old) - 1 - targets.last)
-    check_contour(path, span, after, writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.told.resolution_mm)
-    return source, changes(writing.program, edits)
+    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.told.resolution_mm
+    check_contour(path, span, after, tolerance_mm)
+    if driven is not None:
+        compensated = writing.run.driven(writing.reread(source), driven.nose_radius_mm)
+        require_nose_fits(compensated, path.line[[*span]])
+        check_contour(compensated, _of_blocks(compensated, path.block[[*span]]), driven.along(after), tolerance_mm)
+    first, last = targets.first, targets.last
+    x_before, x_after = old.end_mm[first : last + 1, 0], path.end_mm[span[0] - 1 : span[1] + 1, 0]
+    notes = shared_contour_notes(writing.program, int(old.block[first]), x_before, x_after)
+    return source, changes(writing.program, edits), notes
+
+
+def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
+    """First and last move of a range of blocks."""
+    moves = np.flatnonzero((path.block >= blocks[0]) & (path.block <= blocks[1]))
+    return int(moves[0]), int(moves[-1])
 
 
 def write_offsets(

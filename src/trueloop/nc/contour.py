@@ -15,7 +15,7 @@ from trueloop.geometry.intersection import intersections
 from trueloop.geometry.offset import contour_from_centre_path
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.geometry.validate import GAP_MM, checked_profile
-from trueloop.nc.feed_moves import FeedMove
+from trueloop.nc.feed_moves import FeedMove, moves_of_one_kind
 
 _AXIS: Final = Line("axis", (0.0, 0.0), (0.0, 1.0))
 _SQUARE: Final = math.cos(math.radians(0.5))
@@ -36,8 +36,9 @@ class ProgramContour:
 def contour_of_program(
     moves: Sequence[FeedMove], nose_radius_mm: float, *, lines: tuple[int, int] | None = None
 ) -> ProgramContour:
-    """The contour that a finish pass leaves, features named cylinder-1, cone-1, arc-1… from chuck end to free end.
+    """The contour that a finish pass leaves, read from the path of the nose's centre or, under G41 and G42, of itself.
 
+    Features are named cylinder-1, cone-1, arc-1… from chuck end to free end.
     Without `lines` (from–to, both included) the pass is the uninterrupted chain of feed moves with the most moves, the
     last one of equals; straight moves at its ends that come in from outside or leave outwards, by a concave corner of
     more than 45°, are taken for the ways in and out. With `lines` all feed moves of that range count. What lies beyond
@@ -46,6 +47,9 @@ def contour_of_program(
     """
     found = [m for m in moves if m.path.length_mm > GAP_MM]
     chain, notes = _chain(found, lines)
+    chain, offset_mm = moves_of_one_kind(chain, nose_radius_mm)
+    if offset_mm != nose_radius_mm:
+        notes.append("The pass is the contour itself: the control keeps the nose off it by G41 or G42.")
     chain = _chuck_end_first(chain, notes)
     if lines is None:
         chain = _without_approach(chain, notes)
@@ -53,7 +57,7 @@ def contour_of_program(
     if not chain:
         raise _nothing(len(found), lines)
     line_of = {_name(move): move.line for move in chain}
-    contour = contour_from_centre_path([_rounded_off(move) for move in chain], nose_radius_mm)
+    contour = contour_from_centre_path([_rounded_off(move) for move in chain], offset_mm)
     features = _cut_at_axis(contour, notes)
     about_edges = [line for name, line in line_of.items() if name not in {feature.name for feature in contour}]
     notes += [f"Line {line} only turns the nose about an edge: no feature." for line in about_edges]

@@ -66,6 +66,11 @@ class ContourMatch:
     run_out: tuple[FeedMove, ...]
     between: tuple[FeedMove, ...]
 
+    @property
+    def on_contour(self) -> bool:
+        """Whether the moves are those of the contour, under G41 or G42, and not of the nose's centre."""
+        return self.features[0].moves[0].move.on_contour
+
     def largest_deviation_mm(self) -> float:
         """The largest |deviation| over all features, sampled at 65 points each."""
         shares = np.linspace(0.0, 1.0, 65)

@@ -12,7 +12,7 @@ from trueloop.geometry.feature import Arc, Array, Feature, distance_mm
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.nc.contour_match import ContourMatch, FeatureMatch, MatchedMove
-from trueloop.nc.feed_moves import FeedMove
+from trueloop.nc.feed_moves import FeedMove, moves_of_one_kind
 
 TOLERANCE_MM: Final = 0.125
 """How far a commanded contour may stand off the nominal one: half the usual step of 0.25 mm between passes, so that a
@@ -32,16 +32,21 @@ def match_contour(
     tolerance_mm: float = TOLERANCE_MM,
     lines: tuple[int, int] | None = None,
 ) -> ContourMatch:
-    """Find the one pass over each feature among the feed moves of a program of nose centres.
+    """Find the one pass over each feature among the feed moves of a program.
 
-    The moves must lie within `tolerance_mm` of the profile's offset by nose radius + `allowance_mm`, in the profile's
-    order or reversed; `lines` narrows the search to the program's lines from–to. Raises NC-NO-MATCH where no pass cuts
-    a feature whole, naming the nearest line, and NC-AMBIGUOUS where several do.
+    The moves of the nose's centre must lie within `tolerance_mm` of the profile's offset by nose radius +
+    `allowance_mm`; where the program has moves under G41 or G42, only these are looked at, and they must lie so near to
+    the profile's offset by `allowance_mm` alone. In the profile's order or reversed; `lines` narrows the search to the
+    program's lines from–to. Raises NC-NO-MATCH where no pass cuts a feature whole, naming the nearest line,
+    NC-AMBIGUOUS where several do, NC-COMPENSATED where G41 or G42 keeps the nose on the material's side.
     """
-    moves = [m for m in moves if lines is None or lines[0] <= m.line <= lines[1]]
-    path = nose_centre_path(profile, nose_radius_mm + allowance_mm)
+    in_lines = [m for m in moves if lines is None or lines[0] <= m.line <= lines[1]]
+    moves, offset_mm = moves_of_one_kind(in_lines, nose_radius_mm)
+    path = nose_centre_path(profile, offset_mm + allowance_mm)
     search = _Search(profile, path, moves, tolerance_mm)
     matches = tuple(search.match(index) for index in range(len(profile.features)))
+    for match in matches:
+        _require_outside(match)
     return _with_the_rest(profile, path, matches, moves)
 
 
@@ -142,7 +147,7 @@ class _Search:
 
     def _no_match(self, index: int, passes: Sequence[_Pass]) -> TrueloopError:
         name = self.profile.features[index].name
-        hint = "check nose radius, allowance, parameters and part zero; the path must be that of the nose centre"
+        hint = "check nose radius, allowance, parameters, part zero; without G41 or G42 the path is the nose centre's"
         if passes:
             best = min(passes, key=lambda p: p.missing_mm)
             cut_mm, by_line = best.length_mm - best.missing_mm, best.moves[0].move.line
@@ -170,6 +175,20 @@ class _Search:
             hint="name the range of lines of the pass that is meant",
             place=Place(line=passes[1].moves[0].move.line),
         )
+
+
+def _require_outside(match: FeatureMatch) -> None:
+    """Along the profile, from chuck end to free end, the material is at the right: G41 keeps the nose off it."""
+    outside = 42 if match.backwards else 41
+    for matched in match.moves:
+        if matched.move.on_contour and matched.move.compensation != outside:
+            line, mode = matched.move.line, matched.move.compensation
+            raise TrueloopError(
+                Code.NC_COMPENSATED,
+                f"line {line} cuts '{match.feature.name}' with G{mode}, which keeps the nose on the material's side",
+                hint=f"a pass in this direction wants G{outside}",
+                place=Place(line=line),
+            )
 
 
 def _span(moves: Sequence[MatchedMove]) -> str:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.geometry.feature import Arc, Array, Feature
-from trueloop.nc.feed_moves import feed_moves
+from trueloop.nc.feed_moves import nose_centre_moves
 from trueloop.nc.tool_path import ToolPath
 
 LINE_STEP_MM: Final = 0.05
@@ -34,7 +34,7 @@ class CentrePath:
 def paths_of_program(tool_path: ToolPath) -> tuple[CentrePath, ...]:
     """The uninterrupted chains of feed moves of a program. Rapid moves cut nothing here."""
     feed = _feed_mm_per_rev(tool_path)
-    chains = [list(chain) for _, chain in groupby(feed_moves(tool_path), key=lambda move: move.chain)]
+    chains = [list(chain) for _, chain in groupby(nose_centre_moves(tool_path), key=lambda move: move.chain)]
     return tuple(path_along([move.path for move in chain], [feed[move.index] for move in chain]) for chain in chains)
 
 

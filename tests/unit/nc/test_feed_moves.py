@@ -7,12 +7,17 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Line
-from trueloop.nc.feed_moves import FeedMove, feed_moves
+from trueloop.nc.feed_moves import FeedMove, feed_moves, nose_centre_moves
 from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import ToolPath
 
 
 def moves_of(text: str, dialect: str = "linuxcnc") -> tuple[FeedMove, ...]:
-    return feed_moves(read_program(text.encode(), dialect).run())
+    return feed_moves(path_of(text, dialect))
+
+
+def path_of(text: str, dialect: str = "linuxcnc") -> ToolPath:
+    return read_program(text.encode(), dialect).run()
 
 
 def test_lines_and_arcs_in_the_profile_plane() -> None:
@@ -52,9 +57,15 @@ def test_change_of_frame_breaks_a_chain() -> None:
 
 def test_compensation_is_refused_with_its_line() -> None:
     with pytest.raises(TrueloopError) as refusal:
-        moves_of("G21 G18 G8 G90 F100\nG0 X30 Z5\nG42 G1 X20 Z5\nG1 Z-10\n")
+        nose_centre_moves(path_of("G21 G18 G8 G90 F100\nG0 X30 Z5\nG42 G1 X20 Z5\nG1 Z-10\n"))
     assert refusal.value.code is Code.NC_COMPENSATED and refusal.value.place.line == 3
-    assert moves_of("G21 G18 G8 G90 F100\nG0 X30 Z5\nG42\nG40\nG1 X20\n")
+    assert nose_centre_moves(path_of("G21 G18 G8 G90 F100\nG0 X30 Z5\nG42\nG40\nG1 X20\n"))
+
+
+def test_compensation_breaks_a_chain_and_is_known_of_each_move() -> None:
+    before, on = moves_of("G21 G18 G8 G90 F100\nG0 X30 Z5\nG1 X20\nG42 G1 X10 Z5\n")
+    assert (before.on_contour, on.on_contour, on.compensation) == (False, True, 42)
+    assert before.chain != on.chain
 
 
 def test_program_without_cuts() -> None:

@@ -17,7 +17,7 @@ pub const LINUXCNC: Dialect = Dialect {
     increments: None,
     point_decides: false,
     tool_has_offset: false,
-    rules: Rules { tip_in_front: true },
+    rules: Rules { tip_in_front: true, enters_beside_next: false },
     other_axes: b"",
     letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
     g: g_code,

@@ -180,11 +180,13 @@ pub enum Functions {
 pub struct Rules {
     /// Orientations of a lathe tool's tip are counted with the turret in front of the axis, as LinuxCNC does.
     pub tip_in_front: bool,
+    /// Compensation begins square to the second move's start; else square to the first move's end.
+    pub enters_beside_next: bool,
 }
 
 impl Rules {
     /// Those of most controls.
-    pub const USUAL: Self = Self { tip_in_front: false };
+    pub const USUAL: Self = Self { tip_in_front: false, enters_beside_next: true };
 }
 
 /// A dialect's rules.
