@@ -15,7 +15,7 @@ PART ?= modbas2
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface test test-corpus check format bench setup clean
+.PHONY: help demo demo-surface test test-corpus check format bench fuzz setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -72,6 +72,10 @@ format: $(SETUP) ## put Python and Rust into the one format
 bench: $(SETUP) ## ours beside what a user would pick instead, as ratios
 	@for bench in $(filter-out ratio,$(basename $(notdir $(wildcard benches/*.py)))); do \
 	    $(RUN)python -m benches.$$bench || exit 1; done
+
+SECONDS ?= 60
+fuzz: ## the reader and runner of NC programs under cargo-fuzz, which is installed if need be: make fuzz SECONDS=60
+	@scripts/fuzz.sh $(SECONDS)
 
 clean: ## remove everything that can be made again
 	rm -rf $(VENV) target out build .*_cache .hypothesis

@@ -1,5 +1,6 @@
 """The Rust core, as Python sees it. Checked against the built module by a test."""
 
+from collections.abc import Callable, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -70,6 +71,52 @@ class NcProgram:
         tools: list[tuple[int | None, float, int | None]] = ...,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]]]:
         """Columns of the moves, columns of the modal states, findings."""
+
+# nc-map: a field applied to a program
+
+def nc_jumps(source: bytes, dialect: str) -> bool:
+    """Whether a block of the program may send its run elsewhere: a loop, a call, a contour by number."""
+
+@final
+class NcField:
+    """A displacement for every position, mm."""
+
+    @staticmethod
+    def affine(matrix: Sequence[Sequence[float]], shift: Sequence[float]) -> NcField:
+        """Takes p to matrix·p + shift."""
+
+    @staticmethod
+    def grid(x: Sequence[float], y: Sequence[float], z: Sequence[float], displacement: NDArray[np.float64]) -> NcField:
+        """Linear between nodes; displacements (n, 3) with z fastest. Raises ValueError where they do not fit."""
+
+    @staticmethod
+    def function(function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> NcField:
+        """Positions (n, 3) to displacements (n, 3)."""
+
+    def displacements(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """At (n, 3) positions. Raises ValueError with the index of a point outside."""
+
+@final
+class NcMapper:
+    """A field on its way through a program. Raises ValueError with the name of a parameter that is none."""
+
+    def __new__(
+        cls,
+        field: NcField,
+        dialect: str,
+        parameters: list[tuple[str, float]],
+        optional_blocks: bool,
+        whole: bool,
+        tolerance_mm: float,
+        size_mm: float,
+        slope: float,
+    ) -> NcMapper: ...
+    def push(self, bytes: bytes) -> tuple[bytes, tuple[str, str, str, int, int] | None]:
+        """What the next bytes give; code, message, hint, line, column of what it is refused for."""
+
+    def finish(self) -> tuple[bytes, tuple[str, str, str, int, int] | None]: ...
+    def summary(self) -> tuple[int, int, int, int, tuple[float, float, float], int, int]:
+        """Blocks, moves, edits, blocks added, largest displacement, blocks not run, line of the first."""
 
 # envelope: the surface that a swept nose leaves
 

@@ -1,13 +1,18 @@
 """Every way in which a program is refused or remarked upon."""
 
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.loops.mapped_program import map_program
 from trueloop.nc.check import check
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.edit import Edit, apply_edits, displace_word, set_offset
+from trueloop.nc.field import function_field, table_field
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import CoordinateState
 
@@ -29,6 +34,14 @@ def _overlapping_edits() -> object:
 def _increment_displaced() -> object:
     program = ge2000t("G70 G91 G01 X1.0 F1")
     return displace_word(program, program.block(0).words[3], 0.1, program.run().coordinate_state(0))
+
+
+def _mapped_across_a_repetition() -> object:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "part.ngc")
+        file.write_text("G21 G91 F1\no1 repeat [3]\nG1 X10\no1 endrepeat\n")
+        bend = function_field(lambda points: 1e-5 * points**2, "bend")
+        return map_program(file, Path(folder, "out.ngc"), bend, dialect="linuxcnc")
 
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
@@ -56,6 +69,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_ENTRY: lambda: linuxcnc("G21 G17 G42\nG1 X1").run(tools=[CutterTool(1.5)]),
     Code.NC_GOUGE: lambda: linuxcnc("G21 G17 G41\nG1 X5\nG1 X6\nG1 Y1\nX9\nG40 X20").run(tools=[CutterTool(1.5)]),
     Code.NC_EDIT: _overlapping_edits,
+    Code.NC_MAP: _mapped_across_a_repetition,
+    Code.NC_FIELD: lambda: table_field(np.arange(2.0), np.arange(1.0), np.arange(1.0), np.zeros((3, 3))),
     Code.NC_OFFSET: lambda: set_offset(ge2000t("G00 X1.0"), "X", 0.01, DIAMETER_INCH),
 }
 

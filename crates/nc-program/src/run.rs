@@ -10,7 +10,7 @@ use crate::labels::Labels;
 use crate::modal::Modal;
 use crate::parameters::{Key, Store};
 use crate::path::ToolPath;
-use crate::program::Program;
+use crate::program::{Block, Program};
 use crate::request::Request;
 use crate::tool::Tool;
 use crate::visit::Visit;
@@ -74,6 +74,10 @@ pub(crate) struct Runner<'a> {
     pub block: usize,
     /// Index of the block to be executed after it.
     pub next: usize,
+    /// Blocks from this index on are not run.
+    pub until: usize,
+    /// Tape marks met.
+    pub tape_marks: usize,
     /// Calls and contours under way.
     pub visits: Vec<Visit>,
     /// Block of the O number of the program being run; `None` before the first.
@@ -101,7 +105,7 @@ pub(crate) struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    fn new(program: &'a Program, options: &'a Options, table: &'a Table, findings: Vec<Finding>) -> Self {
+    pub(crate) fn new(program: &'a Program, options: &'a Options, table: &'a Table, findings: Vec<Finding>) -> Self {
         let mut store = Store::default();
         for (key, value) in &options.parameters {
             store.set(key.clone(), *value);
@@ -112,6 +116,8 @@ impl<'a> Runner<'a> {
             options,
             block: 0,
             next: 0,
+            until: usize::MAX,
+            tape_marks: 0,
             visits: Vec::new(),
             program_start: None,
             labels: OnceCell::new(),
@@ -130,29 +136,35 @@ impl<'a> Runner<'a> {
         }
     }
 
-    fn blocks(&mut self) {
+    /// The next block to be run, if there is one.
+    fn upcoming(&self) -> Option<Block> {
+        self.program.blocks().get(self.next).filter(|_| self.next < self.until).copied()
+    }
+
+    /// Runs the blocks; false when the program ended before the last of them.
+    pub(crate) fn blocks(&mut self) -> bool {
         let mut request = Request::new();
-        let mut tape_marks = 0;
         for _ in 0..self.options.block_limit {
-            let Some(block) = self.program.blocks().get(self.next) else { return };
+            let Some(block) = self.upcoming() else { return true };
             self.block = self.next;
             self.next += 1;
-            tape_marks += usize::from(block.tape_mark);
-            if tape_marks > 1 || self.leaves_program() {
-                return;
+            self.tape_marks += usize::from(block.tape_mark);
+            if self.tape_marks > 1 || self.leaves_program() {
+                return false;
             }
             if (self.options.optional_blocks || !block.optional) && self.one(&mut request) {
-                return;
+                return false;
             }
             self.end_contour();
             if self.path.len() > self.options.block_limit {
                 break;
             }
         }
-        if self.program.blocks().get(self.next).is_some() {
+        if self.upcoming().is_some() {
             let message = format!("stopped after {} blocks or moves", self.options.block_limit);
             self.refuse(finding::LIMIT, self.block_start(), message, "check what ends the program's loops");
         }
+        true
     }
 
     /// Executes a block; whether the program ends with it.

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 mod curve;
 mod machine;
 mod nc;
+mod nc_map;
 mod simulator;
 mod surface;
 
@@ -13,6 +14,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     curve::register(module)?;
     machine::register(module)?;
     nc::register(module)?;
+    nc_map::register(module)?;
     simulator::register(module)?;
     surface::register(module)
 }

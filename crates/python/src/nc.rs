@@ -22,8 +22,7 @@ struct NcProgram {
 impl NcProgram {
     #[new]
     fn new(py: Python<'_>, source: &[u8], dialect: &str) -> PyResult<Self> {
-        let dialect =
-            Dialect::named(dialect).ok_or_else(|| PyValueError::new_err(dialect.to_owned()))?;
+        let dialect = dialect_of(dialect)?;
         let source = source.to_vec();
         let program = py.detach(|| Program::read(source, dialect));
         let program = program.map_err(|error| PyOverflowError::new_err(error.bytes.to_string()))?;
@@ -131,11 +130,6 @@ impl NcProgram {
         initial.inch = inch.unwrap_or(initial.inch);
         initial.diameter = diameter.unwrap_or(initial.diameter);
         initial.plane = plane.map_or(Ok(initial.plane), plane_of)?;
-        let parameters = parameters.into_iter().map(|(name, value)| {
-            let key = Key::parse(&name, dialect).ok_or_else(|| PyValueError::new_err(name))?;
-            Ok((key, value))
-        });
-        let parameters = parameters.collect::<PyResult<Vec<_>>>()?;
         let tools = tools.into_iter();
         let tools = tools.map(|(number, radius, tip)| Tool {
             number,
@@ -144,7 +138,7 @@ impl NcProgram {
         });
         let options = Options {
             tools: tools.collect(),
-            parameters,
+            parameters: parameters_of(parameters, dialect)?,
             optional_blocks,
             initial: Some(initial),
             unit_is_known: inch.is_some(),
@@ -156,6 +150,20 @@ impl NcProgram {
         let states = states(py, &path.states)?;
         Ok((moves(py, &self.program, path)?, states, findings))
     }
+}
+
+/// Parameters by their keys; a ValueError names one that is none of the dialect.
+pub fn parameters_of(named: Vec<(String, f64)>, dialect: &Dialect) -> PyResult<Vec<(Key, f64)>> {
+    let keyed = named.into_iter().map(|(name, value)| {
+        let key = Key::parse(&name, dialect).ok_or_else(|| PyValueError::new_err(name))?;
+        Ok((key, value))
+    });
+    keyed.collect()
+}
+
+/// The dialect of that name.
+pub fn dialect_of(name: &str) -> PyResult<&'static Dialect> {
+    Dialect::named(name).ok_or_else(|| PyValueError::new_err(name.to_owned()))
 }
 
 fn plane_of(number: u8) -> PyResult<Plane> {

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded, say
+from trueloop.cli.nc_map import map_program_file
 from trueloop.cli.program_file import (
     DialectName,
     ProgramFile,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 app = typer.Typer(
     help="NC programs: their tool path, and what is odd about them.", no_args_is_help=True, rich_markup_mode=None
 )
+app.command("map")(map_program_file)
 
 
 @app.command("path")

@@ -75,3 +75,16 @@ def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
             raise typer.BadParameter(f"{text!r} is no tool, such as 2=R0.4,Q3", param_hint="--tool") from None
         tools.append(CutterTool(radius, None if tip is None else int(tip), None if number is None else int(number)))
     return tools
+
+
+def vector_of(text: str, option: str) -> tuple[float, float, float]:
+    """`"1,2,3"` as numbers; anything else is a fault of the command line."""
+    import math
+
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = z = math.nan
+    if not all(map(math.isfinite, (x, y, z))):
+        raise typer.BadParameter(f"{text!r} is not X,Y,Z in mm", param_hint=option)
+    return x, y, z

@@ -10,9 +10,10 @@ renames (well under a millisecond) can leave the first files new and the rest ol
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from trueloop.errors import Code, Place, TrueloopError
 
@@ -35,6 +36,43 @@ def write_all(folder: Path, contents: Mapping[str, bytes], inputs: Iterable[Path
             raise _refusal(folder, contents, error) from error
         raise
     return [folder / name for name in contents]
+
+
+@contextmanager
+def written_as_it_comes(path: Path, inputs: Iterable[Path] = ()) -> Iterator[BinaryIO]:
+    """A file for what is too large to be held: written beside `path`, synced and renamed to it at the end.
+
+    After any error there is what was there before. Raises OUT-INPUT and OUT-FOLDER as `write_all`.
+    """
+    _require_no_input(path.parent, {path.name: b""}, inputs)
+    made: list[Path] = []
+    part: Path | None = None
+    try:
+        _make(path.parent, made)
+        handle, name = tempfile.mkstemp(prefix=".trueloop-", dir=path.parent)
+        part = Path(name)
+        with os.fdopen(handle, "wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        part.chmod(0o666 & ~_umask())
+        part.replace(path)
+        _sync(path.parent)
+    except BaseException as error:
+        if part is not None:
+            part.unlink(missing_ok=True)
+        for folder in reversed(made):
+            folder.rmdir()
+        if isinstance(error, OSError):
+            raise _refusal(path.parent, {}, error) from error
+        raise
+
+
+def _umask() -> int:
+    """The process's mask; there is no way to read it but to set it."""
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
 
 
 def _require_no_input(folder: Path, contents: Mapping[str, bytes], inputs: Iterable[Path]) -> None:

@@ -161,11 +161,7 @@ class Program:
                 [(tool.number, tool.radius_mm, tool.tip) for tool in tools],
             )  # fmt: skip
         except ValueError as refused:
-            raise TrueloopError(
-                Code.NC_PARAMETER,
-                f"{refused} names no parameter of the dialect {self.dialect.name}",
-                hint="write P46=3.52 for ge2000t; #1=5 for fanuc and haas; #1=5 or #<depth>=2 for linuxcnc",
-            ) from None
+            raise no_parameter(str(refused), self.dialect.name) from None
         findings = self._findings(rows)
         if strict:
             _raise_first(findings)
@@ -176,6 +172,15 @@ class Program:
             Finding(Severity(severity), Code(code), message, hint, self.place(at))
             for severity, code, message, hint, at in rows
         )
+
+
+def no_parameter(name: str, dialect: str) -> TrueloopError:
+    """A name that is none of a parameter."""
+    return TrueloopError(
+        Code.NC_PARAMETER,
+        f"{name} names no parameter of the dialect {dialect}",
+        hint="write P46=3.52 for ge2000t; #1=5 for fanuc and haas; #1=5 or #<depth>=2 for linuxcnc",
+    )
 
 
 _RAISED = {

@@ -1,0 +1,298 @@
+//! One part of a program: run, displaced, written.
+
+use std::collections::HashMap;
+
+use nc_program::{finding, lint, Finding, MoveKind, Program, Severity, ToolPath};
+
+use crate::edits::Edits;
+use crate::field::{Field, Trouble, Vector};
+use crate::pieces::{pieces, Fault, Geometry, Piece};
+use crate::refusal::{self, Refused};
+use crate::role::{names, names_axis, roles, Role};
+use crate::writer::Writer;
+use crate::Mapper;
+
+/// Two positions are one below this, mm.
+const SAME_MM: f64 = 1e-6;
+
+/// What becomes of a move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    /// It stays as it is: to a place of the machine, or a touch.
+    Stays,
+    /// Back to a place where the program has been, by no word.
+    Returns,
+    /// Its end is displaced.
+    Displaced,
+}
+
+impl Mapper {
+    /// Runs the blocks before `until`, displaces their moves, and appends them to `out`.
+    pub(crate) fn displace(
+        &mut self,
+        program: &Program,
+        until: usize,
+        field: &mut dyn Field,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Refused> {
+        let end = program.blocks().get(until).map_or(program.source().len(), |block| block.start as usize);
+        let (path, findings) = self.session.run(program, until);
+        let roles = roles(program);
+        let moved = moved(program, &path);
+        require_known(program, findings, &moved, &roles, end)?;
+        let fates = self.fates(program, &path, &roles);
+        let displaced: Vec<usize> = (0..path.len()).filter(|index| fates[*index] != Fate::Stays).collect();
+        let geometry = Geometry::new(&path);
+        let found = pieces(&geometry, &displaced, field, self.limits.tolerance_mm);
+        let found = found.map_err(|fault| told(fault, program, &path))?;
+        self.check_limits(program, &path, &found, field)?;
+        let edits = Edits::new(program.blocks().len());
+        let mut writer = Writer { program, path: &path, geometry: &geometry, edits, carried: self.carried, added: 0 };
+        self.write(&mut writer, &fates, &roles, &found)?;
+        self.note_not_run(program, &moved, until, &roles);
+        self.summary.moves += displaced.len();
+        self.summary.edits += writer.edits.len();
+        self.summary.added += writer.added;
+        self.carried = writer.carried;
+        writer.edits.apply(program.source(), end, out);
+        Ok(())
+    }
+
+    /// What becomes of each move. A rapid move while an axis stands at a place of the machine stays as it is: the field
+    /// need not reach there.
+    fn fates(&mut self, program: &Program, path: &ToolPath, roles: &HashMap<usize, Role>) -> Vec<Fate> {
+        let fate = |index: usize| {
+            let block = path.block[index] as usize;
+            let role = roles.get(&block);
+            if matches!(role, Some(Role::Machine | Role::Home)) {
+                self.away = [0, 1, 2].map(|axis| self.away[axis] || leaves(program, path, index, axis));
+                return Fate::Stays;
+            }
+            self.away = [0, 1, 2].map(|axis| self.away[axis] && path.words[index][axis] < 0);
+            let wordless = path.words[index].iter().all(|word| *word < 0);
+            match path.kind[index] {
+                MoveKind::Probe => Fate::Stays,
+                MoveKind::Rapid if self.away.contains(&true) => Fate::Stays,
+                MoveKind::Rapid if wordless => Fate::Returns,
+                _ => Fate::Displaced,
+            }
+        };
+        (0..path.len()).map(fate).collect()
+    }
+
+    fn write(
+        &mut self,
+        writer: &mut Writer,
+        fates: &[Fate],
+        roles: &HashMap<usize, Role>,
+        pieces: &[Piece],
+    ) -> Result<(), Refused> {
+        let (path, program) = (writer.path, writer.program);
+        let mut rest = pieces;
+        let mut registers: Vec<usize> =
+            roles.iter().filter(|(_, role)| **role == Role::Register).map(|(block, _)| *block).collect();
+        registers.sort_unstable();
+        let mut registers = registers.into_iter().peekable();
+        for (index, fate) in fates.iter().enumerate() {
+            while let Some(register) = registers.next_if(|block| *block <= path.block[index] as usize) {
+                require_on_position(program, register, &writer.carried)?;
+            }
+            let own = rest.iter().take_while(|piece| piece.of_move == index).count();
+            let (here, after) = rest.split_at(own);
+            rest = after;
+            match fate {
+                Fate::Displaced => writer.write(index, here)?,
+                Fate::Returns => {
+                    let end = here.last().map_or(path.end[index], |piece| piece.end);
+                    writer.carried = [0, 1, 2].map(|axis| end[axis] - path.end[index][axis]);
+                }
+                Fate::Stays => stay(writer, index),
+            }
+        }
+        registers.try_for_each(|register| require_on_position(program, register, &writer.carried))?;
+        Ok(())
+    }
+
+    /// Refuses displacements that are too large, or change too much over a cut.
+    fn check_limits(
+        &mut self,
+        program: &Program,
+        path: &ToolPath,
+        pieces: &[Piece],
+        field: &mut dyn Field,
+    ) -> Result<(), Refused> {
+        let mut before: Option<(usize, Vector)> = None;
+        for piece in pieces.iter().filter(|piece| piece.share == 1.0) {
+            let index = piece.of_move;
+            let (start, end) = (path.start[index], path.end[index]);
+            let by = [0, 1, 2].map(|axis| piece.end[axis] - end[axis]);
+            let at = || program.blocks().get(path.block[index] as usize).map_or(0, |block| block.start as usize);
+            let size = by.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+            if by.iter().any(|value| !value.is_finite()) {
+                let message = format!("the field has no displacement at {}", position(&end));
+                return Err(Refused::new(refusal::FIELD, at(), message, "look at the field there"));
+            }
+            if size > self.limits.size_mm {
+                let (limit, there) = (self.limits.size_mm, position(&end));
+                let message = format!("the displacement reaches {size:.4} mm at {there}; the limit is {limit} mm");
+                return Err(Refused::new(refusal::SIZE, at(), message, "check the field's unit and sign first"));
+            }
+            let known = before.filter(|(other, _)| other + 1 == index && path.end[*other] == start);
+            let length = path.kind[index] != MoveKind::Rapid;
+            let (u, v, w) = (end[0] - start[0], end[1] - start[1], end[2] - start[2]);
+            let length = if length { (u * u + v * v + w * w).sqrt() } else { 0.0 };
+            if length > SAME_MM && self.limits.slope.is_finite() {
+                let from = match known {
+                    Some((_, from)) => from,
+                    None => one(field, start, program, path, index)?,
+                };
+                let change = [0, 1, 2].map(|axis| by[axis] - from[axis]).iter().map(|c| c * c).sum::<f64>().sqrt();
+                if change > self.limits.slope * length {
+                    let (slope, limit) = (1e3 * change / length, 1e3 * self.limits.slope);
+                    let there = position(&end);
+                    let message = format!(
+                        "the displacement changes by {slope:.1} µm/mm on the way to {there}; the limit is {limit} µm/mm"
+                    );
+                    return Err(Refused::new(refusal::SLOPE, at(), message, "look for an outlier in the field there"));
+                }
+            }
+            let largest = &mut self.summary.largest_mm;
+            *largest = [0, 1, 2].map(|axis| largest[axis].max(by[axis].abs()));
+            before = Some((index, by));
+        }
+        Ok(())
+    }
+
+    /// Counts blocks with coordinates that stay as they are because they were not run: skipped, after the end, in a
+    /// branch not taken.
+    fn note_not_run(&mut self, program: &Program, moved: &[bool], until: usize, roles: &HashMap<usize, Role>) {
+        let ended_after = self.session.ended().then(|| moved.iter().rposition(|moved| *moved));
+        for (block, moved) in moved.iter().enumerate().take(until) {
+            let optional = program.blocks().get(block).is_some_and(|found| found.optional);
+            let after_end = ended_after.is_some_and(|last| last < Some(block));
+            let left_out = !moved && (optional || after_end || self.whole);
+            if left_out && names_axis(program, block) && !roles.contains_key(&block) {
+                self.summary.not_run += 1;
+                if self.summary.not_run == 1 {
+                    self.summary.first_not_run = self.summary.blocks + block + 1;
+                }
+            }
+        }
+    }
+}
+
+/// Whether a move came of each block.
+fn moved(program: &Program, path: &ToolPath) -> Vec<bool> {
+    let mut moved = vec![false; program.blocks().len()];
+    for block in &path.block {
+        if let Some(slot) = moved.get_mut(*block as usize) {
+            *slot = true;
+        }
+    }
+    moved
+}
+
+/// Whether a move to a place of the machine takes that axis there.
+fn leaves(program: &Program, path: &ToolPath, index: usize, axis: usize) -> bool {
+    let block = path.block[index] as usize;
+    names(program, block, axis) || !names_axis(program, block)
+}
+
+/// A move that stays: the axes it takes to a place of the machine, or to a position, are there without displacement.
+fn stay(writer: &mut Writer, index: usize) {
+    let path = writer.path;
+    let state = &path.states[path.state[index] as usize];
+    for axis in 0..3 {
+        let wordless = path.words[index].iter().all(|word| *word < 0);
+        let goes = path.words[index][axis] >= 0 && !state.incremental;
+        if goes || wordless && leaves(writer.program, path, index, axis) {
+            writer.carried[axis] = 0.0;
+        }
+    }
+}
+
+/// The position register may only be set where the tool is not displaced: the positions after it would be, twice.
+fn require_on_position(program: &Program, block: usize, carried: &Vector) -> Result<(), Refused> {
+    let off = carried.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    if off <= 1e-3 {
+        return Ok(());
+    }
+    let at = program.blocks().get(block).map_or(0, |found| found.start as usize);
+    let message = format!("coordinates are set anew where the tool stands {off:.5} mm off its programmed position");
+    let hint = "set them at the start of the program, or after a move to the reference point";
+    Err(Refused::block(at, message, hint))
+}
+
+/// Refuses what is not understood, cannot be run, or moves the tool where the path does not say.
+fn require_known(
+    program: &Program,
+    findings: Vec<Finding>,
+    moved: &[bool],
+    roles: &HashMap<usize, Role>,
+    end: usize,
+) -> Result<(), Refused> {
+    let strange = lint(program).into_iter().filter(|found| [finding::WORD, finding::CODE].contains(&found.code));
+    let refuses = |found: &Finding| match (found.severity, found.code) {
+        (Severity::Error, _) | (Severity::Warning, finding::OPAQUE) => true,
+        (_, finding::OPAQUE) => {
+            let block = program.block_at(found.at);
+            let cycle = roles.get(&block) == Some(&Role::Cycle);
+            cycle
+                || names_axis(program, block)
+                    && !roles.contains_key(&block)
+                    && !moved.get(block).is_some_and(|moved| *moved)
+        }
+        _ => false,
+    };
+    let first = strange.chain(findings.into_iter().filter(refuses)).filter(|found| found.at < end).min_by_key(|f| f.at);
+    match first {
+        Some(found) => Err(Refused { hint: found.hint, ..Refused::new(found.code, found.at, found.message, "") }),
+        None => Ok(()),
+    }
+}
+
+/// A fault by what it means for the program.
+fn told(fault: Fault, program: &Program, path: &ToolPath) -> Refused {
+    let block = |index: usize| path.block.get(index).and_then(|block| program.blocks().get(*block as usize));
+    let at = |index: usize| block(index).map_or(0, |block| block.start as usize);
+    match fault {
+        Fault::Field(Trouble::Outside(point), owners) => {
+            let index = owners.get(point).copied().unwrap_or(0);
+            let (start, end) = (position(&path.start[index]), position(&path.end[index]));
+            let message = format!("the field is not known on the whole way from {start} to {end}");
+            let hint = "extend the table: there is no extrapolation";
+            Refused::new(refusal::FIELD, at(index), message, hint)
+        }
+        Fault::Field(Trouble::Failed(cause), owners) => {
+            let message = format!("the field failed: {cause}");
+            let at = at(owners.first().copied().unwrap_or(0));
+            Refused { cause: Some(cause), ..Refused::new(refusal::FIELD, at, message, "mend the field") }
+        }
+        Fault::Jump(index) => {
+            let message = "the move would need more than 4096 pieces to follow the field".to_owned();
+            Refused::block(at(index), message, "the field jumps along it, or the tolerance is too small")
+        }
+        Fault::Turns(index) => {
+            let message = "an arc of more than 1 turn would have to become several".to_owned();
+            Refused::block(at(index), message, "write it turn by turn")
+        }
+    }
+}
+
+/// The displacement of the start of a move.
+fn one(
+    field: &mut dyn Field,
+    start: Vector,
+    program: &Program,
+    path: &ToolPath,
+    index: usize,
+) -> Result<Vector, Refused> {
+    let mut found = Vec::new();
+    let asked = field.displacements(&[start], &mut found);
+    asked.map_err(|trouble| told(Fault::Field(trouble, vec![index]), program, path))?;
+    Ok(found.first().copied().unwrap_or_default())
+}
+
+fn position(point: &Vector) -> String {
+    format!("X {:.3} Y {:.3} Z {:.3} mm", point[0], point[1], point[2])
+}

@@ -1,0 +1,55 @@
+//! Blocks whose coordinates are no positions of the path: found by their codes.
+
+use std::collections::HashMap;
+
+use nc_program::dialect::G;
+use nc_program::{Program, WordKind};
+
+/// Letters of positions and increments.
+pub(crate) const COORDINATES: &[u8] = b"XYZUVW";
+
+/// What such a block's coordinates are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// Positions of the machine: G53.
+    Machine,
+    /// A way home through a point: G28.
+    Home,
+    /// A new name for the place where the tool stands.
+    Register,
+    /// Offsets, a time.
+    Data,
+    /// Those of a cycle that the path does not follow.
+    Cycle,
+}
+
+/// The blocks of a part that have a role, with their index.
+pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
+    let mut roles = HashMap::new();
+    for word in program.words().iter().filter(|word| word.letter == b'G' && word.kind == WordKind::Number) {
+        let role = match (program.dialect().g)((word.value * 10.0).round() as u16) {
+            Some(G::MachineCoordinates) => Role::Machine,
+            Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
+            Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset) => Role::Register,
+            Some(G::ToolOffset | G::Dwell) => Role::Data,
+            Some(G::OpaqueCycle | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle) => Role::Cycle,
+            _ => continue,
+        };
+        let block = program.block_at(word.start as usize);
+        if names_axis(program, block) || role == Role::Home {
+            roles.insert(block, role);
+        }
+    }
+    roles
+}
+
+/// Whether a block names an axis.
+pub(crate) fn names_axis(program: &Program, block: usize) -> bool {
+    program.words_of(block).iter().any(|word| COORDINATES.contains(&word.letter))
+}
+
+/// Whether a block names that axis, by position or increment.
+pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
+    let letters = [b"XU", b"YV", b"ZW"][axis];
+    program.words_of(block).iter().any(|word| letters.contains(&word.letter))
+}

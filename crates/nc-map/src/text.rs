@@ -1,0 +1,177 @@
+//! Numbers as text, in steps of the control's resolution.
+
+use nc_program::Dialect;
+
+/// The smallest programmable step in a program unit, and how many decimals it has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Step {
+    pub unit: f64,
+    pub decimals: usize,
+}
+
+impl Step {
+    pub fn of(dialect: &Dialect, inch: bool) -> Self {
+        let unit = if inch { dialect.resolution.0 } else { dialect.resolution.1 };
+        Self { unit, decimals: (-unit.log10()).round().max(0.0) as usize }
+    }
+
+    /// The number of steps nearest to a value in program units, halves to even.
+    pub fn round(&self, value: f64) -> i64 {
+        (value * 10f64.powi(self.decimals as i32)).round_ties_even() as i64
+    }
+
+    /// The value of that many steps: the double nearest to the decimal number.
+    pub fn value(&self, steps: i64) -> f64 {
+        steps as f64 / 10f64.powi(self.decimals as i32)
+    }
+
+    /// Writes a number with at least `decimals` decimals and `digits` digits before the point.
+    pub fn write(&self, out: &mut Vec<u8>, steps: i64, decimals: usize, digits: usize) {
+        let scale = 10u64.pow(self.decimals as u32);
+        let (whole, fraction) = (steps.unsigned_abs() / scale, steps.unsigned_abs() % scale);
+        if steps < 0 {
+            out.push(b'-');
+        }
+        if whole > 0 || digits > 0 {
+            write_digits(out, whole, digits.max(1));
+        }
+        if decimals.max(self.decimals) == 0 {
+            return;
+        }
+        out.push(b'.');
+        write_digits(out, fraction, self.decimals);
+        out.extend(std::iter::repeat_n(b'0', decimals.saturating_sub(self.decimals)));
+    }
+
+    /// A number in the style of an old one: its sign habit, leading zeros, and at least as many decimals.
+    pub fn restyle(&self, out: &mut Vec<u8>, old: &[u8], steps: i64) {
+        let mut point = false;
+        let (mut whole, mut decimals, mut leading_zero) = (0, 0, false);
+        for byte in old {
+            match byte {
+                b'0'..=b'9' if point => decimals += 1,
+                b'0'..=b'9' => {
+                    leading_zero |= whole == 0 && *byte == b'0';
+                    whole += 1;
+                }
+                b'.' | b',' => point = true,
+                _ => {}
+            }
+        }
+        if old.first() == Some(&b'+') && steps >= 0 {
+            out.push(b'+');
+        }
+        let digits = if leading_zero { whole } else { usize::from(whole > 0) };
+        self.write(out, steps, decimals, digits);
+    }
+
+    /// An expression plus a term: inside its own brackets, or in new ones where it has none.
+    pub fn with_term(&self, out: &mut Vec<u8>, old: &[u8], steps: i64, dialect: &Dialect) {
+        let (open, close) = dialect.brackets;
+        let inside = old.strip_suffix(&[close]).filter(|_| closes_at_end(old, open, close) && !compares(old));
+        match inside {
+            Some(inside) => out.extend(inside),
+            None => {
+                out.push(open);
+                out.extend(old);
+            }
+        }
+        if steps >= 0 {
+            out.push(b'+');
+        }
+        let mut term = Vec::new();
+        self.write(&mut term, steps, 0, 1);
+        let kept = term.len() - term.iter().rev().take_while(|byte| **byte == b'0').count();
+        out.extend(term.get(..kept).unwrap_or(&[]));
+        out.push(close);
+    }
+}
+
+fn write_digits(out: &mut Vec<u8>, number: u64, least: usize) {
+    let (mut digits, mut at, mut rest) = ([b'0'; 20], 20, number);
+    while (rest > 0 || 20 - at < least) && at > 0 {
+        at -= 1;
+        if let Some(digit) = digits.get_mut(at) {
+            *digit = b'0' + (rest % 10) as u8;
+        }
+        rest /= 10;
+    }
+    out.extend(digits.get(at..).unwrap_or(&[]));
+}
+
+fn closes_at_end(text: &[u8], open: u8, close: u8) -> bool {
+    let mut depth = 0usize;
+    for (position, byte) in text.iter().enumerate() {
+        if *byte == open {
+            depth += 1;
+        } else if *byte == close {
+            depth = depth.saturating_sub(1);
+        }
+        if depth == 0 {
+            return position + 1 == text.len();
+        }
+    }
+    false
+}
+
+/// Whether operators that bind more weakly than a sum may be in the text: words of two or three letters.
+fn compares(text: &[u8]) -> bool {
+    const WEAK: [&[u8]; 9] = [b"EQ", b"NE", b"GT", b"GE", b"LT", b"LE", b"AND", b"OR", b"XOR"];
+    let upper = text.to_ascii_uppercase();
+    WEAK.iter().any(|word| upper.windows(word.len()).any(|part| part == *word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Step;
+    use nc_program::dialect::{GE2000T, LINUXCNC};
+    use proptest::prelude::*;
+
+    const STEP: Step = Step { unit: 0.001, decimals: 3 };
+
+    fn restyled(old: &str, steps: i64) -> String {
+        let mut out = Vec::new();
+        STEP.restyle(&mut out, old.as_bytes(), steps);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn the_programmers_style_stays() {
+        for (old, steps, new) in [
+            ("3.2", 3_250, "3.250"),
+            ("3.20000", -3_250, "-3.25000"),
+            ("+2.", 2_001, "+2.001"),
+            ("-.5", 499, ".499"),
+            ("00.25", 251, "00.251"),
+            ("-0.1", 99, "0.099"),
+            ("10", 10_010, "10.010"),
+            ("+1", -5, "-0.005"),
+        ] {
+            assert_eq!(restyled(old, steps), new, "{old}");
+        }
+    }
+
+    #[test]
+    fn terms_go_into_the_programmers_brackets() {
+        for (dialect, old, new) in [
+            (&LINUXCNC, "[#1+2]", "[#1+2-0.012]"),
+            (&LINUXCNC, "#1", "[#1-0.012]"),
+            (&LINUXCNC, "[#1]*[2]", "[[#1]*[2]-0.012]"),
+            (&LINUXCNC, "[#1 GT 2]", "[[#1 GT 2]-0.012]"),
+            (&GE2000T, "(P46+0.0625)", "(P46+0.0625-0.012)"),
+        ] {
+            let mut out = Vec::new();
+            STEP.with_term(&mut out, old.as_bytes(), -12, dialect);
+            assert_eq!(String::from_utf8(out).unwrap(), new);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_the_value(steps in -999_999_999i64..999_999_999, old in "[+-]?[0-9]{1,4}(\\.[0-9]{0,6})?") {
+            let written: f64 = restyled(&old, steps).parse().unwrap();
+            prop_assert_eq!(written, STEP.value(steps));
+            prop_assert_eq!(STEP.round(written), steps);
+        }
+    }
+}

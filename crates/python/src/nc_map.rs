@@ -1,0 +1,244 @@
+//! Binds `nc-map`.
+
+use nc_map::field::Trouble;
+use nc_map::{Affine, Field, Grid, Limits, Mapper, Refusal, Vector};
+use nc_program::{jumps, Options, Program};
+use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::nc::{dialect_of, parameters_of};
+
+/// Code, message, hint, line, column.
+type RefusalTuple = (&'static str, String, String, usize, usize);
+
+/// A function of Python: positions (n, 3) to displacements (n, 3), mm.
+struct Function(Py<PyAny>);
+
+impl Field for Function {
+    fn displacements(&mut self, points: &[Vector], found: &mut Vec<Vector>) -> Result<(), Trouble> {
+        let asked = Python::attach(|py| {
+            let flat = points.as_flattened().to_vec().into_pyarray(py);
+            let answer = self.0.call1(py, (flat.reshape([points.len(), 3])?,))?;
+            let answer: PyReadonlyArray2<f64> = answer.extract(py).map_err(|_| {
+                PyTypeError::new_err(
+                    "a field answers an array of floats (n, 3) to positions (n, 3)",
+                )
+            })?;
+            let rows = answer.as_array();
+            if rows.shape() != [points.len(), 3] {
+                let message = format!(
+                    "a field answered {:?} to {} positions",
+                    rows.shape(),
+                    points.len()
+                );
+                return Err(PyTypeError::new_err(message));
+            }
+            found.clear();
+            found.extend(rows.rows().into_iter().map(|row| [row[0], row[1], row[2]]));
+            Ok(())
+        });
+        asked.map_err(|error: PyErr| Trouble::Failed(Box::new(error)))
+    }
+}
+
+/// A field on its way through a program.
+#[pyclass]
+struct NcMapper {
+    mapper: Mapper,
+    field: Box<dyn Field + Send + Sync>,
+}
+
+#[pymethods]
+impl NcMapper {
+    #[new]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        field: &NcField,
+        dialect: &str,
+        parameters: Vec<(String, f64)>,
+        optional_blocks: bool,
+        whole: bool,
+        tolerance_mm: f64,
+        size_mm: f64,
+        slope: f64,
+        py: Python<'_>,
+    ) -> PyResult<Self> {
+        let dialect = dialect_of(dialect)?;
+        let parameters = parameters_of(parameters, dialect)?;
+        let options = Options {
+            parameters,
+            optional_blocks,
+            block_limit: if whole {
+                Options::default().block_limit
+            } else {
+                usize::MAX
+            },
+            ..Options::default()
+        };
+        let limits = Limits {
+            tolerance_mm,
+            size_mm,
+            slope,
+        };
+        Ok(Self {
+            mapper: Mapper::new(dialect, options, limits, whole),
+            field: field.kind.made(py),
+        })
+    }
+
+    /// What the next bytes give; and why it goes no further, if it does not.
+    fn push<'py>(
+        &mut self,
+        py: Python<'py>,
+        bytes: &[u8],
+    ) -> PyResult<(Bound<'py, PyBytes>, Option<RefusalTuple>)> {
+        let mut out = Vec::with_capacity(bytes.len() + bytes.len() / 8);
+        let (mapper, field) = (&mut self.mapper, self.field.as_mut());
+        let done = py.detach(|| mapper.push(bytes, field, &mut out));
+        Ok((PyBytes::new(py, &out), told(done)?))
+    }
+
+    /// What is left gives.
+    fn finish<'py>(
+        &mut self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyBytes>, Option<RefusalTuple>)> {
+        let mut out = Vec::new();
+        let (mapper, field) = (&mut self.mapper, self.field.as_mut());
+        let done = py.detach(|| mapper.finish(field, &mut out));
+        Ok((PyBytes::new(py, &out), told(done)?))
+    }
+
+    /// Blocks, moves, edits, blocks added, largest displacement (3,), blocks not run, line of the first.
+    fn summary(&self) -> (usize, usize, usize, usize, [f64; 3], usize, usize) {
+        let s = self.mapper.summary();
+        (
+            s.blocks,
+            s.moves,
+            s.edits,
+            s.added,
+            s.largest_mm,
+            s.not_run,
+            s.first_not_run,
+        )
+    }
+}
+
+/// A refusal as a tuple; what the field's own function raised is raised again.
+fn told(done: Result<(), Refusal>) -> PyResult<Option<RefusalTuple>> {
+    let Err(refusal) = done else { return Ok(None) };
+    if let Some(cause) = refusal.cause {
+        return Err(match cause.downcast::<PyErr>() {
+            Ok(error) => *error,
+            Err(other) => PyValueError::new_err(other.to_string()),
+        });
+    }
+    Ok(Some((
+        refusal.code,
+        refusal.message,
+        refusal.hint,
+        refusal.line,
+        refusal.column,
+    )))
+}
+
+enum Kind {
+    Affine(Affine),
+    Grid(Grid),
+    Function(Py<PyAny>),
+}
+
+impl Kind {
+    fn made(&self, py: Python<'_>) -> Box<dyn Field + Send + Sync> {
+        match self {
+            Self::Affine(affine) => Box::new(*affine),
+            Self::Grid(grid) => Box::new(grid.clone()),
+            Self::Function(function) => Box::new(Function(function.clone_ref(py))),
+        }
+    }
+}
+
+/// A displacement for every position.
+#[pyclass(frozen)]
+struct NcField {
+    kind: Kind,
+}
+
+#[pymethods]
+impl NcField {
+    /// p ↦ matrix·p + shift.
+    #[staticmethod]
+    fn affine(matrix: [[f64; 3]; 3], shift: [f64; 3]) -> Self {
+        Self {
+            kind: Kind::Affine(Affine { matrix, shift }),
+        }
+    }
+
+    /// Linear between the nodes of a grid: (n, 3) displacements, z fastest.
+    #[staticmethod]
+    fn grid(
+        x: Vec<f64>,
+        y: Vec<f64>,
+        z: Vec<f64>,
+        displacement: PyReadonlyArray2<f64>,
+    ) -> PyResult<Self> {
+        let rows = displacement.as_array();
+        let nodes = rows.rows().into_iter().map(|row| [row[0], row[1], row[2]]);
+        let grid = Grid::new([x, y, z], nodes.collect());
+        let grid =
+            grid.ok_or_else(|| PyValueError::new_err("axes that do not rise, or a wrong count"))?;
+        Ok(Self {
+            kind: Kind::Grid(grid),
+        })
+    }
+
+    /// A function of positions (n, 3) that answers displacements (n, 3).
+    #[staticmethod]
+    fn function(function: Py<PyAny>) -> Self {
+        Self {
+            kind: Kind::Function(function),
+        }
+    }
+
+    /// Displacements at positions (n, 3).
+    fn displacements<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let rows = points.as_array();
+        let points: Vec<Vector> = rows
+            .rows()
+            .into_iter()
+            .map(|row| [row[0], row[1], row[2]])
+            .collect();
+        let mut found = Vec::new();
+        let mut field = self.kind.made(py);
+        match field.displacements(&points, &mut found) {
+            Ok(()) => {
+                let count = found.len();
+                Ok(PyArray1::from_vec(py, found.into_flattened())
+                    .reshape([count, 3])?
+                    .into_any())
+            }
+            Err(Trouble::Outside(index)) => Err(PyValueError::new_err(index)),
+            Err(Trouble::Failed(cause)) => Err(PyValueError::new_err(cause.to_string())),
+        }
+    }
+}
+
+/// Whether a block of the program may send its run elsewhere.
+#[pyfunction]
+fn nc_jumps(source: &[u8], dialect: &str) -> PyResult<bool> {
+    let program = Program::read(source.to_vec(), dialect_of(dialect)?);
+    Ok(program.map_or(true, |program| jumps(&program)))
+}
+
+/// Adds what this file binds to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<NcMapper>()?;
+    module.add_class::<NcField>()?;
+    module.add_function(wrap_pyfunction!(nc_jumps, module)?)
+}

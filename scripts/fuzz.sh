@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Fuzzes the reader, runner and editor of NC programs: fuzz.sh TIME, in seconds, shared by the targets. The programs of
+# tests/programs are the seeds. cargo-fuzz is installed where it is missing; no sanitizer, so the stable toolchain does.
+set -euo pipefail
+time=$1
+cd "$(dirname "$0")/../crates/nc-program"
+cargo fuzz --version > /dev/null 2>&1 || cargo install --quiet --locked cargo-fuzz
+export RUSTC_BOOTSTRAP=1 # the coverage counters are an unstable flag
+cargo fuzz build --sanitizer none > /dev/null 2>&1 || cargo fuzz build --sanitizer none # a failure is told
+mapfile -t targets < <(cargo fuzz list)
+for target in "${targets[@]}"; do
+    mkdir -p "fuzz/corpus/$target"
+    echo "fuzzing $target"
+    log=$(mktemp)
+    cargo fuzz run --sanitizer none "$target" "fuzz/corpus/$target" ../../tests/programs -- \
+        -max_total_time=$((time / ${#targets[@]})) -timeout=10 -max_len=4096 -print_final_stats=1 > "$log" 2>&1 ||
+        { tail -n 40 "$log" >&2; exit 1; }
+    grep -E 'stat::number_of_executed_units|^Done' "$log"
+done

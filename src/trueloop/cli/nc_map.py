@@ -1,0 +1,96 @@
+"""`trueloop nc map`: a field of displacements over a program."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of, vector_of
+from trueloop.cli.terminal import AsJson, busy, print_json
+
+if TYPE_CHECKING:
+    from trueloop.nc.field import Field
+
+
+@guarded
+def map_program_file(
+    file: ProgramFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+    table: Annotated[
+        Path | None,
+        typer.Option("--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, added."),
+    ] = None,
+    shift: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Shift, mm; X on the radius.")] = None,
+    rotate: Annotated[
+        float | None, typer.Option(metavar="DEG", help="Turn about --axis, anticlockwise seen from its positive end.")
+    ] = None,
+    axis: Annotated[Literal["X", "Y", "Z"], typer.Option(help="Axis of --rotate.")] = "Z",
+    scale: Annotated[float | None, typer.Option(metavar="S", help="Scale, 1.001 for 1 mm a metre.")] = None,
+    about: Annotated[str, typer.Option(metavar="X,Y,Z", help="Centre of --rotate and --scale, mm.")] = "0,0,0",
+    tolerance_um: Annotated[float, typer.Option(min=0.001, help="How far a block may leave the displaced path.")] = 0.5,
+    limit_um: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Largest displacement accepted.  [default: 150 for a table, else none]"),
+    ] = None,
+    slope: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Steepest change accepted, µm/mm.  [default: 40 for a table, else none]"),
+    ] = None,
+    dialect: DialectName = None,
+    settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
+    as_json: AsJson = False,
+) -> None:
+    """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
+    from trueloop.loops.mapped_program import MapOptions, map_program
+
+    field = _field(table, shift, rotate, axis, scale, about)
+    usual = MapOptions()
+    none = float("inf")
+    options = MapOptions(
+        tolerance_mm=1e-3 * tolerance_um,
+        limit_mm=1e-3 * limit_um if limit_um is not None else usual.limit_mm if table else none,
+        slope=1e-3 * slope if slope is not None else usual.slope if table else none,
+        skipped_blocks=skipped_blocks,
+    )
+    with busy(f"mapping {file}"):
+        done = map_program(file, out, field, options, dialect=dialect, parameters=parameters_of(settings))
+    if as_json:
+        print_json(asdict(done) | {"file": str(out)})
+        return
+    x, y, z = (1e3 * value for value in done.largest_mm)
+    typer.echo(f"largest displacement X {x:.1f} Y {y:.1f} Z {z:.1f} µm over {done.moves} moves")
+    typer.echo(f"{done.edits} edits, {done.added_blocks} blocks added to {done.blocks}")
+    if done.not_run:
+        typer.echo(
+            f"{file}:{done.first_not_run_line}: warning NC-MAP: {done.not_run} blocks with coordinates were not run "
+            "and stay as they are\n  hint: --skipped-blocks for those that start with a slash; write branches out",
+            err=True,
+        )
+    typer.echo(f"written: {out}, record {done.record}")
+
+
+def _field(
+    table: Path | None, shift: str | None, rotate: float | None, axis: str, scale: float | None, about: str
+) -> "Field":
+    import math
+
+    from trueloop.formats.field_csv import read_field
+    from trueloop.nc.field import similarity_field
+
+    rigid = [option for option in (shift, rotate, scale) if option is not None]
+    if bool(table) == bool(rigid):
+        raise typer.BadParameter("give --table, or some of --shift, --rotate and --scale")
+    if table is not None:
+        return read_field(table)
+    if scale is not None and not (math.isfinite(scale) and scale > 0):
+        raise typer.BadParameter(f"{scale} is no scale", param_hint="--scale")
+    return similarity_field(
+        shift_mm=vector_of(shift or "0,0,0", "--shift"),
+        rotation_rad=math.radians(rotate or 0.0),
+        axis=axis,
+        scale=1.0 if scale is None else scale,
+        about_mm=vector_of(about, "--about"),
+    )

@@ -1,0 +1,282 @@
+"""A field over a program: the written path is the displaced one, in any dialect, in streaming, without drift."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.support.linuxcnc import interpret
+from tests.support.nc_judge import assert_same_moves
+from trueloop.errors import Code, TrueloopError
+from trueloop.loops import mapped_program
+from trueloop.loops.mapped_program import MapOptions, Mapped, map_program
+from trueloop.nc.difference import path_difference
+from trueloop.nc.field import Field, affine_field, function_field, similarity_field, table_field
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Array, ToolPath
+
+FREE = MapOptions(limit_mm=np.inf, slope=np.inf)
+PART = """%
+G21 G17 G90 G54 F200 (pocket, boss and slope)
+#1=20
+N10 G0 X-80 Y-60 Z5
+N20 G1 Z-2
+N30 X[80+#1] (an expression)
+N40 Y60.0 F400
+N50 G3 X80 Y80 I-20 J0
+N60 G1 X-60
+N70 G3 X-80 Y60 R20
+N80 G91 G1 Y-60
+N90 X-.5
+N100 G90 G0 Z5
+N110 X30 Y0
+N120 G1 Z-3
+N130 G2 I-30 J0
+N140 G3 X-30 Y0 Z-10 I-30 J0 (helix)
+N150 G1 X0 Y0 Z-15
+N160 G18 G2 X40 Z-15 I20 K5
+N170 G19 G3 Y30 Z0 J15 K7.5
+N180 G17 G1 X100 Y90 Z4.5
+N190 G0 Z20
+M2
+%
+"""
+MIXED = function_field(
+    lambda p: np.column_stack([0.03 * np.sin(p[:, 1] / 30), 0.02 * np.cos(p[:, 0] / 25), 1e-4 * p[:, 0]]), "mixed"
+)
+
+
+def mapped(
+    folder: Path, text: str, field: Field, dialect: str = "linuxcnc", options: MapOptions = FREE
+) -> tuple[str, Mapped]:
+    source, target = folder / "program.ngc", folder / "mapped.ngc"
+    source.write_bytes(text.encode("latin-1"))
+    done = map_program(source, target, field, options, dialect=dialect)
+    return target.read_bytes().decode("latin-1"), done
+
+
+def path_of(text: str, dialect: str = "linuxcnc") -> ToolPath:
+    return read_program(text.encode("latin-1"), dialect).run()
+
+
+def displaced_path(path: ToolPath, field: Field) -> ToolPath:
+    """The cuts' points, a hundredth of a degree or 50 µm apart, displaced one by one: no fitting, no rounding."""
+    from trueloop.nc.difference import _pieces
+
+    pieces = _pieces(path, np.flatnonzero(~path.rapid), 0.05)
+    ends = [points + field.displacement_mm(points) for points in (pieces.start_mm, pieces.end_mm)]
+    chords = "".join(
+        f"G0X{a[0]:.9f}Y{a[1]:.9f}Z{a[2]:.9f}\nG1X{b[0]:.9f}Y{b[1]:.9f}Z{b[2]:.9f}\n"
+        for a, b in zip(*ends, strict=True)
+    )
+    return path_of(f"G21 F1\n{chords}")
+
+
+def test_the_written_path_is_the_displaced_one_and_linuxcnc_runs_it(tmp_path: Path) -> None:
+    text, _ = mapped(tmp_path, PART, MIXED)
+    path = path_of(text)
+    assert path_difference(path, displaced_path(path_of(PART), MIXED)).distance_mm < 0.0006
+    assert_same_moves(
+        read_program(text.encode(), "linuxcnc").run(), interpret(tmp_path / "mapped.ngc", startup="G17 G21")
+    )
+
+
+def test_what_need_not_change_stays_and_the_programmers_hand_is_kept(tmp_path: Path) -> None:
+    text, _ = mapped(tmp_path, PART, affine_field(np.eye(3), (0.25, 0.0, 0.0)))
+    lines = {line.split()[0]: line for line in text.splitlines() if line.startswith("N")}
+    assert lines["N20"] == "N20 G1 Z-2"
+    assert lines["N30"] == "N30 X[80+#1+0.25] (an expression)"
+    assert lines["N40"] == "N40 Y60.0 F400"
+    assert lines["N50"] == "N50 G3 X80.25000 Y80 I-20 J0"
+    assert lines["N90"] == "N90 X-.5"
+    assert lines["N130"] == "N130 G2 I-30 J0"
+
+
+@pytest.mark.parametrize("ending", ["\n", "\r\n"])
+def test_no_displacement_leaves_every_byte_but_the_mark(tmp_path: Path, ending: str) -> None:
+    source = PART.replace("\n", ending)
+    text, _ = mapped(tmp_path, source, affine_field(np.eye(3), (0.0, 0.0, 0.0)))
+    mark = text.splitlines(keepends=True)[1]
+    assert mark.startswith("(trueloop corrected ")
+    assert text.replace(mark, "") == source
+
+
+def test_the_size_of_the_parts_does_not_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    once, _ = mapped(tmp_path, PART, MIXED)
+    for size in (1, 7, 64, 300):
+        monkeypatch.setattr(mapped_program, "CHUNK", size)
+        assert mapped(tmp_path, PART, MIXED)[0] == once
+
+
+def test_functions_and_matrices_are_the_same_field(tmp_path: Path) -> None:
+    turn = similarity_field(rotation_rad=0.3, about_mm=(3.0, 4.0, 0.0), shift_mm=(0.0, 1.0, 2.0), scale=1.01)
+    flat = PART[: PART.index("N160")] + "M2\n"
+    assert (
+        mapped(tmp_path, flat, turn)[0].splitlines()[2:]
+        == (mapped(tmp_path, flat, function_field(turn.displacement_mm, "turn"))[0].splitlines()[2:])
+    )
+
+
+def test_a_turn_is_exact_and_keeps_arcs_whole(tmp_path: Path) -> None:
+    quarter = similarity_field(rotation_rad=np.pi / 2)
+    text, done = mapped(tmp_path, "G21 G17 F1\nG0 X10 Y0\nG3 X0 Y10 I-10 J0\nG3 X-10 Y0 R10\nM2\n", quarter)
+    assert done.added_blocks == 0
+    assert np.allclose(path_of(text).end_mm, [[0, 10, 0], [-10, 0, 0], [0, -10, 0]], atol=1e-9)
+
+
+def test_increments_do_not_drift(tmp_path: Path) -> None:
+    """1000 increments, each of which rounds away 0.4 of the last digit."""
+    scale = similarity_field(scale=1.0004)
+    body = "".join("U0.01 W-0.01\n" for _ in range(1000))
+    text, _ = mapped(tmp_path, f"G21 F1\nG00 X0.0 Z0.0\nG01\n{body}M30\n", scale, "fanuc-lathe")
+    assert path_of(text, "fanuc-lathe").end_mm[-1] == pytest.approx([5.002, 0.0, -10.004], abs=0.00051)
+
+
+def test_x_is_a_diameter_where_the_control_takes_one(tmp_path: Path) -> None:
+    source = "N010 G70\nN020 G00 X(P46+0.5) Z1.0\nN030 G01 Z-1.00 F.01\n"
+    file = tmp_path / "lathe.nc"
+    file.write_text(source)
+    map_program(
+        file, tmp_path / "out.nc", affine_field(np.eye(3), (0.0254, 0, 0)), FREE, dialect="ge2000t",
+        parameters={"P46": 1.0},
+    )  # fmt: skip
+    assert (tmp_path / "out.nc").read_text().splitlines()[2:] == [
+        "N020 G00 X(P46+0.5+0.002) Z1.0",
+        source.splitlines()[2],
+    ]
+
+
+def test_new_blocks_are_numbered_where_there_is_room(tmp_path: Path) -> None:
+    bend = function_field(lambda p: np.column_stack([0 * p[:, 0], 1e-5 * p[:, 0] ** 2, 0 * p[:, 0]]), "bend")
+    source = "N10 G21 G1 F1 X0 Y0\nN20 G01 X20.0\nN30 X40\nN31 X60\nM2\n"
+    lines = mapped(tmp_path, source, bend, options=MapOptions(tolerance_mm=0.0005, limit_mm=1))[0].splitlines()
+    assert [line.split()[0] for line in lines[1:]] == ["N10", "N20", "N21", "N30", "X40.00000", "N31", "N32", "M2"]
+    assert lines[2:4] == ["N20 G01 X10.00000 Y0.00100", "N21 G01 X20.00000 Y0.00400"]
+
+
+def test_places_of_the_machine_stay_and_need_no_field(tmp_path: Path) -> None:
+    table = table_field(
+        np.array([0.0, 100.0]), np.array([0.0]), np.array([-50.0, 50.0]), np.tile([0.01, 0.0, 0.0], (4, 1))
+    )
+    source = "G21 G90 F1\nG53 G0 Z-1\nG0 X10\nZ5\nG1 Z0\nX20\nG28 Z30\nG0 X50\n"
+    text, _ = mapped(tmp_path, source, table)
+    lines = ["G53 G0 Z-1", "G0 X10", "X10.01000 Z5", "G1 Z0", "X20.01000", "G28 Z30", "G0 X50"]
+    assert text.splitlines()[2:] == lines
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "line", "words"),
+    [
+        ("G21\nG0 X1\nG81 X2 Z-3 R1 F1\n", Code.NC_OPAQUE, 3, "G81"),
+        ("G21 G91 F1\no1 repeat [3]\nG1 X10\no1 endrepeat\n", Code.NC_MAP, 3, "several times"),
+        ("G21 F1\nG0 X10\nG92 X0\nG1 X5\n", Code.NC_MAP, 3, "set anew"),
+        ("G21 F1 ??\n", Code.NC_WORD, 1, "??"),
+        ("G21 F1\nG0 X#<no>\n", Code.NC_PARAMETER, 2, "no"),
+        ("G21 F1\nG1 X0\nG1 X200 M1\n", Code.NC_MAP, 3, "M1"),
+        ("G21 F1\nG1 X0\nG93 G1 X200 F2\n", Code.NC_MAP, 3, "G93"),
+        ("G21 F1\nG0 X10\nG3 I-5 J0 P4\n", Code.NC_MAP, 3, "more than 1 turn"),
+        ("G21\n(trueloop corrected 12)\nG0 X10\n", Code.CMP_TWICE, 2, "corrected already"),
+    ],
+)
+def test_what_cannot_be_mapped_is_refused_with_its_place_and_nothing_written(
+    tmp_path: Path, text: str, code: Code, line: int, words: str
+) -> None:
+    bend = function_field(lambda p: np.column_stack([1e-4 * p[:, 0] ** 2, 1e-5 * p[:, 0] ** 2, 0 * p[:, 0]]), "bend")
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, text, bend)
+    assert (refused.value.code, refused.value.place.line) == (code, line)
+    assert words in refused.value.message
+    assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
+
+
+def test_a_loop_whose_turns_are_displaced_alike_is_mapped(tmp_path: Path) -> None:
+    loop = "G21 F1\nG0 X0\no1 repeat [3]\nG91 G1 X10\no1 endrepeat\nM2\n"
+    text, _ = mapped(tmp_path, loop, affine_field(np.eye(3), (0.5, 0.0, 0.0)))
+    assert text.splitlines()[2] == "G0 X0.50000"
+    assert text.splitlines()[4] == "G91 G1 X10"
+
+
+def test_what_was_not_run_is_counted(tmp_path: Path) -> None:
+    shift = affine_field(np.eye(3), (0.5, 0.0, 0.0))
+    text, done = mapped(tmp_path, "G21 F1\nG0 X0\n/G1 X5\nG1 X7\nM2\nX9\n", shift)
+    assert (done.not_run, done.first_not_run_line) == (2, 3)
+    assert "/G1 X5\n" in text
+    assert mapped(tmp_path, "G21 F1\nG0 X0\n/G1 X5\nM2\n", shift, options=MapOptions(1, 1, 1, True))[1].not_run == 0
+
+
+def test_limits_and_the_fields_own_end(tmp_path: Path) -> None:
+    table = table_field(np.array([0.0, 10.0]), np.array([0.0]), np.array([0.0]), np.array([[0.0, 0, 0], [0.5, 0, 0]]))
+    cut = "G21 F1\nG0 X0\nG1 X4\n"
+    for options, code in ((MapOptions(), Code.CMP_SIZE), (MapOptions(limit_mm=1), Code.CMP_SLOPE)):
+        with pytest.raises(TrueloopError) as refused:
+            mapped(tmp_path, cut, table, options=options)
+        assert (refused.value.code, refused.value.place.line) == (code, 3)
+    with pytest.raises(TrueloopError, match="not known") as refused:
+        mapped(tmp_path, "G21 F1\nG0 X0\nG1 X10.1\n", table)
+    assert (refused.value.code, refused.value.place.line) == (Code.NC_FIELD, 3)
+
+
+def test_what_a_function_raises_reaches_its_author(tmp_path: Path) -> None:
+    def broken(_: Array) -> Array:
+        raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        mapped(tmp_path, "G21 F1\nG0 X1\n", function_field(broken, "broken"))
+    with pytest.raises(TypeError, match=r"answered \[2, 2\] to 2 positions"):
+        mapped(tmp_path, "G21 F1\nG0 X1\nX2\nX3\n", function_field(lambda p: p[:, :2], "flat"))
+
+
+codes = st.sampled_from(["G0", "G1", "", "G91", "G90"])
+some_axes = st.lists(st.sampled_from("XYZ"), min_size=1, unique=True)
+places = st.lists(st.integers(-30000, 30000), min_size=3, max_size=3)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(codes, some_axes, places), min_size=1, max_size=12))
+def test_every_end_of_generated_programs_is_displaced(
+    tmp_path: Path, blocks: list[tuple[str, list[str], list[int]]]
+) -> None:
+    """Ends of the written program, at the places of the old ones, to a step of the control."""
+    body = "".join(
+        f"{code} {' '.join(f'{axis}{value / 1000}' for axis, value in zip(sorted(axes), values, strict=False))}\n"
+        for code, axes, values in blocks
+    )
+    source = f"G21 F1 G0 X0 Y0 Z0\nG1 X1\n{body}M2\n"
+    text, _ = mapped(tmp_path, source, MIXED)
+    path, found = path_of(source), path_of(text)
+    wanted = path.end_mm + MIXED.displacement_mm(path.end_mm)
+    for end in wanted:
+        assert np.abs(found.end_mm - end).max(axis=1).min() < 2e-5
+    assert path_difference(found, displaced_path(path, MIXED)).distance_mm < 0.0006
+
+
+LARGE = """
+import resource, sys
+from pathlib import Path
+from trueloop.loops.mapped_program import MapOptions, map_program
+from trueloop.nc.field import similarity_field
+done = map_program(Path(sys.argv[1]), Path(sys.argv[2]), similarity_field(scale=1.0001), dialect="linuxcnc")
+print(done.blocks, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+def test_memory_does_not_grow_with_the_program(tmp_path: Path) -> None:
+    """A program of 100 MB takes no more than one of 5 MB: the same to a part's worth, 1 MB of text."""
+    line = b"".join(b"N%d G1 X%d.1234 Y%d.4321 Z-1.5\n" % (k, k % 90, k % 70) for k in range(10_000))
+    peaks_kib = []
+    for repeats in (16, 320):
+        file = tmp_path / "large.ngc"
+        with file.open("wb") as out:
+            out.write(b"G21 G90 F100\n")
+            for _ in range(repeats):
+                out.write(line)
+        command = [sys.executable, "-c", LARGE, str(file), str(tmp_path / "out.ngc")]
+        answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+        assert int(answer[0]) == 1 + 10_000 * repeats
+        peaks_kib.append(int(answer[1]))
+    assert file.stat().st_size > 100e6
+    assert peaks_kib[1] < peaks_kib[0] + 8 * 1024
