@@ -70,6 +70,7 @@ format: $(SETUP) ## put Python and Rust into the one format
 	cargo fmt --all
 
 bench: $(SETUP) ## ours beside what a user would pick instead, as ratios
+	@UV_PROJECT_ENVIRONMENT=$(VENV) UV_PYTHON_DOWNLOADS=never $(RUN)uv sync --quiet --frozen --inexact --group bench
 	@for bench in $(filter-out ratio,$(basename $(notdir $(wildcard benches/*.py)))); do \
 	    $(RUN)python -m benches.$$bench || exit 1; done
 

@@ -160,14 +160,28 @@ def fit_surface_grid(
     """Least-squares tensor-product spline on a grid of [0, 1] × [0, 1]: its coefficients. ValueError when refused."""
 
 def pair_sums(
-    points: NDArray[np.float64], values: NDArray[np.float64], exponent: float
-) -> tuple[float, float, float, float]:
-    """Sums over ordered pairs with c = d^-exponent: of c, c², c zᵢzⱼ and c (zᵢ − zⱼ)². ValueError when refused."""
+    points: NDArray[np.float64], values: NDArray[np.float64], exponent: float, nearest: float
+) -> tuple[float, float]:
+    """Sums over ordered pairs with c = max(d, nearest)^-exponent: of c and of c zᵢzⱼ. ValueError when refused.
+
+    With nearest 0, coincident points have no weight.
+    """
 
 def weights_product(
-    points: NDArray[np.float64], vectors: NDArray[np.float64], exponent: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The matrix of the weights times vectors (n, p): (its row sums, the product). ValueError when refused."""
+    points: NDArray[np.float64],
+    vectors: NDArray[np.float64],
+    exponent: float,
+    nearest: float,
+    digits: float | None = None,
+) -> NDArray[np.float64]:
+    """The matrix of the weights, zeros on its diagonal, times vectors (n, p): every pair worked off, or those far from
+    each other together, to about so many digits. ValueError when refused.
+    """
+
+def weights_product_rows(
+    points: NDArray[np.float64], vectors: NDArray[np.float64], exponent: float, nearest: float, rows: list[int]
+) -> NDArray[np.float64]:
+    """Some rows of that product, every pair worked off. ValueError when refused."""
 
 # error-eval: machine models
 

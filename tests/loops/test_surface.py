@@ -12,6 +12,7 @@ from tests.support.surfaces import ball_centres, left_on_mm
 from trueloop.compensation.surface_shift import corrected_surface
 from trueloop.error_surface.cells import averaged_over_cells
 from trueloop.error_surface.neighbourhood import Neighbourhood
+from trueloop.error_surface.places import Places
 from trueloop.error_surface.separate import separate
 from trueloop.formats.cad import read_face, read_faces, write_surface
 from trueloop.gauging.surface_deviations import MeasuredPoints, surface_deviations
@@ -100,6 +101,21 @@ def test_a_scan_of_many_points_is_averaged_over_cells() -> None:
     off = found.deterministic.grid_mm(at, at) - process.pattern.grid_mm(at, at)
     assert np.sqrt(np.mean(off**2)) < 0.0006
     assert found.sigma_mm == pytest.approx(0.004 / np.sqrt(60_000 / 1600), rel=0.2)
+
+
+def test_a_scan_of_some_thousand_scattered_points_needs_no_cells() -> None:
+    rng = np.random.default_rng(3)
+    u, v = rng.uniform(0, 1, (2, 6000))
+    surface = inputs().surface
+    pattern = published_process(np.random.default_rng(1), pattern_mm=0.010, controls=6).pattern
+    error = pattern.value_mm(u, v) + rng.normal(0, 0.004, len(u))
+    places = Places(surface.point_mm(u, v), u, v)
+    found = separate(places, error, near=Neighbourhood(places))
+    at = np.linspace(0.05, 0.95, 30)
+    off = found.deterministic.grid_mm(at, at) - pattern.grid_mm(at, at)
+    assert np.sqrt(np.mean(off**2)) < 0.0006
+    assert found.sigma_mm == pytest.approx(0.004, rel=0.05)
+    assert found.permutation_p > 0.005
 
 
 @pytest.mark.corpus

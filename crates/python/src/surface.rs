@@ -2,12 +2,12 @@
 
 use curve_fit::SplineSpace;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use spatial::{Exponent, Points};
+use spatial::{Decay, Points};
 use surface_fit::Direction;
 
 fn refuse(error: impl ToString) -> PyErr {
@@ -57,54 +57,72 @@ fn points_of(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Points> {
     Points::new(&rows).map_err(refuse)
 }
 
-/// Sums over ordered pairs with c = d^-exponent: of c, c², c zᵢzⱼ and c (zᵢ − zⱼ)².
+/// Sums over ordered pairs i ≠ j with c = max(d, nearest)^-exponent: of c and of c zᵢzⱼ.
 #[pyfunction]
 fn pair_sums<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,
     values: PyReadonlyArray1<'py, f64>,
     exponent: f64,
-) -> PyResult<(f64, f64, f64, f64)> {
-    let (points, exponent) = (
-        points_of(&points)?,
-        Exponent::new(exponent).map_err(refuse)?,
-    );
+    nearest: f64,
+) -> PyResult<(f64, f64)> {
+    let points = points_of(&points)?;
+    let decay = Decay::new(exponent, nearest).map_err(refuse)?;
     let values = values.as_slice()?;
     let sums = py
-        .detach(|| spatial::pair_sums(&points, values, exponent))
+        .detach(|| spatial::pair_sums(&points, values, decay))
         .map_err(refuse)?;
-    Ok((sums.weights, sums.squares, sums.products, sums.differences))
+    Ok((sums.weights, sums.products))
 }
 
-type ProductArrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
-
-/// The matrix of the weights times vectors (n, p): (its row sums, the product).
+/// The matrix of the weights times vectors (n, p): every pair, or those far from each other to so many digits.
 #[pyfunction]
+#[pyo3(signature = (points, vectors, exponent, nearest, digits=None))]
 fn weights_product<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,
     vectors: PyReadonlyArray2<'py, f64>,
     exponent: f64,
-) -> PyResult<ProductArrays<'py>> {
-    let (points, exponent) = (
-        points_of(&points)?,
-        Exponent::new(exponent).map_err(refuse)?,
-    );
+    nearest: f64,
+    digits: Option<f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let points = points_of(&points)?;
+    let decay = Decay::new(exponent, nearest).map_err(refuse)?;
     let columns = vectors.shape()[1];
     let vectors = vectors.as_slice()?;
     let found = py
-        .detach(|| spatial::product(&points, vectors, columns, exponent))
+        .detach(|| match digits {
+            None => spatial::product(&points, vectors, columns, decay),
+            Some(digits) => spatial::far_product(&points, vectors, columns, decay, digits),
+        })
         .map_err(refuse)?;
-    let rows = points.len();
-    Ok((
-        found.row_sums.into_pyarray(py),
-        found.products.into_pyarray(py).reshape([rows, columns])?,
-    ))
+    found.into_pyarray(py).reshape([points.len(), columns])
+}
+
+/// Some rows of the same, every pair worked off: what the product to so many digits is checked by.
+#[pyfunction]
+fn weights_product_rows<'py>(
+    py: Python<'py>,
+    points: PyReadonlyArray2<'py, f64>,
+    vectors: PyReadonlyArray2<'py, f64>,
+    exponent: f64,
+    nearest: f64,
+    rows: Vec<usize>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let points = points_of(&points)?;
+    let decay = Decay::new(exponent, nearest).map_err(refuse)?;
+    let columns = vectors.shape()[1];
+    let vectors = vectors.as_slice()?;
+    let found = py
+        .detach(|| spatial::some_rows(&points, vectors, columns, decay, &rows))
+        .map_err(refuse)?;
+    found.into_pyarray(py).reshape([rows.len(), columns])
 }
 
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(fit_surface_grid, module)?)?;
     module.add_function(wrap_pyfunction!(pair_sums, module)?)?;
-    module.add_function(wrap_pyfunction!(weights_product, module)?)
+    module.add_function(wrap_pyfunction!(weights_product, module)?)?;
+    module.add_function(wrap_pyfunction!(weights_product_rows, module)?)
 }

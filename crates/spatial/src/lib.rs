@@ -1,15 +1,22 @@
 //! Sums over all pairs of points with weights that fall with a power of their distance, `d^-k`.
 //!
-//! Moran's I, Geary's C and their moments need nothing else. Pairs are worked off in tiles: memory grows with the number
-//! of points, not of pairs, and what is summed in one tile does not depend on how many threads there are, so neither do
-//! the results. Coincident points have no weight. Nothing here panics.
+//! Moran's I, Geary's C and their moments need nothing else. Memory grows with the number of points, not of pairs, and
+//! results do not depend on how many threads there are: what a job sums is always the same. All pairs are worked off
+//! one by one (`pair_sums`, `product`), or those far from each other together, to a given number of digits
+//! (`far_product`). Nothing here panics.
 
+mod block;
+mod far;
+mod lanes;
 mod pairs;
 mod points;
 mod product;
+mod threads;
+mod tree;
 mod weight;
 
+pub use far::far_product;
 pub use pairs::{pair_sums, PairSums};
 pub use points::{Points, Refused};
-pub use product::{product, Product};
-pub use weight::Exponent;
+pub use product::{product, some_rows};
+pub use weight::Decay;

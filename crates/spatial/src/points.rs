@@ -1,13 +1,11 @@
-//! Points as columns, and what cannot be worked with.
+//! Points, and what cannot be worked with.
 
 use std::fmt;
 
-/// Points in space, a column a coordinate.
+/// Points in space.
 #[derive(Clone, Debug)]
 pub struct Points {
-    pub(crate) x: Vec<f64>,
-    pub(crate) y: Vec<f64>,
-    pub(crate) z: Vec<f64>,
+    rows: Vec<[f64; 3]>,
 }
 
 /// Why a sum was refused.
@@ -30,6 +28,11 @@ pub enum Refused {
         /// The exponent.
         exponent: f64,
     },
+    /// A least distance that is negative.
+    Nearest {
+        /// The distance.
+        nearest: f64,
+    },
 }
 
 impl fmt::Display for Refused {
@@ -40,6 +43,7 @@ impl fmt::Display for Refused {
             }
             Self::Lengths { points, found } => write!(f, "{found} values for {points} points"),
             Self::Exponent { exponent } => write!(f, "the exponent {exponent} is not positive"),
+            Self::Nearest { nearest } => write!(f, "the least distance {nearest} is negative"),
         }
     }
 }
@@ -50,22 +54,39 @@ impl Points {
     /// From rows of x, y, z.
     pub fn new(rows: &[[f64; 3]]) -> Result<Self, Refused> {
         finite(rows.iter().map(|row| row.iter().sum()))?;
-        let column = |axis: usize| rows.iter().map(|row| row[axis]).collect();
         Ok(Self {
-            x: column(0),
-            y: column(1),
-            z: column(2),
+            rows: rows.to_vec(),
         })
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.x.len()
+        self.rows.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.x.is_empty()
+        self.rows.is_empty()
+    }
+
+    /// The points, one after the other.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = [f64; 3]> + Clone + '_ {
+        self.rows.iter().copied()
+    }
+
+    /// One of them.
+    pub(crate) fn at(&self, index: usize) -> [f64; 3] {
+        self.rows[index]
+    }
+
+    /// Refuses so many values where `columns` a point are wanted.
+    pub(crate) fn matches(&self, found: usize, columns: usize) -> Result<(), Refused> {
+        let points = self.len() * columns;
+        if found == points {
+            Ok(())
+        } else {
+            Err(Refused::Lengths { points, found })
+        }
     }
 }
 

@@ -1,127 +1,168 @@
 //! The weight matrix times a few vectors, the matrix never formed.
 
-use crate::pairs::spread;
+use crate::block::Block;
+use crate::lanes::Lanes;
 use crate::points::{finite, Points, Refused};
-use crate::weight::{Exponent, Weight, WithWeight};
+use crate::threads::spread;
+use crate::weight::{Decay, Job, Weight};
 
-/// Rows worked off together.
-const TILE: usize = 64;
+/// Rows worked off together, and points with which, so that these stay in the cache.
+const ROWS: usize = 64;
+const OTHERS: usize = 1024;
 
-/// What `product` gives.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Product {
-    /// Σⱼ cᵢⱼ for each point.
-    pub row_sums: Vec<f64>,
-    /// C V, row by row.
-    pub products: Vec<f64>,
-}
-
-/// `C V` with c = d^-k and zeros on the diagonal, for V of so many columns, row by row.
+/// `C V` with zeros on C's diagonal, for V of so many columns, row by row.
 pub fn product(
     points: &Points,
     vectors: &[f64],
     columns: usize,
-    exponent: Exponent,
-) -> Result<Product, Refused> {
-    if vectors.len() != points.len() * columns {
-        return Err(Refused::Lengths {
-            points: points.len() * columns,
-            found: vectors.len(),
-        });
-    }
+    decay: Decay,
+) -> Result<Vec<f64>, Refused> {
+    points.matches(vectors.len(), columns)?;
     finite(vectors.iter().copied())?;
-    Ok(exponent.choose(Rows {
-        points,
-        vectors,
-        columns,
-    }))
+    let rows: Vec<usize> = (0..points.len()).collect();
+    Ok(rows_of_product(points, vectors, columns, decay, &rows))
 }
 
-#[derive(Clone, Copy)]
-struct Rows<'a> {
-    points: &'a Points,
-    vectors: &'a [f64],
+/// Some rows of `C V`.
+pub fn some_rows(
+    points: &Points,
+    vectors: &[f64],
     columns: usize,
+    decay: Decay,
+    rows: &[usize],
+) -> Result<Vec<f64>, Refused> {
+    points.matches(vectors.len(), columns)?;
+    finite(vectors.iter().copied())?;
+    if let Some(&index) = rows.iter().find(|&&row| row >= points.len()) {
+        return Err(Refused::Value { index });
+    }
+    Ok(rows_of_product(points, vectors, columns, decay, rows))
 }
 
-impl WithWeight for Rows<'_> {
-    type Output = Product;
-
-    fn call<W: Weight>(self, weight: W) -> Product {
-        let starts: Vec<usize> = (0..self.points.len()).step_by(TILE).collect();
-        let tiles = spread(&starts, |&start| {
-            pulp::Arch::new().dispatch(Tile {
-                of: self,
-                start,
-                weight,
-            })
-        });
-        let mut all = Product::default();
-        for part in tiles {
-            all.row_sums.extend(part.row_sums);
-            all.products.extend(part.products);
+fn rows_of_product(
+    points: &Points,
+    vectors: &[f64],
+    columns: usize,
+    decay: Decay,
+    rows: &[usize],
+) -> Vec<f64> {
+    let indices: Vec<usize> = (0..points.len()).collect();
+    let blocks: Vec<Block> = indices
+        .chunks(OTHERS)
+        .map(|some| Block::of(points, vectors, columns, some))
+        .collect();
+    let jobs: Vec<&[usize]> = rows.chunks(ROWS).collect();
+    let own = decay.at_none();
+    let tiles = spread(&jobs, |&some| {
+        let places: Vec<[f64; 3]> = some.iter().map(|&row| points.at(row)).collect();
+        let mut sums = vec![0.0; some.len() * columns];
+        for block in &blocks {
+            add(decay, block, &places, columns, &mut sums);
         }
-        all
+        for (row, sums) in some.iter().zip(sums.chunks_exact_mut(columns.max(1))) {
+            take_away(sums, own, &vectors[row * columns..]);
+        }
+        sums
+    });
+    tiles.concat()
+}
+
+/// Takes away what a point's own value was counted with; its rounding stays.
+pub(crate) fn take_away(sums: &mut [f64], own: f64, values: &[f64]) {
+    for (sum, value) in sums.iter_mut().zip(values) {
+        *sum -= own * value;
     }
 }
 
-struct Tile<'a, W> {
-    of: Rows<'a>,
-    start: usize,
-    weight: W,
+/// Adds to the sums (places × columns) what all points of a block weigh at the places.
+pub(crate) fn add(
+    decay: Decay,
+    block: &Block,
+    places: &[[f64; 3]],
+    columns: usize,
+    sums: &mut [f64],
+) {
+    decay.run(Add {
+        block,
+        places,
+        columns,
+        sums,
+    });
 }
 
-impl<W: Weight> pulp::NullaryFnOnce for Tile<'_, W> {
-    type Output = Product;
+struct Add<'a> {
+    block: &'a Block,
+    places: &'a [[f64; 3]],
+    columns: usize,
+    sums: &'a mut [f64],
+}
+
+impl Job for Add<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> Product {
-        let (points, columns) = (self.of.points, self.of.columns);
-        let rows = self.start..(self.start + TILE).min(points.len());
-        let mut part = Product {
-            row_sums: Vec::with_capacity(rows.len()),
-            products: vec![0.0; rows.len() * columns],
-        };
-        let mut weights = vec![0.0; points.len()];
-        for (k, i) in rows.enumerate() {
-            let (x, y, z) = (points.x[i], points.y[i], points.z[i]);
-            let others = points.x.iter().zip(&points.y).zip(&points.z);
-            for (weight, ((px, py), pz)) in weights.iter_mut().zip(others) {
-                let (dx, dy, dz) = (x - px, y - py, z - pz);
-                *weight = self.weight.of(dx * dx + dy * dy + dz * dz);
-            }
-            part.row_sums.push(weights.iter().sum());
-            if columns == 0 {
-                continue;
-            }
-            let sums = &mut part.products[k * columns..(k + 1) * columns];
-            for (weight, vector) in weights.iter().zip(self.of.vectors.chunks_exact(columns)) {
-                for (sum, entry) in sums.iter_mut().zip(vector) {
-                    *sum += weight * entry;
-                }
-            }
+    fn run<L: Lanes, W: Weight>(mut self, lanes: L, weight: W) {
+        let mut first = 0;
+        while first < self.columns {
+            first += match self.columns - first {
+                1 => self.group::<1, L, W>(lanes, weight, first),
+                2 | 3 => self.group::<2, L, W>(lanes, weight, first),
+                4..8 => self.group::<4, L, W>(lanes, weight, first),
+                _ => self.group::<8, L, W>(lanes, weight, first),
+            };
         }
-        part
+    }
+}
+
+impl Add<'_> {
+    /// Works M columns off.
+    #[inline(always)]
+    fn group<const M: usize, L: Lanes, W: Weight>(
+        &mut self,
+        lanes: L,
+        weight: W,
+        first: usize,
+    ) -> usize {
+        for (here, sums) in self
+            .places
+            .iter()
+            .zip(self.sums.chunks_exact_mut(self.columns))
+        {
+            self.block
+                .weigh::<M, L, W>(lanes, weight, *here, first, &mut sums[first..first + M]);
+        }
+        M
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::block::tests::sheet;
     use crate::pairs::pair_sums;
 
     #[test]
-    fn agrees_with_the_pair_sums() {
-        let rows: Vec<[f64; 3]> = (0..200)
-            .map(|k| [f64::from(k % 20), f64::from(k / 20), f64::from(k % 7) * 0.1])
-            .collect();
-        let values: Vec<f64> = (0..200).map(|k| (f64::from(k) * 0.37).sin()).collect();
+    fn agrees_with_the_pair_sums_whatever_the_number_of_columns() {
+        let (rows, values) = sheet(1100);
         let points = Points::new(&rows).unwrap();
-        let sums = pair_sums(&points, &values, Exponent::Two).unwrap();
-        let found = product(&points, &values, 1, Exponent::Two).unwrap();
-        let quadratic: f64 = found.products.iter().zip(&values).map(|(a, b)| a * b).sum();
-        assert!((quadratic / sums.products - 1.0).abs() < 1e-12);
-        assert!((found.row_sums.iter().sum::<f64>() / sums.weights - 1.0).abs() < 1e-12);
-        assert!(product(&points, &values, 2, Exponent::Two).is_err());
+        for (columns, nearest) in [(1, 0.0), (2, 0.9), (7, 0.9), (13, 0.0)] {
+            let decay = Decay::new(2.0, nearest).unwrap();
+            let wanted = pair_sums(&points, &values, decay).unwrap();
+            let vectors: Vec<f64> = values
+                .iter()
+                .flat_map(|value| (0..columns).map(move |k| value * (k + 1) as f64))
+                .collect();
+            let found = product(&points, &vectors, columns, decay).unwrap();
+            for (k, factor) in (0..columns).map(|k| (k, (k + 1) as f64)) {
+                let column = found.iter().skip(k).step_by(columns);
+                let quadratic: f64 = column.zip(&values).map(|(a, b)| a * b).sum();
+                assert!((quadratic / (factor * wanted.products) - 1.0).abs() < 1e-11);
+            }
+            let some = some_rows(&points, &vectors, columns, decay, &[5, 1099]).unwrap();
+            assert_eq!(some[columns..], found[1099 * columns..]);
+        }
+        let decay = Decay::new(2.0, 0.0).unwrap();
+        assert!(product(&points, &values, 2, decay).is_err());
+        assert!(some_rows(&points, &values, 1, decay, &[1100]).is_err());
     }
 }

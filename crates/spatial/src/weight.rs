@@ -1,140 +1,174 @@
 //! The weight of a pair, `d^-k`, from the square of its distance.
 
+use crate::lanes::{Lanes, Portable, LANES};
 use crate::points::Refused;
 
-/// The exponent k: small whole numbers are powers of the reciprocal distance, all others cost a logarithm.
+/// How weights fall with distance: c = d^-k, distances below `nearest` counted as that.
+///
+/// With `nearest` zero, coincident points have no weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Exponent {
-    /// k = 1.
-    One,
-    /// k = 2.
-    Two,
-    /// k = 3.
-    Three,
-    /// k = 4.
-    Four,
-    /// Any other k > 0.
-    Other(f64),
+pub struct Decay {
+    exponent: f64,
+    nearest: f64,
 }
 
-impl Exponent {
-    /// Refuses exponents that are not positive.
-    pub fn new(exponent: f64) -> Result<Self, Refused> {
+impl Decay {
+    /// Refuses exponents that are not positive, and a distance that is negative.
+    pub fn new(exponent: f64, nearest: f64) -> Result<Self, Refused> {
         if !(exponent.is_finite() && exponent > 0.0) {
             return Err(Refused::Exponent { exponent });
         }
-        Ok(match exponent {
-            1.0 => Self::One,
-            2.0 => Self::Two,
-            3.0 => Self::Three,
-            4.0 => Self::Four,
-            other => Self::Other(other),
-        })
+        if !(nearest.is_finite() && nearest >= 0.0) {
+            return Err(Refused::Nearest { nearest });
+        }
+        Ok(Self { exponent, nearest })
     }
-}
 
-/// What is done with the weight function that an exponent stands for.
-pub(crate) trait WithWeight {
-    type Output;
-    fn call<W: Weight>(self, weight: W) -> Self::Output;
-}
+    /// Distances below this count as this.
+    pub(crate) fn nearest(self) -> f64 {
+        self.nearest
+    }
 
-impl Exponent {
-    /// Chooses the weight function once, so that no pair has to.
-    pub(crate) fn choose<F: WithWeight>(self, then: F) -> F::Output {
-        match self {
-            Self::One => then.call(Power::<1>),
-            Self::Two => then.call(Power::<2>),
-            Self::Three => then.call(Power::<3>),
-            Self::Four => then.call(Power::<4>),
-            Self::Other(exponent) => then.call(Real(exponent)),
+    /// Weight of coincident points.
+    pub(crate) fn at_none(self) -> f64 {
+        if self.nearest > 0.0 {
+            self.nearest.powf(-self.exponent)
+        } else {
+            0.0
+        }
+    }
+
+    /// Does the work with the arithmetic of this machine and the weight function chosen once, so that no pair has to.
+    pub(crate) fn run<J: Job>(self, job: J) -> J::Output {
+        let least = if self.nearest > 0.0 { -1.0 } else { COINCIDENT };
+        let floor = self.nearest * self.nearest;
+        match self.exponent {
+            1.0 => dispatched(Power::<1> { floor, least }, job),
+            2.0 => dispatched(Power::<2> { floor, least }, job),
+            3.0 => dispatched(Power::<3> { floor, least }, job),
+            4.0 => dispatched(Power::<4> { floor, least }, job),
+            6.0 => dispatched(Power::<6> { floor, least }, job),
+            8.0 => dispatched(Power::<8> { floor, least }, job),
+            exponent => dispatched(
+                Real {
+                    exponent,
+                    floor,
+                    least,
+                },
+                job,
+            ),
         }
     }
 }
 
-/// Weight from the squared distance; none for coincident points.
-pub(crate) trait Weight: Copy + Sync {
-    fn of(self, squared: f64) -> f64;
+/// Work that needs weights.
+pub(crate) trait Job {
+    type Output;
+    fn run<L: Lanes, W: Weight>(self, lanes: L, weight: W) -> Self::Output;
+}
+
+fn dispatched<W: Weight, J: Job>(weight: W, job: J) -> J::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = pulp::x86::V4::try_new() {
+        return simd.vectorize(Bound {
+            lanes: simd,
+            weight,
+            job,
+        });
+    }
+    pulp::Arch::new().dispatch(Bound {
+        lanes: Portable,
+        weight,
+        job,
+    })
+}
+
+struct Bound<L, W, J> {
+    lanes: L,
+    weight: W,
+    job: J,
+}
+
+impl<L: Lanes, W: Weight, J: Job> pulp::NullaryFnOnce for Bound<L, W, J> {
+    type Output = J::Output;
+
+    #[inline(always)]
+    fn call(self) -> J::Output {
+        self.job.run(self.lanes, self.weight)
+    }
+}
+
+/// Weights from squared distances.
+pub(crate) trait Weight: Copy {
+    fn of<L: Lanes>(self, lanes: L, squared: L::Vector) -> L::Vector;
 }
 
 /// `d^-K`.
 #[derive(Clone, Copy)]
-pub(crate) struct Power<const K: u32>;
+pub(crate) struct Power<const K: u32> {
+    floor: f64,
+    least: f64,
+}
 
 impl<const K: u32> Weight for Power<K> {
     #[inline(always)]
-    fn of(self, squared: f64) -> f64 {
-        let near = reciprocal_root(squared);
-        let mut weight = near;
-        for _ in 1..K {
-            weight *= near;
-        }
-        if squared > COINCIDENT {
-            weight
-        } else {
-            0.0
-        }
+    fn of<L: Lanes>(self, lanes: L, squared: L::Vector) -> L::Vector {
+        let squared = lanes.greater(squared, lanes.splat(self.floor));
+        lanes.inverse_root_power::<K>(squared, lanes.splat(self.least))
     }
 }
 
-/// `d^-k` for any k.
+/// `d^-k` for any k, one at a time.
 #[derive(Clone, Copy)]
-pub(crate) struct Real(f64);
+pub(crate) struct Real {
+    exponent: f64,
+    floor: f64,
+    least: f64,
+}
 
 impl Weight for Real {
     #[inline(always)]
-    fn of(self, squared: f64) -> f64 {
-        if squared > COINCIDENT {
-            squared.powf(-0.5 * self.0)
-        } else {
-            0.0
+    fn of<L: Lanes>(self, lanes: L, squared: L::Vector) -> L::Vector {
+        let mut weights = [0.0; LANES];
+        for (weight, squared) in weights.iter_mut().zip(lanes.store(squared)) {
+            if squared > self.least {
+                *weight = squared.max(self.floor).powf(-0.5 * self.exponent);
+            }
         }
+        lanes.load(&weights)
     }
 }
 
 /// Squares of distances below this, 1e-15 mm for points in millimetres, are those of coincident points.
 const COINCIDENT: f64 = 1e-30;
 
-/// `1/√a` for a from 1e-37 on, nothing beyond 1e38: in single precision first, where root and division are cheap in
-/// vector registers, then a step of third order that takes the error from 1e-7 to rounding.
-#[inline(always)]
-#[allow(clippy::cast_possible_truncation)] // meant
-fn reciprocal_root(a: f64) -> f64 {
-    let y = f64::from(1.0 / (a as f32).sqrt());
-    let off = 1.0 - a * y * y;
-    y + y * off * (0.5 + 0.375 * off)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_root_is_right_to_the_last_digits() {
-        let mut a = 1e-30;
-        while a < 1e30 {
-            assert!(
-                (reciprocal_root(a) * f64::sqrt(a) - 1.0).abs() < 5e-16,
-                "{a}"
-            );
-            a *= 1.007;
+    struct At(f64);
+
+    impl Job for At {
+        type Output = f64;
+        fn run<L: Lanes, W: Weight>(self, lanes: L, weight: W) -> f64 {
+            lanes.store(weight.of(lanes, lanes.splat(self.0)))[3]
         }
     }
 
     #[test]
-    fn powers_agree_with_the_general_one() {
-        for squared in [1e-8, 0.3, 2.0, 1e6] {
-            for (fast, exponent) in [
-                (Power::<1>.of(squared), 1.0),
-                (Power::<2>.of(squared), 2.0),
-                (Power::<3>.of(squared), 3.0),
-                (Power::<4>.of(squared), 4.0),
-            ] {
-                assert!((fast / Real(exponent).of(squared) - 1.0).abs() < 3e-15);
+    fn weights_are_powers_of_the_distance() {
+        for exponent in [1.0, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0] {
+            for nearest in [0.0, 0.5_f64] {
+                let decay = Decay::new(exponent, nearest).unwrap();
+                for distance in [1e-3, 0.3, 2.0, 1e3_f64] {
+                    let wanted = distance.max(nearest).powf(-exponent);
+                    let found = decay.run(At(distance * distance));
+                    assert!((found / wanted - 1.0).abs() < 5e-15);
+                }
+                assert!((decay.run(At(0.0)) - decay.at_none()).abs() <= 5e-15 * decay.at_none());
             }
         }
-        assert_eq!(Power::<3>.of(0.0), 0.0);
-        assert_eq!(Real(2.5).of(0.0), 0.0);
-        assert!(Exponent::new(0.0).is_err() && Exponent::new(f64::NAN).is_err());
+        assert!(Decay::new(0.0, 0.0).is_err() && Decay::new(f64::NAN, 0.0).is_err());
+        assert!(Decay::new(3.0, -1.0).is_err());
     }
 }

@@ -4,6 +4,9 @@ For residuals r = Mε of a least-squares fit with the projector M = 1 − H of r
 ratio that is independent of its denominator, so its moments are exact (Cliff & Ord 1981):
 
     E[I] = (n/S0) tr(MC)/f,   E[I²] = (n/S0)² ((tr MC)² + 2 tr(MCMC)) / (f (f + 2)).
+
+With H = Q Qᵀ the traces are −tr(QᵀCQ) and tr(C²) − 2 ‖CQ‖² + ‖QᵀCQ‖². Where Q has many columns on many places, they are
+estimated from a few random vectors of its span, whose products have the same expectations (Hutchinson 1989).
 """
 
 from dataclasses import dataclass
@@ -12,16 +15,23 @@ from typing import Final
 
 import numpy as np
 
-from trueloop._core import weights_product
 from trueloop.error_surface.moran import EXPONENT, Null
-from trueloop.error_surface.places import Places, Projector, projector
+from trueloop.error_surface.places import Places, projector
+from trueloop.error_surface.projectors import Projector
 from trueloop.error_surface.spline_surface import Size
-from trueloop.errors import Code, TrueloopError
+from trueloop.error_surface.weights import Weights
 from trueloop.geometry.feature import Array
 
 DENSE: Final = 2500
-"""Most points for which the matrix of weights is formed; beyond, the moments are those of simulated residuals."""
-DRAWS: Final = 200
+"""Most places for which the matrix of weights is formed, and the moments are exact whatever the size."""
+EXACT: Final = 64
+"""Control points up to which the moments are exact on more places."""
+PROBES: Final = 3200.0
+"""Random vectors a control point and place: I's expectation is then known to a twentieth of its standard deviation."""
+FEWEST: Final = 16
+MOST: Final = 512
+SHUFFLED: Final = 2_500_000
+"""Values shuffled at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,91 +50,80 @@ class Neighbourhood:
         """Number of places."""
         return len(self.places.u)
 
-    def __post_init__(self) -> None:
-        if self.count > DENSE and self.places.rows is None:
-            raise TrueloopError(
-                Code.SRF_MODEL,
-                f"{self.count} scattered points are too many to judge their randomness; {DENSE} are the most",
-                hint="average a scan over the cells of a grid: model.cells in the job",
-            )
+    @cached_property
+    def weights(self) -> Weights:
+        """The weights between the places."""
+        points = np.ascontiguousarray(self.places.points_mm)
+        if self.places.rows is not None:
+            return Weights(points, self.exponent)
+        from scipy.spatial import KDTree  # slow to import
+
+        distance, _ = KDTree(points).query(points, k=[2])
+        return Weights(points, self.exponent, float(np.median(distance)))
 
     @cached_property
-    def weights(self) -> Array:
-        """The matrix of weights (n, n), zeros on its diagonal: for as many places as fit."""
-        from scipy.spatial.distance import pdist, squareform  # slow to import
+    def matrix(self) -> Array | None:
+        """The weights as a matrix (n, n), where that fits."""
+        return self.weights.times(np.eye(self.count)) if self.count <= DENSE else None
 
-        distance = squareform(pdist(self.places.points_mm))
-        np.fill_diagonal(distance, np.inf)
-        if self.places.rows is None:
-            distance = np.maximum(distance, np.median(np.min(distance, axis=1)))
-        return np.asarray(distance**-self.exponent)
-
-    @cached_property
-    def total(self) -> float:
-        """S0, the sum of all weights."""
-        if self.count <= DENSE:
-            return float(np.sum(self.weights))
-        rows, _ = weights_product(self.places.points_mm, np.empty((self.count, 0)), self.exponent)
-        return float(np.sum(rows))
-
-    @cached_property
-    def squared(self) -> Array:
-        """C²."""
-        return np.asarray(self.weights @ self.weights)
+    def times(self, vectors: Array) -> Array:
+        """The weights times vectors (n, k)."""
+        return self.weights.times(vectors) if self.matrix is None else np.asarray(self.matrix @ vectors)
 
     def moran_i(self, residuals: Array) -> Array:
         """Moran's I of each column of residuals (n, k) about zero: a fitted spline leaves no mean."""
-        if self.count <= DENSE:
-            products = self.weights @ residuals
+        if self.matrix is None:
+            products = self.weights.products(residuals)
         else:
-            _, products = weights_product(self.places.points_mm, np.ascontiguousarray(residuals), self.exponent)
-        ratio = np.sum(residuals * products, axis=0) / np.sum(residuals**2, axis=0)
-        return np.asarray(self.count / self.total * ratio)
+            products = np.sum(residuals * (self.matrix @ residuals), axis=0)
+        return np.asarray(self.count / self.weights.total * products / np.sum(residuals**2, axis=0))
 
 
 @lru_cache(maxsize=256)
 def residual_null(near: Neighbourhood, size: Size) -> Null:
-    """Moments of I for the residuals of a spline of that size: exact up to `DENSE` places, simulated beyond."""
+    """Moments of I for the residuals of a spline of that size.
+
+    Exact up to `DENSE` places, and up to `EXACT` control points on more; elsewhere with a standard error.
+    """
     span = projector(near.places, size)
-    if near.count > DENSE:
-        return _simulated(near, span)
     free = near.count - span.rank
-    first, second = _traces(near, span)
-    scale = near.count / near.total
+    first, error, second = _traces(near, span)
+    scale = near.count / near.weights.total
     expected = scale * first / free
     square = scale**2 * (first**2 + 2 * second) / (free * (free + 2.0))
-    return Null(expected, float(np.sqrt(square - expected**2)))
+    return Null(expected, float(np.sqrt(square - expected**2)), scale * error / free)
 
 
-def _traces(near: Neighbourhood, span: Projector) -> tuple[float, float]:
-    """tr(MC) and tr(MCMC), by H = Q Qᵀ: −tr(HC) and tr(C²) − 2 tr(HC²) + ‖QᵀCQ‖²."""
-    q = span.whole if span.whole is not None else np.kron(_sure(span.along), _sure(span.across))
-    cq = near.weights @ q
-    inner = q.T @ cq
-    return -float(np.trace(inner)), float(np.sum(near.weights**2) - 2 * np.sum(cq**2) + np.sum(inner**2))
+def _traces(near: Neighbourhood, span: Projector) -> tuple[float, float, float]:
+    """tr(MC), its standard error, and tr(MCMC)."""
+    probes = int(np.clip(PROBES * span.rank / near.count, FEWEST, MOST))
+    if near.count <= DENSE or span.rank <= max(EXACT, probes):
+        factors, each = np.eye(span.rank), 1.0
+    else:
+        factors, each = np.random.default_rng(20170601).standard_normal((span.rank, probes)), 1.0 / probes
+    q = span.combined(factors)
+    cq = near.times(q)
+    within = np.sum(q * cq, axis=0)
+    error = 0.0 if each == 1.0 else float(np.std(within, ddof=1)) / np.sqrt(probes)
+    second = near.weights.squares - each * (2 * np.sum(cq**2) - np.sum(span.coordinates(cq) ** 2))
+    return -each * float(np.sum(within)), error, float(second)
 
 
-def _simulated(near: Neighbourhood, span: Projector) -> Null:
-    draws = np.random.default_rng(20170601).standard_normal((near.count, DRAWS))
-    residuals = np.stack([span.residuals(draw) for draw in draws.T], axis=1)
-    values = near.moran_i(residuals)
-    return Null(float(np.mean(values)), float(np.std(values, ddof=1)))
-
-
-def permutation_p_value(near: Neighbourhood, residuals: Array, size: Size, draws: int = 999, seed: int = 1) -> float:
+def permutation_p_value(
+    near: Neighbourhood, residuals: Array, size: Size, draws: int | None = None, seed: int = 1
+) -> float:
     """Share of shuffled residuals whose I is at least as large, the unshuffled among them: needs no normal law.
 
     Residuals of a fit are not exchangeable: the fit makes neighbours unlike. What was shuffled is therefore fitted
-    again, and the I of what that leaves is compared (after Freedman & Lane, 1983).
+    again, and the I of what that leaves is compared (after Freedman & Lane, 1983). `draws`: how many shuffles; 999, on
+    more than `DENSE` places 199.
     """
     rng = np.random.default_rng(seed)
+    draws = draws or (999 if near.count <= DENSE else 199)
     span = projector(near.places, size)
-    shuffled = rng.permuted(np.tile(residuals, (draws, 1)), axis=1)
-    left = np.stack([residuals, *(span.residuals(values) for values in shuffled)], axis=1)
-    moran_i = near.moran_i(left)
-    return float((1 + np.count_nonzero(moran_i[1:] >= moran_i[0])) / (draws + 1))
-
-
-def _sure(matrix: Array | None) -> Array:
-    assert matrix is not None
-    return matrix
+    own = float(near.moran_i(span.residuals(residuals[:, None]))[0])
+    at_once, larger = max(1, SHUFFLED // near.count), 0
+    for start in range(0, draws, at_once):
+        shuffled = rng.permuted(np.tile(residuals, (min(at_once, draws - start), 1)), axis=1)
+        larger += int(np.count_nonzero(near.moran_i(span.residuals(shuffled.T)) >= own))
+    return (1 + larger) / (draws + 1)

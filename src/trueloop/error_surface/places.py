@@ -3,16 +3,20 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from trueloop.error_surface.projectors import GridProjector, Projector, ScatteredProjector
 from trueloop.error_surface.spline_surface import Size, SplineSurface, basis, fit_grid
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.surface_deviations import SurfaceDeviations
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_basis import basis_rows, clamped_knots
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 REGULAR: Final = 0.1
 """Points belong to a grid's rows when they stray from them by less than this share of the rows' distance."""
@@ -39,33 +43,6 @@ class Places:
         design = np.stack([self.u, self.v], axis=1) - [np.mean(self.u), np.mean(self.v)]
         along = np.linalg.lstsq(design, spread, rcond=None)[0]
         return float(np.linalg.norm(along[0])), float(np.linalg.norm(along[1]))
-
-
-@dataclass(frozen=True, eq=False)
-class Projector:
-    """The span of a spline's basis at the places, as orthonormal columns: `along` ⊗ `across` on a grid, or `whole`."""
-
-    along: Array | None
-    across: Array | None
-    whole: Array | None
-    rank: int
-
-    def residuals(self, values: Array) -> Array:
-        """Values less their projection: what least squares leaves."""
-        if self.whole is not None:
-            return np.asarray(values - self.whole @ (self.whole.T @ values))
-        assert self.along is not None and self.across is not None
-        grid = values.reshape(len(self.along), len(self.across))
-        kept = self.along @ (self.along.T @ grid @ self.across) @ self.across.T
-        return np.asarray((grid - kept).ravel())
-
-    @cached_property
-    def leverages(self) -> Array:
-        """How much each value determines its own projection, 0 to 1."""
-        if self.whole is not None:
-            return np.asarray(np.sum(self.whole**2, axis=1))
-        assert self.along is not None and self.across is not None
-        return np.outer(np.sum(self.along**2, axis=1), np.sum(self.across**2, axis=1)).ravel()
 
 
 def places_of(surface: Surface, deviations: SurfaceDeviations) -> tuple[Places, Array]:
@@ -106,12 +83,13 @@ def _alike(a: Places, b: Places) -> bool:
 def projector(places: Places, size: Size) -> Projector:
     """The span of splines of that size at these places."""
     if places.rows is not None and places.columns is not None:
-        along, _ = np.linalg.qr(basis(size, 0, places.rows))
-        across, _ = np.linalg.qr(basis(size, 1, places.columns))
-        return Projector(along, across, None, size.controls)
-    left, spread, _ = np.linalg.svd(design(places, size), full_matrices=False)
-    whole = left[:, spread > np.sqrt(SMOOTHING) * np.sqrt(np.mean(spread**2))]
-    return Projector(None, None, whole, whole.shape[1])
+        along, lengths, _ = np.linalg.svd(basis(size, 0, places.rows), full_matrices=False)
+        across, widths, _ = np.linalg.svd(basis(size, 1, places.columns), full_matrices=False)
+        return GridProjector(along, across, np.outer(lengths**2, widths**2).ravel())
+    matrix = design(places, size)
+    spread, turn = np.linalg.eigh((matrix.T @ matrix).toarray())
+    kept = spread > SMOOTHING * np.mean(spread)
+    return ScatteredProjector(matrix, turn[:, kept] / np.sqrt(spread[kept]), spread[kept])
 
 
 def regress(places: Places, values_mm: Array, size: Size) -> SplineSurface:
@@ -130,22 +108,23 @@ def regress(places: Places, values_mm: Array, size: Size) -> SplineSurface:
             hint="ask for fewer control points, or measure more points",
         )
     a, rough = design(places, size), _roughness(size)
-    rough *= np.sqrt(SMOOTHING * np.sum(a * a) / np.sum(rough * rough))
-    wanted = np.concatenate([values_mm, np.zeros(len(rough))])
-    found = np.linalg.lstsq(np.concatenate([a, rough]), wanted, rcond=None)[0]
+    normal, roughness = (a.T @ a).toarray(), rough.T @ rough
+    normal += SMOOTHING * np.trace(normal) / np.trace(roughness) * roughness
+    found = np.linalg.solve(normal, a.T @ values_mm)
     return SplineSurface(size, found.reshape(size.rows, size.columns))
 
 
-def design(places: Places, size: Size) -> Array:
-    """The design matrix (points, controls)."""
+def design(places: Places, size: Size) -> "csr_array":
+    """The design matrix (points, controls), of which (degree + 1)² entries a row are not zero."""
+    from scipy.sparse import csr_array  # slow to import
+
     a = basis_rows(clamped_knots(size.rows, size.degree), size.degree, places.u)
     b = basis_rows(clamped_knots(size.columns, size.degree), size.degree, places.v)
     reach = np.arange(size.degree + 1)
     columns = (a.first[:, None] + reach)[:, :, None] * size.columns + (b.first[:, None] + reach)[:, None, :]
-    matrix = np.zeros((len(places.u), size.controls))
     values = a.values[:, :, None] * b.values[:, None, :]
-    np.put_along_axis(matrix, columns.reshape(len(matrix), -1), values.reshape(len(matrix), -1), axis=1)
-    return matrix
+    starts = np.arange(len(places.u) + 1) * len(reach) ** 2
+    return csr_array((values.ravel(), columns.ravel(), starts), shape=(len(places.u), size.controls))
 
 
 def _lines(parameters: Array) -> Array | None:

@@ -1,0 +1,126 @@
+"""Places that form a regular lattice in a plane, holes allowed: sums over all pairs by Fourier transforms, exactly."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+
+STRAY: Final = 1e-10
+"""Points belong to a lattice when they stray from it by less than this share of a step: weights keep ten digits."""
+FEWEST: Final = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Point k stands at `at[k]` (n, 2) steps along the two `steps_mm` (2, 3); the lattice has `shape` places."""
+
+    at: np.ndarray
+    steps_mm: Array
+    shape: tuple[int, int]
+    exponent: float
+
+    def times(self, vectors: Array) -> Array:
+        """The matrix of the weights times vectors (n, p)."""
+        from scipy.fft import irfft2  # slow to import
+
+        product = np.empty_like(vectors)
+        for column, values in enumerate(vectors.T):
+            whole = irfft2(self._spectrum * self._transformed(values), s=self._padded)
+            product[:, column] = whole[self.at[:, 0], self.at[:, 1]]
+        return product
+
+    def products(self, vectors: Array) -> Array:
+        """Σ c vᵢ vⱼ of each column (n, p): by Parseval's theorem, without the way back."""
+        twice = np.full(self._spectrum.shape[1], 2.0)
+        twice[0] = 1.0
+        if self._padded[1] % 2 == 0:
+            twice[-1] = 1.0
+        power = [np.abs(self._transformed(values)) ** 2 for values in vectors.T]
+        return np.array([np.einsum("ij,ij,j->", p, self._spectrum, twice) for p in power]) / np.prod(self._padded)
+
+    @cached_property
+    def _padded(self) -> tuple[int, int]:
+        """So large that what leaves on one side does not come in on the other."""
+        from scipy.fft import next_fast_len  # slow to import
+
+        return next_fast_len(2 * self.shape[0] - 1, True), next_fast_len(2 * self.shape[1] - 1, True)
+
+    @cached_property
+    def _spectrum(self) -> Array:
+        """The transform of the weights of all displacements; real, because c(−d) = c(d)."""
+        from scipy.fft import rfft2  # slow to import
+
+        along, across = (np.fft.fftfreq(size, 1 / size)[:, None] for size in self._padded)
+        i, j = along * self.steps_mm[0], across * self.steps_mm[1]
+        aa, ab, bb = np.sum(i * i, axis=1), i @ j.T, np.sum(j * j, axis=1)
+        square = aa[:, None] + 2 * ab + bb
+        square[0, 0] = np.inf
+        return np.ascontiguousarray(rfft2(inverse_power(square, self.exponent)).real)
+
+    def _transformed(self, values: Array) -> np.ndarray:
+        from scipy.fft import rfft2  # slow to import
+
+        grid = np.zeros(self.shape)
+        grid[self.at[:, 0], self.at[:, 1]] = values
+        return np.asarray(rfft2(grid, s=self._padded))
+
+
+def lattice_of(points_mm: Array, exponent: float) -> Lattice | None:
+    """The lattice that the points (n, 3) stand on, in any order, with holes; None where they do not.
+
+    Its steps are looked for at the first point and at the middle one. A lattice that is so full of holes that its
+    steps are not seen there is not found.
+    """
+    if len(points_mm) < FEWEST:
+        return None
+    middle = np.argmin(np.sum((points_mm - np.mean(points_mm, axis=0)) ** 2, axis=1))
+    for corner in (0, int(middle)):
+        steps = _steps(points_mm, points_mm[corner])
+        found = None if steps is None else _on(points_mm, points_mm[corner], steps, exponent)
+        if found is not None:
+            return found
+    return None
+
+
+def inverse_power(square: Array, exponent: float) -> Array:
+    """d^-k from d²; whole k by multiplication, which is faster."""
+    if exponent != int(exponent) or exponent > 8:
+        return np.asarray(square ** (-exponent / 2))
+    near = 1 / np.sqrt(square)
+    power = near.copy()
+    for _ in range(int(exponent) - 1):
+        power *= near
+    return power
+
+
+def _steps(points: Array, corner: Array) -> Array | None:
+    """The shortest way to another point, and the shortest that does not go along with it."""
+    ways = points - corner
+    length = np.sqrt(np.sum(ways**2, axis=1))
+    length[length == 0] = np.inf
+    near = np.argpartition(length, FEWEST // 2)[: FEWEST // 2]
+    ways, length = ways[near], length[near]
+    if not np.all(np.isfinite(length)):
+        return None
+    first = ways[np.argmin(length)]
+    aside = np.linalg.norm(np.cross(ways, first), axis=1) > 0.1 * length * np.linalg.norm(first)
+    return np.stack([first, ways[aside][np.argmin(length[aside])]]) if np.any(aside) else None
+
+
+def _on(points: Array, corner: Array, steps: Array, exponent: float) -> Lattice | None:
+    at = np.rint((points - corner) @ np.linalg.pinv(steps))
+    if np.max(np.abs(at)) > 4 * len(points):
+        return None
+    # The steps come from two pairs of points and carry their rounding: they are fitted to all points.
+    design = np.column_stack([at, np.ones(len(at))])
+    fitted = np.linalg.lstsq(design, points, rcond=None)[0]
+    stray = np.max(np.abs(design @ fitted - points))
+    whole = (at - np.min(at, axis=0)).astype(int)
+    rows, columns = (np.max(whole, axis=0) + 1).tolist()
+    single = len(np.unique(whole[:, 0] * columns + whole[:, 1])) == len(points)
+    if stray > STRAY * np.min(np.linalg.norm(steps, axis=1)) or not single or rows * columns > 4 * len(points):
+        return None
+    return Lattice(whole, fitted[:2], (rows, columns), exponent)

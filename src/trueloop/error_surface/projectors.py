@@ -1,0 +1,102 @@
+"""What a spline of some size can follow at given places: a span of values, by orthonormal columns.
+
+The columns are the principal directions of the values that independent control values give; they need not be formed.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+ROWS: Final = 65536
+"""Rows of the design matrix worked off at once."""
+
+
+class Projector(ABC):
+    """The columns Q (n, rank); `spread` (rank,) are the variances along them."""
+
+    spread: Array
+
+    @property
+    def rank(self) -> int:
+        """How many columns there are."""
+        return len(self.spread)
+
+    @property
+    def columns(self) -> Array:
+        """All columns as one matrix: for as many places as fit."""
+        return self.combined(np.eye(self.rank))
+
+    @abstractmethod
+    def coordinates(self, values: Array) -> Array:
+        """What the columns hold of values (n, k): Qᵀ V, (rank, k)."""
+
+    @abstractmethod
+    def combined(self, factors: Array) -> Array:
+        """Q F for factors (rank, k)."""
+
+    @property
+    @abstractmethod
+    def leverages(self) -> Array:
+        """How much each value determines its own projection, 0 to 1."""
+
+    def residuals(self, values: Array) -> Array:
+        """Values (n,) or (n, k) less their projection: what least squares leaves."""
+        columns = values.reshape(len(values), -1)
+        return np.asarray((columns - self.combined(self.coordinates(columns))).reshape(values.shape))
+
+
+@dataclass(frozen=True, eq=False)
+class GridProjector(Projector):
+    """On a grid Q = along ⊗ across."""
+
+    along: Array
+    across: Array
+    spread: Array
+
+    def coordinates(self, values: Array) -> Array:
+        """Qᵀ V."""
+        grids = values.reshape(len(self.along), len(self.across), -1)
+        inside = np.einsum("ai,abk,bj->ijk", self.along, grids, self.across, optimize=True)
+        return np.asarray(inside.reshape(self.rank, -1))
+
+    def combined(self, factors: Array) -> Array:
+        """Q F."""
+        inside = factors.reshape(self.along.shape[1], self.across.shape[1], -1)
+        grids = np.einsum("ai,ijk,bj->abk", self.along, inside, self.across, optimize=True)
+        return np.asarray(grids.reshape(len(self.along) * len(self.across), -1))
+
+    @cached_property
+    def leverages(self) -> Array:
+        """Squared lengths of Q's rows."""
+        return np.outer(np.sum(self.along**2, axis=1), np.sum(self.across**2, axis=1)).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class ScatteredProjector(Projector):
+    """Elsewhere Q = A T: A the sparse design matrix, T (controls, rank) what makes its columns orthonormal."""
+
+    matrix: "csr_array"
+    turn: Array
+    spread: Array
+
+    def coordinates(self, values: Array) -> Array:
+        """Qᵀ V."""
+        return np.asarray(self.turn.T @ (self.matrix.T @ values))
+
+    def combined(self, factors: Array) -> Array:
+        """Q F."""
+        return np.asarray(self.matrix @ (self.turn @ factors))
+
+    @cached_property
+    def leverages(self) -> Array:
+        """Squared lengths of Q's rows."""
+        some = (self.matrix[k : k + ROWS] for k in range(0, self.matrix.shape[0], ROWS))
+        return np.concatenate([np.sum(np.asarray(rows @ self.turn) ** 2, axis=1) for rows in some])
