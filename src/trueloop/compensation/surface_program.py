@@ -6,13 +6,14 @@ displaced path, blocks are put in before it. Feeds and every other word stay. Wh
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.record import MARK, check_uncorrected, sha256_of
 from trueloop.compensation.surface_points import CUTS_MM, check_gouges, moved_locations
+from trueloop.compensation.tool_axis import ToolAxes, check_tool_axes, tool_axes
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
@@ -22,23 +23,31 @@ from trueloop.nc.tool_path import Motion, ToolPath
 from trueloop.nc.understood import require_understood
 from trueloop.units import UM_PER_MM
 
+Waypoint: TypeAlias = tuple[float, Array]
+"""Share of a move, and where the tip is to be there."""
+
 AXES: Final = ((0, "X"), (1, "Y"), (2, "Z"))
+UP: Final = (0.0, 0.0, 1.0)
+TURN_DEG: Final = 1.0
+"""The tool turns no more than this between two places that are looked at."""
 ROUNDING_STEPS: Final = 2.0
 """How many steps of the control's resolution rounding may move a point."""
 
 
 @dataclass(frozen=True)
 class SurfaceJob:
-    """How a program is to be corrected: its cutter, the tool axis out of the material (a fixed tilt, or straight up),
-    the chord tolerance, the distance between the places looked at along a move, and what may be cut too deep.
+    """How a program is to be corrected: its cutter, the tool axis out of the material (a fixed tilt, or straight up), or
+    the letters of the words that turn it (`tool_axis`), the chord tolerance, the distance between the places looked at
+    along a move, and what may be cut too deep.
     """
 
     cutter: Cutter
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    axis: tuple[float, float, float] = UP
     tolerance_mm: float = 5e-4
     sample_mm: float = 0.5
     gouge_mm: float = 2e-3
     cuts_mm: float = CUTS_MM
+    rotary: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +62,21 @@ class CorrectedProgram:
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Places along the moves at feed: move and share of it (n,), and tips before and after (n, 3)."""
+    """Places along the moves at feed: move and share of it (n,), and tips before and after (n, 3); and the tool's axes
+    along all moves.
+    """
 
     move: np.ndarray
     share: Array
     before_mm: Array
     after_mm: Array
     cutting: np.ndarray
+    axes: ToolAxes
+
+    @property
+    def cutting_moves(self) -> np.ndarray:
+        """Indices of the moves that cut."""
+        return np.unique(self.move[self.cutting])
 
 
 def corrected_program(
@@ -67,40 +84,43 @@ def corrected_program(
 ) -> CorrectedProgram:
     """The program for the corrected surface, read back and compared before it is returned.
 
-    Coordinates of the program are those of the surface; the programmed point is the tool's tip. Raises SRF-PROGRAM
+    Coordinates of the program are those of the surface; the programmed point is the tool's tip, however the tool is
+    turned. Raises SRF-PROGRAM
     for a program that cuts nothing of the surface, cuts it in arcs, under cutter compensation or in increments,
     CMP-TWICE for one corrected before, SRF-GOUGE, and CMP-READ-BACK.
     """
     check_uncorrected(program.source)
     require_understood(program)
     path = program.run()
-    samples = _sampled(path, nominal, corrected, job)
+    samples = _sampled(program, path, nominal, corrected, job)
     _check(program, path, samples)
+    cut = samples.cutting
+    axes = samples.axes.directions(samples.move[cut], samples.share[cut])
+    check_gouges(corrected, job.cutter, samples.after_mm[cut], axes, job.gouge_mm)
     ends, between = _targets(path, samples, job.tolerance_mm)
-    edits = [*_mark(program, record_id), *_edits(program, path, ends, between)]
+    edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
     source = apply_edits(program, edits)
-    _read_back(program, path, source, ends, between)
+    _read_back(program, path, source, ends, between, samples.axes)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
-    cutting = len(np.unique(samples.move[samples.cutting]))
-    return CorrectedProgram(source, cutting, sum(map(len, between.values())), max(moved, default=0.0))
+    return CorrectedProgram(source, len(samples.cutting_moves), sum(map(len, between.values())), max(moved, default=0.0))
 
 
-def _sampled(path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> _Samples:
+def _sampled(program: Program, path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> _Samples:
+    turning = tool_axes(program, path, job.rotary, job.axis)
     at_feed = np.flatnonzero(np.isin(path.motion, (Motion.LINE, Motion.ARC)))
-    length = np.linalg.norm(path.end_mm - path.start_mm, axis=1)
-    pieces = np.maximum(1, np.ceil(length[at_feed] / job.sample_mm)).astype(int)
+    length = np.linalg.norm(path.end_mm - path.start_mm, axis=1)[at_feed]
+    pieces = np.ceil(np.maximum(length / job.sample_mm, turning.turned_deg(at_feed) / TURN_DEG))
+    pieces = np.maximum(1, pieces).astype(int)
     move = np.repeat(at_feed, pieces + 1)
     share = np.concatenate([np.linspace(0.0, 1.0, n + 1) for n in pieces]) if len(pieces) else np.empty(0)
     tips = path.start_mm[move] + share[:, None] * (path.end_mm - path.start_mm)[move]
-    axes = np.tile(np.asarray(job.axis) / np.linalg.norm(job.axis), (len(tips), 1))
+    axes = turning.directions(move, share)
     moved = moved_locations(nominal, corrected, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
-    if np.any(moved.cutting):
-        check_gouges(corrected, job.cutter, moved.tips_mm[moved.cutting], axes[moved.cutting], job.gouge_mm)
-    return _Samples(move, share, tips, moved.tips_mm, moved.cutting)
+    return _Samples(move, share, tips, moved.tips_mm, moved.cutting, turning)
 
 
 def _check(program: Program, path: ToolPath, samples: _Samples) -> None:
-    cutting = np.unique(samples.move[samples.cutting])
+    cutting = samples.cutting_moves
     wrong = [
         (not len(cutting), "no move of the program comes near the surface", "look at frame, tool radius and face"),
         (
@@ -115,12 +135,15 @@ def _check(program: Program, path: ToolPath, samples: _Samples) -> None:
         if is_so:
             place = program.place(program.block(int(path.block[cutting[0]])).start) if len(cutting) else None
             raise TrueloopError(Code.SRF_PROGRAM, f"{what}: {len(cutting)} moves cut it", hint=hint, place=place)
+    check_tool_axes(program, path, samples.axes, cutting)
 
 
-def _targets(path: ToolPath, samples: _Samples, tolerance_mm: float) -> tuple[dict[int, Array], dict[int, list[Array]]]:
-    """Displaced ends by move, and further points within moves."""
+def _targets(
+    path: ToolPath, samples: _Samples, tolerance_mm: float
+) -> tuple[dict[int, Array], dict[int, list[Waypoint]]]:
+    """Displaced ends by move, and further points within moves, with the share of the move they stand at."""
     ends: dict[int, Array] = {}
-    between: dict[int, list[Array]] = {}
+    between: dict[int, list[Waypoint]] = {}
     starts = np.flatnonzero(np.diff(samples.move, prepend=-1))
     for first, after in zip(starts, np.append(starts[1:], len(samples.move)), strict=True):
         move = int(samples.move[first])
@@ -129,7 +152,7 @@ def _targets(path: ToolPath, samples: _Samples, tolerance_mm: float) -> tuple[di
         if np.any(samples.cutting[first:after]):
             points = samples.after_mm[first:after]
             if kept := _needed(points, samples.cutting[first:after], tolerance_mm):
-                between[move] = [points[k] for k in kept]
+                between[move] = [(float(samples.share[first + k]), points[k]) for k in kept]
     return ends, between
 
 
@@ -153,12 +176,18 @@ def _needed(points: Array, cutting: np.ndarray, tolerance_mm: float) -> list[int
     return sorted(kept)
 
 
-def _edits(program: Program, path: ToolPath, ends: dict[int, Array], between: dict[int, list[Array]]) -> Iterator[Edit]:
+def _edits(
+    program: Program,
+    path: ToolPath,
+    axes: ToolAxes,
+    ends: dict[int, Array],
+    between: dict[int, list[Waypoint]],
+) -> Iterator[Edit]:
     held = np.array(path.start_mm[0])
     for move in range(len(path)):
         if move in between:
-            yield _new_blocks(program, path, move, between[move])
-            held = between[move][-1]
+            yield _new_blocks(program, path, axes, move, between[move])
+            held = between[move][-1][1]
         wanted = ends.get(move)
         if wanted is None:
             words = path.word[move] >= 0
@@ -182,8 +211,8 @@ def _moved_end(program: Program, path: ToolPath, move: int, wanted: Array, held:
                 yield insert_word(program, int(path.block[move]), letter, float(wanted[axis]), state)
 
 
-def _new_blocks(program: Program, path: ToolPath, move: int, points: list[Array]) -> Edit:
-    """Blocks before the move's own: that one keeps its end, its feed and whatever else it says."""
+def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, points: list[Waypoint]) -> Edit:
+    """Blocks before the move's own, the tool turning on the way: that one keeps its end, its feed and all else."""
     index = int(path.block[move])
     block, state = program.block(index), path.coordinate_state(move)
     if index == 0 or any(word.letter in "MST" for word in block.words):
@@ -194,7 +223,10 @@ def _new_blocks(program: Program, path: ToolPath, move: int, points: list[Array]
             place=program.place(block.start),
         )
     feed = [word.text for word in block.words if word.letter == "F"]
-    texts = [" ".join(coordinate_text(program.dialect, name, float(p[k]), state) for k, name in AXES) for p in points]
+    texts = [
+        " ".join(coordinate_text(program.dialect, name, float(at[k]), state) for k, name in AXES) + axes.text(move, share)
+        for share, at in points
+    ]
     texts[0] = " ".join(["G01", texts[0], *feed])
     return insert_blocks_after(program, index - 1, texts)
 
@@ -205,10 +237,16 @@ def _mark(program: Program, record_id: str) -> Iterator[Edit]:
 
 
 def _read_back(
-    program: Program, path: ToolPath, source: bytes, ends: dict[int, Array], between: dict[int, list[Array]]
+    program: Program,
+    path: ToolPath,
+    source: bytes,
+    ends: dict[int, Array],
+    between: dict[int, list[Waypoint]],
+    axes: ToolAxes,
 ) -> None:
     """The written program run again: every move must end where it was to end, at the feed it had."""
-    again = read_program(source, program.dialect.name, program.file).run()
+    written = read_program(source, program.dialect.name, program.file)
+    again = written.run()
     inserted = np.array([len(between.get(move, ())) for move in range(len(path))])
     at = np.arange(len(path)) + np.cumsum(inserted)
     resolution = program.dialect.resolution_mm * (25.4 if np.any(path.inch) else 1.0)
@@ -217,7 +255,7 @@ def _read_back(
         raise _refusal(f"it has {len(again)} moves instead of {len(path) + int(np.sum(inserted))}")
     for move, points in between.items():
         found = again.end_mm[at[move] - len(points) : at[move]]
-        if (off := float(np.max(np.abs(found - points)))) > allowed:
+        if (off := float(np.max(np.abs(found - [at for _, at in points])))) > allowed:
             raise _refusal(f"a new point stands {off * UM_PER_MM:.2f} µm off")
     wanted = np.array([ends.get(move, path.end_mm[move]) for move in range(len(path))]).reshape(-1, 3)
     checked = (path.word >= 0) | np.isin(np.arange(len(path)), list(ends))[:, None]
@@ -226,6 +264,8 @@ def _read_back(
         raise _refusal(f"a move ends {off * UM_PER_MM:.2f} µm from where it was to end")
     if not np.array_equal(again.feed[at], path.feed, equal_nan=True):
         raise _refusal(f"the feed of {np.count_nonzero(again.feed[at] != path.feed)} moves changed")
+    if axes.letters and not np.array_equal(tool_axes(written, again, axes.letters, UP).end[at], axes.end):
+        raise _refusal("the tool's direction changed")
 
 
 def _refusal(what: str) -> TrueloopError:

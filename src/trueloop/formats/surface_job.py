@@ -43,6 +43,7 @@ class CutterTable(Table):
     radius_mm: Positive
     corner_mm: NotNegative | None = None
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    rotary: Literal["", "A", "B", "CA", "CB", "AB", "BA", "IJK"] = ""
 
 
 class SurfaceProgramTable(Table):

@@ -101,6 +101,7 @@ def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
         job.cutter.axis,
         tolerance_mm=job.compensation.chord_um / UM_PER_MM,
         gouge_mm=job.compensation.gouge_um / UM_PER_MM,
+        rotary=job.cutter.rotary,
     )
 
 
