@@ -36,9 +36,9 @@ ROUNDING_STEPS: Final = 2.0
 
 @dataclass(frozen=True)
 class SurfaceJob:
-    """How a program is to be corrected: its cutter, the tool axis out of the material (a fixed tilt, or straight up), or
-    the letters of the words that turn it (`tool_axis`), the chord tolerance, the distance between the places looked at
-    along a move, and what may be cut too deep.
+    """How a program is to be corrected: its cutter, the tool axis out of the material, or the letters of the words that
+    turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, and what may be
+    cut too deep.
     """
 
     cutter: Cutter
@@ -102,7 +102,8 @@ def corrected_program(
     source = apply_edits(program, edits)
     _read_back(program, path, source, ends, between, samples.axes)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
-    return CorrectedProgram(source, len(samples.cutting_moves), sum(map(len, between.values())), max(moved, default=0.0))
+    new_blocks = sum(map(len, between.values()))
+    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, max(moved, default=0.0))
 
 
 def _sampled(program: Program, path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> _Samples:
@@ -223,10 +224,8 @@ def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, poi
             place=program.place(block.start),
         )
     feed = [word.text for word in block.words if word.letter == "F"]
-    texts = [
-        " ".join(coordinate_text(program.dialect, name, float(at[k]), state) for k, name in AXES) + axes.text(move, share)
-        for share, at in points
-    ]
+    places = [[coordinate_text(program.dialect, name, float(at[k]), state) for k, name in AXES] for _, at in points]
+    texts = [" ".join(place) + axes.text(move, share) for place, (share, _) in zip(places, points, strict=True)]
     texts[0] = " ".join(["G01", texts[0], *feed])
     return insert_blocks_after(program, index - 1, texts)
 

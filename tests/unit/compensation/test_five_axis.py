@@ -1,4 +1,4 @@
-"""Programs that turn the tool as it cuts: ball end and bull nose, by rotary words and by vectors, to the simulated cut."""
+"""Programs that turn the tool as it cuts, ball end and bull nose, by rotary words and vectors, to the simulated cut."""
 
 from functools import cache
 
@@ -115,9 +115,7 @@ def axes_of(text: str, letters: str) -> ToolAxes:
 def test_rotary_words_stay_in_force_and_turn_right_handed() -> None:
     found = axes_of("G21 G90\nG0 X1 A90\nG1 X2 F100\nC90\nX3 A0\n/X4 A7\nX5\nM2\n", "CA")
     ends, at = np.arange(len(found.end)), np.ones(len(found.end))
-    np.testing.assert_allclose(
-        found.directions(ends, at), [[0, -1, 0], [0, -1, 0], [0, 0, 1], [0, 0, 1]], atol=1e-15
-    )
+    np.testing.assert_allclose(found.directions(ends, at), [[0, -1, 0], [0, -1, 0], [0, 0, 1], [0, 0, 1]], atol=1e-15)
     np.testing.assert_allclose(found.directions(ends[2:3], 0 * at[:1]), [[1, 0, 0]], atol=1e-15)
     half = found.directions(ends[2:3], 0.5 * at[:1])[0]
     np.testing.assert_allclose(half, [np.sqrt(0.5), 0, np.sqrt(0.5)], atol=1e-15)
