@@ -11,6 +11,7 @@ from trueloop.geometry.feature import Array
 STRAY: Final = 1e-10
 """Points belong to a lattice when they stray from it by less than this share of a step: weights keep ten digits."""
 FEWEST: Final = 16
+ROUGHLY: Final = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,28 +100,31 @@ def inverse_power(square: Array, exponent: float) -> Array:
 def _steps(points: Array, corner: Array) -> Array | None:
     """The shortest way to another point, and the shortest that does not go along with it."""
     ways = points - corner
-    length = np.sqrt(np.sum(ways**2, axis=1))
-    length[length == 0] = np.inf
-    near = np.argpartition(length, FEWEST // 2)[: FEWEST // 2]
-    ways, length = ways[near], length[near]
-    if not np.all(np.isfinite(length)):
+    square = np.einsum("ij,ij->i", ways, ways)
+    square[square == 0] = np.inf
+    near = np.argpartition(square, FEWEST // 2)[: FEWEST // 2]
+    near = near[np.argsort(square[near])]
+    ways, square = ways[near], square[near]
+    if square[-1] == np.inf:
         return None
-    first = ways[np.argmin(length)]
-    aside = np.linalg.norm(np.cross(ways, first), axis=1) > 0.1 * length * np.linalg.norm(first)
-    return np.stack([first, ways[aside][np.argmin(length[aside])]]) if np.any(aside) else None
+    aside = (ways @ ways[0]) ** 2 < 0.99 * square * square[0]
+    return ways[[0, int(np.argmax(aside))]] if np.any(aside) else None
 
 
 def _on(points: Array, corner: Array, steps: Array, exponent: float) -> Lattice | None:
-    at = np.rint((points - corner) @ np.linalg.pinv(steps))
-    if np.max(np.abs(at)) > 4 * len(points):
-        return None
+    inverse = np.linalg.solve(steps @ steps.T, steps).T
+    some = points[:: max(1, len(points) // FEWEST)] - corner
+    if np.max(np.abs(np.rint(some @ inverse) @ steps - some)) > ROUGHLY * np.max(np.abs(some)):
+        return None  # as most that are none are found out quickly
+    at = np.rint((points - corner) @ inverse)
     # The steps come from two pairs of points and carry their rounding: they are fitted to all points.
-    design = np.column_stack([at, np.ones(len(at))])
-    fitted = np.linalg.lstsq(design, points, rcond=None)[0]
-    stray = np.max(np.abs(design @ fitted - points))
+    centred, from_mean = at - np.mean(at, axis=0), points - np.mean(points, axis=0)
+    fitted = np.linalg.solve(centred.T @ centred, centred.T @ from_mean)
+    stray = np.max(np.abs(centred @ fitted - from_mean))
     whole = (at - np.min(at, axis=0)).astype(int)
     rows, columns = (np.max(whole, axis=0) + 1).tolist()
-    single = len(np.unique(whole[:, 0] * columns + whole[:, 1])) == len(points)
-    if stray > STRAY * np.min(np.linalg.norm(steps, axis=1)) or not single or rows * columns > 4 * len(points):
+    if stray > STRAY * np.sqrt(np.min(np.sum(steps**2, axis=1))) or rows * columns > 4 * len(points):
         return None
-    return Lattice(whole, fitted[:2], (rows, columns), exponent)
+    if np.max(np.bincount(whole[:, 0] * columns + whole[:, 1])) > 1:
+        return None
+    return Lattice(whole, fitted, (rows, columns), exponent)

@@ -24,7 +24,7 @@ CHECKED: Final = 64
 class Weights:
     """Weights c = max(d, nearest)^-exponent between places (n, 3), none of a place with itself.
 
-    With `nearest_mm` zero, coincident places have no weight.
+    With `nearest_mm` zero, coincident places have no weight. The places are a contiguous array.
     """
 
     points_mm: Array
@@ -45,8 +45,8 @@ class Weights:
         """C V for vectors (n, p)."""
         if self.lattice is not None:
             return self.lattice.times(vectors)
-        digits = None if self.count <= MOST else DIGITS
-        return weights_product(self._turned, np.ascontiguousarray(vectors), self.exponent, self.nearest_mm, digits)
+        points, digits = (self.points_mm, None) if self.count <= MOST else (self._turned, DIGITS)
+        return weights_product(points, np.ascontiguousarray(vectors), self.exponent, self.nearest_mm, digits)
 
     def products(self, vectors: Array) -> Array:
         """Σ c vᵢ vⱼ of each column of vectors (n, p)."""
@@ -57,7 +57,7 @@ class Weights:
     def sums(self, values: Array) -> tuple[float, float]:
         """S0 = Σ c, and Σ c zᵢ zⱼ of values (n,)."""
         if self.lattice is None and self.count <= MOST:
-            return pair_sums(self._turned, np.ascontiguousarray(values), self.exponent, self.nearest_mm)
+            return pair_sums(self.points_mm, np.ascontiguousarray(values), self.exponent, self.nearest_mm)
         both = self.products(np.stack([np.ones(self.count), values], axis=1))
         return float(both[0]), float(both[1])
 
@@ -75,7 +75,7 @@ class Weights:
         """Largest error of a product C V at places drawn by chance, as a share of Σ c |v| there."""
         rows = np.random.default_rng(0).choice(self.count, min(CHECKED, self.count), replace=False)
         both = np.ascontiguousarray(np.concatenate([vectors, np.abs(vectors)], axis=1))
-        exact = weights_product_rows(self._turned, both, self.exponent, self.nearest_mm, rows.tolist())
+        exact = weights_product_rows(self.points_mm, both, self.exponent, self.nearest_mm, rows.tolist())
         columns = vectors.shape[1]
         return float(np.max(np.abs(product[rows] - exact[:, :columns]) / exact[:, columns:]))
 
