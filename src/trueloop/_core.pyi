@@ -34,7 +34,7 @@ def spline_basis(
 
 # nc-program: NC programs
 
-def nc_dialects() -> list[tuple[str, float, float, str, str, str, str]]:
+def nc_dialects() -> list[tuple[str, float, float, str, str, str, str, str, bool]]:
     """Each dialect: name, resolution in inch and in mm, opening and closing of a comment, brackets of expressions."""
 
 @final
@@ -48,8 +48,8 @@ class NcProgram:
     def block(self, index: int) -> tuple[int, int, int, int, bool, bool]:
         """Start, end, first word, one past the last word, optional, tape mark."""
 
-    def word(self, index: int) -> tuple[str, int, int, int, str, float, int]:
-        """Letter, start, end, start of the value, kind, value, block."""
+    def word(self, index: int) -> tuple[str, int, int, int, str, float, int, bool | None]:
+        """Letter, start, end, start of the value, kind, value, block, whether it says to be an increment."""
 
     def block_at(self, offset: int) -> int: ...
     def findings(self) -> list[tuple[str, str, str, str, int]]:

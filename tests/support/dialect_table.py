@@ -20,53 +20,73 @@ def _for(*, ge2000t: str = "", linuxcnc: str = "", lathe: str = "", mill: str = 
     """Programs by dialect; `lathe` and `mill` serve all those of their kind that have none of their own."""
     shared = dict.fromkeys(LATHES, lathe) | dict.fromkeys(MILLS, mill)
     named = {name.replace("_", "-"): text for name, text in own.items()}
-    return {"ge2000t": ge2000t, "linuxcnc": linuxcnc} | shared | named
+    return dict.fromkeys(DIALECTS, "") | {"ge2000t": ge2000t, "linuxcnc": linuxcnc} | shared | named
 
 
 FEATURES: Mapping[str, Mapping[str, str]] = {
     "Lines and arcs, by centre": _for(
+        siemens="G71 G18 DIAMON G0 X2 Z0\nG2 X4 Z-1 I=AC(4) K0",
         ge2000t="G70 G00 X1.0 Z0\nG03 X1.4 Z-.2 I0 K-.2",
         linuxcnc="G21 G18 G0 X1 Z0\nG3 X0 Z1 I-1 K0",
         lathe="G21 G00 X2. Z0.\nG02 X4. Z-1. I1. K0.",
         mill="G21 G00 X1. Y0.\nG03 X0. Y1. I-1. J0.",
     ),
     "Arcs by radius": _for(
+        siemens="G71 G0 X1 Y0\nG3 X0 Y1 CR=1",
         linuxcnc="G21 G18 G0 X1 Z0\nG3 X0 Z1 R1",
         lathe="G21 G00 X2. Z0.\nG02 X4. Z-1. R1.",
         mill="G21 G00 X1. Y0.\nG03 X0. Y1. R1.",
     ),
     "Helices, all planes": _for(
-        linuxcnc="G21 G19 G0 Y1 Z0\nG3 X5 Y0 Z1 R1", mill="G21 G19 G00 Y1. Z0.\nG03 X5. Y0. Z1. R1."
+        siemens="G71 G19 G0 Y1 Z0\nG3 X5 Y0 Z1 CR=1",
+        linuxcnc="G21 G19 G0 Y1 Z0\nG3 X5 Y0 Z1 R1",
+        mill="G21 G19 G00 Y1. Z0.\nG03 X5. Y0. Z1. R1.",
     ),
-    "More than one turn (P)": _for(linuxcnc="G21 G17 G0 X1 Y0\nG3 X1 Y0 I-1 P3"),
+    "More than one turn (P)": _for(
+        siemens="G71 G17 G0 X1 Y0\nG3 X1 Y0 I-1 J0 TURN=2", linuxcnc="G21 G17 G0 X1 Y0\nG3 X1 Y0 I-1 P3"
+    ),
     "Increments": _for(
+        siemens="G71 G91 G0 X1\nY=IC(2) X=AC(4)",
         ge2000t="G70 G91 G00 X1.0",
         linuxcnc="G21 G91 G0 X1",
         lathe="G21 G00 U1. W-1.",
         mill="G21 G91 G00 X1.",
     ),
     "Packed words": _for(
-        ge2000t="G90G70M03S2000", linuxcnc="G90G20M3S2000", lathe="G20G97M03S2000", mill="G90G20M03S2000"
+        siemens="G90G71M3S2000",
+        ge2000t="G90G70M03S2000",
+        linuxcnc="G90G20M3S2000",
+        lathe="G20G97M03S2000",
+        mill="G90G20M03S2000",
     ),
     "Optional blocks, comments, tape marks": _for(
+        siemens="%_N_A_MPF\n;$PATH=/_N_MPF_DIR\n/G71 ; mm",
         ge2000t="%\n/G70 ! inch\n%",
         linuxcnc="%\n/G21 (mm) ; mm\n%",
         lathe="%\nO1 (A)\n/G21\n%",
         mill="%\nO1 (A)\n/G21\n%",
     ),
     "Parameters and expressions": _for(
+        siemens="DEF REAL LENGTH=30\nG71 R1=LENGTH/2\nG0 X=R1+10",
         ge2000t="G70 P4=(1.0+.5)\nG00 X(P4*2.0)",
         linuxcnc="G21 #<a>=[1+2]\nG0 X[#<a>*2]",
         lathe="G21\n#1=1.+2.\nG00 X[#1*2.]",
         mill="G21\n#1=1.+2.\nG00 X-#1",
     ),
-    "Functions": _for(linuxcnc="G21 G0 X[SIN[30]]", lathe="G21 G00 X[SIN[30.]]", mill="G21 G00 X[SQRT[4.]]"),
+    "Functions": _for(
+        siemens="G71 G0 X=SQRT(4)*SIN(30)",
+        linuxcnc="G21 G0 X[SIN[30]]",
+        lathe="G21 G00 X[SIN[30.]]",
+        mill="G21 G00 X[SQRT[4.]]",
+    ),
     "Conditions, loops, jumps": _for(
+        siemens="R1=0\nWHILE R1<3\nR1=R1+1\nENDWHILE\nIF R1==3 GOTOF A\nA: FOR R2=1 TO 2\nENDFOR",
         linuxcnc="#1=0\no1 while [#1 LT 3]\n#1=[#1+1]\no1 endwhile",
         lathe="#1=0\nWHILE[#1LT3]DO1\n#1=#1+1\nEND1\nIF[#1EQ3]GOTO9\nN9",
         mill="#1=0\nN1 #1=#1+1\nIF[#1LT3]GOTO1",
     ),
     "Subprograms of the same file": _for(
+        siemens="%_N_A_MPF\nPART P2\nM30\n%_N_PART_SPF\nG71\nM17",
         linuxcnc="o1 sub\nG21\no1 endsub\no1 call",
         lathe="O1 M98 P2 L3\nM30\nO2 G21\nM99",
         mill="O1 M98 P2 L3\nM30\nO2 G21\nM99",
@@ -76,37 +96,56 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     ),
     "Macro calls (G65)": _for(lathe="G65 P9810 Z5.", mill="G65 P9810 Z5."),
     "Contours of the finishing cycle (G70)": _for(lathe="G21\nG70 P1 Q2\nM30\nN1 G00 X1.\nN2 Z1."),
-    "Roughing cycles (G71–G73)": _for(lathe="G71 P1 Q2 U.1 W.1\nN1 G00 X1.\nN2 Z1."),
-    "Grooving, threading cycles (G74–G76)": _for(linuxcnc="G21 G76 P1 Z-5 I1 J1 K1", lathe="G76 X1. Z-5. K.1 D.1 F1."),
+    "Roughing cycles (G71–G73)": _for(
+        siemens='CYCLE95("PART",1,0.1,0.1,,0.2,0.1,0.1,9)', lathe="G71 P1 Q2 U.1 W.1\nN1 G00 X1.\nN2 Z1."
+    ),
+    "Grooving, threading cycles (G74–G76)": _for(
+        siemens="CYCLE97(1.5,,0,-20,20,20,3,1,0.9,0.1,30,0,6,2,1,1)",
+        linuxcnc="G21 G76 P1 Z-5 I1 J1 K1",
+        lathe="G76 X1. Z-5. K.1 D.1 F1.",
+    ),
     "Simple turning cycles": _for(
         ge2000t="G70\nG00 X6.0 Z.1\nG81 X5.0 Z-4.0 P1=0.2 P2=-3.0 F.01",
         lathe="G90 X10. Z-5. F.1",
         fanuc_lathe_b="G77 X10. Z-5. F.1",
     ),
-    "Threads in one pass": _for(linuxcnc="G21 G33 Z-5 K1", lathe="G21 G32 Z-5. F1.", fanuc_lathe_b="G21 G33 Z-5. F1."),
-    "Drilling cycles": _for(linuxcnc="G21 G81 X1 Z-1 R1", lathe="G83 Z-5. Q1. F.1", mill="G81 X1. Z-1. R1. F9."),
-    "Corners between two blocks (,R ,C)": _for(lathe="G21 G01 X1. ,R.5", mill="G21 G01 X1. ,C.5"),
-    "Angles in place of a coordinate (A)": _for(lathe="G21 G01 X1. A45."),
+    "Threads in one pass": _for(
+        siemens="G71 G33 Z-5 K1", linuxcnc="G21 G33 Z-5 K1", lathe="G21 G32 Z-5. F1.", fanuc_lathe_b="G21 G33 Z-5. F1."
+    ),
+    "Drilling cycles": _for(
+        siemens="MCALL CYCLE81(10,0,2,-5)",
+        linuxcnc="G21 G81 X1 Z-1 R1",
+        lathe="G83 Z-5. Q1. F.1",
+        mill="G81 X1. Z-1. R1. F9.",
+    ),
+    "Corners between two blocks (,R ,C)": _for(
+        siemens="G71 G1 X1 F1 RND=0.5", lathe="G21 G01 X1. ,R.5", mill="G21 G01 X1. ,C.5"
+    ),
+    "Angles in place of a coordinate (A)": _for(siemens="G71 G18 G1 X1 ANG=45 F1", lathe="G21 G01 X1. A45."),
     "Path of the tool under G41, G42": _for(
+        siemens="G71 G41 G1 X9 F1",
         ge2000t="G70 G42 G01 X2.0 F1",
         linuxcnc="G21 G42 D1\nG1 X5",
         lathe="G21 G42 G01 X9. F1.",
         mill="G21 G42 D01 G01 X9. F1.",
     ),
     "Work offsets chosen and set": _for(
-        linuxcnc="G10 L2 P2 X1\nG55", lathe="G10 L2 P2 X1.\nG55", mill="G10 L2 P2 X1.\nG55"
+        siemens="G505", linuxcnc="G10 L2 P2 X1\nG55", lathe="G10 L2 P2 X1.\nG55", mill="G10 L2 P2 X1.\nG55"
     ),
     "Position register, machine position": _for(
+        siemens="G71 TRANS X1\nSUPA G0 X0",
         ge2000t="G70 G92 X1.0",
         linuxcnc="G21 G92 X1\nG53 G0 X0",
         lathe="G21 G50 X1. S2000\nG53 G00 X0.",
         fanuc_lathe_b="G21 G92 X1.\nG53 G00 X0.",
         mill="G21 G92 X1.\nG53 G00 X0.",
     ),
-    "Reference point (G28)": _for(linuxcnc="G21 G28", lathe="G21 G28 U0. W0.", mill="G21 G91 G28 Z0."),
+    "Reference point (G28)": _for(
+        siemens="G74 X1=0", linuxcnc="G21 G28", lathe="G21 G28 U0. W0.", mill="G21 G91 G28 Z0."
+    ),
     "Offsets of the tool table": _for(linuxcnc="G43 H1", lathe="T0101", mill="G43 H01"),
     "Offset data (G10)": _for(linuxcnc="G10 L1 P1 X1", lathe="G10 P1 X.01", mill="G10 L10 P1 R1."),
-    "Further axes, polar coordinates": _for(lathe="G12.1\nG01 C90. F1.", mill="G01 A90. F1."),
+    "Further axes, polar coordinates": _for(siemens="G71 G1 C90 F1", lathe="G12.1\nG01 C90. F1.", mill="G01 A90. F1."),
 }
 
 

@@ -1,6 +1,6 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
-use crate::dialect::{FlowStyle, G};
+use crate::dialect::{FlowStyle, PoleFrom, G};
 use crate::finding::{self, Severity};
 use crate::modal::{Compensation, FeedMode, Motion};
 use crate::request::Request;
@@ -14,6 +14,8 @@ enum Action {
     Motion(bool),
     SetRegister,
     OffsetRegister,
+    Shift(bool),
+    Pole(PoleFrom),
     CancelRegister(bool),
     RestoreRegister,
     SetData,
@@ -40,6 +42,8 @@ impl Runner<'_> {
             Action::Motion(in_machine) => self.motion(request, in_machine),
             Action::SetRegister => self.set_register(request),
             Action::OffsetRegister => self.offset_register(request),
+            Action::Pole(from) => self.set_pole(request, from),
+            Action::Shift(adds) => self.shift(request, adds),
             Action::CancelRegister(forget) => self.cancel_register(forget),
             Action::RestoreRegister => self.reframe(|frame| frame.register = frame.set_aside),
             Action::SetData => self.set_data(request),
@@ -56,12 +60,11 @@ impl Runner<'_> {
 
     fn apply_codes(&mut self, request: &Request) -> Action {
         let mut action = Action::Motion(false);
-        for (tenths, word) in request.codes() {
-            let code = (self.program.dialect().g)(*tenths);
-            if let Some(G::Compensation(side) | G::CompensationGiven(side)) = code {
-                self.compensate(request, side, code == Some(G::CompensationGiven(side)), *word as i32);
+        for (code, word) in request.codes() {
+            if let G::Compensation(side) | G::CompensationGiven(side) = *code {
+                self.compensate(request, side, *code == G::CompensationGiven(side), *word as i32);
             }
-            action = code.and_then(|code| self.apply_code(code, *word as i32)).unwrap_or(action);
+            action = self.apply_code(*code, *word as i32).unwrap_or(action);
         }
         action
     }
@@ -74,7 +77,9 @@ impl Runner<'_> {
             return;
         }
         let mm = self.modal.mm();
-        let number = request.get(b'D').unwrap_or(f64::from(self.tool_in_use()));
+        let of_tool = self.program.dialect().flow == FlowStyle::Structured; // D is an edge of the tool in use
+        let named = request.get(b'D').filter(|_| !of_tool);
+        let number = named.unwrap_or(f64::from(self.tool_in_use()));
         let cancelled = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro;
         self.modal.called = Called {
             number: number.round() as i32,
@@ -114,7 +119,8 @@ impl Runner<'_> {
             }
             G::Incremental(incremental) => modal.incremental = incremental,
             G::CentreAbsolute(absolute) => modal.centre_absolute = absolute,
-            G::Diameter(diameter) => modal.diameter = diameter,
+            G::Diameter(diameter) => (modal.diameter, modal.radius_increments) = (diameter, false),
+            G::DiameterOfPositions => (modal.diameter, modal.radius_increments) = (true, true),
             G::Feed(mode) => self.set_feed_mode(mode),
             G::Spindle(mode) => modal.spindle_mode = mode,
             G::WorkOffset(number) => {
@@ -181,6 +187,8 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::MachineCoordinates => Some(Action::Motion(true)),
         G::SetRegister => Some(Action::SetRegister),
         G::OffsetRegister => Some(Action::OffsetRegister),
+        G::Shift(adds) => Some(Action::Shift(adds)),
+        G::Pole(from) => Some(Action::Pole(from)),
         G::CancelRegister(forget) => Some(Action::CancelRegister(forget)),
         G::RestoreRegister => Some(Action::RestoreRegister),
         G::SetData => Some(Action::SetData),
@@ -191,7 +199,7 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::FinishContour => Some(Action::Contour(true, word)),
         G::RoughContour => Some(Action::Contour(false, word)),
         G::TurningCycle => Some(Action::TurningCycle),
-        G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::StoreHome(_) => Some(Action::Nothing),
+        G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         _ => None,
     }
 }

@@ -1,7 +1,8 @@
 //! Expressions, computed straight from the bytes: brackets, parameters, and for RS-274 its functions and operators.
 
-use crate::dialect::{Dialect, Functions};
-use crate::functions::{function, macro_function, Operator, ARITHMETIC, MACRO, RS274};
+use crate::dialect::{Dialect, Functions, Naming};
+use crate::functions::{function, macro_function, Operator, ARITHMETIC, MACRO, RS274, SIEMENS};
+use crate::names;
 use crate::number;
 use crate::parameters::{read_number, Key};
 
@@ -27,39 +28,62 @@ pub trait Values {
 
 /// Computes the value that starts at `at`; gives it and the position after it.
 pub fn value(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Fault> {
-    let mut reader = Reader { source, dialect, values, at, depth: 0 };
+    let mut reader = Reader { source, dialect, values, at, depth: 0, dry: false };
     let value = reader.value()?;
     Ok((value, reader.at))
 }
 
 /// Computes a chain of values and operators without brackets about it: the right side of `#1=#2+3`.
 pub fn formula(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Fault> {
-    let mut reader = Reader { source, dialect, values, at, depth: 0 };
+    let mut reader = Reader { source, dialect, values, at, depth: 0, dry: false };
     let value = reader.expression(0)?;
     Ok((value, reader.at))
 }
 
 /// The parameter named at `at` (its mark included), and the position after it.
 pub fn key(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(Key, usize), Fault> {
-    let mut reader = Reader { source, dialect, values, at, depth: 0 };
+    let mut reader = Reader { source, dialect, values, at, depth: 0, dry: false };
     let key = reader.key()?;
     Ok((key, reader.at))
 }
 
-struct Reader<'a> {
-    source: &'a [u8],
-    dialect: &'a Dialect,
-    values: &'a mut dyn Values,
-    at: usize,
+/// Where the formula ends that starts at `at`, white space after it left out; or where it stops making sense.
+pub(crate) fn formula_end(source: &[u8], at: usize, dialect: &Dialect) -> Result<usize, usize> {
+    let mut reader = Reader { source, dialect, values: &mut Nothing, at, depth: 0, dry: true };
+    reader.expression(0).map_err(|fault| fault.at)?;
+    let read = source.get(at..reader.at).unwrap_or(&[]);
+    Ok(at + read.trim_ascii_end().len())
+}
+
+/// No parameter has a value.
+struct Nothing;
+
+impl Values for Nothing {
+    fn get(&mut self, _: &Key, _: usize) -> f64 {
+        f64::NAN
+    }
+
+    fn exists(&self, _: &Key) -> bool {
+        false
+    }
+}
+
+pub(crate) struct Reader<'a> {
+    pub source: &'a [u8],
+    pub dialect: &'a Dialect,
+    pub values: &'a mut dyn Values,
+    pub at: usize,
     depth: u32,
+    /// Only its extent is wanted: no value is a fault.
+    pub dry: bool,
 }
 
 impl Reader<'_> {
-    fn fault<T>(&self, at: usize, what: &str) -> Result<T, Fault> {
+    pub(crate) fn fault<T>(&self, at: usize, what: &str) -> Result<T, Fault> {
         Err(Fault { at, what: what.to_owned() })
     }
 
-    fn peek(&mut self) -> Option<u8> {
+    pub(crate) fn peek(&mut self) -> Option<u8> {
         while self.source.get(self.at).is_some_and(|byte| matches!(byte, b' ' | b'\t')) {
             self.at += 1;
         }
@@ -67,7 +91,7 @@ impl Reader<'_> {
     }
 
     /// Signs, then a number, brackets, a parameter or a function.
-    fn value(&mut self) -> Result<f64, Fault> {
+    pub(crate) fn value(&mut self) -> Result<f64, Fault> {
         let start = self.at;
         self.depth += 1;
         if self.depth > DEPTH {
@@ -122,6 +146,8 @@ impl Reader<'_> {
         let at = self.at;
         match self.peek() {
             Some(byte) if byte == self.dialect.brackets.0 => self.brackets(),
+            Some(b'"') if self.dialect.formulas => self.text(),
+            Some(byte) if self.dialect.formulas && names::is_start(byte) => self.named(),
             Some(byte) if byte.to_ascii_uppercase() == self.dialect.parameters.mark => {
                 let key = self.key()?;
                 Ok(self.values.get(&key, at))
@@ -138,7 +164,7 @@ impl Reader<'_> {
         Ok(value)
     }
 
-    fn open(&mut self) -> Result<(), Fault> {
+    pub(crate) fn open(&mut self) -> Result<(), Fault> {
         if self.peek() != Some(self.dialect.brackets.0) {
             return self.fault(self.at, "an opening bracket is missing");
         }
@@ -146,7 +172,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn close(&mut self) -> Result<(), Fault> {
+    pub(crate) fn close(&mut self) -> Result<(), Fault> {
         if self.peek() != Some(self.dialect.brackets.1) {
             return self.fault(self.at, "an operator or a closing bracket is missing");
         }
@@ -155,13 +181,16 @@ impl Reader<'_> {
     }
 
     /// A chain of values and operators that bind more strongly than `floor`; equals associate to the left.
-    fn expression(&mut self, floor: u8) -> Result<f64, Fault> {
+    pub(crate) fn expression(&mut self, floor: u8) -> Result<f64, Fault> {
         let mut left = self.value()?;
         while let Some(operator) = self.operator().filter(|operator| operator.strength > floor) {
             let at = self.at;
             self.at += operator.text.len();
             let right = self.expression(operator.strength)?;
-            left = (operator.apply)(left, right).or_else(|what| self.fault(at, what))?;
+            left = match (operator.apply)(left, right) {
+                Err(what) if !self.dry => return self.fault(at, what),
+                result => result.unwrap_or(f64::NAN),
+            };
         }
         Ok(left)
     }
@@ -173,12 +202,19 @@ impl Reader<'_> {
             Functions::None => &[],
             Functions::Rs274 => &RS274,
             Functions::Macro => &MACRO,
+            Functions::Siemens => &SIEMENS,
         };
+        let ends = |at: usize| !self.dialect.formulas || !rest.get(at).is_some_and(|byte| names::is_name(*byte));
+        let whole = |text: &[u8]| text.last().is_some_and(|last| !last.is_ascii_alphabetic()) || ends(text.len());
         let begins = |text: &[u8]| rest.get(..text.len()).is_some_and(|start| start.eq_ignore_ascii_case(text));
+        let begins = |text: &[u8]| begins(text) && whole(text);
         own.iter().chain(&ARITHMETIC).find(|operator| begins(operator.text))
     }
 
     fn key(&mut self) -> Result<Key, Fault> {
+        if self.dialect.parameters.named == Naming::Plain {
+            return self.plain_key();
+        }
         let start = self.at;
         self.at += 1;
         if let Some((key, end)) = read_number(self.source, self.at) {
@@ -188,7 +224,7 @@ impl Reader<'_> {
         if !self.dialect.parameters.computed {
             return self.fault(start, "a parameter without a number");
         }
-        if self.dialect.parameters.named && self.peek() == Some(b'<') {
+        if self.dialect.parameters.named == Naming::Brackets && self.peek() == Some(b'<') {
             return self.name();
         }
         let number = self.value()?;

@@ -6,6 +6,7 @@ use crate::dialect::FlowStyle;
 use crate::finding::{self, Finding, Severity};
 use crate::macros::MacroTable;
 use crate::program::{Program, Word, WordKind};
+use crate::structured;
 
 /// What an O-word line does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +28,20 @@ pub(crate) enum Flow {
     EndRepeat,
     Break,
     Continue,
+    /// The end of a `do` loop that goes on until something holds.
+    Until,
+    /// A loop without end.
+    Loop,
+    EndLoop,
+    For,
+    EndFor,
+    Jump,
+    /// A jump on a condition.
+    JumpIf,
+    /// Repeats blocks between labels.
+    Section,
+    /// Declares variables.
+    Declare,
 }
 
 const KEYWORDS: [(&str, Flow); 15] = [
@@ -50,7 +65,7 @@ const KEYWORDS: [(&str, Flow); 15] = [
 impl Flow {
     /// Whether it starts something that needs an end.
     fn opens(self) -> bool {
-        matches!(self, Self::Sub | Self::If | Self::While | Self::Do | Self::Repeat)
+        matches!(self, Self::Sub | Self::If | Self::While | Self::Do | Self::Repeat | Self::Loop | Self::For)
     }
 
     /// What it ends.
@@ -59,10 +74,17 @@ impl Flow {
             Self::EndSub => Some(Self::Sub),
             Self::EndIf => Some(Self::If),
             Self::EndWhile => Some(Self::While),
-            Self::DoWhile => Some(Self::Do),
+            Self::DoWhile | Self::Until => Some(Self::Do),
+            Self::EndLoop => Some(Self::Loop),
+            Self::EndFor => Some(Self::For),
             Self::EndRepeat => Some(Self::Repeat),
             _ => None,
         }
+    }
+
+    /// Whether it belongs to no other line.
+    fn stands_alone(self) -> bool {
+        matches!(self, Self::Call | Self::Jump | Self::JumpIf | Self::Section | Self::Declare)
     }
 
     /// Whether an `if` whose condition fails goes on here.
@@ -102,12 +124,12 @@ pub(crate) struct Table {
 impl Table {
     /// Reads every O-word line and matches beginnings with ends. What does not fit is reported and left out.
     pub fn read(program: &Program, findings: &mut Vec<Finding>) -> Self {
-        let mut matcher = Matcher { open: HashMap::new(), table: Self::default(), findings };
+        let mut matcher = Matcher { program, open: HashMap::new(), table: Self::default(), findings };
         if program.dialect().flow == FlowStyle::Macro {
             matcher.table.macros = MacroTable::read(program, matcher.findings);
-        } else if program.dialect().flow == FlowStyle::OWords {
+        } else {
             for word in program.words().iter().filter(|word| word.kind == WordKind::Flow) {
-                matcher.add(program, word);
+                matcher.add(word);
             }
         }
         matcher.finish()
@@ -125,6 +147,7 @@ impl Table {
 }
 
 struct Matcher<'a> {
+    program: &'a Program,
     /// Lines that wait for their end, by label.
     open: HashMap<String, Vec<Statement>>,
     table: Table,
@@ -132,28 +155,42 @@ struct Matcher<'a> {
 }
 
 impl Matcher<'_> {
-    fn add(&mut self, program: &Program, word: &Word) {
-        let Some(mut statement) = parse(program, word) else {
-            let text = finding::excerpt(program.text(word));
+    fn add(&mut self, word: &Word) {
+        let structured = self.program.dialect().flow == FlowStyle::Structured;
+        let parsed = if structured { structured::parse(self.program, word) } else { parse(self.program, word) };
+        let Some(mut statement) = parsed else {
+            let text = finding::excerpt(self.program.text(word));
             return self.refuse(word.start as usize, format!("\"{text}\" has no label or no known keyword"));
         };
-        if statement.flow == Flow::While && self.innermost(&statement.label) == Some(Flow::Do) {
+        if statement.flow == Flow::While && !structured && self.innermost(&statement.label) == Some(Flow::Do) {
             statement.flow = Flow::DoWhile;
         }
-        if statement.flow == Flow::Call {
+        if statement.flow.stands_alone() {
             self.table.statements.insert(statement.block, statement);
         } else if let Some(opening) = statement.flow.closes() {
             self.close(statement, opening);
         } else if statement.flow.opens() || self.innermost(&statement.label).is_some() {
             self.open.entry(statement.label.clone()).or_default().push(statement);
         } else {
-            self.refuse(statement.at, format!("\"o{}\" belongs to nothing of its label", statement.label));
+            self.refuse(statement.at, format!("\"{}\" belongs to nothing of its label", self.name(&statement)));
         }
     }
 
     fn refuse(&mut self, at: usize, message: String) {
-        let hint = "one label for a pair: o100 while [..] … o100 endwhile".to_owned();
+        let hint = match self.program.dialect().flow {
+            FlowStyle::Structured => "each IF, WHILE, FOR, LOOP and REPEAT has its own end",
+            _ => "one label for a pair: o100 while [..] … o100 endwhile",
+        };
+        let hint = hint.to_owned();
         finding::add(self.findings, Finding { severity: Severity::Error, code: finding::FLOW, message, hint, at });
+    }
+
+    /// What a line is called in messages: its label, or its keyword.
+    fn name(&self, statement: &Statement) -> String {
+        if self.program.dialect().flow != FlowStyle::Structured {
+            return format!("o{}", statement.label);
+        }
+        finding::excerpt(self.program.source().get(statement.at..statement.arguments).unwrap_or(&[]))
     }
 
     /// What the innermost open line of a label starts.
@@ -168,7 +205,7 @@ impl Matcher<'_> {
         let position = waiting.iter().rposition(|statement| statement.flow.opens());
         let Some(position) = position.filter(|found| waiting.get(*found).is_some_and(|open| open.flow == opening))
         else {
-            return self.refuse(closing.at, format!("the end of \"o{}\" without its beginning", closing.label));
+            return self.refuse(closing.at, format!("the end of \"{}\" without its beginning", self.name(&closing)));
         };
         let end = closing.block;
         let mut group: Vec<Statement> = waiting.drain(position..).collect();
@@ -191,7 +228,7 @@ impl Matcher<'_> {
         let mut left: Vec<Statement> = std::mem::take(&mut self.open).into_values().flatten().collect();
         left.sort_by_key(|statement| statement.at);
         for statement in left {
-            self.refuse(statement.at, format!("\"o{}\" without its end", statement.label));
+            self.refuse(statement.at, format!("\"{}\" without its end", self.name(&statement)));
         }
         self.table
     }

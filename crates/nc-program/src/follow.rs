@@ -30,10 +30,11 @@ impl Runner<'_> {
             Flow::Repeat => self.repeat(statement),
             Flow::EndRepeat => self.again(statement),
             Flow::Continue => self.continue_loop(statement),
+            _ => self.follow_structured(statement),
         }
     }
 
-    fn holds(&mut self, statement: &Statement) -> bool {
+    pub(crate) fn holds(&mut self, statement: &Statement) -> bool {
         let (value, _) = self.value(statement.arguments);
         value != 0.0 && !value.is_nan()
     }

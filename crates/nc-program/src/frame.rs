@@ -1,6 +1,6 @@
 //! What a position is called: work offset, position register and tool offset over the machine position, mm.
 
-use crate::finding;
+use crate::finding::{self, Severity};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
 
@@ -75,6 +75,26 @@ impl Runner<'_> {
         let given = self.given(request);
         self.reframe(|frame| {
             frame.register = [0, 1, 2].map(|axis| given[axis].unwrap_or(frame.register[axis]));
+            frame.set_aside = frame.register;
+        });
+    }
+
+    /// TRANS: the offset of every axis gets the values given, zero without one. ATRANS: it is increased by them.
+    pub(crate) fn shift(&mut self, request: &Request, adds: bool) {
+        let given = [0, 1, 2].map(|axis| request.get(AXES[axis]).unwrap_or(0.0) * self.modal.mm());
+        if self.modal.diameter && given[0] != 0.0 {
+            let message = "X of the shift is taken as a radius, as controls do unless their machine data say otherwise";
+            self.report(
+                Severity::Note,
+                finding::OPAQUE,
+                self.block_start(),
+                message.into(),
+                "write X0, or try it on air",
+            );
+        }
+        self.reframe(|frame| {
+            let before = if adds { frame.register } else { [0.0; 3] };
+            frame.register = [0, 1, 2].map(|axis| before[axis] + given[axis]);
             frame.set_aside = frame.register;
         });
     }

@@ -48,6 +48,42 @@ pub(crate) const MACRO: [Operator; 10] = [
     Operator { text: b"le", strength: 1, apply: |a, b| truth(a <= b) },
 ];
 
+/// Those of Sinumerik, in the order of its manual: comparisons bind least, so that `(R1>0) AND (R2>0)` needs its brackets.
+pub(crate) const SIEMENS: [Operator; 19] = [
+    Operator { text: b"*", strength: 10, apply: |a, b| Ok(a * b) },
+    Operator { text: b"/", strength: 10, apply: |a, b| divided(a, b, a / b) },
+    Operator { text: b"div", strength: 10, apply: |a, b| divided(a, b, (a / b).trunc()) },
+    Operator { text: b"mod", strength: 10, apply: |a, b| divided(a, b, a % b) },
+    Operator { text: b"+", strength: 9, apply: |a, b| Ok(a + b) },
+    Operator { text: b"-", strength: 9, apply: |a, b| Ok(a - b) },
+    Operator { text: b"b_and", strength: 8, apply: |a, b| bits(a, b, |a, b| a & b) },
+    Operator { text: b"b_xor", strength: 7, apply: |a, b| bits(a, b, |a, b| a ^ b) },
+    Operator { text: b"b_or", strength: 6, apply: |a, b| bits(a, b, |a, b| a | b) },
+    Operator { text: b"and", strength: 5, apply: |a, b| logical(a, b, a != 0.0 && b != 0.0) },
+    Operator { text: b"xor", strength: 4, apply: |a, b| logical(a, b, (a != 0.0) != (b != 0.0)) },
+    Operator { text: b"or", strength: 3, apply: |a, b| logical(a, b, a != 0.0 || b != 0.0) },
+    Operator { text: b"<<", strength: 2, apply: |_, _| Ok(f64::NAN) },
+    Operator { text: b"==", strength: 1, apply: |a, b| logical(a, b, near(a, b)) },
+    Operator { text: b"<>", strength: 1, apply: |a, b| logical(a, b, !near(a, b)) },
+    Operator { text: b">=", strength: 1, apply: |a, b| logical(a, b, a >= b) },
+    Operator { text: b"<=", strength: 1, apply: |a, b| logical(a, b, a <= b) },
+    Operator { text: b">", strength: 1, apply: |a, b| logical(a, b, a > b) },
+    Operator { text: b"<", strength: 1, apply: |a, b| logical(a, b, a < b) },
+];
+
+/// Sinumerik compares real numbers with a relative tolerance of this size.
+const NEAR: f64 = 1e-12;
+
+fn near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= NEAR * a.abs().max(b.abs())
+}
+
+/// A truth; what is not known stays so.
+#[allow(clippy::unnecessary_wraps)] // the type of `Operator::apply`
+fn logical(a: f64, b: f64, holds: bool) -> Result<f64, &'static str> {
+    Ok(if a.is_nan() || b.is_nan() { f64::NAN } else { f64::from(u8::from(holds)) })
+}
+
 /// Two parameters without a value are equal: `#1 EQ #0`.
 #[allow(clippy::float_cmp)] // the control compares exactly
 fn same(a: f64, b: f64) -> bool {
@@ -100,6 +136,34 @@ pub(crate) fn function(name: &[u8], argument: f64) -> Option<f64> {
         b"tan" => argument.to_radians().tan(),
         _ => return None,
     })
+}
+
+/// Names that stand for a value, in lower case.
+pub(crate) fn constant(name: &[u8]) -> Option<f64> {
+    match name {
+        b"true" => Some(1.0),
+        b"false" => Some(0.0),
+        b"$pi" | b"pi" => Some(std::f64::consts::PI),
+        _ => None,
+    }
+}
+
+/// Sinumerik's functions, named in lower case; angles in degrees. `AC`, `IC` and their like keep the value: what they
+/// say of it is read off the word. `None`: there is no such function of that many arguments.
+pub(crate) fn of_arguments(name: &[u8], arguments: &[f64]) -> Option<f64> {
+    match (name, arguments) {
+        (b"ac" | b"ic" | b"dc" | b"acp" | b"acn", [value]) => Some(*value),
+        (b"pot", [value]) => Some(value * value),
+        (b"trunc", [value]) => Some(value.trunc()),
+        (b"roundup", [value]) => Some(value.ceil()),
+        (b"atan2", [y, x]) => Some(y.atan2(*x).to_degrees()),
+        (b"minval", [a, b]) => Some(a.min(*b)),
+        (b"maxval", [a, b]) => Some(a.max(*b)),
+        (b"bound", [low, high, value]) => Some(value.max(*low).min(*high)),
+        (b"fix" | b"fup", _) => None,
+        (name, [argument]) => function(name, *argument),
+        _ => None,
+    }
 }
 
 /// Functions of custom macro B where they differ: FIX drops the fraction, FUP rounds away from zero.

@@ -1,6 +1,6 @@
 //! Gathering: the words of a block become values by letter and codes.
 
-use crate::dialect::{Dialect, FlowStyle, M};
+use crate::dialect::{Dialect, FlowStyle, Name, G, M};
 use crate::expression::{self, Fault, Values};
 use crate::finding::{self, Severity};
 use crate::parameters::Key;
@@ -8,6 +8,9 @@ use crate::program::{Word, WordKind};
 use crate::request::{Jump, Request};
 use crate::run::Runner;
 use crate::scope::Scope;
+
+/// Addresses of corners between two blocks.
+const CORNERS: [u8; 3] = *b"crw";
 
 /// A way to compute the value at a byte.
 type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Fault>;
@@ -26,14 +29,28 @@ impl Runner<'_> {
                     self.gather_assignment(word, request);
                     continue;
                 }
-                WordKind::Statement | WordKind::Flow | WordKind::Unknown => continue,
+                WordKind::Name => {
+                    self.gather_name(word.value as usize, index, request);
+                    continue;
+                }
+                WordKind::Call => {
+                    request.jump = Jump::Named(index);
+                    continue;
+                }
+                WordKind::Statement | WordKind::Flow | WordKind::Label | WordKind::Unknown => continue,
             };
             match word.letter {
                 b'G' => self.gather_g(value, index, request),
                 b'M' => self.gather_m(value, request),
-                letter if letter.is_ascii_lowercase() => self.warn_corner(index as i32),
+                b'L' if self.program.dialect().flow == FlowStyle::Structured => request.jump = Jump::Named(index),
                 letter => {
                     request.set(letter, value, index);
+                    if let Some(increment) = self.program.reference(word) {
+                        request.refer(letter, increment);
+                    }
+                    if CORNERS.contains(&letter) {
+                        self.warn_corner(index as i32);
+                    }
                     if self.program.dialect().other_axes.contains(&letter) {
                         self.note_opaque(index as i32, "this axis is not in the path");
                     }
@@ -44,7 +61,15 @@ impl Runner<'_> {
 
     fn gather_g(&mut self, value: f64, index: usize, request: &mut Request) {
         let tenths = (value * 10.0).round();
-        if (0.0..=9999.0).contains(&tenths) && !request.add_code(tenths as u16, index) {
+        if (0.0..=9999.0).contains(&tenths) {
+            if let Some(code) = (self.program.dialect().g)(tenths as u16) {
+                self.add_code(code, index, request);
+            }
+        }
+    }
+
+    fn add_code(&mut self, code: G, index: usize, request: &mut Request) {
+        if !request.add_code(code, index) {
             let at = self.word_start(index as i32);
             self.refuse(finding::LIMIT, at, "more than 16 G codes in a block".into(), "split the block");
         }
@@ -54,24 +79,41 @@ impl Runner<'_> {
         if !(0.0..=999.0).contains(&value) {
             return;
         }
-        match (self.program.dialect().m)(value.round() as u16) {
-            Some(M::End) => request.ends = true,
-            Some(M::SaveState) => self.saved.push((self.modal, None)),
-            Some(M::SaveStateUntilReturn) => self.saved.push((self.modal, Some(self.returns.len()))),
-            Some(M::RestoreState) => self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal),
-            Some(M::ChangeTool) => request.changes_tool = true,
-            Some(M::CallProgram) => request.jump = Jump::Program,
-            Some(M::CallBlock) => request.jump = Jump::Block,
-            Some(M::Return) => request.jump = Jump::Return,
-            Some(M::Inert) | None => {}
+        if let Some(function) = (self.program.dialect().m)(value.round() as u16) {
+            self.apply_function(function, request);
+        }
+    }
+
+    /// A word of the dialect's list of names.
+    fn gather_name(&mut self, name: usize, index: usize, request: &mut Request) {
+        match self.program.dialect().names.get(name) {
+            Some(Name::Code(code) | Name::Text(code)) => self.add_code(code, index, request),
+            Some(Name::Function(function)) => self.apply_function(function, request),
+            _ => {}
+        }
+    }
+
+    fn apply_function(&mut self, function: M, request: &mut Request) {
+        match function {
+            M::End => request.ends = true,
+            M::SaveState => self.saved.push((self.modal, None)),
+            M::SaveStateUntilReturn => self.saved.push((self.modal, Some(self.returns.len()))),
+            M::RestoreState => self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal),
+            M::ChangeTool => request.changes_tool = true,
+            M::CallProgram => request.jump = Jump::Program,
+            M::CallBlock => request.jump = Jump::Block,
+            M::Return => request.jump = Jump::Return,
+            M::Inert => {}
         }
     }
 
     fn gather_assignment(&mut self, word: &Word, request: &mut Request) {
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
         let value = self.assigned(self.program.value_start(word), word.end());
-        if let Some(key) = key {
-            request.assignments.push((key, value));
+        match key {
+            Some(key) if self.program.dialect().formulas => self.store.set(key, value), // one after another
+            Some(key) => request.assignments.push((key, value)),
+            None => {}
         }
     }
 
@@ -98,7 +140,8 @@ impl Runner<'_> {
 
     /// Computes the value at a byte; faults are reported and read as NaN. Gives the byte after it too.
     pub(crate) fn value(&mut self, at: usize) -> (f64, usize) {
-        self.computed(at, expression::value)
+        let formulas = self.program.dialect().formulas;
+        self.computed(at, if formulas { expression::formula } else { expression::value })
     }
 
     fn computed(&mut self, at: usize, compute: Compute) -> (f64, usize) {

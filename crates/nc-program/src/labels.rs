@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::program::{Program, WordKind};
+use crate::dialect::FlowStyle;
+use crate::names;
+use crate::program::{Program, Word, WordKind};
 
 /// Where each number stands.
 #[derive(Debug, Default)]
@@ -10,6 +12,17 @@ pub(crate) struct Labels {
     blocks: HashMap<u32, Vec<usize>>,
     /// Number and block of each program, in order.
     programs: Vec<(u32, usize)>,
+    names: HashMap<String, Vec<usize>>,
+    named_programs: Vec<(String, usize)>,
+}
+
+/// Which way a jump looks for its target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Direction {
+    Forward,
+    Backward,
+    /// Forward, then from the start.
+    Either,
 }
 
 /// The O or N number that a block starts with.
@@ -30,8 +43,43 @@ impl Labels {
                 Some((_, number)) => labels.blocks.entry(number).or_default().push(block),
                 None => {}
             }
+            labels.note_names(program, block);
         }
         labels
+    }
+
+    fn note_names(&mut self, program: &Program, block: usize) {
+        if let Some(name) = program_name(program, block) {
+            self.named_programs.push((name, block));
+        }
+        for word in program.words_of(block).iter().take(2).filter(|word| word.kind == WordKind::Label) {
+            let text = program.text(word).strip_suffix(b":").unwrap_or(&[]).trim_ascii_end();
+            self.names.entry(lower(text)).or_default().push(block);
+        }
+    }
+
+    /// Block at which the program of that name starts.
+    pub fn named_program(&self, name: &str) -> Option<usize> {
+        self.named_programs.iter().find(|(known, _)| known == name).map(|(_, block)| *block)
+    }
+
+    /// The block that a jump from a block leads to: one with that label, or with that N number, of the same program.
+    pub fn target(&self, text: &[u8], from: usize, direction: Direction) -> Option<usize> {
+        let name = lower(text);
+        let number =
+            name.strip_prefix('n').unwrap_or(&name).parse().ok().and_then(|number: u32| self.blocks.get(&number));
+        let all = self.names.get(&name).or(number)?;
+        let index = self.named_programs.partition_point(|(_, block)| *block <= from);
+        let start =
+            index.checked_sub(1).and_then(|before| self.named_programs.get(before)).map_or(0, |(_, block)| *block);
+        let end = self.named_programs.get(index).map_or(usize::MAX, |(_, block)| *block);
+        let mut here = all.iter().copied().filter(|block| (start..end).contains(block));
+        let forward = here.clone().find(|block| *block > from);
+        match direction {
+            Direction::Forward => forward,
+            Direction::Backward => here.rfind(|block| *block <= from),
+            Direction::Either => forward.or_else(|| here.next()),
+        }
     }
 
     /// Block of the O number of a program.
@@ -50,4 +98,29 @@ impl Labels {
         let after = here.get(here.partition_point(|block| *block <= from)).or(here.first())?;
         Some((*after, here.len() > 1))
     }
+}
+
+/// The name at the head of a program: `%_N_SHAFT_MPF`, `%MPF 100`.
+pub(crate) fn program_name(program: &Program, block: usize) -> Option<String> {
+    let found = program.blocks().get(block)?;
+    if !found.tape_mark || program.dialect().flow != FlowStyle::Structured {
+        return None;
+    }
+    let line = program.source().get(found.start as usize..found.end as usize)?.trim_ascii();
+    let name = lower(line.strip_prefix(b"%")?.trim_ascii());
+    let bare = name.strip_prefix("_n_").unwrap_or(&name);
+    let bare = bare.strip_suffix("_mpf").or_else(|| bare.strip_suffix("_spf")).unwrap_or(bare);
+    let bare = bare.strip_prefix("spf").map_or(bare.to_owned(), |number| format!("l{}", number.trim()));
+    bare.bytes().next().is_some_and(names::is_name).then_some(bare)
+}
+
+/// In lower case: names are the same in either.
+pub(crate) fn lower(text: &[u8]) -> String {
+    text.iter().map(|byte| char::from(byte.to_ascii_lowercase())).collect()
+}
+
+/// The name of the program that a word calls.
+pub(crate) fn called(program: &Program, word: &Word) -> String {
+    let text = program.text(word);
+    lower(text.get(..names::skip(text, 0, names::is_name)).unwrap_or(&[]))
 }

@@ -1,19 +1,24 @@
 //! What can be said of a program without running it.
 
-use crate::dialect::Dialect;
+use std::cell::OnceCell;
+
+use crate::dialect::{Dialect, FlowStyle};
 use crate::finding::{self, Finding, Severity};
+use crate::labels::{called, Labels};
 use crate::program::{Program, Word, WordKind};
 
 /// Unknown words and codes, words twice in a block, numbers oddly written. At most `finding::MOST`.
 pub fn lint(program: &Program) -> Vec<Finding> {
     let mut findings = Vec::new();
+    let labels = OnceCell::new();
     for block in 0..program.blocks().len() {
-        let mut seen = [None; 26];
+        let mut seen = [None; 58];
         for word in program.words_of(block) {
             if findings.len() >= finding::MOST {
                 return findings;
             }
             let finding = of_word(program, word).or_else(|| repeated(program, &mut seen, word));
+            let finding = finding.or_else(|| unknown_call(program, word, &labels));
             findings.extend(finding);
         }
     }
@@ -49,6 +54,21 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
     None
 }
 
+/// A name that is no program of the file: who knows what it does.
+fn unknown_call(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Option<Finding> {
+    let by_number = program.dialect().flow == FlowStyle::Structured && word.letter == b'L';
+    if word.kind != WordKind::Call && !by_number {
+        return None;
+    }
+    let labels = labels.get_or_init(|| Labels::read(program));
+    let name = called(program, word);
+    let text = name.to_ascii_uppercase();
+    let message =
+        format!("\"{text}\" is no word of the dialect {} and no program of this file", program.dialect().name);
+    let hint = "it is kept as it is; what it does to the path is not known";
+    labels.named_program(&name).is_none().then(|| warning(finding::WORD, word, message, hint))
+}
+
 /// Whether a coordinate other than zero is written without a decimal point.
 fn lacks_point(program: &Program, word: &Word) -> bool {
     let coordinate = matches!(word.letter, b'I'..=b'K' | b'R' | b'U'..=b'Z');
@@ -69,7 +89,7 @@ fn known_code(dialect: &Dialect, word: &Word) -> bool {
 }
 
 /// A word whose letter was seen in the block; G and M may come more than once.
-fn repeated<'a>(program: &Program, seen: &mut [Option<&'a Word>; 26], word: &'a Word) -> Option<Finding> {
+fn repeated<'a>(program: &Program, seen: &mut [Option<&'a Word>; 58], word: &'a Word) -> Option<Finding> {
     if !matches!(word.kind, WordKind::Number | WordKind::Expression) || matches!(word.letter, b'G' | b'M') {
         return None;
     }

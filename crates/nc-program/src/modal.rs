@@ -14,6 +14,10 @@ pub enum Motion {
     Clockwise,
     /// G03.
     Counterclockwise,
+    /// An arc that leaves as the move before arrives.
+    Tangent,
+    /// An arc through a point.
+    Through,
     /// Toward or away from a touch.
     Probe,
     /// A line synchronised with the spindle.
@@ -92,6 +96,8 @@ pub struct Modal {
     pub inch: bool,
     /// X words are diameters.
     pub diameter: bool,
+    /// X increments are radii even then.
+    pub radius_increments: bool,
     /// Coordinates are increments.
     pub incremental: bool,
     /// Arc centres are absolute.
@@ -120,6 +126,7 @@ impl Modal {
         plane: Plane::Xy,
         inch: false,
         diameter: false,
+        radius_increments: false,
         incremental: false,
         centre_absolute: false,
         feed_mode: FeedMode::PerMinute,

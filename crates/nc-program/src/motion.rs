@@ -1,6 +1,7 @@
 //! Motion: what moves a block asks for.
 
 use crate::arc::{self, Circle};
+use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::cycle::Turning;
 use crate::dialect::G;
 use crate::finding;
@@ -11,6 +12,7 @@ use crate::run::{Runner, AXES};
 
 /// Offsets of the arc centre, in order of axis index.
 const CENTRES: [u8; 3] = *b"IJK";
+const POLAR: [u8; 2] = [POLAR_RADIUS, POLAR_ANGLE];
 
 impl Runner<'_> {
     /// Moves to the block's coordinates by the motion in force.
@@ -18,13 +20,17 @@ impl Runner<'_> {
         if !(self.names_axis(request) || is_arc(self.modal.motion) && request.any(&CENTRES)) {
             return self.warn_no_target(request);
         }
-        let (end, words) = self.target(request, in_machine);
+        let (mut end, mut words) = self.target(request, in_machine);
+        self.angled_target(request, &mut end, &mut words);
         let kind = match self.modal.motion {
             Motion::Rapid => MoveKind::Rapid,
+            Motion::Line if request.any(b"m") => MoveKind::Probe,
             Motion::Line => MoveKind::Line,
             Motion::Probe => MoveKind::Probe,
             Motion::Thread => MoveKind::Thread,
             Motion::Clockwise | Motion::Counterclockwise => return self.arc(request, end, words),
+            Motion::Tangent => return self.tangent_arc(end, words),
+            Motion::Through => return self.arc_through(request, end, words),
             Motion::Opaque => {
                 let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(INHERITED);
                 return self.note_opaque(word, "the moves of the cycle in force are not in the path");
@@ -41,7 +47,7 @@ impl Runner<'_> {
     }
 
     /// End of the move that the block asks for, and the words that set it.
-    fn target(&self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
+    pub(crate) fn target(&self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
         let (mut end, mut words) = (self.position, [INHERITED; 3]);
         for axis in 0..3 {
             let Some(value) = request.get(AXES[axis]) else {
@@ -52,15 +58,20 @@ impl Runner<'_> {
                 }
                 continue;
             };
-            let value = value * self.modal.axis_mm(axis);
+            let increment = request.reference(AXES[axis]).unwrap_or(self.modal.incremental);
+            let radius = increment && self.modal.radius_increments;
+            let value = value * if radius { self.modal.mm() } else { self.modal.axis_mm(axis) };
             end[axis] = if in_machine {
                 value - self.frame.total()[axis]
-            } else if self.modal.incremental {
+            } else if increment {
                 self.position[axis] + value
             } else {
                 value
             };
             words[axis] = request.word(AXES[axis]);
+        }
+        if request.any(&POLAR) {
+            self.polar_target(request, &mut end, &mut words);
         }
         (end, words)
     }
@@ -71,14 +82,15 @@ impl Runner<'_> {
     }
 
     /// Whether the block names an axis, by position or by increment.
-    fn names_axis(&self, request: &Request) -> bool {
-        request.any(&AXES) || self.dialect_increments().is_some_and(|letters| request.any(&letters))
+    pub(crate) fn names_axis(&self, request: &Request) -> bool {
+        request.any(&AXES)
+            || request.any(&POLAR)
+            || self.dialect_increments().is_some_and(|letters| request.any(&letters))
     }
 
     fn warn_no_target(&mut self, request: &Request) {
-        let meaning = self.program.dialect().g;
-        let arc = |tenths: u16| matches!(meaning(tenths), Some(G::Motion(motion)) if is_arc(motion));
-        let Some((_, word)) = request.codes().iter().find(|(tenths, _)| arc(*tenths)) else { return };
+        let arc = |code: G| matches!(code, G::Motion(motion) if is_arc(motion));
+        let Some((_, word)) = request.codes().iter().find(|(code, _)| arc(*code)) else { return };
         let word = *word as i32;
         let message = format!("{} without coordinates: nothing moves", self.word_text(word));
         let hint = "its coordinates may have slipped into the comment of the line before";
@@ -117,28 +129,42 @@ impl Runner<'_> {
     }
 
     fn arc(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) {
+        if self.arc_by_angle(request, end, words) {
+            return;
+        }
         let (circle, radius) = match self.circle(request, end) {
             Ok(found) => found,
-            Err(why) => {
-                let hint = "check the end point and R, or I, J, K; the path goes straight to the end";
-                self.refuse(finding::ARC, self.block_start(), why, hint);
-                return self.emit(MoveKind::Line, end, words);
-            }
+            Err(why) => return self.refuse_arc(why, end, words),
         };
+        let further = self.further_turns(request).copysign(circle.sweep);
+        let sweep = self.polar_turn(request, circle).unwrap_or(circle.sweep + further);
+        self.emit_arc(circle, sweep, radius, end, words);
+    }
+
+    /// An arc that cannot be: straight to its end.
+    pub(crate) fn refuse_arc(&mut self, why: String, end: [f64; 3], words: [i32; 3]) {
+        let hint = "check the end point and R, or I, J, K; the path goes straight to the end";
+        self.refuse(finding::ARC, self.block_start(), why, hint);
+        self.emit(MoveKind::Line, end, words);
+    }
+
+    pub(crate) fn emit_arc(&mut self, circle: Circle, sweep: f64, radius: f64, end: [f64; 3], words: [i32; 3]) {
         let (first, second, _) = self.modal.plane.axes();
         let mut centre = self.position;
         centre[first] = circle.centre[0];
         centre[second] = circle.centre[1];
-        let sweep = circle.sweep + self.further_turns(request).copysign(circle.sweep);
         self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep, radius });
         self.emit(MoveKind::Arc, end, words);
     }
 
-    /// P: the number of turns begun, where the dialect has it.
+    /// P: the number of turns begun, where the dialect has it. TURN: the number of full turns besides.
     fn further_turns(&self, request: &Request) -> f64 {
         let turns = request.get(b'P').map_or(1.0, f64::round);
+        let further = request.get(b't').map_or(0.0, f64::round);
         if self.program.dialect().turns && (1.0..=1e6).contains(&turns) {
             std::f64::consts::TAU * (turns - 1.0)
+        } else if (1.0..=1e6).contains(&further) {
+            std::f64::consts::TAU * further
         } else {
             0.0
         }
@@ -157,13 +183,28 @@ impl Runner<'_> {
             return circle.map(|circle| (circle, radius.abs())).ok_or_else(why);
         }
         let given = [request.get(CENTRES[first]), request.get(CENTRES[second])];
+        if given == [None, None] && (request.any(&POLAR) || self.program.dialect().about_pole) {
+            let pole = [self.pole[first], self.pole[second]];
+            let why = || format!("an arc whose pole ({:.5}, {:.5}) mm is its start or end", pole[0], pole[1]);
+            return arc::about(from, to, pole, clockwise).map(|circle| (circle, f64::NAN)).ok_or_else(why);
+        }
         if given == [None, None] {
             return Err(format!("G0{} without R or the centre's coordinates", if clockwise { 2 } else { 3 }));
         }
-        let offset = given.map(|value| value.unwrap_or(0.0) * mm);
-        let centre = if self.modal.centre_absolute { offset } else { [from[0] + offset[0], from[1] + offset[1]] };
+        let centre = [0, 1].map(|at| self.centre_coordinate(request, [first, second][at], from[at]));
         let why = || format!("an arc whose centre ({:.5}, {:.5}) mm is its start or end", centre[0], centre[1]);
         arc::about(from, to, centre, clockwise).map(|circle| (circle, f64::NAN)).ok_or_else(why)
+    }
+
+    /// A coordinate of the centre; `I=AC()` is a diameter where X is.
+    pub(crate) fn centre_coordinate(&self, request: &Request, axis: usize, from: f64) -> f64 {
+        let letter = CENTRES[axis];
+        let value = request.get(letter).unwrap_or(0.0);
+        match request.reference(letter) {
+            Some(false) => value * self.modal.axis_mm(axis),
+            None if self.modal.centre_absolute => value * self.modal.mm(),
+            _ => from + value * self.modal.mm(),
+        }
     }
 
     fn resolution_mm(&self) -> f64 {

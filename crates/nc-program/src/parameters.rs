@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::fmt;
 
-use crate::dialect::Dialect;
+use crate::dialect::{Dialect, Naming};
+use crate::names;
 use crate::number;
 
 /// Numbered parameters beyond this are refused: a program asks for no more on any control.
@@ -25,12 +26,26 @@ impl Key {
     pub fn parse(text: &str, dialect: &Dialect) -> Option<Self> {
         let mark = char::from(dialect.parameters.mark);
         let text = text.trim();
+        if dialect.parameters.named == Naming::Plain {
+            return Self::plain(text.as_bytes(), dialect);
+        }
         let bare = text.strip_prefix(mark).or_else(|| text.strip_prefix(mark.to_ascii_lowercase())).unwrap_or(text);
         if let Ok(number) = bare.parse::<u32>() {
             return (number <= LAST_NUMBER).then_some(Self::Number(number));
         }
         let name = bare.strip_prefix('<').and_then(|name| name.strip_suffix('>')).unwrap_or(bare);
-        (dialect.parameters.named && !name.is_empty()).then(|| Self::named(name.as_bytes()))
+        (dialect.parameters.named == Naming::Brackets && !name.is_empty()).then(|| Self::named(name.as_bytes()))
+    }
+
+    /// A name as it stands: `R5` where R is the mark, else a variable.
+    fn plain(text: &[u8], dialect: &Dialect) -> Option<Self> {
+        let end = names::name_end(text, 0)?;
+        let digits =
+            text.get(1..).filter(|_| text.first().map(u8::to_ascii_uppercase) == Some(dialect.parameters.mark));
+        match digits.and_then(|digits| read_number(digits, 0)) {
+            Some((key, after)) if after + 1 == text.len() => Some(key),
+            _ => (end == text.len() || text.get(end) == Some(&b'[')).then(|| Self::named(text)),
+        }
     }
 
     /// The key of a number computed by a program.
@@ -48,7 +63,10 @@ impl Key {
 
     /// As the dialect writes it.
     pub fn text(&self, dialect: &Dialect) -> String {
-        format!("{}{self}", char::from(dialect.parameters.mark))
+        match self {
+            Self::Name(name) if dialect.parameters.named == Naming::Plain => name.to_ascii_uppercase(),
+            _ => format!("{}{self}", char::from(dialect.parameters.mark)),
+        }
     }
 }
 

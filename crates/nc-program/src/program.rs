@@ -1,7 +1,8 @@
 //! A program: its bytes, and the blocks and words laid over them.
 
-use crate::dialect::{Class, Dialect};
+use crate::dialect::{Class, Dialect, Name};
 use crate::lex;
+use crate::names;
 
 /// What a word is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +18,12 @@ pub enum WordKind {
     Statement,
     /// A line of flow control: `o100 while [#1 LT 5]`.
     Flow,
+    /// A word of more than a letter that is no address: `DIAMON`. The value is its place in the dialect's list.
+    Name,
+    /// Where a jump may lead: `AGAIN:`.
+    Label,
+    /// The name of a program to be run: `POCKET(5)`.
+    Call,
     /// Text the dialect does not know; kept as it is.
     Unknown,
 }
@@ -24,7 +31,7 @@ pub enum WordKind {
 /// A word of a block, as a span of the source.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
-    /// The number after the letter, or of the parameter that is assigned; NaN where there is none.
+    /// The number after the letter, or of the parameter that is assigned, or the place of a name; NaN without one.
     pub value: f64,
     /// First byte.
     pub start: u32,
@@ -127,14 +134,55 @@ impl Program {
         let (mut at, end) = (word.start as usize, word.end());
         match word.kind {
             WordKind::Assignment => at = memchr::memchr(b'=', self.text(word)).map_or(end, |offset| at + offset + 1),
-            WordKind::Expression if word.letter.is_ascii_lowercase() => at += 2,
-            WordKind::Number | WordKind::Expression => at += 1,
-            WordKind::Statement | WordKind::Flow | WordKind::Unknown => return at,
+            WordKind::Expression if self.text(word).first() == Some(&b',') => at += 2,
+            WordKind::Number | WordKind::Expression => at += self.address_length(word),
+            _ => return at,
         }
         while at < end && self.source.get(at).is_some_and(|byte| self.dialect.class(*byte) == Class::Space) {
             at += 1;
         }
         at
+    }
+
+    /// Length of what stands before the value: a letter, or a name, with the equals sign after it.
+    fn address_length(&self, word: &Word) -> usize {
+        let (start, end) = (word.start as usize, word.end());
+        let text = self.source.get(..end).unwrap_or(&[]);
+        if self.dialect.names.is_empty() {
+            return 1;
+        }
+        if text.get(start).is_some_and(u8::is_ascii_digit) {
+            return 0;
+        }
+        let named = names::meaning(text, start, self.dialect);
+        let address = named.filter(|(name, _)| matches!(name, Name::Address(_) | Name::Increment(_)));
+        let after = address.map_or(start + 1, |(_, after)| after);
+        let equals = names::skip(text, after, |byte| byte == b' ' || byte == b'\t');
+        if text.get(equals) == Some(&b'=') {
+            equals + 1 - start
+        } else {
+            after - start
+        }
+    }
+
+    /// Whether a word says that its value is an increment (true) or a position (false): `X=IC(5)`, `IX+5`.
+    pub fn reference(&self, word: &Word) -> Option<bool> {
+        if self.dialect.names.is_empty() || !matches!(word.kind, WordKind::Number | WordKind::Expression) {
+            return self.dialect.increments.filter(|letters| letters.contains(&word.letter)).map(|_| true);
+        }
+        if let Some((Name::Increment(_), _)) = names::meaning(&self.source, word.start as usize, self.dialect) {
+            return Some(true);
+        }
+        let at = self.value_start(word);
+        let end = names::name_end(&self.source, at).filter(|_| word.kind == WordKind::Expression)?;
+        let name = self.source.get(at..end)?.to_ascii_uppercase();
+        let bracket = names::skip(&self.source, end, |byte| byte == b' ');
+        self.source.get(bracket).filter(|byte| **byte == b'(')?;
+        match name.as_slice() {
+            b"IC" => Some(true),
+            b"AC" | b"DC" | b"ACP" | b"ACN" => Some(false),
+            _ => None,
+        }
     }
 
     /// Index of the block that holds a byte.

@@ -1,9 +1,12 @@
 //! What one block asks for: its values by letter and its codes.
 
+use crate::dialect::G;
 use crate::parameters::Key;
 
 /// Most G codes that a block may carry.
 const CODES: usize = 16;
+/// Addresses from `A` to `z`.
+const ADDRESSES: usize = 58;
 
 /// A call or return by M code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,15 +19,19 @@ pub enum Jump {
     Block,
     /// Goes back.
     Return,
+    /// Calls the program that the word names.
+    Named(usize),
 }
 
 /// A block's request.
 #[derive(Debug)]
 pub struct Request {
-    values: [f64; 26],
-    words: [i32; 26],
-    present: u32,
-    codes: [(u16, u32); CODES],
+    values: [f64; ADDRESSES],
+    words: [i32; ADDRESSES],
+    present: u64,
+    increments: u64,
+    positions: u64,
+    codes: [(G, u32); CODES],
     code_count: usize,
     /// Values given to parameters in this block, with the offset of each.
     pub assignments: Vec<(Key, f64)>,
@@ -40,10 +47,12 @@ impl Request {
     /// An empty one.
     pub fn new() -> Self {
         Self {
-            values: [0.0; 26],
-            words: [-1; 26],
+            values: [0.0; ADDRESSES],
+            words: [-1; ADDRESSES],
             present: 0,
-            codes: [(0, 0); CODES],
+            increments: 0,
+            positions: 0,
+            codes: [(G::Inert, 0); CODES],
             code_count: 0,
             assignments: Vec::new(),
             ends: false,
@@ -55,7 +64,7 @@ impl Request {
     /// Forgets the block before.
     #[inline]
     pub fn clear(&mut self) {
-        self.present = 0;
+        (self.present, self.increments, self.positions) = (0, 0, 0);
         self.code_count = 0;
         self.assignments.clear();
         self.ends = false;
@@ -70,7 +79,7 @@ impl Request {
         if let (Some(slot), Some(source)) = (self.values.get_mut(index), self.words.get_mut(index)) {
             *slot = value;
             *source = word as i32;
-            self.present |= 1 << index;
+            self.present |= bit(letter);
         }
     }
 
@@ -79,7 +88,22 @@ impl Request {
     pub fn get(&self, letter: u8) -> Option<f64> {
         let index = usize::from(letter.wrapping_sub(b'A'));
         let value = self.values.get(index)?;
-        (self.present & (1 << index) != 0).then_some(*value)
+        (self.present & bit(letter) != 0).then_some(*value)
+    }
+
+    /// Says that the value of a letter is an increment (true) or a position (false), whatever mode is in force.
+    pub fn refer(&mut self, letter: u8, increment: bool) {
+        let of = if increment { &mut self.increments } else { &mut self.positions };
+        *of |= bit(letter);
+    }
+
+    /// Whether the value of a letter is an increment, where its word says so.
+    #[inline]
+    pub fn reference(&self, letter: u8) -> Option<bool> {
+        if (self.increments | self.positions) & bit(letter) == 0 {
+            return None;
+        }
+        Some(self.increments & bit(letter) != 0)
     }
 
     /// Index of the word of a letter, −1 without one.
@@ -95,22 +119,22 @@ impl Request {
     /// Whether any of these letters is there.
     #[inline]
     pub fn any(&self, letters: &[u8]) -> bool {
-        let wanted = letters.iter().fold(0u32, |bits, letter| bits | 1 << letter.wrapping_sub(b'A'));
+        let wanted = letters.iter().fold(0, |bits, letter| bits | bit(*letter));
         self.present & wanted != 0
     }
 
-    /// Notes a G code: ten times its number, and the word's index. False when there are too many.
-    pub fn add_code(&mut self, tenths: u16, word: usize) -> bool {
+    /// Notes a code's meaning and the word's index. False when there are too many.
+    pub fn add_code(&mut self, code: G, word: usize) -> bool {
         let Some(slot) = self.codes.get_mut(self.code_count) else {
             return false;
         };
-        *slot = (tenths, word as u32);
+        *slot = (code, word as u32);
         self.code_count += 1;
         true
     }
 
-    /// The G codes in order: ten times the number, and the word's index.
-    pub fn codes(&self) -> &[(u16, u32)] {
+    /// The codes in order: the meaning, and the word's index.
+    pub fn codes(&self) -> &[(G, u32)] {
         self.codes.get(..self.code_count).unwrap_or(&[])
     }
 
@@ -118,4 +142,10 @@ impl Request {
     pub fn cycle_parameter(&self, number: u32) -> Option<f64> {
         self.assignments.iter().rev().find(|(key, _)| *key == Key::Number(number)).map(|(_, value)| *value)
     }
+}
+
+/// The bit of an address.
+#[inline]
+fn bit(letter: u8) -> u64 {
+    1u64.checked_shl(u32::from(letter.wrapping_sub(b'A'))).unwrap_or(0)
 }

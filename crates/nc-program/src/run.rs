@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 
 use crate::compensate::compensated;
+use crate::dialect::FlowStyle;
 use crate::finding::{self, Finding, Severity};
 use crate::flow::Table;
 use crate::frame::Frame;
@@ -93,6 +94,8 @@ pub(crate) struct Runner<'a> {
     pub frame: Frame,
     /// Where the tool is, in the frame in force.
     pub position: [f64; 3],
+    /// The pole of polar coordinates, in the frame in which it was set.
+    pub pole: [f64; 3],
     pub store: Store,
     pub path: ToolPath,
     pub findings: Vec<Finding>,
@@ -127,6 +130,7 @@ impl<'a> Runner<'a> {
             unit_is_known: options.unit_is_known,
             frame: Frame::new(),
             position: options.position,
+            pole: [0.0; 3],
             store,
             path: ToolPath::default(),
             findings,
@@ -148,7 +152,7 @@ impl<'a> Runner<'a> {
             let Some(block) = self.upcoming() else { return true };
             self.block = self.next;
             self.next += 1;
-            self.tape_marks += usize::from(block.tape_mark);
+            self.tape_marks += usize::from(block.tape_mark && self.program.dialect().flow != FlowStyle::Structured);
             if self.tape_marks > 1 || self.leaves_program() {
                 return false;
             }

@@ -1,6 +1,7 @@
 //! Where a value ends: found without computing it, and never beyond its line.
 
-use crate::dialect::{Class, Dialect, Functions};
+use crate::dialect::{Class, Dialect, Functions, Naming};
+use crate::expression;
 use crate::number;
 
 /// Names of parameters are no longer than this.
@@ -37,6 +38,9 @@ impl Scanner<'_> {
     /// End of a number or of a value to be computed.
     pub fn value_end(&mut self, at: usize) -> Option<usize> {
         let at = self.skip_space(at);
+        if self.dialect.formulas {
+            return self.formula_end(at);
+        }
         match number::read(self.source, at) {
             Some((_, end)) => Some(end),
             None => self.expression_end(at),
@@ -58,6 +62,17 @@ impl Scanner<'_> {
             self.function_end(at)
         } else {
             None
+        }
+    }
+
+    /// End of a chain of operands and operators.
+    fn formula_end(&mut self, at: usize) -> Option<usize> {
+        match expression::formula_end(self.source, at, self.dialect) {
+            Ok(end) => (end > at).then_some(end),
+            Err(fault) => {
+                self.gave_up_at = Some(fault);
+                None
+            }
         }
     }
 
@@ -88,7 +103,7 @@ impl Scanner<'_> {
             at = self.skip_space(at + 1);
         }
         match *self.source.get(at)? {
-            b'<' if self.dialect.parameters.named => self.name_end(at),
+            b'<' if self.dialect.parameters.named == Naming::Brackets => self.name_end(at),
             b'0'..=b'9' => {
                 while self.source.get(at).is_some_and(u8::is_ascii_digit) {
                     at += 1;

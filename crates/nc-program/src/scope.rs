@@ -42,6 +42,11 @@ impl Values for Scope<'_> {
 impl Scope<'_> {
     /// Parameters that the control itself keeps, in program units.
     fn system(&self, key: &Key) -> Option<f64> {
+        if let Key::Name(name) = key {
+            if let Some(name) = name.strip_prefix('$') {
+                return self.siemens(name);
+            }
+        }
         if !self.unset_is_zero {
             return None;
         }
@@ -61,6 +66,19 @@ impl Scope<'_> {
             Key::Number(5061..=5070 | 5161..=5189 | 5210..=5219 | 5404..=5429) => Some(0.0),
             Key::Number(_) => None,
             Key::Name(name) => self.named(name),
+        }
+    }
+
+    /// Sinumerik: where the axes are; a measurement is taken to have touched at the programmed end of its move.
+    fn siemens(&self, name: &str) -> Option<f64> {
+        let (name, index) = name.strip_suffix(']')?.split_once('[')?;
+        let axis = ["x", "y", "z"].iter().position(|letter| *letter == index);
+        let work = |axis: usize| self.position[axis] / self.modal.axis_mm(axis);
+        match (name, axis) {
+            ("ac_mea", None) => Some(1.0),
+            ("aa_iw" | "aa_mw" | "p_ep", Some(axis)) => Some(work(axis)),
+            ("aa_im" | "aa_mm", Some(axis)) => Some((self.position[axis] + self.frame.total()[axis]) / self.modal.mm()),
+            _ => None,
         }
     }
 

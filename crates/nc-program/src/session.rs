@@ -1,10 +1,10 @@
 //! A run in parts: a program too large to be held is read some lines at a time, and the state goes on from part to part.
 
-use crate::dialect::{G, M};
+use crate::dialect::{FlowStyle, Name, G, M};
 use crate::finding::Finding;
 use crate::flow::Table;
 use crate::frame::Frame;
-use crate::modal::Modal;
+use crate::modal::{Modal, Motion};
 use crate::parameters::{Key, Store};
 use crate::path::ToolPath;
 use crate::program::{Program, Word, WordKind};
@@ -18,6 +18,7 @@ struct State {
     unit_is_known: bool,
     frame: Frame,
     position: [f64; 3],
+    pole: [f64; 3],
     store: Store,
     undefined: Vec<Key>,
     tape_marks: usize,
@@ -69,6 +70,7 @@ fn resume(runner: &mut Runner, state: State) {
     runner.unit_is_known = state.unit_is_known;
     runner.frame = state.frame;
     runner.position = state.position;
+    runner.pole = state.pole;
     runner.store = state.store;
     runner.undefined = state.undefined;
     runner.tape_marks = state.tape_marks;
@@ -96,6 +98,7 @@ fn put_away(runner: Runner) -> (State, ToolPath, Vec<Finding>) {
         unit_is_known,
         frame,
         position,
+        pole,
         store,
         path,
         findings,
@@ -104,12 +107,23 @@ fn put_away(runner: Runner) -> (State, ToolPath, Vec<Finding>) {
         spindle_tool,
     } = runner;
     let in_program = program_start.is_some();
-    let state =
-        State { modal, saved, unit_is_known, frame, position, store, undefined, tape_marks, spindle_tool, in_program };
+    let state = State {
+        modal,
+        saved,
+        unit_is_known,
+        frame,
+        position,
+        pole,
+        store,
+        undefined,
+        tape_marks,
+        spindle_tool,
+        in_program,
+    };
     (state, path, findings)
 }
 
-/// Whether a block may send the run elsewhere: loops, calls, contours by number.
+/// Whether a block may send the run elsewhere: loops, calls, contours by number; or looks back.
 pub fn jumps(program: &Program) -> bool {
     program.words().iter().any(|word| word_jumps(program, word))
 }
@@ -117,6 +131,10 @@ pub fn jumps(program: &Program) -> bool {
 fn word_jumps(program: &Program, word: &Word) -> bool {
     let dialect = program.dialect();
     match (word.kind, word.letter) {
+        (WordKind::Call, _) => true,
+        (WordKind::Number, b'L') => dialect.flow == FlowStyle::Structured,
+        // An arc that leaves as the move before arrives, which may be of another part.
+        (WordKind::Name, _) => dialect.names.get(word.value as usize) == Some(Name::Code(G::Motion(Motion::Tangent))),
         (WordKind::Flow, _) | (WordKind::Expression, b'G' | b'M') => true,
         (WordKind::Number, b'G') => {
             matches!((dialect.g)((word.value * 10.0).round() as u16), Some(G::FinishContour | G::RoughContour))

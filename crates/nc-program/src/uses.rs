@@ -2,6 +2,9 @@
 
 use std::collections::HashSet;
 
+use crate::dialect::Naming;
+use crate::expression::{self, Values};
+use crate::names;
 use crate::parameters::{read_number, Key};
 use crate::program::{Program, WordKind};
 use crate::scan::NAME_LENGTH;
@@ -13,8 +16,15 @@ pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
         let from = match word.kind {
             WordKind::Expression | WordKind::Assignment => program.value_start(word),
             WordKind::Flow => word.start as usize,
-            WordKind::Number | WordKind::Statement | WordKind::Unknown => continue,
+            _ => continue,
         };
+        if program.dialect().formulas {
+            let mut read = Read(Vec::new());
+            let from = names::meaning(program.source(), from, program.dialect()).map_or(from, |(_, end)| end);
+            let _ = expression::formula(program.source(), from, program.dialect(), &mut read);
+            used.extend(read.0.into_iter().filter(|(key, _)| known.insert(key.clone())));
+            continue;
+        }
         for at in from..word.end() {
             if let Some(key) = key_at(program, at).filter(|key| known.insert(key.clone())) {
                 used.push((key, at));
@@ -22,6 +32,20 @@ pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
         }
     }
     used
+}
+
+/// Notes what an expression asks for.
+struct Read(Vec<(Key, usize)>);
+
+impl Values for Read {
+    fn get(&mut self, key: &Key, at: usize) -> f64 {
+        self.0.push((key.clone(), at));
+        f64::NAN
+    }
+
+    fn exists(&self, _: &Key) -> bool {
+        false
+    }
 }
 
 fn key_at(program: &Program, at: usize) -> Option<Key> {
@@ -32,7 +56,7 @@ fn key_at(program: &Program, at: usize) -> Option<Key> {
     if let Some((key, _)) = read_number(source, at + 1) {
         return Some(key);
     }
-    let name = source.get(at + 1..)?.strip_prefix(b"<").filter(|_| rules.named)?;
+    let name = source.get(at + 1..)?.strip_prefix(b"<").filter(|_| rules.named == Naming::Brackets)?;
     let length = memchr::memchr2(b'>', b'\n', name.get(..NAME_LENGTH.min(name.len()))?)?;
     (name.get(length) == Some(&b'>')).then(|| Key::named(name.get(..length).unwrap_or(&[])))
 }

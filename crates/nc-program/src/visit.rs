@@ -2,7 +2,7 @@
 
 use crate::dialect::FlowStyle;
 use crate::finding;
-use crate::labels::{label, Labels};
+use crate::labels::{label, program_name, Labels};
 use crate::path::{MoveKind, INHERITED};
 use crate::request::{Jump, Request};
 use crate::run::Runner;
@@ -22,8 +22,11 @@ pub(crate) enum Visit {
 impl Runner<'_> {
     /// Whether the run ends here: the next program's O number is reached. In a call the call ends.
     pub(crate) fn leaves_program(&mut self) -> bool {
-        let starts = self.program.dialect().flow == FlowStyle::Macro
-            && label(self.program, self.block).is_some_and(|(letter, _)| letter == b'O');
+        let starts = match self.program.dialect().flow {
+            FlowStyle::Macro => label(self.program, self.block).is_some_and(|(letter, _)| letter == b'O'),
+            FlowStyle::Structured => program_name(self.program, self.block).is_some(),
+            _ => false,
+        };
         if !starts || self.program_start.is_some_and(|start| start == self.block) {
             return false;
         }
@@ -40,6 +43,7 @@ impl Runner<'_> {
         match request.jump {
             Jump::None => {}
             Jump::Program => self.call_program(request),
+            Jump::Named(word) => self.call_named(word, request),
             Jump::Block => {
                 let (number, at) = (target.unwrap_or(f64::NAN), self.word_start(request.word(b'P')));
                 if let Some(start) = self.numbered_block(number, at) {
@@ -72,7 +76,7 @@ impl Runner<'_> {
         self.visit(start, left);
     }
 
-    fn visit(&mut self, start: usize, left: u64) {
+    pub(crate) fn visit(&mut self, start: usize, left: u64) {
         if left == 0 || self.too_deep() {
             return;
         }
@@ -172,7 +176,7 @@ impl Runner<'_> {
         }
     }
 
-    fn labels(&self) -> &Labels {
+    pub(crate) fn labels(&self) -> &Labels {
         self.labels.get_or_init(|| Labels::read(self.program))
     }
 }

@@ -12,6 +12,31 @@ use pyo3::types::{PyBytes, PyDict};
 /// Severity, code, message, hint, byte offset.
 type FindingTuple = (&'static str, &'static str, String, String, usize);
 
+/// Letter, start, end, start of the value, kind, value, block, reference.
+type WordTuple = (
+    char,
+    usize,
+    usize,
+    usize,
+    &'static str,
+    f64,
+    usize,
+    Option<bool>,
+);
+
+/// A dialect: name, resolution in inch and in mm, comment, brackets, address of a radius, formulas without brackets.
+type DialectTuple = (
+    &'static str,
+    f64,
+    f64,
+    &'static str,
+    &'static str,
+    char,
+    char,
+    String,
+    bool,
+);
+
 /// A program as read.
 #[pyclass(frozen)]
 struct NcProgram {
@@ -58,11 +83,8 @@ impl NcProgram {
         ))
     }
 
-    /// Letter, start, end, start of the value, kind, value, block.
-    fn word(
-        &self,
-        index: usize,
-    ) -> PyResult<(char, usize, usize, usize, &'static str, f64, usize)> {
+    /// Letter, start, end, start of the value, kind, value, block, whether it says to be an increment or a position.
+    fn word(&self, index: usize) -> PyResult<WordTuple> {
         let word = self
             .program
             .words()
@@ -175,16 +197,16 @@ fn plane_of(number: u8) -> PyResult<Plane> {
     }
 }
 
-fn word_tuple(
-    program: &Program,
-    word: &Word,
-) -> (char, usize, usize, usize, &'static str, f64, usize) {
+fn word_tuple(program: &Program, word: &Word) -> WordTuple {
     let kind = match word.kind {
         WordKind::Number => "number",
         WordKind::Expression => "expression",
         WordKind::Assignment => "assignment",
         WordKind::Statement => "statement",
         WordKind::Flow => "flow",
+        WordKind::Name => "name",
+        WordKind::Label => "label",
+        WordKind::Call => "call",
         WordKind::Unknown => "unknown",
     };
     let (start, end) = (word.start as usize, word.end());
@@ -196,6 +218,7 @@ fn word_tuple(
         kind,
         word.value,
         program.block_at(start),
+        program.reference(word),
     )
 }
 
@@ -327,17 +350,9 @@ fn states<'py>(py: Python<'py>, states: &[Modal]) -> PyResult<Bound<'py, PyDict>
     Ok(columns)
 }
 
-/// Each dialect: name, resolution in inch and in mm, opening and closing of a comment, brackets of expressions.
+/// Every dialect as a writer of programs needs it.
 #[pyfunction]
-fn nc_dialects() -> Vec<(
-    &'static str,
-    f64,
-    f64,
-    &'static str,
-    &'static str,
-    char,
-    char,
-)> {
+fn nc_dialects() -> Vec<DialectTuple> {
     let row = |d: &'static Dialect| {
         let ((inch, mm), (open, close), brackets) = (d.resolution, d.comment, d.brackets);
         (
@@ -348,6 +363,8 @@ fn nc_dialects() -> Vec<(
             close,
             char::from(brackets.0),
             char::from(brackets.1),
+            d.radius_address(),
+            d.formulas,
         )
     };
     nc_program::dialect::DIALECTS.into_iter().map(row).collect()

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 ProgramFile = Annotated[Path, typer.Argument(metavar="FILE", help="The NC program.")]
 DialectName = Annotated[
     str | None,
-    typer.Option("--dialect", "-d", metavar="D", help="ge2000t, linuxcnc, fanuc-lathe …  [default: from the program]"),
+    typer.Option("--dialect", "-d", metavar="D", help="ge2000t, linuxcnc, siemens …  [default: from the program]"),
 ]
 Settings = Annotated[
     list[str] | None,

@@ -1,13 +1,14 @@
 """The tool-offset variant: the program's coordinates stay, a constant moves the whole contour [6811 §3.2]."""
 
+from dataclasses import replace
 from typing import Final
 
 from trueloop.nc.edit import Edit, coordinate_text, insert_blocks_after, set_offset
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import CoordinateState, ToolPath
 
-LOCAL_SHIFT: Final = ("linuxcnc", "fanuc", "haas")
-"""Controls whose tool table a program cannot set for one run only: the contour is put into a shifted frame (G52)."""
+LOCAL_SHIFT: Final = ("linuxcnc", "fanuc", "haas", "siemens")
+"""Controls whose tool table a program cannot set for one run only: the contour is put into a shifted frame."""
 FINISHING_CYCLE: Final = 70.0
 
 
@@ -44,15 +45,25 @@ def offset_edits(
 def _local_shift(
     program: Program, path: ToolPath, span: tuple[int, int], offset_mm: tuple[float, float], state: CoordinateState
 ) -> list[Edit]:
-    """G52 before the contour, taken back after it: it holds for as long as the contour is cut and no longer."""
-    words = [coordinate_text(program.dialect, a, v, state) for a, v in zip("XZ", offset_mm, strict=True)]
+    """A shift before the contour, taken back after it: it holds for as long as the contour is cut and no longer.
+
+    Sinumerik's ATRANS adds to a shift that may be in force, and takes X as a radius.
+    """
+    added = program.dialect.name == "siemens"
+    written = replace(state, diameter=False) if added else state
+
+    def shift(offset_mm: tuple[float, float]) -> str:
+        words = (coordinate_text(program.dialect, a, v, written) for a, v in zip("XZ", offset_mm, strict=True))
+        return " ".join(["ATRANS" if added else "G52", *words])
+
     first, last = (int(path.block[move]) for move in span)
     cycle = _finishing_cycle(program, last)
     first, last = (first, last) if cycle is None else (cycle, cycle)
-    zero = "0." if "." in words[0] else "0"
+    zero = "0." if "." in shift(offset_mm) else "0"
+    back = shift((-offset_mm[0], -offset_mm[1])) if added else f"G52 X{zero} Z{zero}"
     return [
-        _before(program, first, " ".join(["G52", *words])),
-        insert_blocks_after(program, last, [f"G52 X{zero} Z{zero}"]),
+        _before(program, first, shift(offset_mm)),
+        insert_blocks_after(program, last, [back]),
     ]
 
 

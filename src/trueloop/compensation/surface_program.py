@@ -17,7 +17,15 @@ from trueloop.compensation.tool_axis import ToolAxes, check_tool_axes, tool_axes
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.nc.edit import Edit, apply_edits, coordinate_text, displace_word, insert_blocks_after, insert_word
+from trueloop.nc.edit import (
+    Edit,
+    apply_edits,
+    coordinate_text,
+    displace_word,
+    insert_blocks_after,
+    insert_heading,
+    insert_word,
+)
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Motion, ToolPath
 from trueloop.nc.understood import require_understood
@@ -232,7 +240,7 @@ def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, poi
 
 def _mark(program: Program, record_id: str) -> Iterator[Edit]:
     lines = [f"{MARK}: record {record_id}", f"source sha256 {sha256_of(program.source)}"]
-    yield insert_blocks_after(program, 0, [program.dialect.comment(line) for line in lines])
+    yield insert_heading(program, [program.dialect.comment(line) for line in lines])
 
 
 def _read_back(

@@ -23,7 +23,7 @@ from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run
 from trueloop.loops.shared_contour import shared_contour_notes
-from trueloop.nc.edit import Edit, apply_edits, insert_blocks_after
+from trueloop.nc.edit import Edit, apply_edits, insert_heading
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Integers, Motion, ToolPath
 
@@ -48,7 +48,7 @@ class Writing:
         lines = [f"{MARK}: record {self.record_id}", f"source sha256 {sha256_of(self.program.source)}"]
         if values:
             lines.append(f"holds for {values} only")
-        return insert_blocks_after(self.program, 0, [self.program.dialect.comment(line) for line in lines])
+        return insert_heading(self.program, [self.program.dialect.comment(line) for line in lines])
 
     def with_edits(self, edits: Sequence[Edit]) -> bytes:
         """The source with edits and mark."""

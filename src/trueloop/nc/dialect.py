@@ -13,6 +13,8 @@ class Dialect:
     """How one control writes numbers, comments and expressions.
 
     `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
+    `radius_address` is what stands before the radius of an arc: `R`, `CR=`. With `formulas` a value is a chain of
+    operands and operators without brackets about it: `X=R1+10`.
     """
 
     name: str
@@ -22,6 +24,8 @@ class Dialect:
     comment_close: str
     bracket_open: str
     bracket_close: str
+    radius_address: str
+    formulas: bool
 
     def comment(self, text: str) -> str:
         """The text as a comment on one line."""

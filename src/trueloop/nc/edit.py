@@ -50,11 +50,18 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
     A plain number is replaced by the sum, written in its own style; into an expression goes a term, inside the
     programmer's brackets. Raises NC-EDIT for an incremental coordinate: it would move everything that follows.
     """
-    if state.incremental or word.letter in "UVW":
+    if state.incremental if word.increment is None else word.increment:
         raise TrueloopError(
             Code.NC_EDIT,
             f"{word.text} is an increment: moving it by {delta_mm} mm would move all that follows",
             hint="program the contour in absolute coordinates (G90)",
+            place=program.place(word.start),
+        )
+    if word.letter.islower():
+        raise TrueloopError(
+            Code.NC_EDIT,
+            f"{word.text} sets the end of its move by an angle or a radius: it cannot be moved",
+            hint="program the contour by the coordinates of its points",
             place=program.place(word.start),
         )
     resolution = _resolution(program.dialect, state)
@@ -71,7 +78,8 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
 def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:
     """A word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
     resolution = _resolution(dialect, state)
-    return f"{letter}{_rounded(value_mm / state.unit_mm(letter), resolution):f}"
+    address = dialect.radius_address if letter == "R" else letter
+    return f"{address}{_rounded(value_mm / state.unit_mm(letter), resolution):f}"
 
 
 def insert_word(program: Program, block: int, letter: str, value_mm: float, state: CoordinateState) -> Edit:
@@ -149,6 +157,12 @@ def insert_blocks_after(program: Program, block: int, texts: Sequence[str]) -> E
     return Edit(end, end, _new_lines(program, block, texts))
 
 
+def insert_heading(program: Program, texts: Sequence[str]) -> Edit:
+    """Writes blocks near the top: after the first, or after the line that says where Sinumerik files the program."""
+    filed = program.block_count > 1 and program.source[program.block(1).start :].startswith(b";$PATH")
+    return insert_blocks_after(program, 1 if filed else 0, texts)
+
+
 def _new_lines(program: Program, block: int, texts: Sequence[str]) -> str:
     ending = _line_ending(program)
     prefixes = _numbers(program, block, len(texts))
@@ -206,16 +220,26 @@ def _restyled(old: str, value: Decimal, resolution: Decimal) -> str:
     return f"{sign}{digits}.{fraction}"
 
 
-_WEAKER_THAN_SUM = re.compile(r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)", re.IGNORECASE)
+_WEAKER_THAN_SUM = re.compile(
+    r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)|[<>=]|b_", re.IGNORECASE
+)
+
+
+_POSITION = re.compile(r"(AC|DC|ACP|ACN)[ \t]*(?=\()", re.IGNORECASE)
+"""What says in Sinumerik's words that a value is a position: a term goes into its brackets."""
 
 
 def _with_term(old: str, delta: Decimal, dialect: Dialect) -> str:
     """The expression plus a term: inside its own brackets, or in new ones where it has none."""
     term = f"{delta:+f}".rstrip("0").rstrip(".")
     opening, closing = dialect.bracket_open, dialect.bracket_close
-    whole = old.startswith(opening) and _closes_at_end(old, opening, closing)
+    position = _POSITION.match(old) if dialect.formulas else None
+    start = position.end() if position else 0
+    whole = old[start:].startswith(opening) and _closes_at_end(old[start:], opening, closing)
     if whole and not _WEAKER_THAN_SUM.search(old):
         return f"{old[:-1]}{term}{closing}"
+    if dialect.formulas and not _WEAKER_THAN_SUM.search(old):
+        return f"{old}{term}"
     return f"{opening}{old}{term}{closing}"
 
 

@@ -21,8 +21,9 @@ BLOCK_LIMIT = 10_000_000
 class Word:
     """A word of a block. `start`, `end`, `value_start` are byte offsets; line and column count from 1, in bytes.
 
-    `kind` is number, expression, assignment, statement, flow or unknown; `value` the number of a number word,
-    otherwise NaN.
+    `kind` is number, expression, assignment, statement, flow, name, label, call or unknown; `value` the number of a
+    number word, otherwise NaN. `increment` is whether the word itself says that it is an increment or a position, as U
+    or `X=IC(5)` do, whatever mode is in force; None where it does not.
     """
 
     index: int
@@ -36,6 +37,7 @@ class Word:
     column: int
     text: str
     value: float
+    increment: bool | None = None
 
     @property
     def is_expression(self) -> bool:
@@ -102,11 +104,11 @@ class Program:
 
     def word(self, index: int) -> Word:
         """The word of that index, from 0 through the whole program."""
-        letter, start, end, value_start, kind, value, block = self.core.word(index)
+        letter, start, end, value_start, kind, value, block, increment = self.core.word(index)
         column = start - self.core.block(block)[0] + 1
         text = self.source[start:end].decode("latin-1")
         name = letter if letter != "\0" else ""
-        return Word(index, block, name, kind, start, end, value_start, block + 1, column, text, value)
+        return Word(index, block, name, kind, start, end, value_start, block + 1, column, text, value, increment)
 
     def place(self, offset: int) -> Place:
         """Line and column of a byte."""
@@ -179,7 +181,8 @@ def no_parameter(name: str, dialect: str) -> TrueloopError:
     return TrueloopError(
         Code.NC_PARAMETER,
         f"{name} names no parameter of the dialect {dialect}",
-        hint="write P46=3.52 for ge2000t; #1=5 for fanuc and haas; #1=5 or #<depth>=2 for linuxcnc",
+        hint="write P46=3.52 for ge2000t, #1=5 for fanuc and haas, #1=5 or #<depth>=2 for linuxcnc, "
+        "R1=5 or LENGTH=30 for siemens",
     )
 
 

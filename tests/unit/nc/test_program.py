@@ -21,6 +21,7 @@ def test_the_dialects() -> None:
         "fanuc-mill",
         "haas-lathe",
         "haas-mill",
+        "siemens",
     }
 
 

@@ -3,7 +3,7 @@
 //! Codes and words from the operator's manuals as remembered, checked against public shop programs; what the manuals
 //! leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, Rules, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
@@ -24,13 +24,16 @@ pub const FANUC_LATHE_B: Dialect = Dialect { name: "fanuc-lathe-b", g: lathe_b, 
 /// Milling.
 pub const FANUC_MILL: Dialect = Dialect {
     name: "fanuc-mill",
+    names: Names::NONE,
+    formulas: false,
     classes: common_classes(&[(b'(', Class::Comment), (b'#', Class::Parameter), (b',', Class::Comma)]),
     brackets: (b'[', b']'),
-    parameters: Parameters { mark: b'#', named: false, computed: true, unset_is_zero: false },
+    parameters: Parameters { mark: b'#', named: Naming::None, computed: true, unset_is_zero: false },
     functions: Functions::Macro,
     spaced_numbers: false,
     decimal_comma: false,
     turns: false,
+    about_pole: false,
     flow: FlowStyle::Macro,
     increments: None,
     point_decides: true,

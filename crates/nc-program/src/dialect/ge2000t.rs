@@ -3,19 +3,22 @@
 //! X is a diameter, I a radius. Arc centres are signed offsets from the start point, so an arc may turn through more
 //! than a quadrant. Parameters P1, P2, … of a cycle are words of its block; others are variables.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, Rules, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
 pub const GE2000T: Dialect = Dialect {
     name: "ge2000t",
+    names: Names::NONE,
+    formulas: false,
     classes: common_classes(&[(b'!', Class::LineComment), (b'(', Class::Statement)]),
     brackets: (b'(', b')'),
-    parameters: Parameters { mark: b'P', named: false, computed: false, unset_is_zero: false },
+    parameters: Parameters { mark: b'P', named: Naming::None, computed: false, unset_is_zero: false },
     functions: Functions::None,
     spaced_numbers: false,
     decimal_comma: true,
     turns: false,
+    about_pole: false,
     flow: FlowStyle::None,
     increments: None,
     point_decides: false,

@@ -1,18 +1,21 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Parameters, Rules, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
 pub const LINUXCNC: Dialect = Dialect {
     name: "linuxcnc",
+    names: Names::NONE,
+    formulas: false,
     classes: common_classes(&[(b';', Class::LineComment), (b'(', Class::Comment), (b'#', Class::Parameter)]),
     brackets: (b'[', b']'),
-    parameters: Parameters { mark: b'#', named: true, computed: true, unset_is_zero: true },
+    parameters: Parameters { mark: b'#', named: Naming::Brackets, computed: true, unset_is_zero: true },
     functions: Functions::Rs274,
     spaced_numbers: true,
     decimal_comma: false,
     turns: true,
+    about_pole: false,
     flow: FlowStyle::OWords,
     increments: None,
     point_decides: false,

@@ -4,6 +4,10 @@ mod fanuc;
 mod ge2000t;
 mod haas;
 mod linuxcnc;
+mod siemens;
+
+pub use crate::curve::PoleFrom;
+pub(crate) use crate::names::{Name, Names};
 
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
@@ -11,10 +15,11 @@ pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
 pub use ge2000t::GE2000T;
 pub use haas::{HAAS_LATHE, HAAS_MILL};
 pub use linuxcnc::LINUXCNC;
+pub use siemens::SIEMENS;
 
 /// Every dialect there is.
-pub const DIALECTS: [&Dialect; 7] =
-    [&GE2000T, &LINUXCNC, &FANUC_LATHE, &FANUC_LATHE_B, &FANUC_MILL, &HAAS_LATHE, &HAAS_MILL];
+pub const DIALECTS: [&Dialect; 8] =
+    [&GE2000T, &LINUXCNC, &FANUC_LATHE, &FANUC_LATHE_B, &FANUC_MILL, &HAAS_LATHE, &HAAS_MILL, &SIEMENS];
 
 /// What a byte means where a word may start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +31,8 @@ pub enum Class {
     Space,
     /// Starts a word.
     Letter,
+    /// Starts a word that may be a name, though it looks like a letter and a number.
+    Name,
     /// Starts a comment that runs to the line's end.
     LineComment,
     /// Starts a comment that runs to the closing parenthesis.
@@ -61,6 +68,8 @@ pub enum G {
     CentreAbsolute(bool),
     /// X is a diameter (true) or a radius (false).
     Diameter(bool),
+    /// X is a diameter in absolute positions, a radius in increments.
+    DiameterOfPositions,
     /// Unit of feed.
     Feed(FeedMode),
     /// Unit of spindle speed.
@@ -73,6 +82,10 @@ pub enum G {
     SetRegister,
     /// Sets the register's offset itself, axis by axis.
     OffsetRegister,
+    /// Sets the register's offset of all axes, zero where none is given; adds to it if true.
+    Shift(bool),
+    /// Sets the pole of polar coordinates.
+    Pole(PoleFrom),
     /// Takes the register setting back; true forgets it, false keeps it for `RestoreRegister`.
     CancelRegister(bool),
     /// Puts a cancelled register setting back.
@@ -140,13 +153,24 @@ pub enum M {
     Inert,
 }
 
+/// How names of parameters are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Naming {
+    /// There are none.
+    None,
+    /// In angle brackets after the mark: `#<depth>`.
+    Brackets,
+    /// As they are: `DEPTH`, `$AA_IW[X]`.
+    Plain,
+}
+
 /// How parameters are written.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters {
     /// `P` in `P46`, `#` in `#1`.
     pub mark: u8,
-    /// Names in angle brackets are allowed.
-    pub named: bool,
+    /// Names are allowed.
+    pub named: Naming,
     /// Parameters may stand for a value without brackets, and their numbers may be computed.
     pub computed: bool,
     /// A number never given a value reads as zero, as the control does; a finding says so.
@@ -162,6 +186,8 @@ pub enum FlowStyle {
     OWords,
     /// IF, GOTO, WHILE, DO, END; programs and blocks called by number.
     Macro,
+    /// IF, ELSE, ENDIF and their like, jumps to labels, programs called by name.
+    Structured,
 }
 
 /// Functions and word operators of expressions.
@@ -173,6 +199,8 @@ pub enum Functions {
     Rs274,
     /// Those of custom macro B.
     Macro,
+    /// Those of Sinumerik.
+    Siemens,
 }
 
 /// What controls do differently with the same codes.
@@ -194,6 +222,10 @@ impl Rules {
 pub struct Dialect {
     /// The name by which users ask for it.
     pub name: &'static str,
+    /// Words of more than a letter.
+    pub(crate) names: Names,
+    /// A value is a chain of operands and operators, without brackets about it: `X=R1+10`.
+    pub formulas: bool,
     /// Class of each byte where a word may start.
     pub classes: [Class; 256],
     /// Opening and closing bracket of expressions.
@@ -208,6 +240,8 @@ pub struct Dialect {
     pub decimal_comma: bool,
     /// P in an arc block is the number of turns begun.
     pub turns: bool,
+    /// Arcs without a radius are about the pole.
+    pub about_pole: bool,
     /// Flow control.
     pub flow: FlowStyle,
     /// Letters that increase X, Y, Z, whatever mode is in force.
@@ -238,6 +272,11 @@ impl Dialect {
     /// The dialect of that name.
     pub fn named(name: &str) -> Option<&'static Self> {
         DIALECTS.into_iter().find(|dialect| dialect.name == name)
+    }
+
+    /// How the radius of an arc is written, up to its value: `R`, `CR=`.
+    pub fn radius_address(&self) -> String {
+        self.names.spelt(Name::Address(b'R')).map_or_else(|| "R".to_owned(), |name| format!("{name}="))
     }
 
     /// What a byte means where a word may start.

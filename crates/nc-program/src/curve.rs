@@ -1,0 +1,205 @@
+//! Arcs and lines given in other ways: tangent to the move before, through a point, by an angle, about a pole.
+
+use std::f64::consts::TAU;
+
+use crate::arc::{self, Circle, Point};
+use crate::finding;
+use crate::modal::Motion;
+use crate::path::MoveKind;
+use crate::request::Request;
+use crate::run::{Runner, AXES};
+
+/// Addresses of a pole's radius and angle, of an arc's angle, of a line's, and of the point that an arc goes through.
+pub(crate) const POLAR_RADIUS: u8 = b'p';
+pub(crate) const POLAR_ANGLE: u8 = b'q';
+const ARC_ANGLE: u8 = b'a';
+const LINE_ANGLE: u8 = b'n';
+const THROUGH: [u8; 3] = *b"ijk";
+
+/// Where a pole is counted from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PoleFrom {
+    /// The position.
+    Position,
+    /// The program's zero.
+    Zero,
+    /// The pole before.
+    Pole,
+    /// Each coordinate as the modes say; the position where none is given.
+    Coordinates,
+}
+
+impl Runner<'_> {
+    /// Sets the pole to the block's coordinates.
+    pub(crate) fn set_pole(&mut self, request: &Request, from: PoleFrom) {
+        let (target, _) = self.target(request, false);
+        let pole = [0, 1, 2].map(|axis| {
+            let given = request.get(AXES[axis]).unwrap_or(0.0) * self.modal.axis_mm(axis);
+            match from {
+                PoleFrom::Coordinates => target[axis],
+                PoleFrom::Zero => given,
+                PoleFrom::Position => self.position[axis] + given,
+                PoleFrom::Pole => self.pole[axis] + given,
+            }
+        });
+        self.pole = pole;
+    }
+
+    /// The end of a move given by radius and angle about the pole; what is not given stays as it is.
+    pub(crate) fn polar_target(&self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
+        let (first, second, _) = self.modal.plane.axes();
+        let from = [self.position[first] - self.pole[first], self.position[second] - self.pole[second]];
+        let (radius, angle) = (from[0].hypot(from[1]), from[1].atan2(from[0]));
+        let value = |letter: u8, now: f64, unit: f64| match request.get(letter).map(|value| value * unit) {
+            Some(value) if request.reference(letter).unwrap_or(false) => now + value,
+            Some(value) => value,
+            None => now,
+        };
+        let radius = value(POLAR_RADIUS, radius, self.modal.mm());
+        let angle = value(POLAR_ANGLE, angle, 1f64.to_radians());
+        end[first] = self.pole[first] + radius * angle.cos();
+        end[second] = self.pole[second] + radius * angle.sin();
+        let word = request.word(POLAR_RADIUS).max(request.word(POLAR_ANGLE));
+        (words[first], words[second]) = (word, word);
+    }
+
+    /// The turn of an arc about the pole by an increment of its angle, which may be more than a full one.
+    pub(crate) fn polar_turn(&self, request: &Request, circle: Circle) -> Option<f64> {
+        let turn = request.get(POLAR_ANGLE).filter(|_| request.reference(POLAR_ANGLE) == Some(true))?;
+        (turn != 0.0 && turn.abs() < 1e8).then(|| turn.abs().to_radians().copysign(circle.sweep))
+    }
+
+    /// Direction in which the move before arrives, in the plane; `None` without one.
+    fn arriving(&self) -> Option<Point> {
+        let (first, second, _) = self.modal.plane.axes();
+        let last = self.path.len().checked_sub(1)?;
+        let (start, end) = (self.path.start.get(last)?, self.path.end.get(last)?);
+        let arc = self.path.arcs.last().filter(|arc| arc.of_move == last);
+        let along = match arc {
+            Some(arc) => {
+                let arm = [end[first] - arc.centre[first], end[second] - arc.centre[second]];
+                let sign = arc.sweep.signum();
+                [sign * arm[1], -sign * arm[0]]
+            }
+            None => [end[first] - start[first], end[second] - start[second]],
+        };
+        let length = along[0].hypot(along[1]);
+        (length > 0.0).then(|| along.map(|part| part / length))
+    }
+
+    /// An arc that leaves as the move before arrives.
+    pub(crate) fn tangent_arc(&mut self, end: [f64; 3], words: [i32; 3]) {
+        let Some(along) = self.arriving() else {
+            return self.refuse_arc("a tangent arc without a move before it".into(), end, words);
+        };
+        let (from, to) = self.in_plane(end);
+        let chord = [to[0] - from[0], to[1] - from[1]];
+        let left = along[0] * chord[1] - along[1] * chord[0];
+        let squared = chord[0] * chord[0] + chord[1] * chord[1];
+        if left.abs() <= 1e-9 * squared.sqrt() {
+            return self.emit(MoveKind::Line, end, words);
+        }
+        let radius = squared / (2.0 * left);
+        let centre = [from[0] - radius * along[1], from[1] + radius * along[0]];
+        match arc::about(from, to, centre, left < 0.0) {
+            Some(circle) => self.emit_arc(circle, circle.sweep, f64::NAN, end, words),
+            None => self.refuse_arc("a tangent arc that ends where it starts".into(), end, words),
+        }
+    }
+
+    /// An arc through a point on its way.
+    pub(crate) fn arc_through(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) {
+        let (first, second, third) = self.modal.plane.axes();
+        let middle = [0, 1, 2].map(|axis| {
+            let Some(value) = request.get(THROUGH[axis]) else { return self.position[axis] };
+            let increment = request.reference(THROUGH[axis]).unwrap_or(self.modal.incremental);
+            let value = value * self.modal.axis_mm(axis);
+            if increment {
+                self.position[axis] + value
+            } else {
+                value
+            }
+        });
+        let (from, to) = self.in_plane(end);
+        let flat = [middle[third], end[third]].iter().all(|at| (at - self.position[third]).abs() < 1e-9);
+        let circle = circle_through(from, [middle[first], middle[second]], to).filter(|_| flat);
+        match circle {
+            Some(circle) => self.emit_arc(circle, circle.sweep, f64::NAN, end, words),
+            None => {
+                self.refuse_arc("an arc through a point that is not in the plane, or on the line".into(), end, words)
+            }
+        }
+    }
+
+    /// The arc of `AR`: with an end its circle, or with a centre its end too.
+    pub(crate) fn arc_by_angle(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) -> bool {
+        let Some(angle) = request.get(ARC_ANGLE).map(f64::to_radians) else { return false };
+        let clockwise = self.modal.motion == Motion::Clockwise;
+        let end = if self.names_axis(request) { end } else { self.turned(request, angle, clockwise) };
+        let (from, to) = self.in_plane(end);
+        let half = (to[0] - from[0]).hypot(to[1] - from[1]) / 2.0;
+        if !(angle > 0.0 && angle < TAU && half > 0.0) {
+            let why = format!("an arc of {:.5} degrees to where it ends cannot exist", angle.to_degrees());
+            self.refuse_arc(why, end, words);
+            return true;
+        }
+        let radius = half / (angle / 2.0).sin();
+        let signed = if angle > TAU / 2.0 { -radius } else { radius };
+        match arc::with_radius(from, to, signed, clockwise, 1e-9) {
+            Some(circle) => self.emit_arc(circle, circle.sweep, f64::NAN, end, words),
+            None => self.refuse_arc("an arc that cannot exist".into(), end, words),
+        }
+        true
+    }
+
+    /// The end of an arc that has a centre and an angle.
+    fn turned(&self, request: &Request, angle: f64, clockwise: bool) -> [f64; 3] {
+        let (first, second, _) = self.modal.plane.axes();
+        let centre = [first, second].map(|axis| self.centre_coordinate(request, axis, self.position[axis]));
+        let arm = [self.position[first] - centre[0], self.position[second] - centre[1]];
+        let (sin, cos) = if clockwise { (-angle).sin_cos() } else { angle.sin_cos() };
+        let mut end = self.position;
+        end[first] = centre[0] + cos * arm[0] - sin * arm[1];
+        end[second] = centre[1] + sin * arm[0] + cos * arm[1];
+        end
+    }
+
+    /// The other coordinate of a line given by one coordinate and its angle with the plane's first axis.
+    pub(crate) fn angled_target(&mut self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
+        let Some(angle) = request.get(LINE_ANGLE).map(f64::to_radians) else { return };
+        let (first, second, _) = self.modal.plane.axes();
+        match (words[first] >= 0, words[second] >= 0) {
+            (true, false) => end[second] += (end[first] - self.position[first]) * angle.tan(),
+            (false, true) => end[first] += (end[second] - self.position[second]) / angle.tan(),
+            _ => {
+                let message = format!("{}: the point where two lines meet is not worked out", self.block_text());
+                let hint = "write the coordinates of the point; the path goes on as if the angle were not there";
+                return self.warn(finding::OPAQUE, self.word_start(request.word(LINE_ANGLE)), message, hint);
+            }
+        }
+        let other = if words[first] >= 0 { second } else { first };
+        words[other] = request.word(LINE_ANGLE);
+    }
+
+    fn block_text(&self) -> String {
+        let block = self.program.blocks().get(self.block).map(|block| block.start as usize..block.end as usize);
+        finding::excerpt(block.and_then(|span| self.program.source().get(span)).unwrap_or(&[]))
+    }
+
+    fn in_plane(&self, end: [f64; 3]) -> (Point, Point) {
+        let (first, second, _) = self.modal.plane.axes();
+        ([self.position[first], self.position[second]], [end[first], end[second]])
+    }
+}
+
+/// The circle through three points, turning so that the second is on the way.
+fn circle_through(from: Point, middle: Point, to: Point) -> Option<Circle> {
+    let (a, b) = ([middle[0] - from[0], middle[1] - from[1]], [to[0] - from[0], to[1] - from[1]]);
+    let twice = 2.0 * (a[0] * b[1] - a[1] * b[0]);
+    let (aa, bb) = (a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]);
+    if twice.abs() <= 1e-12 * aa.max(bb) {
+        return None;
+    }
+    let centre = [from[0] + (b[1] * aa - a[1] * bb) / twice, from[1] + (a[0] * bb - b[0] * aa) / twice];
+    arc::about(from, to, centre, twice < 0.0)
+}

@@ -1,0 +1,177 @@
+//! Flow control of Sinumerik: IF, WHILE, FOR, LOOP, REPEAT without labels, jumps to labels, programs called by name.
+
+use crate::finding::{self, Severity};
+use crate::flow::{Flow, Statement};
+use crate::labels::{called, Direction};
+use crate::names::{self, Name};
+use crate::parameters::Key;
+use crate::program::{Program, Word};
+use crate::request::Request;
+use crate::run::Runner;
+
+/// The jumps, and which way each looks.
+const JUMPS: [(&[u8], Direction); 4] = [
+    (b"GOTOF", Direction::Forward),
+    (b"GOTOB", Direction::Backward),
+    (b"GOTOC", Direction::Either),
+    (b"GOTO", Direction::Either),
+];
+
+/// A line of flow control.
+pub(crate) fn parse(program: &Program, word: &Word) -> Option<Statement> {
+    let (at, end) = (word.start as usize, word.end());
+    let source = program.source().get(..end)?;
+    let (name, arguments) = names::meaning(source, at, program.dialect())?;
+    let Name::Flow(named) = name else { return None };
+    let rest = source.get(arguments..)?;
+    let flow = match named {
+        Flow::If if position(rest, b"GOTO").is_some() => Flow::JumpIf,
+        Flow::Do if !rest.trim_ascii().is_empty() => Flow::Section,
+        _ => named,
+    };
+    let block = program.block_at(at);
+    Some(Statement { flow, block, label: String::new(), at, arguments, start: block, next: block, end: block })
+}
+
+/// Where a word stands in a text, in either case.
+fn position(text: &[u8], word: &[u8]) -> Option<usize> {
+    text.windows(word.len()).position(|window| window.eq_ignore_ascii_case(word))
+}
+
+/// One past a word that stands at a byte after white space.
+fn after(source: &[u8], at: usize, word: &[u8]) -> Option<usize> {
+    let at = names::skip(source, at, |byte| matches!(byte, b' ' | b'\t'));
+    let end = at + word.len();
+    source.get(at..end)?.eq_ignore_ascii_case(word).then_some(end)
+}
+
+impl Runner<'_> {
+    /// Executes a line of these; gives the block to go on with.
+    pub(crate) fn follow_structured(&mut self, statement: &Statement) -> usize {
+        let next = statement.block + 1;
+        match statement.flow {
+            Flow::Until if self.holds(statement) => next,
+            Flow::Until | Flow::EndLoop => statement.start + 1,
+            Flow::For => self.start_for(statement),
+            Flow::EndFor => self.again_for(statement),
+            Flow::Jump => self.jump_from(statement.at, next),
+            Flow::JumpIf => self.jump_if(statement, next),
+            Flow::Declare => {
+                self.declare(statement.arguments);
+                next
+            }
+            Flow::Section => {
+                let hint = "write the blocks where they are to be run; the path goes on as if this line were not there";
+                let message = "repeating a section of the program by its labels is not followed".into();
+                self.refuse(finding::FLOW, statement.at, message, hint);
+                next
+            }
+            _ => next,
+        }
+    }
+
+    /// `FOR R1=1 TO 5`: the variable, and whether its value is within the bound.
+    fn for_bound(&mut self, at: usize, assign: Option<f64>) -> Option<bool> {
+        let at = names::skip(self.program.source(), at, |byte| byte == b' ');
+        let key = self.key(at)?;
+        let source = self.program.source();
+        let equals = at + position(source.get(at..)?, b"=")?;
+        let (first, end) = self.value(equals + 1);
+        let bound = after(source, end, b"TO").map(|to| self.value(to).0);
+        let Some(bound) = bound.filter(|_| end > equals + 1) else {
+            self.refuse(finding::FLOW, at, "FOR without its TO".into(), "write FOR R1=1 TO 5");
+            return None;
+        };
+        let value = match assign {
+            None => first,
+            Some(step) => self.store.get(&key).unwrap_or(f64::NAN) + step,
+        };
+        self.store.set(key, value);
+        Some(value <= bound)
+    }
+
+    fn start_for(&mut self, statement: &Statement) -> usize {
+        match self.for_bound(statement.arguments, None) {
+            Some(true) => statement.block + 1,
+            _ => statement.end + 1,
+        }
+    }
+
+    fn again_for(&mut self, statement: &Statement) -> usize {
+        let start = self.table.statement(statement.start).map(|start| start.arguments);
+        match start.and_then(|at| self.for_bound(at, Some(1.0))) {
+            Some(true) => statement.start + 1,
+            _ => statement.block + 1,
+        }
+    }
+
+    /// `IF R1>0 GOTOF A`, also with ELSE and another jump.
+    fn jump_if(&mut self, statement: &Statement, next: usize) -> usize {
+        let (value, end) = self.value(statement.arguments);
+        if end == statement.arguments {
+            return next; // a fault, reported already
+        }
+        if value != 0.0 && !value.is_nan() {
+            return self.jump_from(end, next);
+        }
+        let source = self.program.source();
+        let line_end = self.program.blocks().get(statement.block).map_or(end, |block| block.end as usize);
+        let otherwise = source.get(end..line_end).and_then(|rest| position(rest, b"ELSE"));
+        otherwise.map_or(next, |offset| self.jump_from(end + offset + 4, next))
+    }
+
+    /// A jump written at a byte; `next` where it leads nowhere.
+    fn jump_from(&mut self, at: usize, next: usize) -> usize {
+        let source = self.program.source();
+        let found = JUMPS.iter().find_map(|(word, direction)| Some((after(source, at, word)?, *direction)));
+        let Some((target, direction)) = found else {
+            self.refuse(finding::FLOW, at, "a condition without a jump".into(), "write IF R1>0 GOTOF END");
+            return next;
+        };
+        let target = names::skip(source, target, |byte| matches!(byte, b' ' | b'\t'));
+        let end = names::skip(source, target, names::is_name);
+        let label = source.get(target..end).unwrap_or(&[]);
+        match self.labels().target(label, self.block, direction) {
+            Some(block) => block,
+            None => {
+                let message = format!("there is no \"{}\" to jump to that way", finding::excerpt(label));
+                self.refuse(finding::FLOW, target, message, "write the label of a block, as LABEL:, or its N number");
+                next
+            }
+        }
+    }
+
+    /// `DEF REAL A=5, B`: what is given no value is zero.
+    fn declare(&mut self, at: usize) {
+        let source = self.program.source();
+        let space = |at: usize| names::skip(source, at, |byte| matches!(byte, b' ' | b'\t'));
+        let mut at = space(names::name_end(source, space(at)).unwrap_or(at));
+        while let Some(end) = names::name_end(source, at) {
+            let key = Key::named(source.get(at..end).unwrap_or(&[]));
+            at = space(end);
+            let mut value = 0.0;
+            if source.get(at) == Some(&b'=') {
+                let (given, after) = self.value(at + 1);
+                (value, at) = (given, space(after));
+            }
+            self.store.set(key, value);
+            if source.get(at) != Some(&b',') {
+                return;
+            }
+            at = space(at + 1);
+        }
+    }
+
+    /// Runs the program that a word names, P times; one that is not in the file is said.
+    pub(crate) fn call_named(&mut self, word: usize, request: &Request) {
+        let Some(found) = self.program.words().get(word) else { return };
+        let name = called(self.program, found);
+        let Some(start) = self.labels().named_program(&name) else {
+            let message = format!("program {} is not in this file", name.to_ascii_uppercase());
+            let hint = "put it into the program's own file: what it does is not in the path";
+            return self.report(Severity::Note, finding::OPAQUE, found.start as usize, message, hint);
+        };
+        let times = request.get(b'P').map_or(1, |times| times.round().max(0.0) as u64);
+        self.visit(start, times);
+    }
+}
