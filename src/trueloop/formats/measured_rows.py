@@ -39,7 +39,12 @@ def read_rows(path: Path) -> Rows:
 
 def signals_in(rows: Rows, path: Path) -> dict[str, Array]:
     """Temperatures and speeds by name without unit, (n,)."""
-    return {n[: -len(u)]: column(rows, n, path) for n in rows[0][1] for u in SIGNAL_UNITS if n.endswith(u)}
+    return {name: values for unit in SIGNAL_UNITS for name, values in named_by(unit, rows, path).items()}
+
+
+def named_by(unit: str, rows: Rows, path: Path) -> dict[str, Array]:
+    """Columns whose names end in that unit, by their name without it, (n,)."""
+    return {name.removesuffix(unit): column(rows, name, path) for name in rows[0][1] if name.endswith(unit)}
 
 
 def optional(rows: Rows, name: str, path: Path, otherwise: float) -> Array:

@@ -12,31 +12,30 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import read_text
 from trueloop.geometry.feature import Array
 from trueloop.machine.positioning import Positioning, positioning
 from trueloop.units import MM_PER_INCH
 
 Table = dict[tuple[int, int], float]
 SCALE: Final = {"mm": 1.0, "um": 1e-3, "in": MM_PER_INCH, "deg": float(np.pi / 180)}
+HINT: Final = "CSV with target_mm,approach,cycle,actual_mm, or TGT_DATA/REF_DATA assignments"
 _ASSIGNMENT: Final = re.compile(r"^\s*(TGT_DATA|REF_DATA_FWD|REF_DATA_BWD|UNIT)\s*(?:\[([\d, ]+)\])?\s*=\s*(\S+)\s*$")
 
 
 def read_positioning(path: Path) -> Positioning:
     """Reads and analyses either format. Raises MCH-FILE for what cannot be read, MCH-DATA for an incomplete test."""
+    text = read_text(path, Code.MCH_FILE, hint=HINT)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise _unreadable(path, 0, str(error)) from error
-    try:
-        targets, up, down = _assignments(text, path) if "TGT_DATA" in text else _csv(text, path)
+        unit, targets, up, down = _assignments(text, path) if "TGT_DATA" in text else _csv(text, path)
         order = sorted(targets)
         target = np.array([targets[k] for k in order])
-        return positioning(target, _rows(up, order, target), _rows(down, order, target))
+        return positioning(target, _rows(up, order, target), _rows(down, order, target), angular=unit == "deg")
     except TrueloopError as error:
         raise error.in_file(str(path)) from error
 
 
-def _assignments(text: str, path: Path) -> tuple[dict[int, float], Table, Table]:
+def _assignments(text: str, path: Path) -> tuple[str, dict[int, float], Table, Table]:
     targets: dict[int, float] = {}
     tables: dict[str, Table] = {"REF_DATA_FWD": {}, "REF_DATA_BWD": {}}
     unit = "mm"
@@ -58,10 +57,10 @@ def _assignments(text: str, path: Path) -> tuple[dict[int, float], Table, Table]
     scale = _scale(unit, path)
     targets = {key: scale * value for key, value in targets.items()}
     up, down = ({key: scale * value for key, value in tables[name].items()} for name in tables)
-    return targets, up, down
+    return unit, targets, up, down
 
 
-def _csv(text: str, path: Path) -> tuple[dict[int, float], Table, Table]:
+def _csv(text: str, path: Path) -> tuple[str, dict[int, float], Table, Table]:
     rows = list(csv.reader(line for line in text.splitlines() if line.strip() and not line.startswith("#")))
     header = [cell.strip() for cell in rows[0]] if rows else []
     units = [cell.removeprefix("target_") for cell in header if cell.startswith("target_")]
@@ -81,7 +80,7 @@ def _csv(text: str, path: Path) -> tuple[dict[int, float], Table, Table]:
             raise _unreadable(path, number, f"approach {approach!r} is neither up nor down")
         cycle = int(_number(cells.get("cycle", ""), path, number))
         tables[approach][key, cycle] = scale * _number(cells.get(f"actual_{units[0]}", ""), path, number)
-    return targets, tables["up"], tables["down"]
+    return units[0], targets, tables["up"], tables["down"]
 
 
 def _rows(actual: Table, order: list[int], target: Array) -> Array:
@@ -116,6 +115,6 @@ def _unreadable(path: Path, line: int, why: str) -> TrueloopError:
     return TrueloopError(
         Code.MCH_FILE,
         f"{path.name!r} line {line} cannot be read as a positioning test: {why}",
-        hint="CSV with target_mm,approach,cycle,actual_mm, or TGT_DATA/REF_DATA assignments",
+        hint=HINT,
         place=Place(str(path), line or None),
     )

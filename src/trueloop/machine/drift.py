@@ -1,5 +1,6 @@
 """Thermal drift after ISO 230-3: how far a machine moves by itself while its surroundings or its spindle warm it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,16 @@ class Drift:
     window_s: float
     window_range: float
     window_start_s: float
+
+
+@dataclass(frozen=True)
+class DriftTest:
+    """Displacements (mm), temperatures (°C) and speeds (rev/min) by name at `time_s`, (m,) each."""
+
+    time_s: Array
+    displacement_mm: Mapping[str, Array]
+    temperature: Mapping[str, Array]
+    speed: Mapping[str, Array]
 
 
 def drift(time_s: Array, values: Array, channel: str, window_s: float) -> Drift:

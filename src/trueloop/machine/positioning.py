@@ -26,7 +26,7 @@ class Positioning:
     """The standard's values. Arrays have one entry a target, in ascending order of `target`.
 
     `accuracy` A, A↑, A↓; `repeatability` R, R↑, R↓; `systematic` E, E↑, E↓; `mean_range` M; `reversal` B and its mean.
-    `deviation_up` and `deviation_down` are the raw deviations (targets, approaches).
+    `deviation_up` and `deviation_down` are the raw deviations (targets, approaches). All in mm, rad where `angular`.
     """
 
     target: Array
@@ -42,9 +42,10 @@ class Positioning:
     mean_range: float
     reversal: float
     mean_reversal: float
+    angular: bool = False
 
 
-def positioning(target: Array, deviation_up: Array, deviation_down: Array) -> Positioning:
+def positioning(target: Array, deviation_up: Array, deviation_down: Array, *, angular: bool = False) -> Positioning:
     """Analyses deviations (targets, approaches) of both ways. Raises MCH-DATA for too few or missing approaches."""
     _check(target, deviation_up, deviation_down)
     order = np.argsort(target)
@@ -71,6 +72,7 @@ def positioning(target: Array, deviation_up: Array, deviation_down: Array) -> Po
         mean_range=float(np.ptp(mean)),
         reversal=float(np.abs(reversal).max()),
         mean_reversal=float(reversal.mean()),
+        angular=angular,
     )
 
 

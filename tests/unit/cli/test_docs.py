@@ -33,6 +33,8 @@ COMMANDS = (
     "machine check",
     "machine compensate",
     "machine export",
+    "machine positioning",
+    "machine drift",
     "machine decompose",
     "surface deviations",
     "surface model",
