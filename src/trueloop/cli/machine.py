@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from trueloop.geometry.feature import Array
+    from trueloop.machine.axis_table import AxisTable
     from trueloop.machine.chain import Chain, Vector
     from trueloop.machine.history import Lag
     from trueloop.machine.model import MachineModel
@@ -207,6 +208,9 @@ def export(
     ] = None,
     count: Annotated[int, typer.Option(help="Entries.", min=2)] = 101,
     at: Annotated[list[str] | None, typer.Option(metavar="Y=V", help="Position of another axis, mm.")] = None,
+    opposite_sign: Annotated[
+        bool, typer.Option(help="All values with the other sign, where trying it says so.")
+    ] = False,
     temperatures: Temperatures = None,
 ) -> None:
     """Write a control's compensation table and print how far it is from the model."""
@@ -217,17 +221,29 @@ def export(
 
     known = read_model(model)
     table = axis_table(known, axis, error_of or axis, count, parameters_of(at), _signals(known, temperatures))
-    if control == "linuxcnc":
-        text = control_tables.linuxcnc_comp(table)
-    elif control == "siemens":
-        text = control_tables.siemens_cec(table)
-    else:
-        text = control_tables.heidenhain_com([table])
-    write_all(out.parent, {out.name: text.encode()}, inputs=(model,))
+    files = {out.name: _table_text(control, table, opposite_sign)}
+    if control == "heidenhain":
+        files[out.with_suffix(".cma").name] = control_tables.heidenhain_cma(axis, out.name)
+    write_all(out.parent, {name: text.encode() for name, text in files.items()}, inputs=(model,))
     typer.echo(
         f"{len(table.position_mm)} entries; off the model by {1e3 * table.deviation_mm:.3f} µm along the table, "
         f"up to {1e3 * table.elsewhere_mm:.1f} µm elsewhere in the travel"
     )
+    if control != "linuxcnc":
+        for words in control_tables.CAUTION:
+            typer.echo(words, err=True)
+
+
+def _table_text(control: str, table: "AxisTable", opposite: bool) -> str:
+    from trueloop.formats import control_tables
+
+    if control == "linuxcnc":
+        if opposite:
+            raise typer.BadParameter("LinuxCNC's sign is known", param_hint="--opposite-sign")
+        return control_tables.linuxcnc_comp(table)
+    if control == "siemens":
+        return control_tables.siemens_cec(table, opposite=opposite)
+    return control_tables.heidenhain_com(table, opposite=opposite)
 
 
 @app.command()

@@ -1,8 +1,12 @@
 """Compensation tables as controls read them.
 
-LinuxCNC's COMP_FILE was read in its documentation; names and layout of Siemens' and Heidenhain's in their manuals, but
-the sign with which those controls apply a value was not: run one axis by hand before trusting the table.
+LinuxCNC's COMP_FILE is tested in LinuxCNC: the motor goes where the error is undone. What Siemens' and Heidenhain's manuals
+say was followed for names and layout; with which sign those controls apply a value they do not say of these tables (of
+Siemens' other one, ENC_COMP, that a positive value moves the axis in the negative direction). Values here are to be added
+to the command; the files say that this has to be tried, and `opposite` turns all signs round.
 """
+
+from typing import Final
 
 import numpy as np
 
@@ -29,17 +33,17 @@ def linuxcnc_comp(table: AxisTable) -> str:
     return "".join(f"{nominal:.6f} {forward:.6f} {reverse:.6f}\n" for nominal, forward, reverse in rows)
 
 
-def siemens_cec(table: AxisTable, number: int = 0) -> str:
+def siemens_cec(table: AxisTable, number: int = 0, *, opposite: bool = False) -> str:
     """CEC tables: values −E; one table where both ways agree, else one for each way of travel. End values hold outside.
 
     Axis names are placeholders of the control's geometry axes: AX1 for X, AX2 for Y, AX3 for Z.
     """
-    same = np.allclose(table.forward_mm, table.reverse_mm, atol=5e-7)
-    ways = [(0, table.forward_mm)] if same else [(1, table.forward_mm), (-1, table.reverse_mm)]
-    lines = ["%_N_NC_CEC_INI", "CHANDATA(1)"]
+    ways = [(1, table.forward_mm), (-1, table.reverse_mm)] if _both_ways(table) else [(0, table.forward_mm)]
+    sign = 1.0 if opposite else -1.0
+    lines = ["%_N_NC_CEC_INI", *(f"; {words}" for words in CAUTION), "CHANDATA(1)"]
     for k, (direction, values) in enumerate(ways, number):
         step = float(table.position_mm[1] - table.position_mm[0])
-        lines += [f"$AN_CEC[{k},{n}]={-value:.6f}" for n, value in enumerate(values)]
+        lines += [f"$AN_CEC[{k},{n}]={sign * value:.6f}" for n, value in enumerate(values)]
         lines += [
             f"$AN_CEC_INPUT_AXIS[{k}]=(AX{'XYZ'.index(table.input_axis) + 1})",
             f"$AN_CEC_OUTPUT_AXIS[{k}]=(AX{'XYZ'.index(table.output) + 1})",
@@ -53,29 +57,31 @@ def siemens_cec(table: AxisTable, number: int = 0) -> str:
     return "\n".join([*lines, "M17", ""])
 
 
-def heidenhain_com(tables: list[AxisTable]) -> str:
-    """A .COM table of one input axis: AXISPOS, BACKLASH, and a column −E (forward) for each dependent axis.
+CAUTION: Final = (
+    "The sign with which the control applies these values was not tried: they are meant to be added to the command.",
+    "Move one axis to where its value is largest, with the table on and off, before the table is trusted.",
+)
 
-    BACKLASH is the mean of return minus forward of the axis' own error. Raises MCH-TABLE for several input axes.
+
+def heidenhain_com(table: AxisTable, *, opposite: bool = False) -> str:
+    """A .COM table: AXISPOS from the machine's datum, and −E on the way forward in the column of the corrected axis.
+
+    BACKLASH holds the values of the way back where they differ: those "measured in the negative direction of traverse".
     """
-    if len({table.input_axis for table in tables}) != 1:
-        raise TrueloopError(
-            Code.MCH_TABLE,
-            f"{len(tables)} tables have the input axes {' '.join(table.input_axis for table in tables)}",
-            hint="write one .COM file an input axis and name them in the .CMA",
-        )
-    own = [table for table in tables if table.output == table.input_axis]
-    backlash = float(np.mean(own[0].reverse_mm - own[0].forward_mm)) if own else 0.0
-    header = ["NR", "AXISPOS", "BACKLASH", *(table.output for table in tables)]
-    lines = ["BEGIN TRUELOOP.COM MM", "".join(f"{name:<12}" for name in header).rstrip()]
-    for n, position in enumerate(tables[0].position_mm):
-        cells = [f"{n}", f"{position:+.4f}", f"{backlash:+.4f}", *(f"{-t.forward_mm[n]:+.4f}" for t in tables)]
+    sign = 1.0 if opposite else -1.0
+    names = ["NR", "AXISPOS", *(["BACKLASH"] if _both_ways(table) else []), table.output]
+    lines = ["BEGIN TRY-SIGN-FIRST.COM MM", "".join(f"{name:<12}" for name in names).rstrip()]
+    for n, position in enumerate(table.position_mm):
+        back = [f"{sign * table.reverse_mm[n]:+.5f}"] if _both_ways(table) else []
+        cells = [f"{n}", f"{position:+.4f}", *back, f"{sign * table.forward_mm[n]:+.5f}"]
         lines.append("".join(f"{cell:<12}" for cell in cells).rstrip())
     return "\n".join([*lines, "[END]", ""])
 
 
-def heidenhain_cma(files: dict[str, str]) -> str:
-    """A .CMA file: one column an axis, naming its .COM file."""
-    header = "NR".ljust(12) + "".join(axis.ljust(16) for axis in files)
-    row = "0".ljust(12) + "".join(file.ljust(16) for file in files.values())
-    return "\n".join(["BEGIN TRUELOOP.CMA", header.rstrip(), row.rstrip(), "[END]", ""])
+def heidenhain_cma(input_axis: str, com_file: str) -> str:
+    """A .CMA file with one active line: the .COM table in the column of the axis whose position it runs over."""
+    return f"BEGIN TRUELOOP.CMA\nNR      ACTIVE  {input_axis}\n0       *       {com_file}\n[END]\n"
+
+
+def _both_ways(table: AxisTable) -> bool:
+    return not np.allclose(table.forward_mm, table.reverse_mm, atol=5e-7)

@@ -190,6 +190,17 @@ def test_decompose(folder: Path) -> None:
 NAMES = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm"))
 
 
+@pytest.mark.parametrize("control", ["siemens", "heidenhain"])
+def test_tables_whose_sign_was_not_tried_say_so(folder: Path, control: str) -> None:
+    out = folder / control / "x.com"
+    arguments = ("export", folder / "model/model.json", "--control", control, "--axis", "X", "-o", out, "-t", "T1=20")
+    assert "was not tried" in _run(*arguments)
+    assert "x.com" in (folder / "heidenhain/x.cma").read_text() if control == "heidenhain" else True
+    first = out.read_text()
+    _run(*arguments, "--opposite-sign")
+    assert out.read_text() != first
+
+
 DYNAMIC = """
 [[term]]
 error = "EZ0S"
