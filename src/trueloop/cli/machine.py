@@ -1,5 +1,6 @@
 """`trueloop machine`: a machine's own errors: found, looked at, checked, taken out of programs, given to controls."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -155,6 +156,10 @@ def compensate(
         list[str] | None,
         typer.Option(metavar="T=X,Y,Z", help="Tool point from the last axis' frame, mm; T is * for all.  [default: 0]"),
     ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
+    ] = None,
     temperatures: Temperatures = None,
     tolerance_um: Annotated[float, typer.Option(help="How far a block may leave the corrected path.")] = 0.5,
     extrapolate: Extrapolate = None,
@@ -176,6 +181,7 @@ def compensate(
         dict(map(_numbered, work_zero)),
         dict(map(_numbered, tool or ["*=0,0,0"])),
         _signals(known, temperatures),
+        {axis: math.radians(angle) for axis, angle in parameters_of(at, "--at").items()},
     )
     done = compensate_program(
         read_program_file(file, dialect),
@@ -220,7 +226,7 @@ def export(
     from trueloop.machine.axis_table import axis_table
 
     known = read_model(model)
-    table = axis_table(known, axis, error_of or axis, count, parameters_of(at), _signals(known, temperatures))
+    table = axis_table(known, axis, error_of or axis, count, parameters_of(at, "--at"), _signals(known, temperatures))
     files = {out.name: _table_text(control, table, opposite_sign)}
     if control == "heidenhain":
         files[out.with_suffix(".cma").name] = control_tables.heidenhain_cma(axis, out.name)

@@ -52,6 +52,7 @@ def compensate_program(
         "tolerance_mm": tolerance_mm,
         "temperatures": signals,
         "work_zero_mm": {str(number): list(zero) for number, zero in setup.work_zero_mm.items()},
+        "rotary_axes_rad": dict(setup.fixed),
         "tool_mm": {str(number): list(tool) for number, tool in setup.tool_mm.items()},
     }
     identity = record_id(inputs, options)

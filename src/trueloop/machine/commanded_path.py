@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import Vector
+from trueloop.machine.kinematics import bed_to_work
 from trueloop.machine.model import MachineModel, State
 from trueloop.machine.term import Signals
 from trueloop.machine.validity import check_state
@@ -23,7 +24,7 @@ class Setup:
 
     `work_zero_mm`: machine coordinates of the program's zero by number of the work offset (1 is G54), for a tool of
     no length. `tool_mm`: tool point from the frame of the last axis, by T number; under −1 for every other tool.
-    `fixed`: positions of axes that the program leaves alone (rotary ones), mm or rad.
+    `fixed`: where rotary axes stand, which the program has to leave alone, rad; 0 for those not named.
     """
 
     work_zero_mm: Mapping[int, Vector]
@@ -42,10 +43,15 @@ class CommandedPath:
     zero_mm: Array
     tool_mm: Array
     travel: Array
+    to_axes: Array
 
     def error_mm(self, point_mm: Array, move: Indices, tangent: Array | None = None) -> Array:
-        """E at program points (m, 3) of moves (m,). The tangent says which way each axis travels there."""
-        return self.model.error_mm(self.state(point_mm, move, tangent))
+        """E at program points (m, 3) of moves (m,). The tangent says which way each axis travels there.
+
+        Along X, Y, Z of the program, which are those of the machine: a turned table carries no coordinates with it.
+        """
+        along_axes: Array = self.model.error_mm(self.state(point_mm, move, tangent)) @ self.to_axes
+        return along_axes
 
     def state(self, point_mm: Array, move: Indices, tangent: Array | None = None) -> State:
         """Axis positions there: program point + work zero − tool vector."""
@@ -63,17 +69,30 @@ class CommandedPath:
 def commanded_path(
     model: MachineModel, setup: Setup, path: ToolPath, extrapolate: Collection[str] = ()
 ) -> CommandedPath:
-    """Places a path in the machine. Raises MCH-FRAME (an unknown work offset or tool), MCH-TRAVEL, MCH-RANGE."""
+    """Places a path in the machine. Raises MCH-FRAME (an unknown work offset or tool, a turned head), MCH-TRAVEL, MCH-RANGE."""
     zero = _looked_up(path.work_offset, setup.work_zero_mm, "work offset", path)
     known = dict(setup.tool_mm)
     tools = np.where(np.isin(path.tool, list(known)), path.tool, -1)
     tool = _looked_up(tools, known, "tool", path)
-    placed = CommandedPath(model, setup, path, zero, tool, _travel(path))
+    _check_head_upright(model, setup)
+    to_axes = bed_to_work(model.machine.chain, setup.fixed).T
+    placed = CommandedPath(model, setup, path, zero, tool, _travel(path), to_axes)
     moves = np.arange(len(path))
     # the start of the first move is where the tool happens to be; rapids to home are outside the programmed frame
     if len(moves):
         check_state(model, placed.state(path.end_mm, moves), extrapolate)
     return placed
+
+
+def _check_head_upright(model: MachineModel, setup: Setup) -> None:
+    """With a head turned, tool vectors would no longer be what work offsets are taken off."""
+    for axis in model.machine.chain.tool:
+        if setup.fixed.get(axis.name, 0.0) != 0.0:
+            raise TrueloopError(
+                Code.MCH_FRAME,
+                f"{axis.name} turns the tool by {setup.fixed[axis.name]:g} rad: where its tip lies is not told",
+                hint="only rotary axes that carry the work may stand away from 0",
+            )
 
 
 def _looked_up(numbers: Indices, table: Mapping[int, Vector], what: str, path: ToolPath) -> Array:

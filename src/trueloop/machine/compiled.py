@@ -16,7 +16,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import ZERO, Vector
 from trueloop.machine.jacobian import Influence, influences
-from trueloop.machine.kinematics import tool_in_work_mm
+from trueloop.machine.kinematics import bed_to_work
 from trueloop.machine.model import MachineModel
 from trueloop.machine.names import ErrorName
 from trueloop.machine.term import Signals, Term
@@ -98,7 +98,7 @@ class _Parts:
         given: dict[str, Array | float] = dict(fixed)
         given |= {name: probes[:, k] for k, name in enumerate(LINEAR) if name in chain.order}
         positions = np.broadcast_to(chain.positions(given), (4, len(chain.order)))
-        self.bed_to_work = _bed_to_work(tool_in_work_mm(chain, positions, tool_mm, {}))
+        self.bed_to_work = bed_to_work(chain, fixed)
         bed = self.bed_to_work.T
         self.columns = {
             name: Influence(found.displacement @ bed, found.rotation @ bed)
@@ -196,15 +196,6 @@ class _Parts:
             )
         carries = np.asarray(np.round(np.diag(moves), 12), dtype=np.float64)
         return arms[0], carries
-
-
-def _bed_to_work(tool_at: Array) -> Array:
-    """How a millimetre of each axis displaces the tool as seen from the work: rows are bed axes in work coordinates."""
-    rows = tool_at[1:] - tool_at[0]
-    for missing in np.flatnonzero(np.linalg.norm(rows, axis=1) < 0.5):
-        rows[missing] = np.cross(rows[(missing + 1) % 3], rows[(missing + 2) % 3])
-    turned: Array = rows
-    return turned
 
 
 def _cross_matrix(r: Array) -> Array:

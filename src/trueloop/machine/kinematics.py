@@ -52,6 +52,22 @@ def exact_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, valu
     return tool_in_work_mm(chain, positions, tool_mm, values) - tool_in_work_mm(chain, positions, tool_mm, {})
 
 
+def bed_to_work(chain: Chain, fixed: Mapping[str, float]) -> Array:
+    """The bed's axes in work coordinates, as rows, with rotary axes at `fixed` (rad), the others at 0.
+
+    A row is how a millimetre of X, Y or Z displaces the tool as seen from the work.
+    """
+    given: dict[str, Array | float] = dict(fixed)
+    given |= {
+        name: row for name, row in zip("XYZ", np.vstack([np.zeros(3), np.eye(3)]).T, strict=True) if name in chain.order
+    }
+    tool_at = tool_in_work_mm(chain, np.broadcast_to(chain.positions(given), (4, len(chain.order))), np.zeros(3), {})
+    rows: Array = tool_at[1:] - tool_at[0]
+    for missing in np.flatnonzero(np.linalg.norm(rows, axis=1) < 0.5):
+        rows[missing] = np.cross(rows[(missing + 1) % 3], rows[(missing + 2) % 3])
+    return rows
+
+
 def _branch(axes: Sequence[Axis], sense: float, chain: Chain, positions: Array, values: Values) -> Frames:
     count = len(positions)
     frame = Frames(np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3)))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
+from trueloop.machine.chain import AxisKind
 from trueloop.machine.commanded_path import CommandedPath
 from trueloop.machine.displaced_moves import PLANES, DisplacedMove, displaced_moves
 from trueloop.machine.pieces import Piece
@@ -33,11 +34,26 @@ def compensation_edits(program: Program, placed: CommandedPath, tolerance_mm: fl
     systems or stand in machine coordinates, stay. Raises MCH-PROGRAM for coordinates that come from no word
     (a cycle's) and for blocks run several times that would need several corrections.
     """
+    _check_rotary_axes_stand(program, placed)
     moves = _live_moves(program, placed)
     writer = _Writer(program, placed, tolerance_mm)
     for displaced in displaced_moves(placed, moves, tolerance_mm):
         writer.write(displaced)
     return [edit for edits in writer.edits.values() for edit in edits]
+
+
+def _check_rotary_axes_stand(program: Program, placed: CommandedPath) -> None:
+    """A word that turns a rotary axis would change what every later position needs."""
+    rotary = {axis.name for axis in placed.model.machine.chain.axes if axis.kind is AxisKind.ROTARY}
+    for block in program.blocks if rotary else ():
+        for word in block.words:
+            if word.letter in rotary:
+                raise TrueloopError(
+                    Code.MCH_PROGRAM,
+                    f"{word.text} in block {block.index + 1} turns a rotary axis, which has to stand still",
+                    hint="leave the word out, say with --at where the axis stands, and correct one program a position",
+                    place=program.place(word.start),
+                )
 
 
 def _live_moves(program: Program, placed: CommandedPath) -> NDArray[np.intp]:

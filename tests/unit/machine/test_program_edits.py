@@ -78,3 +78,31 @@ def test_a_cycle_is_refused() -> None:
 def test_inch_programs_are_written_in_inches() -> None:
     setup = Setup({1: (0.0, 0.0, -100.0)})
     assert corrected("G20\nG1 X15. F10\n", STRETCHED, setup) == "G20\nG1 X14.998500 F10\n"
+
+
+FIVE = Machine("five", chain_with_travel("five-axis-table-table-ac"))
+PUSHED = MachineModel(FIVE, (Term(error_name("EXX"), (Part(CONSTANT),)),), np.array([0.02]), np.zeros((1, 1)))
+"""X goes 20 µm too far."""
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.5 * np.pi, 1.0])
+def test_the_error_of_x_is_taken_out_of_x_however_the_table_is_turned(turned: float) -> None:
+    """Seen from a table turned by a quarter it is an error along Y, but the program's X moves the machine's X."""
+    setup = Setup({1: (250.0, 0.0, -100.0)}, fixed={"C": turned, "A": 0.3})
+    assert corrected("G21 G1 X20. Y5. F100\n", PUSHED, setup) == "G21 G1 X19.98000 Y5. F100\n"
+
+
+def test_a_program_that_turns_a_rotary_axis_is_refused() -> None:
+    with pytest.raises(TrueloopError) as refusal:
+        corrected("G21 G1 X20. Y5. F100\nG0 A30.\nX30.\n", PUSHED, SETUP)
+    assert refusal.value.code is Code.MCH_PROGRAM
+    assert refusal.value.place.line == 2
+    assert "A30." in refusal.value.message
+
+
+def test_a_turned_head_is_refused() -> None:
+    head = Machine("head", chain_with_travel("five-axis-head-head-ca"))
+    setup = Setup(SETUP.work_zero_mm, fixed={"A": 0.1})
+    with pytest.raises(TrueloopError) as refusal:
+        corrected("G21 G1 X20. F100\n", MachineModel(head, PUSHED.terms, PUSHED.coefficients, PUSHED.covariance), setup)
+    assert refusal.value.code is Code.MCH_FRAME
