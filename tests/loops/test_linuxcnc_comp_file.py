@@ -51,10 +51,12 @@ def _motor_at_targets(table: str | None) -> Array:
         rows = np.loadtxt(config / "positions.txt", ndmin=2)
     moving = np.flatnonzero(np.abs(np.diff(rows[:, 1])) > 1e-9)
     ends = [after for before, after in pairwise([*moving.tolist(), len(rows) - 1]) if after - before > DWELL]
-    stops = rows[ends[-len(TARGETS) :]]
-    np.testing.assert_allclose(stops[:, 1], TARGETS, atol=1e-9)
+    # on a busy computer it may stand still elsewhere too, or twice at one target
+    stops = [row for row in rows[ends] if np.abs(np.array(TARGETS) - row[1]).min() < 1e-9]
+    kept = np.array([row for before, row in pairwise([np.full(2, np.nan), *stops]) if row[1] != before[1]])
+    np.testing.assert_allclose(kept[:, 1], TARGETS, atol=1e-9)
     # homing where it stands calls that 300 mm, HOME of the configuration
-    return np.asarray(stops[:, 0] + HOME_MM, dtype=np.float64)
+    return np.asarray(kept[:, 0] + HOME_MM, dtype=np.float64)
 
 
 def _error_mm(truth: MachineModel, motor: Array) -> Array:

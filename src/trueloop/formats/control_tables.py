@@ -1,9 +1,9 @@
 """Compensation tables as controls read them.
 
 LinuxCNC's COMP_FILE is tested in LinuxCNC: the motor goes where the error is undone. For Siemens and Heidenhain names
-and layout are those of their manuals. With which sign those controls apply a value the manuals do not say of these tables
-(of Siemens' other one, ENC_COMP, that a positive value moves the axis in the negative direction). Values here are meant
-to be added to the command; the files say that this has to be tried, and `opposite` turns all signs round.
+and layout are those of their manuals. With which sign those controls apply a value the manuals do not say of these
+tables (of Siemens' other one, ENC_COMP, that a positive value moves the axis in the negative direction). Values here
+are meant to be added to the command; the files say that this has to be tried, and `opposite` turns all signs round.
 """
 
 from typing import Final

@@ -69,7 +69,10 @@ class CommandedPath:
 def commanded_path(
     model: MachineModel, setup: Setup, path: ToolPath, extrapolate: Collection[str] = ()
 ) -> CommandedPath:
-    """Places a path in the machine. Raises MCH-FRAME (an unknown work offset or tool, a turned head), MCH-TRAVEL, MCH-RANGE."""
+    """Places a path in the machine.
+
+    Raises MCH-FRAME (an unknown work offset or tool, a turned head), MCH-TRAVEL, MCH-RANGE.
+    """
     zero = _looked_up(path.work_offset, setup.work_zero_mm, "work offset", path)
     known = dict(setup.tool_mm)
     tools = np.where(np.isin(path.tool, list(known)), path.tool, -1)
