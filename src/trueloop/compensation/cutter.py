@@ -4,6 +4,7 @@ The tool's tip (x, y, z of the program) lies on its axis at the lowest point. A 
 ring, a flat one that without a corner.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -71,6 +72,18 @@ def contacts(
             break
     feet = closest(surface, points, near)
     return Contacts(feet, feet.distance_mm - cutter.corner_mm)
+
+
+def edge_centres_mm(cutter: Cutter, tips_mm: Array, axes: Array, count: int) -> Iterator[Array]:
+    """The corner's centre at so many places around the edge, (n, 3) each; none for a ball end, which has no ring."""
+    if cutter.ring_mm == 0:
+        return
+    aside = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
+    first = np.cross(axes, aside)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(axes, first)
+    for angle in np.linspace(0.0, 2 * np.pi, count, endpoint=False):
+        yield tips_mm + cutter.corner_mm * axes + cutter.ring_mm * (np.cos(angle) * first + np.sin(angle) * second)
 
 
 def _lean(normal: Array, axes: Array) -> Array:

@@ -91,7 +91,7 @@ def write_surface(surface: Surface, path: Path) -> None:
     """
     occ = kernel()
     outward = surface.exchanged() if surface.flipped else surface
-    face = occ.MakeFace(_to_kernel(occ, outward), 1e-6).Face()
+    face = occ.MakeFace(to_kernel(occ, outward), 1e-6).Face()
     ending = path.suffix.lower()
     if ending in STEP:
         writer = occ.StepWriter()  # it makes the settings known that follow
@@ -172,7 +172,8 @@ def _repeated(knots: Iterator[tuple[float, int]]) -> Array:
     return np.concatenate([np.full(count, knot) for knot, count in knots])
 
 
-def _to_kernel(occ: Any, surface: Surface) -> Any:
+def to_kernel(occ: Any, surface: Surface) -> Any:
+    """A surface as the kernel holds it."""
     n, m = surface.control_mm.shape[:2]
     poles, weights = occ.Points(1, n, 1, m), occ.Reals2(1, n, 1, m)
     for i in range(n):

@@ -10,11 +10,14 @@ import pytest
 from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm, random_surface, wavy_surface
 from trueloop.compensation.cutter import Cutter, contacts
+from trueloop.compensation.surface_points import check_gouges
 from trueloop.compensation.surface_program import SurfaceJob, corrected_program
 from trueloop.compensation.surface_shift import CorrectedSurface, corrected_surface
 from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
+from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.program import Program, read_program
 
@@ -122,6 +125,22 @@ def test_bull_nose_flat_and_tilted_cutters_touch_where_the_surface_says(
     assert np.max(found.gap_mm[touched]) < 1e-9
     if corner_mm == 3.0:
         np.testing.assert_allclose(found.gap_mm, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("corner_mm", [1.0, 0.0])
+def test_a_flat_bottom_in_a_hollow_narrower_than_the_cutter_is_a_gouge(corner_mm: float) -> None:
+    """At the bottom of a trough of radius 8 mm the surface is level: the tool seems to touch with its middle alone."""
+    x, y = np.meshgrid(np.linspace(-5, 5, 41), np.linspace(-5, 5, 41), indexing="ij")
+    trough = fit_grid(np.stack([x, y, 8 - np.sqrt(64 - y**2)], axis=2)).surface
+    up, tip = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, 0.0]])
+    check_gouges(trough, Cutter(3.0, 3.0), tip, up, 1e-3)
+    with pytest.raises(TrueloopError, match="µm into the corrected surface") as told:
+        check_gouges(trough, Cutter(3.0, corner_mm), tip, up, 1e-3)
+    assert told.value.code is Code.SRF_GOUGE
+    # Lifted by as much as the edge is too deep, it is none.
+    ring = 3.0 - corner_mm
+    lift = 8 - corner_mm - np.sqrt((8 - corner_mm) ** 2 - ring**2)
+    check_gouges(trough, Cutter(3.0, corner_mm), tip + lift * up, up, 1e-4)
 
 
 def test_half_the_weight_corrects_by_half() -> None:
