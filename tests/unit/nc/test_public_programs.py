@@ -9,6 +9,7 @@ from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code
 from trueloop.nc.cutter_tool import CutterTool
+from trueloop.nc.dialect import DIALECTS
 from trueloop.nc.program import read_program
 
 pytestmark = pytest.mark.corpus
@@ -74,3 +75,11 @@ def test_linuxcncs_own_sample_of_nose_compensation(corpus: Path) -> None:
     tools = [CutterTool(tool.nose_radius_mm, tool.orientation, tool.number) for tool in table]
     path = read_program(file.read_bytes(), "linuxcnc").run(plane=18, tools=tools)
     assert_same_moves(path, interpret(file, tools=table, startup=LATHE_STARTUP))
+
+
+def test_every_public_program_is_kept_byte_for_byte_in_every_dialect(corpus: Path) -> None:
+    files = sorted((corpus / "data" / "public" / "nc").glob("*.n*"))
+    assert len(files) >= 6
+    for file in files:
+        for dialect in DIALECTS:
+            assert read_program(file.read_bytes(), dialect).core.source() == file.read_bytes()

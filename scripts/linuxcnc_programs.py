@@ -1,0 +1,19 @@
+"""Writes docs/linuxcnc-programs.md: python -m scripts.linuxcnc_programs, in the project's folder."""
+
+from pathlib import Path
+
+from tests.support.linuxcnc_programs import outcomes, table
+
+PAGE = Path("docs/linuxcnc-programs.md")
+TEXT = """# LinuxCNC's sample programs
+
+The programs that Debian's `linuxcnc-uspace` installs in its `ncfiles`, run by LinuxCNC's own interpreter and by
+trueloop: the same kind of move, ends, centre and sweep for every move, from the same start (G17 G21 G40 G90 G94) and
+with the same tools. A motion program is one of which LinuxCNC itself makes cuts here. Written by
+`python -m scripts.linuxcnc_programs`; a test holds the table to what is true today.
+
+{table}
+"""
+
+if __name__ == "__main__":
+    PAGE.write_text(TEXT.format(table=table(outcomes())), encoding="utf-8")

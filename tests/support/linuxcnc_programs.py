@@ -1,0 +1,100 @@
+"""The programs that Debian installs with LinuxCNC, each run by its own interpreter and by ours."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from tests.support.linuxcnc import Move, ProgramRefusedError, Tool, interpret
+from tests.support.nc_judge import assert_same_moves
+from trueloop.errors import Severity
+from trueloop.nc.cutter_tool import CutterTool
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Motion, ToolPath
+
+FOLDER: Final = Path("/usr/share/linuxcnc/ncfiles")
+STARTUP: Final = "G17 G21 G40 G90 G94"
+RADIUS_MM: Final = 0.5
+"""Of every tool, in the table of both."""
+CENTRE: Final = 9
+"""The tip's orientation: the controlled point is the nose's centre, as a milling cutter's."""
+TOOLS: Final = [Tool(number, RADIUS_MM, CENTRE) for number in range(1, 100)]
+SAME: Final = "the same moves to 1e-9 in"
+NO_CUT: Final = "no cut: a subroutine, or a program that only sets things"
+OTHER: Final = "other moves"
+REFUSED: Final = "refused by LinuxCNC's interpreter as it stands here"
+HEADING: Final = "| Program | Outcome | Why |\n|---|---|---|"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one program. `why` is empty where both make the same moves."""
+
+    name: str
+    outcome: str
+    why: str = ""
+
+    @property
+    def is_motion_program(self) -> bool:
+        """Whether LinuxCNC itself makes cuts of it."""
+        return self.outcome not in (NO_CUT, REFUSED)
+
+
+def outcomes() -> list[Outcome]:
+    """Every program in the folder, by name. Those in folders below it are subroutines for a configured machine."""
+    return [_outcome(file) for file in sorted(FOLDER.glob("*.ngc"))]
+
+
+def _outcome(file: Path) -> Outcome:
+    name = file.name
+    try:
+        judged = interpret(file, tools=TOOLS, startup=STARTUP)
+    except ProgramRefusedError as refused:
+        return Outcome(name, REFUSED, refused.message)
+    except RuntimeError as ended:
+        return Outcome(name, REFUSED, str(ended).splitlines()[-1].split("/")[-1])
+    if not any(move.kind in ("line", "arc") for move in judged):
+        return Outcome(name, NO_CUT)
+    program = read_program(file.read_bytes(), "linuxcnc", name)
+    path = program.run(inch=False, plane=17, strict=False, tools=[CutterTool(RADIUS_MM, CENTRE)])
+    try:
+        assert_same_moves(path, judged)
+    except AssertionError:
+        said = sorted([*program.findings, *path.findings], key=lambda finding: finding.severity is not Severity.ERROR)
+        why = f"line {said[0].place.line}: {said[0].message}" if said else _first_difference(path, judged)
+        return Outcome(name, OTHER, why)
+    return Outcome(name, SAME)
+
+
+def _first_difference(path: ToolPath, judged: Sequence[Move]) -> str:
+    """Where nothing was said: our own fault, or a move of another kind."""
+    for kind, line, end, move in zip(path.motion, path.line, path.end_mm, judged, strict=False):
+        if Motion(kind).name.lower() != move.kind:
+            return f"line {line}: a {Motion(kind).name.lower()} move here, a {move.kind} move there"
+        if (off_mm := math.dist(end, move.end_mm)) > 1e-6:
+            return f"line {line}: its end is {off_mm:.6f} mm from there"
+    return f"{len(path)} moves here, {len(judged)} there"
+
+
+def table(found: list[Outcome]) -> str:
+    """The counts, then a row a motion program: those that differ first."""
+    motion = [row for row in found if row.is_motion_program]
+    same = sum(row.outcome == SAME for row in motion)
+    refused = Counter(row.why for row in found if row.outcome == REFUSED)
+    reasons = "; ".join(
+        f"{count} × {why}" for why, count in sorted(refused.items(), key=lambda item: (-item[1], item[0]))
+    )
+    rows = [f"| `{row.name}` | {row.outcome} | {row.why.replace('|', '/')} |" for row in motion]
+    return "\n".join(
+        [
+            f"Of {len(motion)} motion programs {same} give {SAME}.",
+            "",
+            HEADING,
+            *sorted(rows, key=lambda row: SAME in row),
+            "",
+            f"Of the other {len(found) - len(motion)} programs {sum(refused.values())} are {REFUSED}",
+            f"({reasons}); the rest make no cut.",
+        ]
+    )
