@@ -151,7 +151,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_PATH: lambda: zigzag(SURFACE, ZigzagOptions(3.0, scallop_mm=0.0)),
     Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),
     Code.SRF_OUTLIER: _odd_part,
-    Code.SRF_MODEL: lambda: separate(SQUARE, _correlated()),
+    Code.SRF_MODEL: lambda: separate(SQUARE, _correlated(), criterion="randomness"),
 }
 
 

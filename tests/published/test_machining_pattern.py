@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 
-from tests.support.pattern_experiment import Outcome, experiment
+from scripts.surface_experiment import Outcome, experiment
 
 SEEDS = 20
 
@@ -32,13 +32,18 @@ def test_pattern_before_model_before_raw_data() -> None:
 
 
 def test_the_order_holds_in_more_than_half_of_single_experiments() -> None:
-    """71 % of 100 other seeds; with the seeds taken here 70 %."""
-    assert np.mean([outcome.in_order for outcome in outcomes()]) > 0.5
+    """docs/surface-study.md tells how often in 100 others, and why not always: a new part each differs by chance."""
+    ordered = (worst("pattern") < worst("model")) & (worst("model") < worst("raw"))
+    assert np.mean(ordered) > 0.5
     assert np.mean(worst("raw") > worst("pattern")) > 0.9
 
 
+def test_the_true_pattern_itself_would_hardly_leave_less() -> None:
+    assert np.mean(worst("pattern")) - np.mean(worst("true")) < 0.5
+
+
 def test_corrected_by_the_pattern_parts_stay_within_8_um() -> None:
-    """Four of five of 100 other seeds, 85 % here; by raw data hardly ever. Published: its one sample."""
+    """By raw data hardly ever. Published: its one sample."""
     assert np.mean(worst("pattern") <= 8.0) > 0.7
     assert np.mean(worst("raw") <= 8.0) < 0.1
 
@@ -51,5 +56,5 @@ def test_raw_data_add_their_random_part_to_that_of_the_new_cut() -> None:
 
 
 def test_the_true_pattern_lies_within_the_predicted_uncertainty() -> None:
-    """Of 95 % intervals, sizes chosen by the tests and not known beforehand, in 20 experiments."""
+    """Of 95 % intervals, sizes chosen and not known beforehand, in 20 experiments."""
     assert 0.91 < np.mean([outcome.coverage for outcome in outcomes()]) < 0.98

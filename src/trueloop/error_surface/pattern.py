@@ -1,7 +1,9 @@
 """The machining pattern model: what a process leaves on every part, and how surely that is known.
 
-The mean of the parts' deterministic models [MPM §6], all of one size: one that is adequate for every part, and for the
-mean of all parts' deviations too. That mean scatters less than any part by √s, and shows what no single part shows.
+The mean of the parts' deterministic models [MPM §6], all of one size. Models of one size at the same places average to
+the model of the mean deviations, so it is the mean that says which size the pattern needs: it scatters less than any
+part by √s, and shows what no single part shows. The largest of the parts' own sizes would be one too large by chance in
+many a pattern, and splines of a larger size cannot follow those of a smaller one exactly.
 """
 
 from collections.abc import Sequence
@@ -20,14 +22,19 @@ from trueloop.units import UM_PER_MM
 LEAST_PARTS: Final = 3
 """Two parts do not tell which of them is odd, nor how much parts differ."""
 COVERAGE: Final = 0.95
+ABOVE_ZERO: Final = 1 / np.sqrt(2 * np.pi)
+"""Mean of max(x, 0) for a standard normal x: what a variance that is none seems to be, in standard deviations."""
+MANY: Final = 100_000
+"""Degrees of freedom with which Student's law is the normal one; more parts than anybody measures."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
     """A machining pattern model. `mean` is the pattern; `models` (one a part) are what it was averaged from.
 
-    `names` tells the parts; `sigma_mm` is the scatter of the random part of one touch, pooled; `outlying` are parts
-    that do not belong to the process: they are named, not left out.
+    `names` tells the parts; `sigma_mm` is the scatter of the random part of one touch, pooled; `missed_mm` is the root
+    mean square of what all parts have alike and this size does not follow (0 where the parts were not measured at the
+    same places: then it is not known); `outlying` are parts that do not belong to the process: named, not left out.
     """
 
     size: Size
@@ -35,6 +42,7 @@ class Pattern:
     models: tuple[SplineSurface, ...]
     mean: SplineSurface
     sigma_mm: float
+    missed_mm: float
     outlying: tuple[Outlier, ...]
     findings: tuple[Finding, ...]
 
@@ -49,8 +57,12 @@ class Pattern:
         return np.asarray(np.std(stack, axis=0, ddof=1))
 
     def uncertainty_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
-        """Half-width of the interval that holds the true pattern with that probability: t₍ₛ₋₁₎ · scatter/√s."""
-        return np.asarray(self.scatter_grid_mm(u, v) * student(coverage, self.parts - 1) / np.sqrt(self.parts))
+        """Half-width of the interval that holds the true pattern with that probability.
+
+        t₍ₛ₋₁₎ · scatter/√s for what scatters, and in squares the normal law's share of `missed_mm` for what does not.
+        """
+        scattered = self.scatter_grid_mm(u, v) * student(coverage, self.parts - 1) / np.sqrt(self.parts)
+        return np.asarray(np.hypot(scattered, student(coverage, MANY) * self.missed_mm))
 
     def next_part_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
         """Half-width for the deterministic deviation that a next part keeps after correction by the pattern."""
@@ -66,9 +78,8 @@ def pattern_of(
 ) -> Pattern:
     """The pattern of s parts measured at corresponding places.
 
-    Every part is modelled anew with the largest size that any part, or the mean of parts measured at the same places,
-    needs (or with `size`), so that the mean of control values is the mean of the surfaces. Raises SRF-PARTS for fewer
-    than three parts.
+    Every part is modelled anew with the size that the mean of all parts needs; where they were measured at different
+    places, with the largest that any part needs; or with `size`. Raises SRF-PARTS for fewer than three parts.
     """
     if len(parts) < LEAST_PARTS:
         raise TrueloopError(
@@ -77,13 +88,15 @@ def pattern_of(
             f"least, 10 were used in the published experiment",
             hint="measure more parts, or correct by one part's model and know that the next part differs from it",
         )
-    size = size or common_size([*parts, *_mean_part(parts, confidence)])
-    again = [part if part.chosen.size == size else of_size(part.places, part.measured_mm, size) for part in parts]
+    size = size or common_size(_mean_part(parts, confidence) or parts)
+    again = [
+        part if part.chosen.size == size else of_size(part.places, part.measured_mm, size, part.near) for part in parts
+    ]
     models = tuple(part.deterministic for part in again)
     mean = SplineSurface(size, np.mean([model.coefficients_mm for model in models], axis=0))
     sigma = float(np.sqrt(np.mean([part.sigma_mm**2 for part in again])))
     odd = outliers(models, names, confidence)
-    return Pattern(size, tuple(names), models, mean, sigma, odd, tuple(_told(o) for o in odd))
+    return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, tuple(_told(o) for o in odd))
 
 
 def common_size(parts: Sequence[Separation]) -> Size:
@@ -94,12 +107,26 @@ def common_size(parts: Sequence[Separation]) -> Size:
 
 def _mean_part(parts: Sequence[Separation], confidence: float) -> list[Separation]:
     """The mean of all parts as a part of its own, where they were measured at the same places."""
-    first = parts[0]
-    if first.places.rows is None or any(part.near is not first.near for part in parts):
+    if not _comparable(parts):
         return []
-    degrees = (max(part.chosen.size.degree for part in parts),)
-    mean = np.mean([part.measured_mm for part in parts], axis=0)
-    return [separate(first.places, mean, near=first.near, confidence=confidence, degrees=degrees)]
+    mean, first = np.mean([part.measured_mm for part in parts], axis=0), parts[0]
+    criterion, name = first.criterion, "mean of all parts"
+    return [separate(first.places, mean, near=first.near, confidence=confidence, criterion=criterion, name=name)]
+
+
+def _missed_mm(parts: Sequence[Separation]) -> float:
+    """What residuals have alike: the mean square of their mean, less what their scatter gives it."""
+    if not _comparable(parts):
+        return 0.0
+    residuals = np.stack([part.random_mm for part in parts])
+    by_chance = float(np.mean(np.var(residuals, axis=0, ddof=1))) / len(parts)
+    by_chance *= 1 + ABOVE_ZERO * np.sqrt(2 / residuals.shape[1])
+    return float(np.sqrt(max(0.0, float(np.mean(np.mean(residuals, axis=0) ** 2)) - by_chance)))
+
+
+def _comparable(parts: Sequence[Separation]) -> bool:
+    """Whether all parts were measured at the same places of a grid."""
+    return parts[0].places.rows is not None and all(part.near is parts[0].near for part in parts)
 
 
 def fit_variance_mm2(part: Separation, u: Array, v: Array) -> Array:
@@ -124,7 +151,7 @@ def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE)
     """
     at = np.linspace(0.0, 1.0, 41)
     scatter = float(np.sqrt(np.mean(pattern.scatter_grid_mm(at, at) ** 2)))
-    few, many = 2, 100_000
+    few, many = 2, MANY
     if not target_mm > 0 or student(coverage, many - 1) * scatter / np.sqrt(many) > target_mm:
         raise TrueloopError(
             Code.SRF_PARTS,

@@ -1,16 +1,19 @@
 """What is deterministic in a part's deviations and what is random.
 
-A least-squares spline surface is given more and more control points until what it leaves is normal and spatially random
-[MPM §§4–6]: the fewest control points that suffice follow what machining repeats and nothing of what it does not.
+A least-squares spline surface follows what machining repeats; what it leaves should be normal and spatially random
+[MPM §§4–6]. Its size is the one under which the deviations are most likely, or, as published, the first that leaves
+residuals so: fewest control points first.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
+from trueloop.error_surface.candidates import DEGREES, sizes, thicker, thinner
+from trueloop.error_surface.likelihood import log_likelihood
 from trueloop.error_surface.moran import Null
 from trueloop.error_surface.neighbourhood import Neighbourhood, permutation_p_value, residual_null
 from trueloop.error_surface.normality import Normality, normality
@@ -21,10 +24,6 @@ from trueloop.geometry.feature import Array
 
 CONFIDENCE: Final = 0.99
 """P of [MPM §8.2], for every test."""
-DEGREES: Final = (2, 3)
-"""Degree 2 is the least that keeps second derivatives finite where pieces meet [MPM §5]."""
-FULLEST: Final = 0.8
-"""Most control points a direction, as a share of the rows measured: the rest is what the tests judge by."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class Trial:
     null: Null
     moran_p: float
     normality: Normality
-    leave_one_out_mm: float
+    log_likelihood: float
 
     def random(self, confidence: float) -> bool:
         """Whether the residuals are spatially random."""
@@ -87,22 +86,22 @@ def separate(
     near: Neighbourhood | None = None,
     confidence: float = CONFIDENCE,
     degrees: Sequence[int] = DEGREES,
-    criterion: str = "randomness",
+    criterion: str = "likelihood",
+    name: str = "",
 ) -> Separation:
-    """Takes deviations apart.
+    """Takes deviations apart; `name` tells whose they are, in refusals and findings.
 
-    criterion: "randomness", the published one: fewest control points, then lowest degree, whose residuals are normal
-    (Lilliefors) and spatially random (Moran's I against the moments of residuals). "prediction", a modern one: the size
-    that predicts left-out points best. Raises SRF-MODEL when no size leaves spatially random residuals.
+    criterion: "likelihood": the size under which the deviations are most likely. "randomness", the published one:
+    fewest control points, then lowest degree, whose residuals are normal (Lilliefors) and spatially random (Moran's I
+    against the moments of residuals); raises SRF-MODEL when no size leaves spatially random ones. Either way both tests
+    stand in the trial that is chosen, and what they reject is among the findings.
     """
     near = near or Neighbourhood(places)
-    if criterion == "prediction":
-        trials = [_trial(near, errors_mm, size) for size in sizes(places, degrees)]
-        chosen = min(trials, key=lambda trial: trial.leave_one_out_mm)
+    if criterion == "likelihood":
+        trials, chosen = _most_likely(near, errors_mm, list(sizes(places, degrees)))
     else:
-        trials, chosen = _until_random(near, errors_mm, sizes(places, degrees), confidence)
-    findings = () if chosen.normal(confidence) else (_not_normal(chosen, confidence),)
-    return _taken_apart(near, errors_mm, chosen, trials, criterion, findings)
+        trials, chosen = _until_random(near, errors_mm, sizes(places, degrees), confidence, name)
+    return _taken_apart(near, errors_mm, chosen, trials, criterion, tuple(_findings(chosen, confidence, name)))
 
 
 def of_size(places: Places, errors_mm: Array, size: Size, near: Neighbourhood | None = None) -> Separation:
@@ -112,70 +111,65 @@ def of_size(places: Places, errors_mm: Array, size: Size, near: Neighbourhood | 
     return _taken_apart(near, errors_mm, trial, [trial], "given", ())
 
 
-def sizes(places: Places, degrees: Sequence[int] = DEGREES) -> Iterator[Size]:
-    """Sizes by growing number of control points, spaced alike along both sides; at each, degrees in ascending order."""
-    length = places.sides_mm
-    if places.rows is not None and places.columns is not None:
-        most = (int(FULLEST * len(places.rows)), int(FULLEST * len(places.columns)))
-    else:
-        most_in_all = FULLEST**2 * len(places.u)
-        ratio = np.sqrt(length[0] / length[1])
-        most = (int(np.sqrt(most_in_all) * ratio), int(np.sqrt(most_in_all) / ratio))
-    shorter = min(length)
-    least = min(degrees) + 1
-    for count in range(least, max(most) + 1):
-        rows, columns = (
-            min(max(least, round(count * side / shorter)), top) for side, top in zip(length, most, strict=True)
-        )
-        for degree in degrees:
-            if min(rows, columns) > degree:
-                yield Size(rows, columns, degree)
-        if (rows, columns) == most:
-            return
-
-
 def _until_random(
-    near: Neighbourhood, errors: Array, candidates: Iterator[Size], confidence: float
+    near: Neighbourhood, errors: Array, candidates: Iterable[Size], confidence: float, name: str
 ) -> tuple[list[Trial], Trial]:
     """Trials up to the first adequate size; then with fewer control points along one direction alone.
 
-    Going down, a size has to be adequate and to predict left-out points no worse: a test that has said no many times
-    says yes once by chance. Where no size leaves normal residuals, the smallest that leaves spatially random ones.
+    Going down, a size has to be adequate and more likely: a test that has said no many times says yes once by chance.
+    Where no size leaves normal residuals, the smallest that leaves spatially random ones.
     """
     trials: list[Trial] = []
     for size in candidates:
         trials.append(_trial(near, errors, size))
         if trials[-1].adequate(confidence):
-            return trials, _narrowed(near, errors, trials, confidence)
+            best = _climbed(near, errors, trials, trials[-1], thinner, lambda trial: trial.adequate(confidence))
+            return trials, best
     random = [trial for trial in trials if trial.random(confidence)]
     if not random:
-        raise _never_random(trials[-1], confidence)
+        raise _never_random(trials[-1], confidence, name)
     return trials, random[0]
 
 
-def _narrowed(near: Neighbourhood, errors: Array, trials: list[Trial], confidence: float) -> Trial:
-    best = trials[-1]
+def _most_likely(near: Neighbourhood, errors: Array, candidates: Sequence[Size]) -> tuple[list[Trial], Trial]:
+    """The most likely of the candidates; then with more or fewer control points along one direction alone."""
+    trials = [_trial(near, errors, size) for size in candidates]
+    most = candidates[-1]
+
+    def allowed(trial: Trial) -> bool:
+        return trial.size.rows <= most.rows and trial.size.columns <= most.columns
+
+    best = max(trials, key=lambda trial: trial.log_likelihood)
+    return trials, _climbed(near, errors, trials, best, lambda size: [*thinner(size), *thicker(size)], allowed)
+
+
+def _climbed(
+    near: Neighbourhood,
+    errors: Array,
+    trials: list[Trial],
+    best: Trial,
+    neighbours: Callable[[Size], list[Size]],
+    allowed: Callable[[Trial], bool],
+) -> Trial:
+    """From neighbour to neighbour as long as that is more likely; what is tried goes among the trials."""
     while True:
-        smaller = [_trial(near, errors, size) for size in _smaller(best.size)]
-        trials += smaller
-        limit = best.leave_one_out_mm
-        fit = [trial for trial in smaller if trial.adequate(confidence) and trial.leave_one_out_mm <= limit]
-        if not fit:
+        tried = {trial.size for trial in trials}
+        trials += [_trial(near, errors, size) for size in neighbours(best.size) if size not in tried]
+        around = set(neighbours(best.size))
+        fit = [trial for trial in trials if trial.size in around and allowed(trial)]
+        likeliest = max(fit, key=lambda trial: trial.log_likelihood, default=best)
+        if likeliest.log_likelihood <= best.log_likelihood:
             return best
-        best = min(fit, key=lambda trial: trial.leave_one_out_mm)
+        best = likeliest
 
 
-def _smaller(size: Size) -> list[Size]:
-    fewer = (Size(size.rows - 1, size.columns, size.degree), Size(size.rows, size.columns - 1, size.degree))
-    return [size for size in fewer if min(size.rows, size.columns) > size.degree]
-
-
-def _never_random(last: Trial, confidence: float) -> TrueloopError:
+def _never_random(last: Trial, confidence: float, name: str) -> TrueloopError:
     return TrueloopError(
         Code.SRF_MODEL,
-        f"up to {last.size} control points the residuals are not spatially random: Moran's I {last.moran_i:.4f}, "
-        f"p {last.moran_p:.2g}, wanted above {1 - confidence:.2g}",
-        hint="measure more densely: the pattern has waves shorter than two steps of the grid",
+        f"{name!r}: up to {last.size} control points the residuals are not spatially random: Moran's I "
+        f"{last.moran_i:.4f}, p {last.moran_p:.2g}, wanted above {1 - confidence:.2g}",
+        hint="measure more densely if the pattern has waves shorter than two steps of the grid; or choose the size by "
+        'likelihood (model.criterion = "likelihood" in the job)',
     )
 
 
@@ -186,8 +180,8 @@ def _trial(near: Neighbourhood, errors: Array, size: Size) -> Trial:
     law = normality(residuals / np.sqrt(free))
     null = residual_null(near, size)
     moran_i = float(near.moran_i(residuals[:, None])[0])
-    left_out = float(np.sqrt(np.mean((residuals / free) ** 2)))
-    return Trial(size, moran_i, null, null.p_value(moran_i), law, left_out)
+    likely = log_likelihood(near.places, errors, size)
+    return Trial(size, moran_i, null, null.p_value(moran_i), law, likely)
 
 
 def _taken_apart(
@@ -213,12 +207,21 @@ def _taken_apart(
     )
 
 
-def _not_normal(chosen: Trial, confidence: float) -> Finding:
-    return Finding(
-        Severity.WARNING,
-        Code.SRF_MODEL,
-        f"the residuals of {chosen.size} control points are spatially random but not normal: Lilliefors p "
-        f"{chosen.normality.lilliefors_p:.2g} (Kolmogorov–Smirnov {chosen.normality.ks_p:.2g}), wanted above "
-        f"{1 - confidence:.2g}",
-        "look for single bad touches: they make the tails too heavy",
-    )
+def _findings(chosen: Trial, confidence: float, name: str) -> Iterator[Finding]:
+    wanted = f"wanted above {1 - confidence:.2g}"
+    if not chosen.random(confidence):
+        yield Finding(
+            Severity.NOTE,
+            Code.SRF_MODEL,
+            f"{name!r}: what {chosen.size} control points leave is not spatially random: Moran's I "
+            f"{chosen.moran_i:.4f}, p {chosen.moran_p:.2g}, {wanted}",
+            "some of the pattern is left, less than the random part: more control points would follow that sooner",
+        )
+    if not chosen.normal(confidence):
+        yield Finding(
+            Severity.WARNING,
+            Code.SRF_MODEL,
+            f"{name!r}: what {chosen.size} control points leave is not normal: Lilliefors p "
+            f"{chosen.normality.lilliefors_p:.2g} (Kolmogorov–Smirnov {chosen.normality.ks_p:.2g}), {wanted}",
+            "look for single bad touches: they make the tails too heavy",
+        )

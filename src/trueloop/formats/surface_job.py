@@ -29,7 +29,7 @@ class SurfaceGaugingTable(Table):
 class ModelTable(Table):
     """How deviations are taken apart. `cells`: average scattered points or scans over a grid of so many cells."""
 
-    criterion: Literal["randomness", "prediction"] = "randomness"
+    criterion: Literal["likelihood", "randomness"] = "likelihood"
     confidence: Annotated[float, Field(gt=0.5, lt=1)] = 0.99
     exponent: Positive = 3.0
     cells: tuple[Annotated[int, Field(ge=8)], Annotated[int, Field(ge=8)]] | None = None

@@ -13,7 +13,7 @@ from trueloop.error_surface.neighbourhood import Neighbourhood
 from trueloop.error_surface.pattern import Pattern, parts_needed, pattern_of
 from trueloop.error_surface.places import Places, places_of, same_places
 from trueloop.error_surface.separate import Separation, separate
-from trueloop.errors import Finding, TrueloopError
+from trueloop.errors import Finding
 from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviations, surface_deviations
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
@@ -31,7 +31,7 @@ class SurfaceOptions:
 
     best_fit: bool = False
     farthest_mm: float = 1.0
-    criterion: str = "randomness"
+    criterion: str = "likelihood"
     confidence: float = 0.99
     exponent: float = 3.0
     cells: tuple[int, int] | None = None
@@ -168,18 +168,14 @@ def _placed(surface: Surface, deviations: SurfaceDeviations, options: SurfaceOpt
 
 
 def _separation(task: _Apart) -> Separation:
-    options = task.options
-    try:
-        return separate(
-            task.near.places,
-            task.errors_mm,
-            near=task.near,
-            confidence=options.confidence,
-            criterion=options.criterion,
-        )
-    except TrueloopError as error:
-        message = f"part {task.name!r}: {error.message}"
-        raise TrueloopError(error.code, message, hint=error.hint, override=error.override) from error
+    return separate(
+        task.near.places,
+        task.errors_mm,
+        near=task.near,
+        confidence=task.options.confidence,
+        criterion=task.options.criterion,
+        name=task.name,
+    )
 
 
 def after_correction_mm(model: SurfaceModel, u: Array, v: Array) -> Array:

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface
+from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.error_surface.outlier import outliers
 from trueloop.error_surface.pattern import Pattern, common_size, fit_variance_mm2, parts_needed, pattern_of, student
+from trueloop.error_surface.places import projector
 from trueloop.error_surface.separate import Separation, of_size, separate
 from trueloop.error_surface.spline_surface import Size
 
@@ -66,7 +67,7 @@ def test_the_mean_is_the_mean_of_the_parts_models() -> None:
 def test_variability_between_parts_is_the_scatter_without_the_fits_own() -> None:
     rng = np.random.default_rng(17)
     same = [of_size(SQUARE, rng.normal(0, NOISE_MM, 625), Size(9, 9), NEAR) for _ in range(40)]
-    pattern = pattern_of(same, [f"P{k}" for k in range(40)])
+    pattern = pattern_of(same, [f"P{k}" for k in range(40)], size=Size(9, 9))
     own = fit_variance_mm2(same[0], GRID, GRID)
     assert np.mean(pattern.scatter_grid_mm(GRID, GRID) ** 2) == pytest.approx(np.mean(own), rel=0.1)
     left = pattern.variability_grid_mm(GRID, GRID, own)
@@ -82,12 +83,36 @@ def test_parts_needed_is_the_least_that_reaches_the_target() -> None:
     assert student(0.95, needed - 2) * scatter / np.sqrt(needed - 1) > 0.001
 
 
-def test_parts_that_need_different_sizes_are_modelled_with_the_largest() -> None:
+def test_the_mean_of_the_parts_says_which_size_the_pattern_needs() -> None:
+    """Noise takes a part alone for a smaller size; the mean of all has a third of the noise."""
+    rng = np.random.default_rng(23)
+    truth = on_grid(random_surface(rng, 15, 0.004))
+    found = [separate(SQUARE, truth + rng.normal(0, NOISE_MM, 625), near=NEAR, name=name) for name in NAMES]
+    assert len({part.chosen.size for part in found}) > 1
+    assert pattern_of(found, NAMES).size == Size(15, 15)
+
+
+def test_parts_measured_at_different_places_are_modelled_with_the_largest_size_any_needs() -> None:
     rng = np.random.default_rng(23)
     found = [
-        separate(SQUARE, on_grid(random_surface(rng, n, 0.010)) + rng.normal(0, NOISE_MM, 625), near=NEAR)
+        separate(square_places(), on_grid(random_surface(rng, n, 0.010)) + rng.normal(0, NOISE_MM, 625))
         for n in (6, 9, 7)
     ]
     pattern = pattern_of(found, ("a", "b", "c"))
     assert pattern.size == common_size(found)
     assert pattern.size.rows == max(part.chosen.size.rows for part in found)
+    assert pattern.missed_mm == 0.0
+
+
+def test_what_no_size_follows_is_part_of_the_uncertainty() -> None:
+    """A pattern that is no spline: the size stops where noise hides the rest, and that rest is told."""
+    rng, covered, missed, told = np.random.default_rng(41), [], [], []
+    for _ in range(25):
+        truth = on_grid(random_surface(rng, 5, 0.006)) + 0.006 * np.sin(25 * SQUARE.u + rng.uniform(0, 6))
+        pattern = pattern_of(parts(rng, truth), NAMES)
+        mean = pattern.mean.grid_mm(GRID, GRID).ravel()
+        covered.append(np.mean(np.abs(mean - truth) <= pattern.uncertainty_grid_mm(GRID, GRID).ravel()))
+        missed.append(np.mean(projector(SQUARE, pattern.size).residuals(truth) ** 2))
+        told.append(pattern.missed_mm**2)
+    assert 0.93 <= np.mean(covered) <= 0.97
+    assert np.mean(told) == pytest.approx(np.mean(missed), rel=0.3)

@@ -1,0 +1,48 @@
+"""Which sizes a spline surface may have at given places, in the order they are tried."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.error_surface.places import Places
+from trueloop.error_surface.spline_surface import Size
+
+DEGREES: Final = (2, 3)
+"""Degree 2 is the least that keeps second derivatives finite where pieces meet [MPM §5]."""
+FULLEST: Final = 0.8
+"""Most control points a direction, as a share of the rows measured: the rest is what the tests judge by."""
+
+
+def sizes(places: Places, degrees: Sequence[int] = DEGREES) -> Iterator[Size]:
+    """Sizes by growing number of control points, spaced alike along both sides; at each, degrees in ascending order."""
+    length = places.sides_mm
+    if places.rows is not None and places.columns is not None:
+        most = (int(FULLEST * len(places.rows)), int(FULLEST * len(places.columns)))
+    else:
+        most_in_all = FULLEST**2 * len(places.u)
+        ratio = np.sqrt(length[0] / length[1])
+        most = (int(np.sqrt(most_in_all) * ratio), int(np.sqrt(most_in_all) / ratio))
+    shorter = min(length)
+    least = min(degrees) + 1
+    for count in range(least, max(most) + 1):
+        rows, columns = (
+            min(max(least, round(count * side / shorter)), top) for side, top in zip(length, most, strict=True)
+        )
+        for degree in degrees:
+            if min(rows, columns) > degree:
+                yield Size(rows, columns, degree)
+        if (rows, columns) == most:
+            return
+
+
+def thinner(size: Size) -> list[Size]:
+    """Sizes with one control point fewer along one direction."""
+    fewer = (replace(size, rows=size.rows - 1), replace(size, columns=size.columns - 1))
+    return [size for size in fewer if min(size.rows, size.columns) > size.degree]
+
+
+def thicker(size: Size) -> list[Size]:
+    """Sizes with one control point more along one direction."""
+    return [replace(size, rows=size.rows + 1), replace(size, columns=size.columns + 1)]
