@@ -1,7 +1,9 @@
 """The page of a surface's pattern in a real browser, without a network."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -10,7 +12,7 @@ from trueloop.loops.surface import SurfaceModel, correct, model_of, pattern_mode
 from trueloop.loops.surface_inputs import read_surface_inputs
 from trueloop.report.style import LEFT_ON, TAKEN
 from trueloop.report.surface_maps import colour, colour_range_um, flat
-from trueloop.report.surface_page import maps, surface_page
+from trueloop.report.surface_page import maps, maps_picture, surface_page
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
 
@@ -45,6 +47,28 @@ def test_red_is_material_left_on_and_one_scale_serves_all_maps(model: SurfaceMod
     reach = colour_range_um(shown)
     assert reach >= max(1000 * abs(m.error_mm).max() for m in shown) > 0.7 * reach
     assert all(f"{reach:.1f} µm" in flat(m, reach) for m in shown)
+
+
+def test_scattered_parts_are_drawn_as_dots_flat_and_in_space(tmp_path: Path) -> None:
+    """Points without row and column: the maps show each where it is."""
+    inputs = read_surface_inputs(EXAMPLE)
+    scattered = [replace(part, points_mm=part.points_mm[::3], shape=None) for part in inputs.parts[:3]]
+    options = replace(inputs.options, best_fit=False)
+    found = pattern_model(inputs.surface, model_of(inputs.surface, scattered, options), options)
+    file = tmp_path / "pattern.html"
+    file.write_text(surface_page("Dots", found), encoding="utf-8")
+    dom = dump_dom(file)
+    assert dom.count("<circle") >= 5 * 209
+    assert dom.count('"type":"scatter3d"') == 5
+    assert dom.count('class="plot js-plotly-plot"') == 1
+
+
+def test_the_sheet_of_maps_is_a_picture_of_its_own(model: SurfaceModel) -> None:
+    sheet = ElementTree.fromstring(maps_picture(model))
+    titles = [text.text for text in sheet.iter("{http://www.w3.org/2000/svg}text") if text.get("font-weight") == "bold"]
+    assert titles == [shown.title for shown in maps(model)]
+    predicted, measured = maps(model)[-1], maps(model)[0]
+    assert predicted.error_mm.std() < 0.6 * measured.error_mm.std()
 
 
 def test_every_part_stands_in_the_table(page: Path, model: SurfaceModel) -> None:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
+from trueloop.cli.terminal import AsJson, busy, print_json
 
 if TYPE_CHECKING:
-    from trueloop.loops.surface import Part, SurfaceModel
+    from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel
     from trueloop.loops.surface_inputs import SurfaceInputs
 
 app = typer.Typer(
@@ -39,8 +39,14 @@ def deviations(
 
     inputs = _read(job)
     with busy(f"{len(inputs.parts)} parts"):
-        found = deviations_of(inputs.surface, inputs.parts, inputs.options, workers=workers, scheduler=scheduler)
-    _write(inputs, output, {f"{d.name}-deviations.csv": deviations_to_csv(d) for d in found}, as_json)
+        found = deviations_of(
+            inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, workers=workers, scheduler=scheduler
+        )
+    files = _write(inputs, output, {f"{d.name}-deviations.csv": deviations_to_csv(d) for d in found})
+    if as_json:
+        print_json({"files": files})
+    else:
+        typer.echo("\n".join(files))
 
 
 @app.command()
@@ -49,25 +55,16 @@ def model(
     job: JobFile, output: Output = None, workers: Workers = 1, scheduler: Scheduler = None, as_json: AsJson = False
 ) -> None:
     """What is deterministic and what is random in each part: a table, and a CSV file a part."""
-    from trueloop.formats.surface_csv import deviations_to_csv
+    from trueloop.cli.surface_summary import say_parts
+    from trueloop.formats.surface_csv import separation_to_csv
 
     inputs = _read(job)
     parts = _parts(inputs, workers, scheduler)
-    files = _write_files(
-        inputs, output, {f"{p.deviations.name}-deviations.csv": deviations_to_csv(p.deviations) for p in parts}
+    named = {p.deviations.name: p.separation for p in parts}
+    files = _write(
+        inputs, output, {f"{name}-model.csv": separation_to_csv(name, apart) for name, apart in named.items()}
     )
-    if as_json:
-        print_json({"parts": [_part_row(part) for part in parts], "files": files})
-        return
-    console = wide_console()
-    for part in parts:
-        row = _part_row(part)
-        console.print(
-            f"{row['name']}: {row['controls']} control points, Moran's I {row['moran_i']:.4f} "
-            f"(p {row['moran_p']:.3f}), "
-            f"Lilliefors p {row['lilliefors_p']:.3f}, random part {row['random_sigma_um']:.2f} µm",
-            markup=False,
-        )
+    say_parts(parts, files, as_json)
 
 
 @app.command()
@@ -75,16 +72,13 @@ def model(
 def pattern(
     job: JobFile, output: Output = None, workers: Workers = 1, scheduler: Scheduler = None, as_json: AsJson = False
 ) -> None:
-    """The machining pattern of all parts: pattern.json and pattern.html."""
-    from trueloop.formats.surface_csv import pattern_to_json
+    """The machining pattern of all parts: pattern.json, pattern.html, maps.svg, and the maps of every part as CSV."""
+    from trueloop.cli.surface_summary import say_pattern
     from trueloop.loops.surface import pattern_model
-    from trueloop.report.surface_page import surface_page
 
     inputs = _read(job)
     found = pattern_model(inputs.surface, _parts(inputs, workers, scheduler), inputs.options)
-    page = surface_page(inputs.name, found).encode()
-    files = _write_files(inputs, output, {"pattern.json": pattern_to_json(found.pattern), "pattern.html": page})
-    _say_pattern(found, files, as_json)
+    say_pattern(found, _write(inputs, output, _pattern_files(inputs, found)), as_json)
 
 
 @app.command()
@@ -121,26 +115,42 @@ def path(
 
 def run_surface_job(job: Path, output: Path | None, workers: int, scheduler: str | None, as_json: bool) -> None:
     """Reads, models, corrects, writes and says what was done."""
-    from trueloop.compensation.record import record_id, sha256_of
-    from trueloop.formats.surface_csv import pattern_to_json
-    from trueloop.loops.surface import correct, pattern_model
-    from trueloop.report.surface_page import surface_page
+    from trueloop.cli.surface_summary import say_pattern
+    from trueloop.compensation.record import MARK
+    from trueloop.loops.surface_correction import correct_job
 
     inputs = _read(job)
-    found = pattern_model(inputs.surface, _parts(inputs, workers, scheduler), inputs.options)
-    hashes = {file.name: sha256_of(file.read_bytes()) for file in inputs.files}
-    record = record_id(hashes, {})
-    with busy("correcting"):
-        done = correct(found, inputs.program, inputs.cutter, record)
-        contents = {"pattern.json": pattern_to_json(found.pattern)}
+    with busy(f"correcting by {len(inputs.parts)} parts"):
+        done = correct_job(inputs, workers=workers, scheduler=scheduler)
+        correction, record = done.correction, done.record
+        contents = {}
         if inputs.cad_file != "none":
             from trueloop.formats.cad import surface_to_bytes
 
-            contents[f"corrected.{inputs.cad_file}"] = surface_to_bytes(done.surface.surface, inputs.cad_file)
-        if done.program is not None and inputs.program is not None:
-            contents[f"corrected{Path(str(inputs.program.file)).suffix}"] = done.program.source
-        contents["pattern.html"] = surface_page(inputs.name, found, done).encode()
-    _say_pattern(found, _write_files(inputs, output, contents), as_json)
+            mark = f"{MARK}: record {record.id}"
+            contents[f"corrected.{inputs.cad_file}"] = surface_to_bytes(
+                correction.surface.surface, inputs.cad_file, mark
+            )
+        if correction.program is not None and inputs.program is not None:
+            contents[f"corrected{Path(str(inputs.program.file)).suffix}"] = correction.program.source
+        contents |= _pattern_files(inputs, correction.model, correction)
+        contents["record.json"] = record.to_json().encode()
+    say_pattern(correction.model, _write(inputs, output, contents), as_json, record.id, done.notes)
+
+
+def _pattern_files(
+    inputs: "SurfaceInputs", found: "SurfaceModel", correction: "SurfaceCorrection | None" = None
+) -> dict[str, bytes]:
+    from trueloop.formats.surface_csv import maps_to_csv, pattern_to_json
+    from trueloop.loops.surface import maps_of
+    from trueloop.report.surface_page import maps_picture, surface_page
+
+    return {
+        "pattern.json": pattern_to_json(found.pattern),
+        "pattern.html": surface_page(inputs.name, found, correction).encode(),
+        "maps.svg": maps_picture(found).encode(),
+        **{f"{maps.name}-maps.csv": maps_to_csv(maps, normal) for maps, normal in maps_of(found)},
+    }
 
 
 def _read(job: Path) -> "SurfaceInputs":
@@ -154,69 +164,12 @@ def _parts(inputs: "SurfaceInputs", workers: int, scheduler: str | None) -> "lis
     from trueloop.loops.surface import model_of
 
     with busy(f"{len(inputs.parts)} parts"):
-        return model_of(inputs.surface, inputs.parts, inputs.options, workers=workers, scheduler=scheduler)
+        return model_of(
+            inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, workers=workers, scheduler=scheduler
+        )
 
 
-def _part_row(part: "Part") -> dict[str, object]:
-    chosen = part.separation.chosen
-    return {
-        "name": part.deviations.name,
-        "alignment": part.deviations.alignment.kind,
-        "controls": str(chosen.size),
-        "moran_i": chosen.moran_i,
-        "moran_p": chosen.moran_p,
-        "permutation_p": part.separation.permutation_p,
-        "lilliefors_p": chosen.normality.lilliefors_p,
-        "ks_p": chosen.normality.ks_p,
-        "random_sigma_um": part.separation.sigma_mm * 1000,
-    }
-
-
-def _write_files(inputs: "SurfaceInputs", output: Path | None, contents: dict[str, bytes]) -> list[str]:
+def _write(inputs: "SurfaceInputs", output: Path | None, contents: dict[str, bytes]) -> list[str]:
     from trueloop.formats.outputs import write_all
 
     return [str(file) for file in write_all(output or inputs.output_folder, contents, inputs.files)]
-
-
-def _write(inputs: "SurfaceInputs", output: Path | None, contents: dict[str, bytes], as_json: bool) -> None:
-    files = _write_files(inputs, output, contents)
-    if as_json:
-        print_json({"files": files})
-    else:
-        for file in files:
-            typer.echo(file)
-
-
-def _say_pattern(found: "SurfaceModel", files: list[str], as_json: bool) -> None:
-    import numpy as np
-
-    at = np.linspace(0.0, 1.0, 41)
-    told = found.pattern
-    largest = 1000 * float(np.max(np.abs(told.mean.grid_mm(at, at))))
-    unsure = 1000 * float(np.mean(told.uncertainty_grid_mm(at, at)))
-    if as_json:
-        print_json(
-            {
-                "parts": [_part_row(part) for part in found.parts],
-                "controls": str(told.size),
-                "largest_um": largest,
-                "uncertainty_um": unsure,
-                "random_sigma_um": told.sigma_mm * 1000,
-                "parts_needed": found.parts_needed,
-                "outlying": [odd.name for odd in told.outlying],
-                "findings": [f"{finding.code}: {finding.message}" for finding in found.findings],
-                "files": files,
-            }
-        )
-        return
-    console = wide_console()
-    console.print(
-        f"pattern of {told.parts} parts: {told.size} control points, up to {largest:.1f} µm, known to "
-        f"± {unsure:.2f} µm (95 %); random part {told.sigma_mm * 1000:.2f} µm; {found.parts_needed} parts for ± "
-        f"{found.options.target_mm * 1000:g} µm",
-        markup=False,
-    )
-    for finding in found.findings:
-        console.print(f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}", markup=False)
-    for file in files:
-        console.print(file, markup=False)

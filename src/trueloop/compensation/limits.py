@@ -47,11 +47,11 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
 
 
 def check_scatter(scatter_mm: float, limits: Limits) -> None:
-    """Refuses touches that scatter about their curves by more than the limit: then little of the error repeats."""
+    """Refuses touches that scatter about what was fitted by more than the limit: then little of the error repeats."""
     if scatter_mm > limits.scatter_mm:
         raise TrueloopError(
             Code.CMP_SCATTER,
-            f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about the fitted curves; "
+            f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about what was fitted; "
             f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm",
             hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
             override="compensation.max_scatter_um in the job",

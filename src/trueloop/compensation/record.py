@@ -54,16 +54,16 @@ def record_id(inputs_sha256: dict[str, str], options: dict[str, object]) -> str:
     return sha256_of(json.dumps([inputs_sha256, options], sort_keys=True).encode())[:16]
 
 
-def check_uncorrected(source: bytes) -> None:
-    """Refuses a program that a correction was already written into."""
+def check_uncorrected(source: bytes, what: str = "program") -> None:
+    """Refuses a program, or another file, that a correction was already written into."""
     position = source.find(MARK.encode())
     if position >= 0:
         line = source.count(b"\n", 0, position) + 1
         comment = source[position:].split(b"\n", 1)[0].decode("latin-1").strip()
         raise TrueloopError(
             Code.CMP_TWICE,
-            f"this program is corrected already: {comment!r}",
-            hint="correct the program that it was made from; its hash stands in the record of that id",
+            f"this {what} is corrected already: {comment!r}",
+            hint=f"correct the {what} that it was made from; its hash stands in the record of that id",
             place=Place(line=line),
         )
 

@@ -11,7 +11,8 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.compensation.cutter import Cutter
-from trueloop.compensation.record import MARK, check_uncorrected, sha256_of
+from trueloop.compensation.program import changes
+from trueloop.compensation.record import MARK, ChangedWord, check_uncorrected, sha256_of
 from trueloop.compensation.surface_points import CUTS_MM, check_gouges, moved_locations
 from trueloop.compensation.tool_axis import ToolAxes, check_tool_axes, tool_axes
 from trueloop.errors import Code, TrueloopError
@@ -60,12 +61,15 @@ class SurfaceJob:
 
 @dataclass(frozen=True, eq=False)
 class CorrectedProgram:
-    """The corrected source, and in figures: moves that cut, blocks put in, the largest displacement of an end."""
+    """The corrected source, and in figures: moves that cut, blocks put in, the largest displacement of an end;
+    `changes` are for people to read.
+    """
 
     source: bytes
     cutting_moves: int
     new_blocks: int
     largest_mm: float
+    changes: list[ChangedWord]
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +114,8 @@ def corrected_program(
     source = apply_edits(program, edits)
     _read_back(program, path, source, ends, between, samples.axes)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
-    new_blocks = sum(map(len, between.values()))
-    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, max(moved, default=0.0))
+    new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
+    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, changes(program, edits[1:]))
 
 
 def _sampled(program: Program, path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> _Samples:

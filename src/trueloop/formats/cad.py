@@ -4,6 +4,7 @@ The CAD kernel (`cad_kernel`) is an optional extra; without it a refusal says ho
 to millimetres by the kernel, from the unit that the file states.
 """
 
+import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,12 +15,14 @@ import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad_kernel import kernel
+from trueloop.gauging.surface_plausibility import BEYOND_MM
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 
 STEP: Final = {".step", ".stp", ".p21"}
 IGES: Final = {".igs", ".iges"}
-ON_EDGE_MM: Final = 1e-3
+IGES_TEXT: Final = 72
+"""Columns of text in a line of IGES."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +36,14 @@ class CadFace:
     handle: Any
 
     def trimmed_away(self, points_mm: Array) -> np.ndarray:
-        """Which points (n, 3) of the surface lie beyond the face's trimming curves, in a hole or outside."""
+        """Which points (n, 3) of the surface lie beyond the face's trimming curves, in a hole or outside, by more than
+        a touch may.
+        """
         occ = kernel()
         classifier = occ.FaceClassifier()
         outside = []
         for x, y, z in points_mm:
-            classifier.Perform(self.handle, occ.Pnt(x, y, z), ON_EDGE_MM)
+            classifier.Perform(self.handle, occ.Pnt(x, y, z), BEYOND_MM)
             outside.append(classifier.State() == occ.OUT)
         return np.array(outside, bool)
 
@@ -109,12 +114,17 @@ def write_surface(surface: Surface, path: Path) -> None:
         raise TrueloopError(Code.SRF_CAD, f"{path.name!r} could not be written: 1 face", hint="is the folder there?")
 
 
-def surface_to_bytes(surface: Surface, ending: str) -> bytes:
-    """What `write_surface` writes, for files that are written together or not at all."""
+def surface_to_bytes(surface: Surface, ending: str, description: str) -> bytes:
+    """What `write_surface` writes, for files that are written together or not at all, described where the format has
+    a place for that: STEP's FILE_DESCRIPTION, the start section of IGES.
+    """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"surface.{ending}"
         write_surface(surface, path)
-        return path.read_bytes()
+        content = path.read_bytes()
+    if f".{ending}" in IGES:
+        return description.encode("ascii").ljust(IGES_TEXT)[:IGES_TEXT] + content[IGES_TEXT:]
+    return re.sub(rb"(FILE_DESCRIPTION\(\(')[^']*", rb"\g<1>" + description.encode("ascii"), content, count=1)
 
 
 def _shape(occ: Any, path: Path) -> Any:

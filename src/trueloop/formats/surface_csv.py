@@ -1,14 +1,24 @@
 """Deviations and patterns of surfaces as tables."""
 
 import json
+from typing import Final
 
 import numpy as np
 
+from trueloop.error_surface.part_maps import PartMaps
 from trueloop.error_surface.pattern import Pattern
+from trueloop.error_surface.places import Places
+from trueloop.error_surface.separate import Separation
 from trueloop.gauging.surface_deviations import SurfaceDeviations
+from trueloop.geometry.feature import Array
 from trueloop.units import UM_PER_MM
 
-HEADER = "row,column,u,v,x_mm,y_mm,z_mm,nx,ny,nz,error_um"
+HEADER: Final = "row,column,u,v,x_mm,y_mm,z_mm,nx,ny,nz,error_um"
+PLACE: Final = ("u", "v", "x_mm", "y_mm", "z_mm")
+NORMAL: Final = ("nx", "ny", "nz")
+SHOWN: Final = (
+    "measured_um", "deterministic_um", "random_um", "pattern_um", "predicted_um", "variability_um", "uncertainty_um",
+)  # fmt: skip
 
 
 def deviations_to_csv(deviations: SurfaceDeviations) -> bytes:
@@ -25,6 +35,28 @@ def deviations_to_csv(deviations: SurfaceDeviations) -> bytes:
         normal = ",".join(f"{value:.9f}" for value in deviations.normal[k])
         error = deviations.error_mm[k] * UM_PER_MM
         lines.append(f"{place},{deviations.u[k]:.9f},{deviations.v[k]:.9f},{nominal},{normal},{error:.4f}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def separation_to_csv(name: str, apart: Separation) -> bytes:
+    """A row a place of one part: parameters on [0, 1], nominal point, and the errors taken apart, in µm."""
+    columns = {"measured_um": apart.measured_mm, "deterministic_um": apart.measured_mm - apart.random_mm}
+    return _table(name, apart.places, [], columns | {"random_um": apart.random_mm})
+
+
+def maps_to_csv(maps: PartMaps, normal: Array) -> bytes:
+    """A row a place of one part: parameters on [0, 1], nominal point, outward normal (n, 3), and its maps, in µm."""
+    columns = {name: getattr(maps, name.replace("_um", "_mm")) for name in SHOWN}
+    return _table(maps.name, maps.places, [normal], columns)
+
+
+def _table(name: str, places: Places, more: list[Array], errors_mm: dict[str, Array]) -> bytes:
+    head = ",".join([*PLACE, *NORMAL * len(more), *errors_mm])
+    lines = [f"# {name}: {len(places.u)} places; positive is material left on", head]
+    at = np.column_stack([places.u, places.v, places.points_mm, *more])
+    errors = np.column_stack([values * UM_PER_MM for values in errors_mm.values()])
+    for place, row in zip(at, errors, strict=True):
+        lines.append(",".join([*(f"{value:.9g}" for value in place), *(f"{value:.4f}" for value in row)]))
     return ("\n".join(lines) + "\n").encode()
 
 

@@ -1,5 +1,6 @@
 """The job file of a surface (TOML): its nominal, its measured parts, how to model, what to correct."""
 
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -24,6 +25,8 @@ class SurfaceGaugingTable(Table):
     ball_radius_mm: NotNegative = 0.0
     alignment: Literal["datum", "best-fit"] = "datum"
     farthest_mm: Positive = 1.0
+    measured_at: datetime | None = None
+    program_sha256: str | None = None
 
 
 class ModelTable(Table):
@@ -63,6 +66,8 @@ class SurfaceCompensationTable(Table):
     cad_file: Literal["step", "iges", "none"] = "step"
     max_correction_um: Positive = 150.0
     max_slope_um_per_mm: Positive = 40.0
+    max_scatter_um: Positive = 10.0
+    max_age_hours: Positive = 24.0 * 7
 
 
 class SurfaceOutputTable(Table):

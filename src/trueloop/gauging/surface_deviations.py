@@ -5,13 +5,14 @@ offset by the ball's radius: along a common normal that is the centre's distance
 radius, and no compensation of the ball, with its own errors, comes in.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.gauging.surface_alignment import DATUM, Alignment, best_fit
-from trueloop.gauging.surface_plausibility import findings_of
+from trueloop.gauging.surface_plausibility import findings_of, refuse_outside
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
@@ -73,23 +74,30 @@ def surface_deviations(
     *,
     fit: bool = False,
     farthest_mm: float = 1.0,
-    trimmed_away: np.ndarray | None = None,
 ) -> SurfaceDeviations:
     """Deviations along the normals, datum-bound or, with `fit`, after a best fit of six degrees of freedom.
 
-    farthest_mm: a point that stands farther off is refused. trimmed_away (n,): points whose foot lies in a hole or
-    beyond the trimmed edge of the face, as the CAD kernel says. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT,
-    SRF-SIGN, SRF-OUTSIDE, SRF-DUPLICATE; what is only suspicious is among `findings`.
+    farthest_mm: a point that stands farther off is refused. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT, SRF-SIGN,
+    SRF-OUTSIDE, SRF-DUPLICATE; what is only suspicious is among `findings`.
     """
     xyz = np.asarray(points.points_mm, float)
     there = np.all(np.isfinite(xyz), axis=1)
     _enough(points, there)
     feet = closest(surface, xyz[there])
-    found = findings_of(surface, points, there, feet, farthest_mm, trimmed_away, bound=not fit)
+    found = findings_of(surface, points, there, feet, farthest_mm, bound=not fit)
     alignment = DATUM
     if fit:
         alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet)
     return _filled(points, there, feet, alignment, found)
+
+
+def refuse_trimmed(deviations: SurfaceDeviations, trimmed_away: Callable[[Array], np.ndarray]) -> None:
+    """Raises SRF-OUTSIDE for points whose foot lies in a hole or beyond the trimmed edge of the face: the function says
+    for points of the surface (n, 3) which do, as the CAD kernel knows.
+    """
+    there = deviations.measured
+    feet = deviations.nominal_mm[there]
+    refuse_outside(deviations.name, trimmed_away(feet), np.flatnonzero(there) + 1, feet)
 
 
 def _filled(

@@ -32,7 +32,6 @@ def findings_of(
     there: np.ndarray,
     feet: Feet,
     farthest_mm: float,
-    trimmed_away: np.ndarray | None,
     *,
     bound: bool,
 ) -> tuple[Finding, ...]:
@@ -46,7 +45,7 @@ def findings_of(
     _refuse_unit(surface, xyz, error, radius, points.name)
     _refuse_side(feet, radius, points.name)
     _refuse_off(error, number, xyz, farthest_mm, points.name)
-    _refuse_outside(feet, number, xyz, points.name, trimmed_away)
+    refuse_outside(points.name, feet.beyond_mm > BEYOND_MM, number, xyz)
     _refuse_twice(xyz, number, points.name)
     found = [*_holes(points, there), *_ball(surface, feet, radius)]
     if bound and radius == 0:
@@ -97,10 +96,8 @@ def _refuse_off(error: Array, number: Integers, xyz: Array, farthest_mm: float, 
         )
 
 
-def _refuse_outside(feet: Feet, number: Integers, xyz: Array, name: str, trimmed_away: np.ndarray | None) -> None:
-    outside = feet.beyond_mm > BEYOND_MM
-    if trimmed_away is not None:
-        outside = outside | trimmed_away
+def refuse_outside(name: str, outside: np.ndarray, number: Integers, xyz: Array) -> None:
+    """Refuses points of a part that lie beyond the edge of the face: `outside` (n,) says which of `xyz` (n, 3) do."""
     if np.any(outside):
         first = int(np.argmax(outside))
         x, y, z = xyz[first]

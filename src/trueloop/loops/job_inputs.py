@@ -92,7 +92,7 @@ def read_inputs(path: Path) -> ReadJob:
         finish_touches=_touches(path.parent / finish_touches, job, profile) if finish_touches else None,
         nose=_nose(path, job),
         inputs_sha256={name: sha256_of(file.read_bytes()) for name, file in files.items()},
-        made_by=_user(),
+        made_by=user_name(),
     )
     return ReadJob(
         inputs=inputs,
@@ -210,7 +210,7 @@ def _nose_radius_mm(job: Job) -> float:
     return job.tool.nose_radius_mm
 
 
-def _user() -> str:
+def user_name() -> str:
     """Who runs this, as far as the system knows."""
     try:
         return getpass.getuser()

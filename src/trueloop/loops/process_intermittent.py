@@ -13,9 +13,9 @@ import numpy as np
 from trueloop import __version__
 from trueloop.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.compensation.decide import Decision, decide
-from trueloop.compensation.limits import Limits, check_age, check_limits, check_scatter
+from trueloop.compensation.limits import Limits, check_limits, check_scatter
 from trueloop.compensation.prediction import Prediction, predict
-from trueloop.compensation.record import Record, check_same_program, check_uncorrected, record_id
+from trueloop.compensation.record import Record, record_id
 from trueloop.compensation.shift import Shift
 from trueloop.compensation.table import CorrectionTable, correction_table
 from trueloop.compensation.targets import Fitting
@@ -23,11 +23,11 @@ from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.error_curve.nose_model import NoseModel
 from trueloop.error_curve.options import FitOptions
-from trueloop.errors import TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_loop_sign
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run, commanded
+from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.shifts import Shifts, corrected_shifts
 from trueloop.loops.written import Driven, Writing, write_contour, write_offsets
 from trueloop.nc.program import Program
@@ -105,7 +105,9 @@ class Correction:
 def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     """One correction. Raises TCH, FIT, NC and CMP errors for what cannot or must not be corrected."""
     now = now or datetime.now(UTC)
-    notes = _refuse_misuse(inputs, now)
+    notes = refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, inputs.options.limits)
+    if inputs.finish_touches is not None:
+        check_loop_sign(inputs.touches, inputs.finish_touches)
     options, profile, nose = inputs.options, inputs.profile, inputs.nose_radius_mm
     run = Run(inputs.parameters, inputs.execute_deleted_blocks, options.resolution_mm, inputs.lines)
     told = commanded(inputs.program, inputs.semifinish, profile, nose, inputs.allowance_mm, run)
@@ -160,24 +162,6 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         ),
         notes=(*notes, *told.notes),
     )
-
-
-def _refuse_misuse(inputs: Inputs, now: datetime) -> list[str]:
-    """Never twice, never another program's touches, never old ones, never with the sign reversed."""
-    notes: list[str] = []
-    try:
-        check_uncorrected(inputs.program.source)
-        if inputs.program_sha256 is not None:
-            check_same_program(inputs.program.source, inputs.program_sha256)
-    except TrueloopError as error:
-        raise (error.in_file(inputs.program.file) if inputs.program.file else error) from None
-    if inputs.measured_at is None:
-        notes.append("The job does not say when the part was touched, so the touches' age was not checked.")
-    else:
-        check_age(inputs.measured_at, now, inputs.options.limits)
-    if inputs.finish_touches is not None:
-        check_loop_sign(inputs.touches, inputs.finish_touches)
-    return notes
 
 
 def _fit_options(options: Options) -> FitOptions:

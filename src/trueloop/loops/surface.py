@@ -1,7 +1,8 @@
 """From measured parts to a corrected surface and a corrected program."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -10,15 +11,18 @@ from trueloop.compensation.surface_program import CorrectedProgram, SurfaceJob, 
 from trueloop.compensation.surface_shift import CorrectedSurface, corrected_surface
 from trueloop.error_surface.cells import averaged_over_cells
 from trueloop.error_surface.neighbourhood import Neighbourhood
+from trueloop.error_surface.part_maps import PartMaps, part_maps
 from trueloop.error_surface.pattern import Pattern, parts_needed, pattern_of
 from trueloop.error_surface.places import Places, places_of, same_places
 from trueloop.error_surface.separate import Separation, separate
 from trueloop.errors import Finding
-from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviations, surface_deviations
+from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import run_batch
 from trueloop.nc.program import Program
+
+Trim: TypeAlias = Callable[[Array], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,17 @@ class SurfaceModel:
         return (*own, *self.pattern.findings)
 
 
+def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
+    """The maps of every part of the model, with the outward normals at its places."""
+    (u0, u1), (v0, v1) = model.surface.domain
+    found = []
+    for part in model.parts:
+        apart = part.separation
+        normal = model.surface.normal(u0 + (u1 - u0) * apart.places.u, v0 + (v1 - v0) * apart.places.v)
+        found.append((part_maps(model.pattern, apart, part.deviations.name, model.options.weight), normal))
+    return found
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceCorrection:
     """The corrected surface, and the corrected program where one was given."""
@@ -81,12 +96,20 @@ def deviations_of(
     parts: Sequence[MeasuredPoints],
     options: SurfaceOptions,
     *,
+    trim: Trim | None = None,
     workers: int = 1,
     scheduler: str | None = None,
 ) -> list[SurfaceDeviations]:
-    """Deviations of every part, worked off here, on local processes or on a cluster."""
+    """Deviations of every part, worked off here, on local processes or on a cluster.
+
+    trim: which points of the surface are cut away; the CAD kernel, which knows, stays in this process.
+    """
     tasks = [_Task(surface, points, options) for points in parts]
-    return run_batch(_deviations, tasks, workers=workers, scheduler=scheduler)
+    found = run_batch(_deviations, tasks, workers=workers, scheduler=scheduler)
+    if trim is not None:
+        for deviations in found:
+            refuse_trimmed(deviations, trim)
+    return found
 
 
 def model_of(
@@ -94,11 +117,12 @@ def model_of(
     parts: Sequence[MeasuredPoints],
     options: SurfaceOptions,
     *,
+    trim: Trim | None = None,
     workers: int = 1,
     scheduler: str | None = None,
 ) -> list[Part]:
     """Every part's deviations, taken apart. Parts measured at the same places of a grid share their neighbourhood."""
-    found = deviations_of(surface, parts, options, workers=workers, scheduler=scheduler)
+    found = deviations_of(surface, parts, options, trim=trim, workers=workers, scheduler=scheduler)
     placed = [_placed(surface, deviations, options) for deviations in found]
     shared = same_places([places for places, _ in placed])
     near = [Neighbourhood(places, options.exponent) for places in dict.fromkeys(shared)]
@@ -176,9 +200,3 @@ def _separation(task: _Apart) -> Separation:
         criterion=task.options.criterion,
         name=task.name,
     )
-
-
-def after_correction_mm(model: SurfaceModel, u: Array, v: Array) -> Array:
-    """What a next part is predicted to keep of the mean measured deviation: on a grid of [0, 1] × [0, 1]."""
-    stack = np.stack([part.separation.deterministic.grid_mm(u, v) for part in model.parts])
-    return np.asarray(np.mean(stack, axis=0) - model.options.weight * model.pattern.mean.grid_mm(u, v))

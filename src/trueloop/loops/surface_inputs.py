@@ -1,10 +1,13 @@
 """A surface's job read from its files."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.limits import Limits
+from trueloop.compensation.record import sha256_of
 from trueloop.compensation.surface_program import SurfaceJob
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_input
@@ -13,14 +16,18 @@ from trueloop.formats.surface_job import SurfaceJobFile, read_surface_job
 from trueloop.gauging.surface_deviations import MeasuredPoints
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.loops.surface import SurfaceOptions
+from trueloop.loops.job_inputs import user_name
+from trueloop.loops.surface import SurfaceOptions, Trim
 from trueloop.nc.program import Program, read_program
 from trueloop.units import UM_PER_MM
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceInputs:
-    """Everything a surface's job names, read: `files` are all of them."""
+    """Everything a surface's job names, read: `files` are all of them, `sha256` their hashes by the job's names.
+
+    `trim` tells which points of the surface its face's trimming curves cut away.
+    """
 
     name: str
     surface: Surface
@@ -31,6 +38,12 @@ class SurfaceInputs:
     cad_file: str
     output_folder: Path
     files: tuple[Path, ...]
+    sha256: Mapping[str, str]
+    nominal: Path
+    trim: Trim | None = None
+    measured_at: datetime | None = None
+    program_sha256: str | None = None
+    made_by: str = ""
 
 
 def read_surface_inputs(path: Path) -> SurfaceInputs:
@@ -39,21 +52,34 @@ def read_surface_inputs(path: Path) -> SurfaceInputs:
     points = _point_files(path, job)
     nominal = path.parent / job.surface.file
     program = path.parent / job.program.finish if job.program else None
+    surface, trim = _nominal(nominal, job.surface.face, flip=job.surface.flip)
+    files = (path, nominal, *points, *([program] if program else []))
     return SurfaceInputs(
         name=job.name,
-        surface=read_nominal(nominal, job.surface.face, flip=job.surface.flip),
+        surface=surface,
         parts=tuple(_part(file, job.gauging.ball_radius_mm) for file in points),
         options=options_of(job),
         program=None if program is None or job.program is None else _program(program, job.program.dialect),
         cutter=_cutter(job),
         cad_file=job.compensation.cad_file,
         output_folder=path.parent / job.output.folder,
-        files=(path, nominal, *points, *([program] if program else [])),
+        files=files,
+        sha256={_named(file, path.parent): sha256_of(file.read_bytes()) for file in files},
+        nominal=nominal,
+        trim=trim,
+        # A time without a zone is the clock on the wall here.
+        measured_at=job.gauging.measured_at.astimezone() if job.gauging.measured_at else None,
+        program_sha256=job.gauging.program_sha256,
+        made_by=user_name(),
     )
 
 
 def read_nominal(path: Path, face: int | None, *, flip: bool) -> Surface:
     """The nominal surface: a face of a CAD file, or a CSV grid that the surface goes through."""
+    return _nominal(path, face, flip=flip)[0]
+
+
+def _nominal(path: Path, face: int | None, *, flip: bool) -> tuple[Surface, Trim | None]:
     if path.suffix.lower() == ".csv":
         points, shape = read_points(path)
         if shape is None:
@@ -63,12 +89,13 @@ def read_nominal(path: Path, face: int | None, *, flip: bool) -> Surface:
                 hint="a nominal surface is fitted to a grid: give row and column of each point",
                 place=Place(str(path)),
             )
-        surface = fit_grid(points.reshape(*shape, 3)).surface
+        surface, trim = fit_grid(points.reshape(*shape, 3)).surface, None
     else:
         from trueloop.formats.cad import read_face  # slow to import
 
-        surface = read_face(path, face).surface
-    return surface.turned_over() if flip else surface
+        found = read_face(path, face)
+        surface, trim = found.surface, found.trimmed_away
+    return (surface.turned_over() if flip else surface), trim
 
 
 def options_of(job: SurfaceJobFile) -> SurfaceOptions:
@@ -88,8 +115,15 @@ def options_of(job: SurfaceJobFile) -> SurfaceOptions:
         limits=Limits(
             correction_mm=compensation.max_correction_um / UM_PER_MM,
             slope=compensation.max_slope_um_per_mm / UM_PER_MM,
+            scatter_mm=compensation.max_scatter_um / UM_PER_MM,
+            age_hours=compensation.max_age_hours,
         ),
     )
+
+
+def _named(file: Path, folder: Path) -> str:
+    """As the job names it: relative to its folder, where it lies below it."""
+    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else str(file)
 
 
 def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:

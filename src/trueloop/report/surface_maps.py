@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.geometry.feature import Array
-from trueloop.report.style import FAINT, FONT, INK, LEFT_ON, TAKEN, Figure, Trace, plain, round_step
+from trueloop.report.style import FAINT, FONT, INK, LEFT_ON, SOFT, TAKEN, Figure, Trace, plain, round_step
 from trueloop.units import UM_PER_MM
 
 SCALE: Final[list[tuple[float, str]]] = [
@@ -23,22 +23,38 @@ SCALE: Final[list[tuple[float, str]]] = [
 WIDTH: Final = 480
 SOLID_HEIGHT: Final = 520
 CELLS: Final = 60
+LEFT: Final = 26
+TOP: Final = 8
+BOX: Final = 336
+HEIGHT: Final = BOX + TOP + 24
+"""A flat map: where its box begins, its longer side, and what is left below for words."""
 
 
 @dataclass(frozen=True, eq=False)
 class DeviationMap:
-    """Errors in mm on a grid of places (rows, columns) of a surface, `points_mm` (rows, columns, 3)."""
+    """Errors in mm on a grid of places (rows, columns) of a surface, or at scattered ones (n,); `points_mm` and their
+    parameters `uv` on [0, 1] have 3 and 2 numbers a place. `title` is HTML.
+    """
 
     name: str
     title: str
     points_mm: Array
+    uv: Array
     error_mm: Array
+
+    @property
+    def sides_mm(self) -> tuple[float, float]:
+        """About how long the surface is along u and along v."""
+        points, uv = self.points_mm.reshape(-1, 3), self.uv.reshape(-1, 2)
+        slopes = np.linalg.lstsq(uv - uv.mean(axis=0), points - points.mean(axis=0), rcond=None)[0]
+        along, across = (float(np.linalg.norm(slope)) for slope in slopes)
+        return along, across
 
 
 def colour_range_um(maps: list[DeviationMap]) -> float:
     """The round number of µm that all maps' colours reach to, either way."""
     largest = max(float(np.nanmax(np.abs(m.error_mm), initial=0.0)) for m in maps) * UM_PER_MM
-    step = round_step(2 * max(largest, 0.1), 10)
+    step = round_step(2 * max(largest, 0.1), 20)
     return float(np.ceil(largest / step - 1e-9) * step) or step
 
 
@@ -68,32 +84,78 @@ def solid(maps: list[DeviationMap], range_um: float) -> Figure:
 
 def _trace(shown: DeviationMap, range_um: float, *, visible: bool) -> Trace:
     x, y, z = (shown.points_mm[..., k].round(4).tolist() for k in range(3))
-    return {
-        "type": "surface", "x": x, "y": y, "z": z, "surfacecolor": (shown.error_mm * UM_PER_MM).round(3).tolist(),
-        "visible": visible, "cmin": -range_um, "cmax": range_um, "colorscale": [list(stop) for stop in SCALE],
+    error = (shown.error_mm * UM_PER_MM).round(3).tolist()
+    colours = {
+        "cmin": -range_um, "cmax": range_um, "colorscale": [list(stop) for stop in SCALE],
         "colorbar": {"title": {"text": "µm"}, "thickness": 12, "len": 0.8},
-        "hovertemplate": "x %{x:.3f} y %{y:.3f} z %{z:.3f} mm<br>%{surfacecolor:.2f} µm<extra></extra>",
-        "lighting": {"ambient": 0.9, "diffuse": 0.2, "specular": 0.0},
     }  # fmt: skip
+    trace: Trace = {"x": x, "y": y, "z": z, "visible": visible}
+    place = "x %{x:.3f} y %{y:.3f} z %{z:.3f} mm<br>"
+    if shown.error_mm.ndim == 1:
+        dots = {"size": 4, "color": error, **colours}
+        hover = place + "%{marker.color:.2f} µm<extra></extra>"
+        return trace | {"type": "scatter3d", "mode": "markers", "marker": dots, "hovertemplate": hover}
+    lighting = {"ambient": 0.9, "diffuse": 0.2, "specular": 0.0}
+    hover = place + "%{surfacecolor:.2f} µm<extra></extra>"
+    return trace | colours | {"type": "surface", "surfacecolor": error, "lighting": lighting, "hovertemplate": hover}
 
 
 def flat(deviations: DeviationMap, range_um: float) -> str:
-    """One map flat (SVG), rows upwards, with its colour bar: for the page and for paper."""
+    """One map flat (SVG): u upwards, v to the right, sides in proportion, with its colour bar."""
+    u_mm, v_mm = deviations.sides_mm
+    across, up = (BOX * side / max(u_mm, v_mm) for side in (v_mm, u_mm))
+    draw = _dots if deviations.error_mm.ndim == 1 else _cells
+    frame = f'<rect x="{LEFT}" y="{TOP}" width="{across:.1f}" height="{up:.1f}" fill="none" stroke="{FAINT}"/>'
+    middle, below = TOP + up / 2, TOP + up + 16
+    axes = (
+        f'<text x="{LEFT + across / 2:.1f}" y="{below:.1f}" text-anchor="middle" fill="{SOFT}">'
+        f"v → {plain(v_mm)} mm</text>"
+        f'<text transform="translate({LEFT - 8} {middle:.1f}) rotate(-90)" text-anchor="middle" fill="{SOFT}">'
+        f"u → {plain(u_mm)} mm</text>"
+    )
+    return (
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{deviations.title}" font-family="sans-serif" '
+        f'font-size="12">{draw(deviations, range_um, across, up)}{frame}{axes}'
+        f"{_bar(range_um, LEFT + across + 10)}</svg>"
+    )
+
+
+def sheet(maps: list[DeviationMap]) -> str:
+    """All maps on one sheet, a file of its own (SVG), one colour scale for all."""
+    range_um, gap = colour_range_um(maps), 26
+    width, height = 2 * WIDTH, -(-len(maps) // 2) * (HEIGHT + gap)
+    drawn = "".join(
+        f'<svg x="{k % 2 * WIDTH}" y="{k // 2 * (HEIGHT + gap)}" width="{WIDTH}" height="{HEIGHT + gap}">'
+        f'<text x="{LEFT}" y="18" font-family="sans-serif" font-size="14" font-weight="bold" fill="{INK}">'
+        f"{m.title}</text>"
+        f'<svg y="{gap}" width="{WIDTH}" height="{HEIGHT}">{flat(m, range_um)}</svg></svg>'
+        for k, m in enumerate(maps)
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}">'
+        f"<title>Deviations in µm: red is material left on, blue too much taken</title>{drawn}</svg>\n"
+    )
+
+
+def _cells(deviations: DeviationMap, range_um: float, across: float, up: float) -> str:
     error = _thinned(deviations.error_mm) * UM_PER_MM
     rows, columns = error.shape
-    side = 340.0 / max(rows, columns)
-    cells = "".join(
-        f'<rect x="{10 + j * side:.2f}" y="{10 + (rows - 1 - i) * side:.2f}" width="{side + 0.3:.2f}" '
-        f'height="{side + 0.3:.2f}" fill="{colour(float(error[i, j]), range_um)}"/>'
+    wide, high = across / columns, up / rows
+    return "".join(
+        f'<rect x="{LEFT + j * wide:.2f}" y="{TOP + (rows - 1 - i) * high:.2f}" width="{wide + 0.3:.2f}" '
+        f'height="{high + 0.3:.2f}" fill="{colour(float(error[i, j]), range_um)}"/>'
         for i in range(rows)
         for j in range(columns)
     )
-    frame = (
-        f'<rect x="10" y="10" width="{columns * side:.1f}" height="{rows * side:.1f}" fill="none" stroke="{FAINT}"/>'
-    )
-    return (
-        f'<svg viewBox="0 0 {WIDTH} 360" role="img" aria-label="{deviations.name}" '
-        f'font-family="sans-serif" font-size="12">{cells}{frame}{_bar(range_um, 20 + columns * side)}</svg>'
+
+
+def _dots(deviations: DeviationMap, range_um: float, across: float, up: float) -> str:
+    """Scattered places as dots, about as large as their distance."""
+    radius = min(8.0, 0.5 * np.sqrt(across * up / len(deviations.error_mm)))
+    return "".join(
+        f'<circle cx="{LEFT + v * across:.2f}" cy="{TOP + (1 - u) * up:.2f}" r="{radius:.2f}" '
+        f'fill="{colour(float(error) * UM_PER_MM, range_um)}" stroke="{FAINT}" stroke-width="0.3"/>'
+        for (u, v), error in zip(deviations.uv, deviations.error_mm, strict=True)
     )
 
 
@@ -112,12 +174,12 @@ def colour(error_um: float, range_um: float) -> str:
 def _bar(range_um: float, x: float) -> str:
     steps = 40
     boxes = "".join(
-        f'<rect x="{x:.1f}" y="{10 + k * 8.5:.2f}" width="14" height="8.8" '
+        f'<rect x="{x:.1f}" y="{TOP + k * BOX / steps:.2f}" width="14" height="{BOX / steps + 0.3:.2f}" '
         f'fill="{colour(range_um * (1 - 2 * (k + 0.5) / steps), range_um)}"/>'
         for k in range(steps)
     )
     labels = "".join(
-        f'<text x="{x + 20:.1f}" y="{10 + 340 * (1 - share) / 2:.1f}" dy=".35em">{plain(range_um * share)} µm</text>'
+        f'<text x="{x + 20:.1f}" y="{TOP + BOX * (1 - share) / 2:.1f}" dy=".35em">{plain(range_um * share)} µm</text>'
         for share in (1.0, 0.5, 0.0, -0.5, -1.0)
     )
     return boxes + labels

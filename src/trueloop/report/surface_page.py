@@ -5,12 +5,13 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.error_surface.pattern import fit_variance_mm2
-from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel, after_correction_mm
+from trueloop.error_surface.part_maps import part_maps
+from trueloop.geometry.feature import Array
+from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import html_page
 from trueloop.report.style import plain, signed
-from trueloop.report.surface_maps import DeviationMap, colour_range_um, flat, solid
+from trueloop.report.surface_maps import DeviationMap, colour_range_um, flat, sheet, solid
 from trueloop.units import UM_PER_MM
 
 PLACES: Final = 50
@@ -39,37 +40,36 @@ def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection |
 
 
 def maps(model: SurfaceModel) -> list[DeviationMap]:
-    """The maps of the page: the first part's three, the pattern, its variability, and the prediction."""
+    """The maps of the page: the first part's own, the pattern, its variability, and the prediction."""
     first = model.parts[0]
-    places = first.separation.places
-    shown = [*_of_part(model, first)] if places.rows is not None else []
+    places, name = first.separation.places, esc(first.deviations.name)
+    own = part_maps(model.pattern, first.separation, first.deviations.name, model.options.weight)
+    shape = (
+        (len(places.u),) if places.rows is None or places.columns is None else (len(places.rows), len(places.columns))
+    )
+    points, uv = places.points_mm.reshape(*shape, 3), np.stack([places.u, places.v], axis=1).reshape(*shape, 2)
+
+    def of_part(key: str, title: str, error: Array) -> DeviationMap:
+        return DeviationMap(key, title, points, uv, error.reshape(shape))
+
     at = np.linspace(0.0, 1.0, PLACES)
     (u0, u1), (v0, v1) = model.surface.domain
-    points = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
+    fine = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
+    fine_uv = np.stack(np.meshgrid(at, at, indexing="ij"), axis=2)
     pattern = model.pattern
-    own = fit_variance_mm2(first.separation, at, at) if places.rows is not None else 0.0
     return [
-        *shown,
-        DeviationMap("pattern", f"Pattern of {pattern.parts} parts", points, pattern.mean.grid_mm(at, at)),
-        DeviationMap(
-            "variability", "Standard deviation between parts", points, pattern.variability_grid_mm(at, at, own)
-        ),
-        DeviationMap("after", "Predicted after correction (mean)", points, after_correction_mm(model, at, at)),
+        of_part("measured", f"{name}: measured", own.measured_mm),
+        of_part("deterministic", f"{name}: deterministic", own.deterministic_mm),
+        of_part("random", f"{name}: random", own.random_mm),
+        DeviationMap("pattern", f"Pattern of {pattern.parts} parts", fine, fine_uv, pattern.mean.grid_mm(at, at)),
+        of_part("variability", "Standard deviation between parts", own.variability_mm),
+        of_part("predicted", f"{name}: predicted, corrected by the others’ pattern", own.predicted_mm),
     ]
 
 
-def _of_part(model: SurfaceModel, part: Part) -> list[DeviationMap]:
-    apart, name = part.separation, esc(part.deviations.name)
-    rows, columns = apart.places.rows, apart.places.columns
-    assert rows is not None and columns is not None
-    points = apart.places.points_mm.reshape(len(rows), len(columns), 3)
-    deterministic = apart.deterministic.grid_mm(rows, columns)
-    shape = deterministic.shape
-    return [
-        DeviationMap("measured", f"{name}: measured", points, apart.measured_mm.reshape(shape)),
-        DeviationMap("deterministic", f"{name}: deterministic", points, deterministic),
-        DeviationMap("random", f"{name}: random", points, apart.random_mm.reshape(shape)),
-    ]
+def maps_picture(model: SurfaceModel) -> str:
+    """All maps flat, as one SVG file for print."""
+    return sheet(maps(model))
 
 
 def _figure(shown: DeviationMap, range_um: float) -> str:
@@ -115,13 +115,14 @@ def _prediction(model: SurfaceModel) -> str:
 
 def _parts(model: SurfaceModel) -> str:
     head = (
-        "part", "controls", "Moran’s I", "p", "p shuffled", "Lilliefors p", "K–S p", "random σ (µm)", "errors (µm)",
+        "part", "controls", "Moran’s I", "expected", "p", "p shuffled", "Lilliefors p", "K–S p", "random σ (µm)",
+        "errors (µm)",
     )  # fmt: skip
     rows = [_row(part) for part in model.parts]
     note = (
-        "<p class='note'>p: that residuals so alike come by chance, by the moments of regression residuals; shuffled: "
-        "by permutation. Kolmogorov–Smirnov takes mean and scatter for known, which they are not: Lilliefors "
-        "decides.</p>"
+        "<p class='note'>Expected: Moran’s I where what is left has no order in space. p: that residuals so alike come "
+        "by chance, by the moments of regression residuals; shuffled: by permutation. Kolmogorov–Smirnov takes mean "
+        "and scatter for known, which they are not: Lilliefors decides.</p>"
     )
     return table(head, rows, name="parts-table") + note
 
@@ -133,6 +134,7 @@ def _row(part: Part) -> tuple[str, ...]:
         esc(part.deviations.name),
         esc(trial.size),
         plain(trial.moran_i, 4),
+        plain(trial.null.expected, 4),
         plain(trial.moran_p, 3),
         plain(apart.permutation_p, 3),
         plain(trial.normality.lilliefors_p, 3),

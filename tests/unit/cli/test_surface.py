@@ -2,14 +2,20 @@
 
 import json
 import shutil
+from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from trueloop.cli.failure import ExitStatus
 from trueloop.cli.main import app
-from trueloop.formats.cad import read_face
+from trueloop.compensation.record import sha256_of
+from trueloop.formats.cad import CadFace, read_face, read_faces
+from trueloop.formats.cad_kernel import kernel
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
 
@@ -34,19 +40,63 @@ def edited(job: Path, old: str, new: str) -> Path:
     return job
 
 
-def test_compensate_writes_surface_program_pattern_and_page(job: Path, tmp_path: Path) -> None:
-    told = json.loads(run("compensate", job, "-o", tmp_path / "out", "--json"))
+@pytest.fixture(scope="module")
+def corrected(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
+    """What correcting the example says, and the folder it writes."""
+    folder = tmp_path_factory.mktemp("corrected")
+    return json.loads(run("compensate", EXAMPLE / "surface.toml", "-o", folder, "--json")), folder
+
+
+def test_compensate_writes_surface_program_pattern_maps_and_record(corrected: tuple[dict[str, Any], Path]) -> None:
+    told, folder = corrected
+    names = [f"S{k:02d}" for k in range(1, 11)]
     assert {Path(file).name for file in told["files"]} == {
-        *("corrected.step", "corrected.ngc", "pattern.json", "pattern.html"),
+        *("corrected.step", "corrected.ngc", "pattern.json", "pattern.html", "maps.svg", "record.json"),
+        *(f"{name}-maps.csv" for name in names),
     }
-    assert len(told["parts"]) == 10
+    assert [part["name"] for part in told["parts"]] == names
     assert 10 < told["largest_um"] < 20
     assert told["uncertainty_um"] < 1
-    assert read_face(tmp_path / "out" / "corrected.step").surface.control_mm.shape[2] == 3
-    assert b"trueloop corrected: record" in (tmp_path / "out" / "corrected.ngc").read_bytes()
-    again = edited(job, 'finish = "finish.ngc"', f'finish = "{tmp_path / "out" / "corrected.ngc"}"')
-    assert "CMP-TWICE" in run("compensate", again, "-o", tmp_path / "out2", status=ExitStatus.REFUSED)
-    assert not (tmp_path / "out2").exists()
+    assert "age was not checked" in told["notes"][0]
+    assert read_face(folder / "corrected.step").surface.control_mm.shape[2] == 3
+
+
+def test_the_record_says_what_was_corrected_by_what(corrected: tuple[dict[str, Any], Path]) -> None:
+    told, folder = corrected
+    record = json.loads((folder / "record.json").read_text(encoding="utf-8"))
+    assert record["id"] == told["record"]
+    inputs = {"surface.toml", "nominal.step", "finish.ngc", *(f"parts/S{k:02d}.csv" for k in range(1, 11))}
+    assert set(record["inputs_sha256"]) == inputs
+    assert all(record["inputs_sha256"][name] == sha256_of((EXAMPLE / name).read_bytes()) for name in inputs)
+    assert np.max(np.abs(record["model"]["control_um"])) > told["largest_um"] - 0.1
+    assert len(record["model"]["parts"]) == 10
+    assert len(record["changes"]) > 2000
+    for name in ("corrected.step", "corrected.ngc"):
+        assert f"trueloop corrected: record {record['id']}".encode() in (folder / name).read_bytes()
+
+
+def test_maps_of_a_part_add_up(corrected: tuple[dict[str, Any], Path]) -> None:
+    """Measured is deterministic and random; what is predicted is as small as the part's own share and noise."""
+    rows = np.genfromtxt(corrected[1] / "S04-maps.csv", delimiter=",", skip_header=1, names=True)
+    assert len(rows) == 625
+    np.testing.assert_allclose(rows["measured_um"], rows["deterministic_um"] + rows["random_um"], atol=2e-4)
+    assert np.std(rows["predicted_um"]) < 0.6 * np.std(rows["measured_um"])
+    assert np.std(rows["predicted_um"]) > np.std(rows["random_um"])
+    np.testing.assert_allclose(rows["nx"] ** 2 + rows["ny"] ** 2 + rows["nz"] ** 2, 1.0, atol=1e-6)
+    assert np.mean(rows["uncertainty_um"]) == pytest.approx(corrected[0]["uncertainty_um"], rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [('file = "nominal.step"', 'file = "{}.step"'), ('finish = "finish.ngc"', 'finish = "{}.ngc"')]
+)
+def test_what_was_corrected_once_is_not_corrected_again(
+    corrected: tuple[dict[str, Any], Path], job: Path, tmp_path: Path, old: str, new: str
+) -> None:
+    again = edited(job, old, new.format(corrected[1] / "corrected"))
+    said = run("compensate", again, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    assert "CMP-TWICE" in said
+    assert corrected[0]["record"] in said
+    assert not (tmp_path / "out").exists()
 
 
 def test_deviations_and_model_write_a_file_a_part(job: Path, tmp_path: Path) -> None:
@@ -59,6 +109,9 @@ def test_deviations_and_model_write_a_file_a_part(job: Path, tmp_path: Path) -> 
     model = json.loads(run("model", job, "-o", tmp_path / "out", "--json"))
     assert [part["alignment"] for part in model["parts"]] == ["best fit", "best fit"]
     assert all(part["moran_p"] > 0.01 for part in model["parts"])
+    rows = (tmp_path / "out" / "S01-model.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[1] == "u,v,x_mm,y_mm,z_mm,measured_um,deterministic_um,random_um"
+    assert len(rows) == 627
     assert "SRF-PARTS" in run("pattern", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
 
 
@@ -88,12 +141,120 @@ def test_path_prints_a_program_of_a_csv_grid_too(tmp_path: Path) -> None:
         ('file = "nominal.step"', 'file = "nominal.stp"', "SRF-CAD"),
         ('file = "nominal.step"', 'file = "nominal.step"\nflip = true', "SRF-SIGN"),
         ('points = ["parts/*.csv"]', 'points = ["measured/*.csv"]', "SRF-FILE"),
+        ('points = ["parts/*.csv"]', 'points = ["parts/S01.csv", "parts/S02.csv"]', "SRF-PARTS"),
         ("ball_radius_mm = 2.0", "ball_radius_mm = 8.0", "SRF-OFF"),
-        ("weight = 1.0", "weight = 1.0\nmax_correction_um = 5.0", "CMP-SIZE"),
     ],
 )
 def test_refusals_have_their_code_and_write_nothing(job: Path, tmp_path: Path, old: str, new: str, code: str) -> None:
-    said = run("compensate", edited(job, old, new), "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    refused(edited(job, old, new), tmp_path, code)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "override"),
+    [
+        ("weight = 1.0", "weight = 1.0\nmax_correction_um = 5.0", "CMP-SIZE", "max_correction_um"),
+        ("weight = 1.0", "weight = 1.0\nmax_slope_um_per_mm = 0.5", "CMP-SLOPE", "max_slope_um_per_mm"),
+        ("weight = 1.0", "weight = 1.0\nmax_scatter_um = 1.0", "CMP-SCATTER", "max_scatter_um"),
+        ("[model]", "measured_at = 2001-02-03T04:05:06Z\n[model]", "CMP-AGE", "max_age_hours"),
+        ("[model]", f'program_sha256 = "{"0" * 64}"\n[model]', "CMP-OTHER-PROGRAM", "program_sha256"),
+    ],
+)
+def test_what_must_not_be_applied_is_refused_with_its_override(
+    job: Path, tmp_path: Path, old: str, new: str, code: str, override: str
+) -> None:
+    edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S0*.csv"]')
+    said = refused(edited(job, old, new), tmp_path, code)
+    assert override in said.split("override:")[1]
+
+
+def test_the_program_that_cut_the_parts_and_parts_of_today_are_taken(job: Path, tmp_path: Path) -> None:
+    edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S0*.csv"]')
+    digest = sha256_of((job.parent / "finish.ngc").read_bytes())
+    edited(job, "[model]", f'measured_at = {datetime.now(UTC).isoformat()}\nprogram_sha256 = "{digest}"\n[model]')
+    assert json.loads(run("compensate", job, "-o", tmp_path / "out", "--json"))["notes"] == []
+
+
+def _without(rows: list[str]) -> list[str]:
+    return [row for row in rows if not row.startswith(("3,", "4,", "5,", "6,", "7,", "8,", "9,"))]
+
+
+def _moved(row: str, column: int, by_mm: float) -> str:
+    cells = row.split(",")
+    cells[column] = str(float(cells[column]) + by_mm)
+    return ",".join(cells)
+
+
+def _scaled(rows: list[str]) -> list[str]:
+    return [",".join([*row.split(",")[:2], *(f"{float(x) / 25.4:.8f}" for x in row.split(",")[2:])]) for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("code", "spoilt"),
+    [
+        ("SRF-HOLES", _without),
+        ("SRF-FILE", lambda rows: [*rows, rows[7]]),
+        ("SRF-DUPLICATE", lambda rows: [*rows[:-1], ",".join(["25,25", *rows[7].split(",")[2:]])]),
+        ("SRF-UNIT", _scaled),
+        ("SRF-OFF", lambda rows: [*rows[:-1], _moved(rows[-1], 4, 12.0)]),
+        ("SRF-OUTSIDE", lambda rows: [*rows[:-1], _moved(rows[-1], 3, 2.0)]),
+        ("SRF-POINTS", lambda rows: [row.partition(",")[2].partition(",")[2] for row in rows[:10]]),
+        ("SRF-FILE", lambda rows: [*rows[:5], "1,6,a,b,c", *rows[6:]]),
+    ],
+)
+def test_spoilt_measurements_are_refused(
+    job: Path, tmp_path: Path, code: str, spoilt: Callable[[list[str]], list[str]]
+) -> None:
+    file = job.parent / "parts" / "S03.csv"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    rows = spoilt(rows)
+    head = head if rows[0].count(",") == 4 else "x_mm,y_mm,z_mm"
+    file.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    assert "S03" in refused(job, tmp_path, code)
+
+
+def test_a_point_in_the_bore_of_a_trimmed_face_is_refused(tmp_path: Path) -> None:
+    """A plate of 50 × 50 mm with a bore of 20 mm in its middle: its top is touched where there is no material."""
+    faces = plate_with_bore(tmp_path / "plate.step")
+    top = next(face.number for face in faces if np.allclose(face.surface.control_mm[..., 2], 10.0))
+    at = np.linspace(1, 49, 17)
+    grid = [(i, j, x, y) for i, x in enumerate(at, 1) for j, y in enumerate(at, 1)]
+    solid = [row for row in grid if np.hypot(row[2] - 25, row[3] - 25) > 10.1]
+    job = tmp_path / "job.toml"
+    job.write_text(
+        f'name = "plate"\n[surface]\nfile = "plate.step"\nface = {top}\n[gauging]\npoints = ["part.csv"]\n',
+        encoding="utf-8",
+    )
+
+    def measure(rows: list[tuple[int, int, float, float]]) -> None:
+        lines = [f"{i},{j},{x},{y},10.002" for i, j, x, y in rows]
+        (tmp_path / "part.csv").write_text("\n".join(["row,column,x_mm,y_mm,z_mm", *lines]), encoding="utf-8")
+
+    measure(solid)
+    assert "part-deviations.csv" in run("deviations", job, "-o", tmp_path / "good")
+    measure(grid)
+    said = run("deviations", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    assert "SRF-OUTSIDE" in said
+    assert not (tmp_path / "out").exists()
+
+
+def refused(job: Path, tmp_path: Path, code: str) -> str:
+    said = run("compensate", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert code in said
     assert "hint:" in said
     assert not (tmp_path / "out").exists()
+    return said
+
+
+def plate_with_bore(path: Path) -> list[CadFace]:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    kernel()
+    bore = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(25, 25, -5), gp_Dir(0, 0, 1)), 10.0, 30.0).Shape()
+    plate = BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(50.0, 50.0, 10.0).Shape(), bore).Shape()
+    writer = STEPControl_Writer()
+    writer.Transfer(plate, STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Write(str(path))
+    return read_faces(path)

@@ -71,7 +71,7 @@ def test_log_likelihood_is_that_of_its_normal_law() -> None:
     """Against the density written out with whole matrices, at the best of many ratios of variances."""
     rng = np.random.default_rng(7)
     places, size = square_places(9), Size(5, 4, 2)
-    values = on_grid(random_surface(rng, 5, 0.01), places.rows) + rng.normal(0, NOISE_MM, 81)
+    values = on_grid(random_surface(rng, 5, 0.01), np.linspace(0, 1, 9)) + rng.normal(0, NOISE_MM, 81)
     b, x = design(places, size), projector(places, FORM).columns
     spread = np.sum(b * b) / size.controls
 

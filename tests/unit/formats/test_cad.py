@@ -1,13 +1,16 @@
 """Surfaces through STEP and IGES, and the kernel as an independent judge of points, normals and projections."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support.cad_text import points_of_iges, points_of_step
 from tests.support.surfaces import sphere, wavy_surface
-from trueloop.formats.cad import read_face, read_faces, write_surface
+from trueloop.formats.cad import read_face, read_faces, surface_to_bytes, write_surface
 from trueloop.formats.cad_kernel import kernel
+from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
 
@@ -25,6 +28,21 @@ def test_what_is_written_is_read_again_with_its_normals(tmp_path: Path, surface:
     np.testing.assert_allclose(feet.normal, surface.normal(U, V), atol=1e-6)
     if ending == ".step":
         assert b"AP242" in path.read_bytes()
+
+
+@pytest.mark.parametrize(("ending", "points_of"), [("step", points_of_step), ("igs", points_of_iges)])
+@pytest.mark.parametrize("surface", [wavy_surface(), sphere()], ids=["wavy", "ball"])
+def test_another_kernel_finds_the_same_surface_in_the_file(
+    tmp_path: Path, surface: Surface, ending: str, points_of: Callable[[Path, Array, Array], Array]
+) -> None:
+    """geomdl, given the numbers in the file's text, to 1e-6 mm; described as it was asked to be."""
+    path = tmp_path / f"surface.{ending}"
+    path.write_bytes(surface_to_bytes(surface, ending, "what it is: 12"))
+    (u0, u1), (v0, v1) = surface.domain
+    theirs = points_of(path, (U - u0) / (u1 - u0), (V - v0) / (v1 - v0))
+    np.testing.assert_allclose(theirs, surface.point_mm(U, V), atol=1e-6)
+    assert b"what it is: 12" in path.read_bytes()
+    assert read_face(path).number == 1
 
 
 @pytest.mark.parametrize("surface", [wavy_surface(), sphere()], ids=["wavy", "ball"])

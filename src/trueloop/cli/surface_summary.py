@@ -1,0 +1,78 @@
+"""What `trueloop surface` says of parts, their pattern, and what was written; as text or as JSON."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from trueloop.cli.terminal import print_json, wide_console
+from trueloop.loops.surface import Part, SurfaceModel
+from trueloop.units import UM_PER_MM
+
+
+def say_parts(parts: Sequence[Part], files: list[str], as_json: bool) -> None:
+    """A line a part: its model and what the tests say of the residuals."""
+    rows = [_part_row(part) for part in parts]
+    if as_json:
+        print_json({"parts": rows, "files": files})
+        return
+    console = wide_console()
+    for row in rows:
+        console.print(
+            f"{row['name']}: {row['controls']} control points, Moran's I {row['moran_i']:.4f} "
+            f"(p {row['moran_p']:.3f}), "
+            f"Lilliefors p {row['lilliefors_p']:.3f}, random part {row['random_sigma_um']:.2f} µm",
+            markup=False,
+        )
+
+
+def say_pattern(
+    found: SurfaceModel, files: list[str], as_json: bool, record: str | None = None, notes: Sequence[str] = ()
+) -> None:
+    """The pattern in figures, findings, notes, and the files."""
+    at = np.linspace(0.0, 1.0, 41)
+    told = found.pattern
+    largest = UM_PER_MM * float(np.max(np.abs(told.mean.grid_mm(at, at))))
+    unsure = UM_PER_MM * float(np.mean(told.uncertainty_grid_mm(at, at)))
+    if as_json:
+        print_json(
+            {
+                "parts": [_part_row(part) for part in found.parts],
+                "controls": str(told.size),
+                "largest_um": largest,
+                "uncertainty_um": unsure,
+                "random_sigma_um": told.sigma_mm * UM_PER_MM,
+                "parts_needed": found.parts_needed,
+                "outlying": [odd.name for odd in told.outlying],
+                "findings": [f"{finding.code}: {finding.message}" for finding in found.findings],
+                "record": record,
+                "notes": list(notes),
+                "files": files,
+            }
+        )
+        return
+    console = wide_console()
+    console.print(
+        f"pattern of {told.parts} parts: {told.size} control points, up to {largest:.1f} µm, known to "
+        f"± {unsure:.2f} µm (95 %); random part {told.sigma_mm * UM_PER_MM:.2f} µm; {found.parts_needed} parts for ± "
+        f"{found.options.target_mm * UM_PER_MM:g} µm",
+        markup=False,
+    )
+    for finding in found.findings:
+        console.print(f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}", markup=False)
+    for line in (*notes, *files):
+        console.print(line, markup=False)
+
+
+def _part_row(part: Part) -> dict[str, object]:
+    chosen = part.separation.chosen
+    return {
+        "name": part.deviations.name,
+        "alignment": part.deviations.alignment.kind,
+        "controls": str(chosen.size),
+        "moran_i": chosen.moran_i,
+        "moran_p": chosen.moran_p,
+        "permutation_p": part.separation.permutation_p,
+        "lilliefors_p": chosen.normality.lilliefors_p,
+        "ks_p": chosen.normality.ks_p,
+        "random_sigma_um": part.separation.sigma_mm * UM_PER_MM,
+    }

@@ -1,0 +1,101 @@
+"""A surface's job from its inputs to the correction and the record of it: refused where it must not be applied."""
+
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+
+import numpy as np
+
+from trueloop import __version__
+from trueloop.compensation.limits import check_scatter
+from trueloop.compensation.record import Record, check_uncorrected, record_id
+from trueloop.errors import TrueloopError
+from trueloop.loops.misuse import refuse_misuse
+from trueloop.loops.surface import SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model
+from trueloop.loops.surface_inputs import SurfaceInputs
+from trueloop.units import UM_PER_MM
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedCorrection:
+    """A correction, its record, and notes on what could not be checked."""
+
+    correction: SurfaceCorrection
+    record: Record
+    notes: tuple[str, ...]
+
+
+def correct_job(
+    inputs: SurfaceInputs, *, workers: int = 1, scheduler: str | None = None, now: datetime | None = None
+) -> RecordedCorrection:
+    """The correction of a job. Raises SRF, NC and CMP errors for what cannot or must not be corrected."""
+    now = now or datetime.now(UTC)
+    notes = _refuse_misuse(inputs, now)
+    parts = model_of(
+        inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, workers=workers, scheduler=scheduler
+    )
+    model = pattern_model(inputs.surface, parts, inputs.options)
+    check_scatter(model.pattern.sigma_mm, inputs.options.limits)
+    options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
+    identity = record_id(dict(inputs.sha256), options)
+    correction = correct(model, inputs.program, inputs.cutter, identity)
+    record = Record(
+        id=identity,
+        made_at=now.isoformat(timespec="seconds"),
+        made_by=inputs.made_by,
+        trueloop_version=__version__,
+        inputs_sha256=dict(inputs.sha256),
+        options=options,
+        model=_model_record(model),
+        decision=_decision(correction),
+        changes=correction.program.changes if correction.program else [],
+    )
+    return RecordedCorrection(correction, record, tuple(notes))
+
+
+def _refuse_misuse(inputs: SurfaceInputs, now: datetime) -> list[str]:
+    """Never a surface or program twice, never another program's parts, never old ones."""
+    try:
+        check_uncorrected(inputs.nominal.read_bytes(), "surface")
+    except TrueloopError as error:
+        raise error.in_file(str(inputs.nominal)) from None
+    limits = inputs.options.limits
+    return refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, limits)
+
+
+def _model_record(model: SurfaceModel) -> dict[str, object]:
+    """The pattern with its control values, and what the tests said of every part."""
+    pattern = model.pattern
+    return {
+        "size": asdict(pattern.size),
+        "control_um": (pattern.mean.coefficients_mm * UM_PER_MM).tolist(),
+        "random_sigma_um": pattern.sigma_mm * UM_PER_MM,
+        "not_followed_um": pattern.missed_mm * UM_PER_MM,
+        "outlying": [odd.name for odd in pattern.outlying],
+        "parts": [
+            {
+                "name": part.deviations.name,
+                "alignment": part.deviations.alignment.kind,
+                "size": asdict(part.separation.chosen.size),
+                "moran_p": part.separation.chosen.moran_p,
+                "lilliefors_p": part.separation.chosen.normality.lilliefors_p,
+            }
+            for part in model.parts
+        ],
+        "findings": [f"{finding.code}: {finding.message}" for finding in model.findings],
+    }
+
+
+def _decision(correction: SurfaceCorrection) -> list[str]:
+    pattern, at = correction.model.pattern, np.linspace(0.0, 1.0, 41)
+    unsure = float(np.mean(pattern.uncertainty_grid_mm(at, at))) * UM_PER_MM
+    told = [
+        f"the pattern of {pattern.parts} parts is known to ± {unsure:.2f} µm (95 %, mean over the surface)",
+        f"the surface is moved by up to {correction.surface.largest_shift_mm * UM_PER_MM:.2f} µm, refitted to "
+        f"{correction.surface.worst_mm * UM_PER_MM:.3f} µm",
+    ]
+    if correction.program is not None:
+        told.append(
+            f"{correction.program.cutting_moves} moves of the program follow, with {correction.program.new_blocks} "
+            f"blocks put in"
+        )
+    return told
