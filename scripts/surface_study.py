@@ -67,8 +67,8 @@ How often one is better than the other, for a new part each (as published) and f
 
 {table(("worst deviation", "a new part each", "the same part"), _orders(first))}
 Where the order fails, it mostly fails between pattern and model: one part's model differs from the pattern by no more
-than parts differ, and the worst of 625 places is a matter of chance. The true pattern itself hardly leaves less than the
-pattern of ten parts. Raw data add their random part to that of the new cut, √2 times in all, not twice.
+than parts differ, and the worst of 625 places is a matter of chance. The true pattern itself hardly leaves less than
+the pattern of ten parts. Raw data add their random part to that of the new cut, √2 times in all, not twice.
 
 What "±2.4 to ±4.3 µm between parts" means in standard deviations is not published. Above it is three; otherwise:
 
