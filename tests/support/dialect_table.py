@@ -25,6 +25,7 @@ def _for(*, ge2000t: str = "", linuxcnc: str = "", lathe: str = "", mill: str = 
 
 FEATURES: Mapping[str, Mapping[str, str]] = {
     "Lines and arcs, by centre": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 L X+1 Y+0 F100\n2 CC X+0 Y+0\n3 C X+0 Y+1 DR+",
         siemens="G71 G18 DIAMON G0 X2 Z0\nG2 X4 Z-1 I=AC(4) K0",
         ge2000t="G70 G00 X1.0 Z0\nG03 X1.4 Z-.2 I0 K-.2",
         linuxcnc="G21 G18 G0 X1 Z0\nG3 X0 Z1 I-1 K0",
@@ -32,6 +33,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G00 X1. Y0.\nG03 X0. Y1. I-1. J0.",
     ),
     "Arcs by radius": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 L X+1 Y+0 F100\n2 CR X+0 Y+1 R+1 DR+",
         siemens="G71 G0 X1 Y0\nG3 X0 Y1 CR=1",
         linuxcnc="G21 G18 G0 X1 Z0\nG3 X0 Z1 R1",
         lathe="G21 G00 X2. Z0.\nG02 X4. Z-1. R1.",
@@ -43,9 +45,12 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G19 G00 Y1. Z0.\nG03 X5. Y0. Z1. R1.",
     ),
     "More than one turn (P)": _for(
-        siemens="G71 G17 G0 X1 Y0\nG3 X1 Y0 I-1 J0 TURN=2", linuxcnc="G21 G17 G0 X1 Y0\nG3 X1 Y0 I-1 P3"
+        heidenhain="0 BEGIN PGM A MM\n1 L X+1 Y+0 F100\n2 CP IPA+720 IZ-1 DR+",
+        siemens="G71 G17 G0 X1 Y0\nG3 X1 Y0 I-1 J0 TURN=2",
+        linuxcnc="G21 G17 G0 X1 Y0\nG3 X1 Y0 I-1 P3",
     ),
     "Increments": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 L IX+1 F100",
         siemens="G71 G91 G0 X1\nY=IC(2) X=AC(4)",
         ge2000t="G70 G91 G00 X1.0",
         linuxcnc="G21 G91 G0 X1",
@@ -60,6 +65,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G90G20M03S2000",
     ),
     "Optional blocks, comments, tape marks": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 * - A\n/2 L X+1 ; B",
         siemens="%_N_A_MPF\n;$PATH=/_N_MPF_DIR\n/G71 ; mm",
         ge2000t="%\n/G70 ! inch\n%",
         linuxcnc="%\n/G21 (mm) ; mm\n%",
@@ -67,6 +73,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="%\nO1 (A)\n/G21\n%",
     ),
     "Parameters and expressions": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 Q1 = 2 * (3 + 4)\n2 L X+Q1 F100",
         siemens="DEF REAL LENGTH=30\nG71 R1=LENGTH/2\nG0 X=R1+10",
         ge2000t="G70 P4=(1.0+.5)\nG00 X(P4*2.0)",
         linuxcnc="G21 #<a>=[1+2]\nG0 X[#<a>*2]",
@@ -74,18 +81,21 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21\n#1=1.+2.\nG00 X-#1",
     ),
     "Functions": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 FN 6: Q1 = SIN +30\n2 L X+Q1 F100",
         siemens="G71 G0 X=SQRT(4)*SIN(30)",
         linuxcnc="G21 G0 X[SIN[30]]",
         lathe="G21 G00 X[SIN[30.]]",
         mill="G21 G00 X[SQRT[4.]]",
     ),
     "Conditions, loops, jumps": _for(
+        heidenhain="1 LBL 1\n2 FN 1: Q1 = +1 + +1\n3 FN 12: IF +Q1 LT +1 GOTO LBL 1\n4 CALL LBL 1 REP 2",
         siemens="R1=0\nWHILE R1<3\nR1=R1+1\nENDWHILE\nIF R1==3 GOTOF A\nA: FOR R2=1 TO 2\nENDFOR",
         linuxcnc="#1=0\no1 while [#1 LT 3]\n#1=[#1+1]\no1 endwhile",
         lathe="#1=0\nWHILE[#1LT3]DO1\n#1=#1+1\nEND1\nIF[#1EQ3]GOTO9\nN9",
         mill="#1=0\nN1 #1=#1+1\nIF[#1LT3]GOTO1",
     ),
     "Subprograms of the same file": _for(
+        heidenhain="1 CALL LBL 2\n2 M30\n3 LBL 2\n4 LBL 0",
         siemens="%_N_A_MPF\nPART P2\nM30\n%_N_PART_SPF\nG71\nM17",
         linuxcnc="o1 sub\nG21\no1 endsub\no1 call",
         lathe="O1 M98 P2 L3\nM30\nO2 G21\nM99",
@@ -113,16 +123,21 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         siemens="G71 G33 Z-5 K1", linuxcnc="G21 G33 Z-5 K1", lathe="G21 G32 Z-5. F1.", fanuc_lathe_b="G21 G33 Z-5. F1."
     ),
     "Drilling cycles": _for(
+        heidenhain="1 CYCL DEF 200 DRILLING",
         siemens="MCALL CYCLE81(10,0,2,-5)",
         linuxcnc="G21 G81 X1 Z-1 R1",
         lathe="G83 Z-5. Q1. F.1",
         mill="G81 X1. Z-1. R1. F9.",
     ),
     "Corners between two blocks (,R ,C)": _for(
-        siemens="G71 G1 X1 F1 RND=0.5", lathe="G21 G01 X1. ,R.5", mill="G21 G01 X1. ,C.5"
+        heidenhain="0 BEGIN PGM A MM\n1 L X+1 F100\n2 RND R5",
+        siemens="G71 G1 X1 F1 RND=0.5",
+        lathe="G21 G01 X1. ,R.5",
+        mill="G21 G01 X1. ,C.5",
     ),
     "Angles in place of a coordinate (A)": _for(siemens="G71 G18 G1 X1 ANG=45 F1", lathe="G21 G01 X1. A45."),
     "Path of the tool under G41, G42": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 L X+1 RL F100",
         siemens="G71 G41 G1 X9 F1",
         ge2000t="G70 G42 G01 X2.0 F1",
         linuxcnc="G21 G42 D1\nG1 X5",
@@ -130,9 +145,14 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G42 D01 G01 X9. F1.",
     ),
     "Work offsets chosen and set": _for(
-        siemens="G505", linuxcnc="G10 L2 P2 X1\nG55", lathe="G10 L2 P2 X1.\nG55", mill="G10 L2 P2 X1.\nG55"
+        heidenhain="1 CYCL DEF 7.0 DATUM\n2 CYCL DEF 7.1 X+1",
+        siemens="G505",
+        linuxcnc="G10 L2 P2 X1\nG55",
+        lathe="G10 L2 P2 X1.\nG55",
+        mill="G10 L2 P2 X1.\nG55",
     ),
     "Position register, machine position": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 L Z+0 FMAX M91",
         siemens="G71 TRANS X1\nSUPA G0 X0",
         ge2000t="G70 G92 X1.0",
         linuxcnc="G21 G92 X1\nG53 G0 X0",
@@ -145,7 +165,12 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     ),
     "Offsets of the tool table": _for(linuxcnc="G43 H1", lathe="T0101", mill="G43 H01"),
     "Offset data (G10)": _for(linuxcnc="G10 L1 P1 X1", lathe="G10 P1 X.01", mill="G10 L10 P1 R1."),
-    "Further axes, polar coordinates": _for(siemens="G71 G1 C90 F1", lathe="G12.1\nG01 C90. F1.", mill="G01 A90. F1."),
+    "Further axes, polar coordinates": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 L C+90 F100",
+        siemens="G71 G1 C90 F1",
+        lathe="G12.1\nG01 C90. F1.",
+        mill="G01 A90. F1.",
+    ),
 }
 
 

@@ -111,6 +111,11 @@ impl Runner<'_> {
         let modal = &mut self.modal;
         match code {
             G::Motion(motion) => modal.motion = motion,
+            G::Heading => {
+                self.modal.inch = self.word_ends_with(word, b"INCH");
+                self.unit_is_known = true;
+            }
+            G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
             G::NoMotion => modal.motion = Motion::None,
             G::Plane(plane) => modal.plane = plane,
             G::Inch(inch) => {
@@ -144,6 +149,11 @@ impl Runner<'_> {
             _ => {}
         }
         action_of(code, word)
+    }
+
+    fn word_ends_with(&self, word: i32, text: &[u8]) -> bool {
+        let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
+        found.is_some_and(|word| self.program.text(word).to_ascii_uppercase().ends_with(text))
     }
 
     /// A feed in another unit has to be given anew.

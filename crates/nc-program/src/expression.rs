@@ -1,7 +1,7 @@
 //! Expressions, computed straight from the bytes: brackets, parameters, and for RS-274 its functions and operators.
 
 use crate::dialect::{Dialect, Functions, Naming};
-use crate::functions::{function, macro_function, Operator, ARITHMETIC, MACRO, RS274, SIEMENS};
+use crate::functions::{function, macro_function, Operator, ARITHMETIC, KLARTEXT, MACRO, RS274, SIEMENS};
 use crate::names;
 use crate::number;
 use crate::parameters::{read_number, Key};
@@ -203,6 +203,7 @@ impl Reader<'_> {
             Functions::Rs274 => &RS274,
             Functions::Macro => &MACRO,
             Functions::Siemens => &SIEMENS,
+            Functions::Klartext => &KLARTEXT,
         };
         let ends = |at: usize| !self.dialect.formulas || !rest.get(at).is_some_and(|byte| names::is_name(*byte));
         let whole = |text: &[u8]| text.last().is_some_and(|last| !last.is_ascii_alphabetic()) || ends(text.len());

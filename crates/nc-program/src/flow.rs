@@ -42,6 +42,12 @@ pub(crate) enum Flow {
     Section,
     /// Declares variables.
     Declare,
+    /// The label of a section; 0 ends one that was called.
+    Label,
+    /// Calls or repeats a section.
+    CallLabel,
+    /// A jump where two values compare.
+    Compare,
 }
 
 const KEYWORDS: [(&str, Flow); 15] = [
@@ -85,6 +91,7 @@ impl Flow {
     /// Whether it belongs to no other line.
     fn stands_alone(self) -> bool {
         matches!(self, Self::Call | Self::Jump | Self::JumpIf | Self::Section | Self::Declare)
+            || matches!(self, Self::Label | Self::CallLabel | Self::Compare)
     }
 
     /// Whether an `if` whose condition fails goes on here.
@@ -156,7 +163,7 @@ struct Matcher<'a> {
 
 impl Matcher<'_> {
     fn add(&mut self, word: &Word) {
-        let structured = self.program.dialect().flow == FlowStyle::Structured;
+        let structured = matches!(self.program.dialect().flow, FlowStyle::Structured | FlowStyle::Labels);
         let parsed = if structured { structured::parse(self.program, word) } else { parse(self.program, word) };
         let Some(mut statement) = parsed else {
             let text = finding::excerpt(self.program.text(word));

@@ -73,8 +73,11 @@ impl Runner<'_> {
     /// G52: the offset gets the values given, whatever the present position.
     pub(crate) fn offset_register(&mut self, request: &Request) {
         let given = self.given(request);
+        let adds = [0, 1, 2].map(|axis| request.reference(AXES[axis]) == Some(true));
         self.reframe(|frame| {
-            frame.register = [0, 1, 2].map(|axis| given[axis].unwrap_or(frame.register[axis]));
+            let before = |axis: usize| if adds[axis] { frame.register[axis] } else { 0.0 };
+            frame.register =
+                [0, 1, 2].map(|axis| given[axis].map_or(frame.register[axis], |value| before(axis) + value));
             frame.set_aside = frame.register;
         });
     }

@@ -71,6 +71,29 @@ pub(crate) const SIEMENS: [Operator; 19] = [
     Operator { text: b"<", strength: 1, apply: |a, b| logical(a, b, a < b) },
 ];
 
+/// Those of Klartext; FN 8 is written with LEN, FN 13 with ANG.
+pub(crate) const KLARTEXT: [Operator; 4] = [
+    Operator { text: b"^", strength: 5, apply: power },
+    Operator { text: b"div", strength: 4, apply: |a, b| divided(a, b, a / b) },
+    Operator { text: b"len", strength: 4, apply: |a, b| Ok(a.hypot(b)) },
+    Operator { text: b"ang", strength: 4, apply: |a, b| Ok(a.atan2(b).to_degrees().rem_euclid(360.0)) },
+];
+
+/// Klartext's functions, whose argument needs no brackets; angles in degrees.
+pub(crate) fn klartext(name: &[u8], argument: f64) -> Option<f64> {
+    match name {
+        b"sq" => Some(argument * argument),
+        b"neg" => Some(-argument),
+        b"int" => Some(argument.trunc()),
+        b"frac" => Some(argument.fract()),
+        b"log" => Some(argument.log10()),
+        b"sgn" => Some(if argument == 0.0 { 0.0 } else { argument.signum() }),
+        b"atan" => Some(argument.atan().to_degrees()),
+        b"abs" | b"acos" | b"asin" | b"cos" | b"exp" | b"ln" | b"sin" | b"sqrt" | b"tan" => function(name, argument),
+        _ => None,
+    }
+}
+
 /// Sinumerik compares real numbers with a relative tolerance of this size.
 const NEAR: f64 = 1e-12;
 

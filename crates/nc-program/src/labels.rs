@@ -52,10 +52,18 @@ impl Labels {
         if let Some(name) = program_name(program, block) {
             self.named_programs.push((name, block));
         }
+        if let Some(label) = section_label(program, block) {
+            self.names.entry(label).or_default().push(block);
+        }
         for word in program.words_of(block).iter().take(2).filter(|word| word.kind == WordKind::Label) {
             let text = program.text(word).strip_suffix(b":").unwrap_or(&[]).trim_ascii_end();
             self.names.entry(lower(text)).or_default().push(block);
         }
+    }
+
+    /// The block with that label.
+    pub fn section(&self, label: &str) -> Option<usize> {
+        self.names.get(label).and_then(|blocks| blocks.first()).copied()
     }
 
     /// Block at which the program of that name starts.
@@ -123,4 +131,12 @@ pub(crate) fn lower(text: &[u8]) -> String {
 pub(crate) fn called(program: &Program, word: &Word) -> String {
     let text = program.text(word);
     lower(text.get(..names::skip(text, 0, names::is_name)).unwrap_or(&[]))
+}
+
+/// `LBL 5`, `LBL "POCKET"`: the label of a block.
+fn section_label(program: &Program, block: usize) -> Option<String> {
+    let flow = |word: &&Word| word.kind == WordKind::Flow && program.dialect().flow == FlowStyle::Labels;
+    let word = program.words_of(block).iter().find(flow)?;
+    let text = lower(program.text(word));
+    text.strip_prefix("lbl").map(|label| label.trim_matches(['"', ' ', '\t']).to_owned())
 }

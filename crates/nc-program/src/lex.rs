@@ -58,7 +58,8 @@ impl Lexer<'_> {
                     tape_mark = true;
                     self.at = self.scanner.line_end(self.at);
                 }
-                Class::Slash | Class::Percent | Class::Other => self.unknown(self.at),
+                Class::Digit if first => self.block_number(),
+                Class::Slash | Class::Percent | Class::Digit | Class::Other => self.unknown(self.at),
             }
         }
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
@@ -82,6 +83,15 @@ impl Lexer<'_> {
     #[inline]
     fn letter(&self) -> u8 {
         self.source.get(self.at).map_or(0, u8::to_ascii_uppercase)
+    }
+
+    /// `12` at a line's start.
+    fn block_number(&mut self) {
+        let start = self.at;
+        let end = names::skip(self.source, start, |byte| byte.is_ascii_digit());
+        let number = self.source.get(start..end).unwrap_or(&[]);
+        let value = number::read(number, 0).map_or(f64::NAN, |(value, _)| value);
+        self.push(start, end, b'N', WordKind::Number, value);
     }
 
     /// Whether a number is over at `end`: nothing follows that would make it another kind of word.

@@ -38,6 +38,7 @@ mod request;
 mod run;
 mod scan;
 mod scope;
+mod sections;
 mod session;
 mod statement;
 mod structured;

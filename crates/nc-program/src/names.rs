@@ -1,6 +1,6 @@
 //! Words of more than a letter, `CR=5`, `DIAMON`, `CALL LBL 3`: found in the dialect's list.
 
-use crate::dialect::{Dialect, G, M};
+use crate::dialect::{Dialect, FlowStyle, G, M};
 use crate::flow::Flow;
 
 /// What a word of more than a letter means.
@@ -9,7 +9,6 @@ pub(crate) enum Name {
     /// An address, kept under that letter: a value follows. Lower case: one that no single letter stands for.
     Address(u8),
     /// An address whose value is an increment, whatever mode is in force.
-    #[allow(dead_code)] // of controls that write `IX+5`
     Increment(u8),
     /// Acts as a G code.
     Code(G),
@@ -70,8 +69,9 @@ pub(crate) fn find(source: &[u8], at: usize, dialect: &Dialect) -> Option<(usize
     let letter = source.get(at)?.to_ascii_uppercase();
     let first = *dialect.names.first.get(usize::from(letter))?;
     let same = dialect.names.list.get(first..)?.iter().take_while(|(name, _)| name.as_bytes().first() == Some(&letter));
+    let digits = dialect.flow == FlowStyle::Labels; // a number may follow at once: `IX5`
     let mut fitting = same.enumerate();
-    fitting.find_map(|(offset, (name, _))| Some((first + offset, ends(source, at, name.as_bytes())?)))
+    fitting.find_map(|(offset, (name, _))| Some((first + offset, ends(source, at, name.as_bytes(), digits)?)))
 }
 
 /// The meaning of the name that stands at a byte, and one past it.
@@ -80,11 +80,13 @@ pub(crate) fn meaning(source: &[u8], at: usize, dialect: &Dialect) -> Option<(Na
     Some((dialect.names.get(index)?, end))
 }
 
-/// Where a name ends that is written as the pattern says: `#` stands for digits, a space for white space or none.
-fn ends(source: &[u8], mut at: usize, pattern: &[u8]) -> Option<usize> {
+/// Where a name ends that is written as the pattern says: `#` stands for digits, a space for white space or none,
+/// a tab for white space or the end that must follow.
+fn ends(source: &[u8], mut at: usize, pattern: &[u8], digits: bool) -> Option<usize> {
     for wanted in pattern {
         match wanted {
             b' ' => at = skip(source, at, |byte| matches!(byte, b' ' | b'\t')),
+            b'\t' if source.get(at).is_none_or(u8::is_ascii_whitespace) => {}
             b'#' => {
                 let end = skip(source, at, |byte| byte.is_ascii_digit());
                 if end == at {
@@ -97,7 +99,7 @@ fn ends(source: &[u8], mut at: usize, pattern: &[u8]) -> Option<usize> {
         }
     }
     let open = pattern.last().is_some_and(|byte| is_name(*byte) || *byte == b'#');
-    (!(open && source.get(at).is_some_and(|byte| is_name(*byte)))).then_some(at)
+    (!(open && source.get(at).is_some_and(|byte| is_name(*byte) && !(digits && byte.is_ascii_digit())))).then_some(at)
 }
 
 /// Whether a byte belongs to a name.

@@ -1,5 +1,6 @@
 //! Operands that are names: variables, constants and functions with any number of arguments.
 
+use crate::dialect::Functions;
 use crate::expression::{Fault, Reader};
 use crate::functions;
 use crate::names::{name_end, skip};
@@ -15,6 +16,15 @@ impl Reader<'_> {
         if let Some(constant) = functions::constant(&name) {
             self.at = end;
             return Ok(constant);
+        }
+        if self.dialect.functions == Functions::Klartext && functions::klartext(&name, f64::NAN).is_some() {
+            self.at = end;
+            let argument = self.value()?;
+            return match functions::klartext(&name, argument) {
+                Some(value) if value.is_finite() || argument.is_nan() => Ok(value),
+                _ if self.dry => Ok(f64::NAN),
+                _ => self.fault(start, &format!("the function has no value at {argument}")),
+            };
         }
         if name == b"not" {
             self.at = end;
@@ -34,8 +44,8 @@ impl Reader<'_> {
         let known = arguments.iter().all(|argument| !argument.is_nan());
         match functions::of_arguments(name, arguments) {
             Some(value) if value.is_finite() || !known => Ok(value),
+            _ if self.dry => Ok(f64::NAN),
             Some(_) => self.fault(start, &format!("the function has no value at {arguments:?}")),
-            None if self.dry => Ok(f64::NAN),
             None => self.fault(start, &format!("unknown function {}", String::from_utf8_lossy(name))),
         }
     }

@@ -1,6 +1,6 @@
 //! Where a value ends: found without computing it, and never beyond its line.
 
-use crate::dialect::{Class, Dialect, Functions, Naming};
+use crate::dialect::{Class, Dialect, FlowStyle, Functions, Naming};
 use crate::expression;
 use crate::number;
 
@@ -50,6 +50,15 @@ impl Scanner<'_> {
     /// End of a value to be computed: signs, then brackets, a parameter or a function.
     pub fn expression_end(&mut self, at: usize) -> Option<usize> {
         let mut at = self.skip_space(at);
+        if self.dialect.flow == FlowStyle::Labels {
+            // A coordinate of Klartext is a number or a parameter: no letter of another word is its value.
+            let sign = matches!(self.source.get(at), Some(b'+' | b'-'));
+            let first = self.source.get(at + usize::from(sign))?.to_ascii_uppercase();
+            return if first == self.dialect.parameters.mark { self.formula_end(at) } else { None };
+        }
+        if self.dialect.formulas {
+            return self.formula_end(at);
+        }
         while matches!(self.source.get(at), Some(b'+' | b'-')) {
             at = self.skip_space(at + 1);
         }

@@ -66,7 +66,7 @@ impl Runner<'_> {
                 self.refuse(finding::FLOW, statement.at, message, hint);
                 next
             }
-            _ => next,
+            _ => self.follow_label(statement),
         }
     }
 

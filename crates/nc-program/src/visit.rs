@@ -94,7 +94,7 @@ impl Runner<'_> {
     }
 
     /// Ends the innermost call, or starts its next run. False when there is none.
-    fn go_back(&mut self) -> bool {
+    pub(crate) fn go_back(&mut self) -> bool {
         while let Some(visit) = self.visits.pop() {
             let Visit::Program { start, left, back } = visit else { continue };
             (self.program_start, self.next) = (Some(usize::MAX), back);

@@ -82,6 +82,13 @@ def map_program(
     nothing is written then.
     """
     survey = _survey(source, dialect)
+    if dialect_named(survey.dialect).formulas:
+        raise TrueloopError(
+            Code.NC_MAP,
+            f"programs of the dialect {survey.dialect} are not mapped: frames and positions look alike",
+            hint="have the program written for another control, map that",
+            place=Place(str(source)),
+        )
     mapper = _mapper(field, survey, options, parameters or {})
     identity = record_id({"program": survey.sha256}, {"field": field.told, **vars(options)})
     mark = dialect_named(survey.dialect).comment(f"{MARK} {identity} by a field, source {survey.sha256[:16]}")

@@ -9,11 +9,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal
 from itertools import pairwise
+from typing import Final
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.dialect import Dialect
 from trueloop.nc.program import Program, Word
 from trueloop.nc.tool_path import CoordinateState
+
+KLARTEXT: Final = "heidenhain"
+"""The dialect whose moves are no G words: coordinates of its blocks are edited, new moves are not written."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,13 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
     if delta == 0:
         return None
     old = program.source[word.value_start : word.end].decode("latin-1")
+    if word.is_expression and program.dialect.name == KLARTEXT:
+        raise TrueloopError(
+            Code.NC_EDIT,
+            f"{word.text} is set by a parameter, and this control takes no sum there",
+            hint="write the coordinate as a number",
+            place=program.place(word.start),
+        )
     if word.is_expression:
         return Edit(word.value_start, word.end, _with_term(old, delta, program.dialect))
     exact = Decimal(_digits(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
@@ -131,6 +142,7 @@ def set_offset(
 def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:
     """Puts blocks in the place of one: the first keeps its number and comments, the others are numbered on from it."""
     old = program.block(block)
+    _require_words(program, block, texts)
     data = [word for word in old.words if word.letter != "N"]
     if not data:
         raise TrueloopError(
@@ -154,7 +166,18 @@ def insert_blocks_after(program: Program, block: int, texts: Sequence[str]) -> E
     has none.
     """
     end = program.block(block).end
+    _require_words(program, block, texts)
     return Edit(end, end, _new_lines(program, block, texts))
+
+
+def _require_words(program: Program, block: int, texts: Sequence[str]) -> None:
+    if program.dialect.name == KLARTEXT and not all(text.startswith(";") for text in texts):
+        raise TrueloopError(
+            Code.NC_EDIT,
+            f"{len(texts)} new blocks would be needed here, and moves in Klartext are not written",
+            hint="have the program written in shorter moves, or as G code",
+            place=program.place(program.block(block).start),
+        )
 
 
 def insert_heading(program: Program, texts: Sequence[str]) -> Edit:
@@ -173,7 +196,9 @@ def _numbers(program: Program, block: int, count: int) -> list[str]:
     """The N words of new blocks after one, each with the space that follows; empty ones when there is no room."""
     old = program.block(block)
     word = next((word for word in old.words if word.letter == "N"), None)
-    if word is None or old.number is None or _next_number(program, block) <= old.number + count:
+    if word is None or word.text[0].isdigit():  # numbers without a letter are the control's: it counts anew
+        return [""] * count
+    if old.number is None or _next_number(program, block) <= old.number + count:
         return [""] * count
     width = len(word.text) - 1
     after = re.match(rb"[ \t]*", program.source[word.end : old.end])

@@ -182,7 +182,7 @@ def no_parameter(name: str, dialect: str) -> TrueloopError:
         Code.NC_PARAMETER,
         f"{name} names no parameter of the dialect {dialect}",
         hint="write P46=3.52 for ge2000t, #1=5 for fanuc and haas, #1=5 or #<depth>=2 for linuxcnc, "
-        "R1=5 or LENGTH=30 for siemens",
+        "R1=5 or LENGTH=30 for siemens, Q5=2 for heidenhain",
     )
 
 

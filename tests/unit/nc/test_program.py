@@ -22,6 +22,7 @@ def test_the_dialects() -> None:
         "haas-lathe",
         "haas-mill",
         "siemens",
+        "heidenhain",
     }
 
 

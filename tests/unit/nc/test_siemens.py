@@ -29,6 +29,7 @@ def siemens(text: str) -> Program:
         ("N5 IF R1 == 2 GOTOF AGAIN ; x", ["N5:number", "IF R1 == 2 GOTOF AGAIN:flow"]),
         ("POCKET(5, R1) L100 P2", ["POCKET(5, R1):call", "L100:number", "P2:number"]),
         ('T="MILL 10" D1 M1=3', ['T="MILL 10":expression', "D1:number", "M1=3:number"]),
+        ("X R1", ["X R1:expression"]),
         ("X10 !5 MSG(", ["X10:number", "!5:unknown", "MSG(:unknown"]),
     ],
 )

@@ -3,6 +3,7 @@
 mod fanuc;
 mod ge2000t;
 mod haas;
+mod heidenhain;
 mod linuxcnc;
 mod siemens;
 
@@ -14,12 +15,13 @@ use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
 pub use ge2000t::GE2000T;
 pub use haas::{HAAS_LATHE, HAAS_MILL};
+pub use heidenhain::HEIDENHAIN;
 pub use linuxcnc::LINUXCNC;
 pub use siemens::SIEMENS;
 
 /// Every dialect there is.
-pub const DIALECTS: [&Dialect; 8] =
-    [&GE2000T, &LINUXCNC, &FANUC_LATHE, &FANUC_LATHE_B, &FANUC_MILL, &HAAS_LATHE, &HAAS_MILL, &SIEMENS];
+pub const DIALECTS: [&Dialect; 9] =
+    [&GE2000T, &LINUXCNC, &FANUC_LATHE, &FANUC_LATHE_B, &FANUC_MILL, &HAAS_LATHE, &HAAS_MILL, &SIEMENS, &HEIDENHAIN];
 
 /// What a byte means where a word may start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +35,8 @@ pub enum Class {
     Letter,
     /// Starts a word that may be a name, though it looks like a letter and a number.
     Name,
+    /// At a line's start: the block's number, without a letter.
+    Digit,
     /// Starts a comment that runs to the line's end.
     LineComment,
     /// Starts a comment that runs to the closing parenthesis.
@@ -56,6 +60,10 @@ pub enum Class {
 pub enum G {
     /// Sets the motion of this and later blocks.
     Motion(Motion),
+    /// The head of a program, whose last word is its unit: `BEGIN PGM PLATE MM`.
+    Heading,
+    /// A line of this block is at rapid.
+    Fast,
     /// No motion until the next motion code.
     NoMotion,
     /// Plane of arcs.
@@ -188,6 +196,8 @@ pub enum FlowStyle {
     Macro,
     /// IF, ELSE, ENDIF and their like, jumps to labels, programs called by name.
     Structured,
+    /// LBL, CALL LBL, FN 9 to FN 12.
+    Labels,
 }
 
 /// Functions and word operators of expressions.
@@ -201,6 +211,8 @@ pub enum Functions {
     Macro,
     /// Those of Sinumerik.
     Siemens,
+    /// Those of Klartext: no brackets about an argument.
+    Klartext,
 }
 
 /// What controls do differently with the same codes.

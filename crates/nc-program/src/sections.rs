@@ -1,0 +1,94 @@
+//! Flow control of Klartext: sections called or repeated by their label, jumps where two values compare.
+
+use crate::finding;
+use crate::flow::{Flow, Statement};
+use crate::names;
+use crate::run::Runner;
+
+/// How two values may compare.
+const COMPARED: [&str; 4] = [" equ ", " ne ", " gt ", " lt "];
+
+impl Runner<'_> {
+    /// Executes a line of these; gives the block to go on with.
+    pub(crate) fn follow_label(&mut self, statement: &Statement) -> usize {
+        self.next = statement.block + 1;
+        let text = self.line_text(statement.arguments);
+        match statement.flow {
+            Flow::Label if text.trim() == "0" => {
+                self.go_back();
+            }
+            Flow::CallLabel => self.call_section(statement, &text),
+            Flow::Compare => self.compare(statement, &text),
+            _ => {}
+        }
+        self.next
+    }
+
+    /// The rest of the line in lower case, without a comment.
+    fn line_text(&self, at: usize) -> String {
+        let end = self.program.blocks().get(self.block).map_or(at, |block| block.end as usize);
+        let text = self.program.source().get(at..end).unwrap_or(&[]);
+        let text: String = text.iter().map(|byte| char::from(byte.to_ascii_lowercase())).collect();
+        text.split(';').next().unwrap_or("").to_owned()
+    }
+
+    /// `CALL LBL 5`, which comes back at LBL 0; `CALL LBL 5 REP 3`, which runs what lies between three times more.
+    fn call_section(&mut self, statement: &Statement, text: &str) {
+        let (label, times) = text.split_once("rep").map_or((text, None), |(label, times)| (label, Some(times)));
+        let Some(start) = self.section(statement, label) else { return };
+        let Some(times) = times else { return self.visit(start, 1) };
+        let Ok(times) = times.trim().parse::<u64>() else {
+            let message = "the number of repetitions is no whole number".into();
+            return self.refuse(finding::FLOW, statement.at, message, "write CALL LBL 1 REP 3");
+        };
+        let here = self.block;
+        if !self.counters.iter().any(|(block, _)| *block == here) {
+            self.counters.push((here, times));
+        }
+        if let Some((_, left)) = self.counters.iter_mut().find(|(block, left)| *block == here && *left > 0) {
+            *left -= 1;
+            self.next = start;
+        } else {
+            self.counters.retain(|(block, _)| *block != here);
+        }
+    }
+
+    fn section(&mut self, statement: &Statement, label: &str) -> Option<usize> {
+        let label = label.trim_matches(['"', ' ', '\t']);
+        let label = label.strip_prefix("lbl").unwrap_or(label).trim_matches(['"', ' ', '\t']);
+        let found = self.labels().section(label);
+        if found.is_none() {
+            let message = format!("there is no LBL {} in this program", finding::excerpt(label.as_bytes()));
+            self.refuse(finding::FLOW, statement.at, message, "write LBL with that number at the section's start");
+        }
+        found
+    }
+
+    /// `IF +Q1 EQU +Q3 GOTO LBL 5`.
+    #[allow(clippy::float_cmp)] // the control compares exactly
+    fn compare(&mut self, statement: &Statement, text: &str) {
+        let Some((condition, label)) = text.split_once("goto") else {
+            let message = "a comparison without a jump".into();
+            return self.refuse(finding::FLOW, statement.at, message, "write FN 9: IF +Q1 EQU +Q2 GOTO LBL 5");
+        };
+        let found = COMPARED.iter().find_map(|word| Some((condition.find(word)?, *word)));
+        let start = names::skip(self.program.source(), statement.arguments, |byte| byte == b' ');
+        let (Some((offset, word)), true) = (found, condition.trim_start().starts_with("if")) else {
+            let message = "a comparison that is not known".into();
+            return self.refuse(finding::FLOW, statement.at, message, "write IF, then EQU, NE, GT or LT");
+        };
+        let (left, _) = self.value(start + 2);
+        let (right, _) = self.value(statement.arguments + offset + word.len());
+        let holds = match word {
+            " equ " => left == right,
+            " ne " => left != right,
+            " gt " => left > right,
+            _ => left < right,
+        };
+        if holds {
+            if let Some(block) = self.section(statement, label) {
+                self.next = block;
+            }
+        }
+    }
+}

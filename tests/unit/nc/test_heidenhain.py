@@ -1,0 +1,105 @@
+"""Klartext programs: words, edits of them, what is said of them."""
+
+from pathlib import Path
+
+import pytest
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.loops.mapped_program import map_program
+from trueloop.nc.edit import apply_edits, displace_word, insert_blocks_after, insert_heading, replace_block
+from trueloop.nc.field import similarity_field
+from trueloop.nc.guess import guess_dialect
+from trueloop.nc.program import Program, read_program
+from trueloop.nc.tool_path import CoordinateState, Motion
+
+STATE = CoordinateState(inch=False, diameter=False)
+
+
+def klartext(text: str) -> Program:
+    return read_program(text.encode(), "heidenhain", "part.h")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("12 L X+10.5 IY-5 R0 FMAX M3", ["N", "name L", "X", "Y", "name R0", "name FMAX", "M"]),
+        ("13 C X+1 Y+2 DR- ; arc", ["N", "name C", "X", "Y", "name DR-"]),
+        ("14 L C+90 Z+Q5 RL F200", ["N", "name L", "C", "Z", "name RL", "F"]),
+        ("15 FN 1: Q1 = +Q2 + +5", ["N", "name FN 1:", "Q"]),
+        ("16 CYCL DEF 200 DRILLING ~", ["N", "name CYCL DEF 200 DRILLING"]),
+        ("17 CALL LBL 3 REP 2", ["N", "flow CALL LBL 3 REP 2"]),
+        ("18 * - Roughing X+5", ["N"]),
+    ],
+)
+def test_words(text: str, words: list[str]) -> None:
+    found = klartext(text).block(0).words
+    assert [word.letter or f"{word.kind} {word.text}" for word in found] == words
+
+
+def test_an_edit_changes_the_number_and_nothing_else() -> None:
+    program = klartext("12 L  X+10.50 Y-5 R0 FMAX ; X+10.50")
+    edit = displace_word(program, program.word(2), 0.0124, STATE)
+    assert edit is not None
+    assert apply_edits(program, [edit]) == b"12 L  X+10.5124 Y-5 R0 FMAX ; X+10.50"
+
+
+@pytest.mark.parametrize("text", ["1 L IX+5", "1 L X+Q5", "1 LP PR+5 PA+30"])
+def test_what_is_no_number_of_a_position_is_not_moved(text: str) -> None:
+    program = klartext(text)
+    with pytest.raises(TrueloopError) as refused:
+        displace_word(program, program.word(2), 0.1, STATE)
+    assert refused.value.code == Code.NC_EDIT
+
+
+def test_comments_are_written_without_numbers_and_moves_not_at_all() -> None:
+    program = klartext("0 BEGIN PGM A MM\n1 L X+1\n")
+    assert apply_edits(program, [insert_heading(program, ["; corrected"])]) == (
+        b"0 BEGIN PGM A MM\n; corrected\n1 L X+1\n"
+    )
+    for write in (insert_blocks_after, replace_block):
+        with pytest.raises(TrueloopError) as refused:
+            write(program, 1, ["G01 X1 Z2"])
+        assert refused.value.code == Code.NC_EDIT
+
+
+def test_the_unit_and_what_is_rapid() -> None:
+    path = klartext("0 BEGIN PGM A INCH\n1 L X+1 FMAX\n2 L X+2 F100\n3 L Y+1 F MAX").run()
+    assert path.motion.tolist() == [Motion.RAPID, Motion.LINE, Motion.RAPID]
+    assert path.end_mm[-1] == pytest.approx([50.8, 25.4, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("1 L X+Q7", Code.NC_PARAMETER, "parameter Q7 has no value"),
+        ("1 FN 4: Q1 = +4 DIV +0", Code.NC_EXPRESSION, "division by zero"),
+        ("1 Q1 = SQRT -4", Code.NC_EXPRESSION, "the function has no value at -4"),
+        ("1 CALL LBL 7", Code.NC_FLOW, "there is no LBL 7 in this program"),
+        ("1 CALL LBL 1 REP x\n2 LBL 1", Code.NC_FLOW, "the number of repetitions"),
+        ("1 FN 9: IF +1 EQU +1", Code.NC_FLOW, "a comparison without a jump"),
+        ("1 FN 9: IF +1 ~ +1 GOTO LBL 1", Code.NC_FLOW, "a comparison that is not known"),
+        ("1 LBL 1\n2 CALL LBL 1", Code.NC_LIMIT, "more than 64 deep"),
+        ("1 CYCL CALL M3", Code.NC_OPAQUE, "CYCL CALL M3: what it does is not in the path"),
+        ("1 PLANE SPATIAL SPA0 SPB0", Code.NC_OPAQUE, "the path goes on as if it were not there"),
+        ("1 L A+90 FMAX", Code.NC_OPAQUE, "A+90: this axis is not in the path"),
+        ("1 L X+1 M99", Code.NC_CODE, '"M99" is no code of the dialect heidenhain'),
+        ("1 FL X+1", Code.NC_WORD, "is no word of the dialect heidenhain"),
+    ],
+)
+def test_what_is_said_of_a_program(text: str, code: Code, message: str) -> None:
+    program = klartext(text)
+    found = [*program.findings, *program.run(strict=False, block_limit=1000).findings]
+    assert any(finding.code == code and message in finding.message for finding in found), found
+
+
+def test_the_dialect_is_guessed() -> None:
+    assert guess_dialect(b"0 BEGIN PGM A MM\n1 L X+1 R0 FMAX\n2 END PGM A MM") == "heidenhain"
+
+
+@pytest.mark.parametrize("dialect", ["heidenhain", "siemens"])
+def test_a_field_is_not_added_to_what_it_would_misread(dialect: str, tmp_path: Path) -> None:
+    source = tmp_path / "part.nc"
+    source.write_text("TRANS X5\n")
+    with pytest.raises(TrueloopError) as refused:
+        map_program(source, tmp_path / "out.nc", similarity_field(scale=1.0001), dialect=dialect)
+    assert refused.value.code == Code.NC_MAP
