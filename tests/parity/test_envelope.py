@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.support.envelope_reference import entries
@@ -23,6 +23,7 @@ def rays_out_of(points: Array, angle: Array) -> tuple[Array, Array]:
     return np.ascontiguousarray(points), np.column_stack([np.sin(angle), np.cos(angle)])
 
 
+@example(seed=8618908, nose=WORN, step=0.02)  # grazes a worn edge 0.73 µm deep
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), nose=st.sampled_from([ROUND, WORN]), step=st.floats(0.001, 0.4))
 def test_kernel_and_definition_agree_on_any_path(seed: int, nose: Nose, step: float) -> None:
@@ -33,10 +34,7 @@ def test_kernel_and_definition_agree_on_any_path(seed: int, nose: Nose, step: fl
     rays = rays_out_of(nodes[rng.integers(0, 40, 5)] + rng.normal(0.0, 0.8, (5, 2)), angle)
     expected = entries(nodes, lambda phi: nose.radius_mm + nose.wear_at_mm(phi), rays, FAR)
     found = sweep(nodes, nose).entries(*rays, np.full(5, FAR), FAR)
-    # Where a ray grazes the nose the definition's 0.025° steps count for more.
-    grazing = np.abs(found - expected) > NANOMETRE
-    assert np.max(np.abs(found - expected)) < 20 * NANOMETRE
-    assert np.count_nonzero(grazing) <= 1
+    assert np.max(np.abs(found - expected)) < NANOMETRE
 
 
 def test_the_support_of_a_worn_nose_is_what_a_line_leaves() -> None:

@@ -1,7 +1,7 @@
 """The envelope by its definition: slow, readable, without a Newton step or a box.
 
 A convex nose swept along a segment is the set of points q with q·m ≤ h(m) + max(a·m, b·m) for every direction m. A ray
-enters that set where the last of these half planes takes it in.
+enters that set where the last of these half planes takes it in, and leaves it where the first lets it go.
 """
 
 import itertools
@@ -11,7 +11,9 @@ import numpy as np
 
 from trueloop.geometry.feature import Array
 
-ANGLES = np.linspace(-np.pi, np.pi, 14401)[:-1]
+SPREAD = 41
+ROUNDS = 12
+"""Each round looks 20 times as close: after twelve the angle is known to rounding."""
 
 
 def entries(
@@ -19,25 +21,40 @@ def entries(
 ) -> Array:
     """Where each ray (origins and directions, (q, 2)) first meets the swept region; +reach where it meets nothing.
 
-    `radius_over_angle` gives R + w(φ) at contact angles: the nose's extent towards −n(φ). The half planes along a
-    segment's straight sides are among those looked at; the others are 0.025° apart.
+    `radius_over_angle` gives R + w(φ) at contact angles: the nose's extent towards −n(φ).
     """
     found = []
     for origin, direction in zip(*rays, strict=True):
         best = reach
+        facing = np.arctan2(*direction)
         for a, b in itertools.pairwise(nodes):
-            m, h = _half_planes(b - a, radius_over_angle)
-            limit = h + np.maximum(m @ a, m @ b) - m @ origin
-            speed = m @ direction
-            enters = np.max(limit[speed < 0] / speed[speed < 0])
-            leaves = np.min(limit[speed > 0] / speed[speed > 0])
+
+            def crossing(turned: Array, middle: float, a: Array = a, b: Array = b) -> Array:
+                """Where the ray crosses the half plane of contact angle `middle` + `turned`."""
+                angle = np.remainder(middle + turned + np.pi, 2 * np.pi) - np.pi
+                m = -np.column_stack([np.sin(angle), np.cos(angle)])
+                limit = radius_over_angle(angle) + np.maximum(m @ a, m @ b) - m @ origin
+                crossed: Array = limit / (m @ direction)
+                return crossed
+
+            enters = _largest(lambda turned: crossing(turned, facing))
+            leaves = -_largest(lambda turned: -crossing(turned, facing + np.pi))
             if enters <= leaves:
                 best = min(best, enters)
         found.append(best)
     return np.array(found)
 
 
-def _half_planes(along: Array, radius_over_angle: Callable[[Array], Array]) -> tuple[Array, Array]:
-    side = np.arctan2(along[1], -along[0])
-    angles = np.concatenate([ANGLES, [side, side - np.copysign(np.pi, side)]])
-    return -np.column_stack([np.sin(angles), np.cos(angles)]), radius_over_angle(angles)
+def _largest(value: Callable[[Array], Array]) -> float:
+    """The largest value over the half circle, looked at ever closer around the best place found.
+
+    The directions that keep a point of the ray out of a convex set are neighbours, so there is one hill to climb.
+    """
+    low, high, best = -np.pi / 2, np.pi / 2, -np.inf
+    for _ in range(ROUNDS):
+        turned = np.linspace(low, high, SPREAD + 2)[1:-1]
+        values = value(turned)
+        k = int(np.argmax(values))
+        step = turned[1] - turned[0]
+        low, high, best = turned[k] - step, turned[k] + step, max(best, float(values[k]))
+    return best

@@ -65,56 +65,37 @@ impl Sweep {
         .collect()
     }
 
-    /// Neighbouring rays meet neighbouring segments: looking first where the last one was met leaves little else.
+    /// Neighbouring rays meet neighbouring segments: looking first where the last one was met, then from there up the
+    /// tree at what stands beside, leaves little to look at.
     fn entry(&self, asked: &Asked, mut found: Found) -> Found {
-        let hint = found.run;
-        self.look_at(asked, hint, &mut found);
-        let mut stack = [(0_usize, 0_usize, 0.0_f64); 64];
-        let mut depth = 0;
-        push(
-            &mut stack,
-            &mut depth,
-            (self.tree.top(), 0, f64::NEG_INFINITY),
-        );
-        while depth > 0 {
-            depth -= 1;
-            let Some(&(level, index, bound)) = stack.get(depth) else {
-                break;
-            };
-            if bound >= found.along {
-                continue;
-            }
-            if level == 0 {
-                if index != hint {
-                    self.look_at(asked, index, &mut found);
-                }
-                continue;
-            }
-            for child in self.children(asked, level - 1, 2 * index) {
-                if child.2 < found.along {
-                    push(&mut stack, &mut depth, child);
-                }
-            }
+        let mut index = found.run;
+        self.look_at(asked, index, &mut found);
+        for level in 0..self.tree.top() {
+            self.descend(asked, level, index ^ 1, &mut found);
+            index /= 2;
         }
         found
     }
 
-    /// Two boxes with their bounds, the more promising last.
-    fn children(&self, asked: &Asked, level: usize, first: usize) -> [(usize, usize, f64); 2] {
-        let bound = |index| {
-            self.tree.get(level, index).map_or(f64::INFINITY, |found| {
-                found.lowest(&asked.ray, &asked.disc, asked.floor)
-            })
-        };
-        let (a, b) = (
-            (level, first, bound(first)),
-            (level, first + 1, bound(first + 1)),
-        );
-        if a.2 < b.2 {
-            [b, a]
-        } else {
-            [a, b]
+    /// Looks at the segments in a box, where it reaches below what was found.
+    fn descend(&self, asked: &Asked, level: usize, index: usize, found: &mut Found) {
+        if self.lowest(asked, level, index, found).is_none() {
+            return;
         }
+        if level == 0 {
+            return self.look_at(asked, index, found);
+        }
+        let (a, b) = (2 * index, 2 * index + 1);
+        let [low_a, low_b] = [a, b].map(|child| self.lowest(asked, level - 1, child, found));
+        let better = low_b.is_some_and(|b| low_a.is_none_or(|a| b < a));
+        for child in if better { [b, a] } else { [a, b] } {
+            self.descend(asked, level - 1, child, found);
+        }
+    }
+
+    fn lowest(&self, asked: &Asked, level: usize, index: usize, found: &Found) -> Option<f64> {
+        let around = self.tree.get(level, index)?;
+        around.lowest(&asked.ray, &asked.disc, asked.floor, found.along)
     }
 
     fn look_at(&self, asked: &Asked, run: usize, found: &mut Found) {
@@ -122,10 +103,11 @@ impl Sweep {
         let nodes = self.nodes.get(first..).unwrap_or_default();
         let contacts = self.contacts.get(first..).unwrap_or_default();
         let mut before: Option<((f64, f64), &[Point; 2])> = None;
+        let mut turn = 0.0;
         let ahead = contacts.iter().map(Some).chain(std::iter::repeat(None));
         for (node, after) in nodes.iter().zip(ahead).take(RUN + 1) {
             let here = asked.ray.of(*node);
-            let mut meets = self.body(asked, here, found.along);
+            let mut meets = self.body(asked, here, found.along, &mut turn);
             if let Some((there, contacts)) = before {
                 meets = meets.min(flat(asked, there, here, contacts));
             }
@@ -137,7 +119,7 @@ impl Sweep {
     }
 
     /// Where the ray meets the nose standing at a node; infinite when not below `best`.
-    fn body(&self, asked: &Asked, (along, over): (f64, f64), best: f64) -> f64 {
+    fn body(&self, asked: &Asked, (along, over): (f64, f64), best: f64, turn: &mut f64) -> f64 {
         let disc = &asked.disc;
         let beside = over - disc.beside;
         let square = disc.radius * disc.radius - beside * beside;
@@ -146,7 +128,7 @@ impl Sweep {
             return f64::INFINITY;
         }
         self.nose
-            .depth(asked.ray.angle, over)
+            .depth(asked.ray.angle, over, turn)
             .map_or(f64::INFINITY, |depth| along - depth)
     }
 }
@@ -178,13 +160,6 @@ fn contacts_of(a: Point, b: Point, nose: &Nose) -> [Point; 2] {
     }
     let left = [dz / length, -dx / length];
     [nose.contact(left), nose.contact([-left[0], -left[1]])]
-}
-
-fn push(stack: &mut [(usize, usize, f64); 64], depth: &mut usize, item: (usize, usize, f64)) {
-    if let Some(place) = stack.get_mut(*depth) {
-        *place = item;
-        *depth += 1;
-    }
 }
 
 #[cfg(test)]

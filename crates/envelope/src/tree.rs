@@ -49,17 +49,21 @@ impl ChordBox {
         }
     }
 
-    /// Below what no nose with its centre in the box reaches on the ray; infinite when none meets it above the floor.
-    pub(crate) fn lowest(&self, ray: &Ray, disc: &Disc, floor: f64) -> f64 {
+    /// Below what no nose with its centre in the box reaches on the ray; none where it cannot reach below `best`.
+    pub(crate) fn lowest(&self, ray: &Ray, disc: &Disc, floor: f64, best: f64) -> Option<f64> {
         let (along, over) = ray.of(self.centre);
         let (with, against) = (ray.along(self.chord).abs(), ray.over(self.chord).abs());
         let spread = self.half[0] * with + self.half[1] * against + ROUNDING;
         let aside = self.half[0] * against + self.half[1] * with + ROUNDING;
         let beside = ((over - disc.beside).abs() - aside).max(0.0);
-        if beside >= disc.radius || along + spread <= floor {
-            return f64::INFINITY;
+        let square = disc.radius * disc.radius - beside * beside;
+        let above = along - spread - disc.above - best;
+        let misses = square <= 0.0 || along + spread <= floor;
+        // Most boxes end here, before the root: it is what takes time.
+        if misses || (above >= 0.0 && above * above >= square) {
+            return None;
         }
-        along - spread - disc.above - (disc.radius * disc.radius - beside * beside).sqrt()
+        Some(above + best - square.sqrt())
     }
 }
 
