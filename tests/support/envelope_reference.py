@@ -23,26 +23,28 @@ def entries(
 
     `radius_over_angle` gives R + w(φ) at contact angles: the nose's extent towards −n(φ).
     """
-    found = []
-    for origin, direction in zip(*rays, strict=True):
-        best = reach
-        facing = np.arctan2(*direction)
-        for a, b in itertools.pairwise(nodes):
+    return np.array(
+        [
+            min([reach, *(_entry(a, b, radius_over_angle, origin, direction) for a, b in itertools.pairwise(nodes))])
+            for origin, direction in zip(*rays, strict=True)
+        ]
+    )
 
-            def crossing(turned: Array, middle: float, a: Array = a, b: Array = b) -> Array:
-                """Where the ray crosses the half plane of contact angle `middle` + `turned`."""
-                angle = np.remainder(middle + turned + np.pi, 2 * np.pi) - np.pi
-                m = -np.column_stack([np.sin(angle), np.cos(angle)])
-                limit = radius_over_angle(angle) + np.maximum(m @ a, m @ b) - m @ origin
-                crossed: Array = limit / (m @ direction)
-                return crossed
 
-            enters = _largest(lambda turned: crossing(turned, facing))
-            leaves = -_largest(lambda turned: -crossing(turned, facing + np.pi))
-            if enters <= leaves:
-                best = min(best, enters)
-        found.append(best)
-    return np.array(found)
+def _entry(a: Array, b: Array, radius_over_angle: Callable[[Array], Array], origin: Array, direction: Array) -> float:
+    """Where a ray enters what the nose sweeps on its way from a to b; infinite where it passes by."""
+    facing = np.arctan2(*direction)
+
+    def crossing(angle: Array) -> Array:
+        """Where the ray crosses the half planes of these contact angles."""
+        angle = np.remainder(angle + np.pi, 2 * np.pi) - np.pi
+        m = -np.column_stack([np.sin(angle), np.cos(angle)])
+        crossed: Array = (radius_over_angle(angle) + np.maximum(m @ a, m @ b) - m @ origin) / (m @ direction)
+        return crossed
+
+    enters = _largest(lambda turned: crossing(facing + turned))
+    leaves = -_largest(lambda turned: -crossing(facing + np.pi + turned))
+    return enters if enters <= leaves else np.inf
 
 
 def _largest(value: Callable[[Array], Array]) -> float:
