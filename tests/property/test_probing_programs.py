@@ -1,7 +1,7 @@
 """Probing programs over any profile: every touch is met where it was planned, and nothing is met before it.
 
-Programs are read back by LinuxCNC's interpreter (its dialect), by trueloop's reader (GE 2000T) and by a reader of words
-that knows neither; what the stylus does on the way is checked densely against the part's polygon.
+Programs are read back by trueloop's own readers of the controls' dialects, LinuxCNC's by its own interpreter as well;
+what the stylus does on the whole way is checked against the part with its stock.
 """
 
 import math
@@ -14,20 +14,22 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.support.linuxcnc import Tool, interpret
-from tests.support.probing import APPROACH, ProbeMove, example_plan, moves_of, plan_of
+from tests.support.probing import APPROACH, STEP, ProbeMove, example, example_plan, moves_of, plan_of
 from tests.support.profiles import profiles
 from trueloop.controllers.probing import WRITERS, Settings, probing_program
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.obstacle import CHORD_MM, stock_obstacle
 from trueloop.gauging.probe_plan import ProbePlan
 from trueloop.gauging.stylus import Stylus
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, Line
 from trueloop.geometry.profile import Profile
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion
+from trueloop.geometry.validate import checked_profile
 
 MICROMETRE = 1e-3
 ROUNDED_MM = 3e-4  # coordinates to 1e-5 in
+DIAMETERS = ("fanuc", "haas", "ge2000t")
+"""Controls that take X as a diameter whatever the program says."""
+
 SKIP_CONTROLS = [name for name in WRITERS if name != "renishaw"]
 
 
@@ -53,27 +55,38 @@ def where_the_ball_meets(
 
 
 def require_safe(plan: ProbePlan, profile: Profile, moves: list[ProbeMove]) -> None:
-    """Every probing move meets the part first where the plan says; every other move stays clear with ball and stem."""
-    allowance, stylus = plan.approach.allowance_mm, plan.stylus
-    obstacle = stock_obstacle(profile, allowance)
-    touches = iter(plan.touches)
+    """Every probing move meets the part first where the plan says, and goes back as it came; on all ways between, ball
+    and stem stay clear of the part.
+
+    A clearance changes by no more than the way gone: what keeps half a step where it is looked at is clear between.
+    """
+    stylus, allowance_mm = plan.stylus, plan.approach.allowance_mm
+    obstacle, margin_mm = stock_obstacle(profile, allowance_mm), plan.approach.margin_mm - ROUNDED_MM
+    touches, back_to = iter(plan.touches), None
     for move in moves:
         start, end = np.array(move.start_mm), np.array(move.end_mm)
         if move.touching:
             touch = next(touches)
-            met = where_the_ball_meets(profile, allowance, stylus, start, end)
+            met = where_the_ball_meets(profile, allowance_mm, stylus, start, end)
             assert met is not None, touch
             assert math.dist(met, touch.contact_mm) < MICROMETRE + CHORD_MM, touch
+            assert all(stylus.stem_clearance_mm(obstacle, at)[0] > 0.0 for at in along(start, met)), touch
+            back_to = move.start_mm
             continue
-        back = any(math.dist(move.end_mm, t.start_mm) < ROUNDED_MM for t in plan.touches) and any(
-            math.dist(move.start_mm, t.target_mm) < ROUNDED_MM for t in plan.touches
-        )
-        if back:
-            continue  # retraces the probing move
-        for share in np.linspace(0.0, 1.0, 25):
-            clearance, what = stylus.clearance_mm(obstacle, start + share * (end - start))
-            assert clearance > min(plan.approach.margin_mm, plan.approach.stand_off_mm) - 0.02, (move, what)
-    assert next(touches, None) is None
+        if back_to is not None:
+            assert math.dist(move.end_mm, back_to) < ROUNDED_MM, move
+            back_to = None
+            continue
+        clearances = [stylus.clearance_mm(obstacle, at) for at in along(start, end)]
+        assert min(clearances)[0] > margin_mm, (move, min(clearances))
+    assert next(touches, None) is None and math.dist(moves[-1].end_mm, plan.safe_mm) < ROUNDED_MM
+
+
+def along(start: Array, end: Array) -> Array:
+    """Places on a move, at most 0.4 mm apart."""
+    share = np.linspace(0.0, 1.0, 2 + int(math.dist(start, end) / 0.4))
+    places: Array = start + share[:, None] * (end - start)
+    return places
 
 
 @settings(max_examples=25)
@@ -88,11 +101,26 @@ def test_every_touch_is_met_where_planned_and_nothing_before(
     except TrueloopError as refused:
         assert refused.code in (Code.PRB_REACH, Code.PRB_BALL)
         assume(False)
-    diameter = diameter or control == "ge2000t"
-    text = probing_program(plan, control, Settings(inch=inch, diameter=diameter))
-    feed = "F60." if not inch else f"F{60 / 25.4:.5f}".rstrip("0")
-    moves = moves_of(text.replace(feed, "F60."), inch=inch, diameter=diameter)
-    require_safe(plan, profile, moves)
+    program = Settings(inch=inch, diameter=diameter or control in DIAMETERS)
+    require_safe(plan, profile, moves_of(probing_program(plan, control, program), control, plan, program))
+
+
+@settings(max_examples=10)
+@given(radius=st.floats(15.0, 60.0), length=st.floats(12.0, 80.0), inch=st.booleans())
+def test_macros_meet_cylinders_and_faces_where_planned(radius: float, length: float, inch: bool) -> None:
+    features = [Line("cylinder", (radius, -length), (radius, 0.0)), Line("face", (radius, 0.0), (0.0, 0.0))]
+    profile = checked_profile(features)
+    plan = plan_of(profile, {"cylinder": 3, "face": 3}, replace(APPROACH, allowance_mm=0.1))
+    program = Settings(inch=inch)
+    require_safe(plan, profile, moves_of(probing_program(plan, "renishaw", program), "renishaw", plan, program))
+
+
+@pytest.mark.parametrize("control", ["linuxcnc", "fanuc", "haas", "siemens", "ge2000t"])
+@pytest.mark.parametrize("name", ["facetst", "modbas2", "piecs11"])
+def test_the_parts_of_nist_are_probed_without_a_collision(name: str, control: str) -> None:
+    plan, program = example_plan(name), Settings()
+    moves = moves_of(probing_program(plan, control, program), control, plan, program)
+    require_safe(plan, example(name).profile, moves)
 
 
 @pytest.mark.parametrize("name", ["facetst", "modbas2", "piecs11"])
@@ -109,20 +137,8 @@ def test_linuxcnc_reads_its_program_as_it_was_planned(name: str, tmp_path: Path)
             assert math.dist((move.end_mm[0], move.end_mm[2]), target) < ROUNDED_MM
 
 
-@pytest.mark.parametrize("control", ["linuxcnc", "ge2000t"])
-def test_our_own_reader_finds_the_same_moves(control: str) -> None:
-    plan = example_plan("piecs11")
-    path = read_program(probing_program(plan, control, Settings()).encode(), control).run()
-    ends = path.end_mm[path.motion != Motion.RAPID][:, [0, 2]]
-    for touch in plan.touches:
-        assert np.min(np.hypot(*(ends - np.array(touch.target_mm)).T)) < ROUNDED_MM
-    assert not [found for found in path.findings if found.severity == "error"]
-
-
 def test_macros_measure_along_one_axis() -> None:
     """P9811 names the surface itself: 40.1 mm of radius are 80.2 of diameter, the face stands at z = 0.1."""
-    from tests.support.probing import STEP
-
     text = probing_program(
         plan_of(STEP, {"cylinder": 2, "face": 2}, replace(APPROACH, allowance_mm=0.1)), "renishaw", Settings()
     )

@@ -1,4 +1,4 @@
-"""Probing programs as moves, read without trueloop: `G…`, `X…` and `Z…` words of any of the dialects, line by line."""
+"""Plans to probe by, and probing programs as moves."""
 
 import re
 from collections.abc import Sequence
@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from trueloop.controllers.probing import Settings
+from trueloop.errors import Severity
 from trueloop.gauging.obstacle import stock_obstacle
 from trueloop.gauging.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.gauging.probe_plan import Approach, ProbePlan, probe_plan
@@ -16,42 +18,83 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Inputs
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Motion
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STYLUS = Stylus(1.5, 0.75, 50.0, np.pi / 4)
 APPROACH = Approach(stand_off_mm=2.0, overtravel_mm=1.0, margin_mm=0.4)
 STEP = checked_profile([Line("cylinder", (40.0, -30.0), (40.0, 0.0)), Line("face", (40.0, 0.0), (0.0, 0.0))])
-COMMENT = re.compile(r"\([^)]*\)|!.*|;.*")
+COMMENT = re.compile(r";.*")
 WORD = re.compile(r"([XZ])\s*([-+]?\d*\.?\d+)")
-TOUCHING = ("G38.2", "G31", "MEAS=1", "P9811")
+READ_AS = {
+    "linuxcnc": "linuxcnc",
+    "fanuc": "fanuc-lathe",
+    "haas": "haas-lathe",
+    "renishaw": "fanuc-lathe",
+    "ge2000t": "ge2000t",
+}
+SYSTEM_VARIABLES = ("#5061", "#5062", "#5063")
+INCREMENT = {"X": "U", "Z": "W"}
 
 
 @dataclass(frozen=True)
 class ProbeMove:
-    """One move of the ball's centre, (x, z) in mm with x a radius; `touching` is a probing move."""
+    """One move of the ball's centre, (x, z) in mm with x a radius; a `touching` one is told to its programmed end."""
 
     start_mm: Point
     end_mm: Point
     touching: bool
 
 
-def moves_of(text: str, *, inch: bool = False, diameter: bool = True) -> list[ProbeMove]:
-    """Every move after both coordinates are known. GE 2000T has no word for touching: a slow move is one."""
-    unit = 25.4 if inch else 1.0
+def moves_of(text: str, control: str, plan: ProbePlan, program: Settings) -> list[ProbeMove]:
+    """Every move of a probing program once both coordinates are known, as trueloop's reader of that control runs it.
+
+    What the control itself would put into variables is given as zero: nothing moves by it. A control that trueloop does
+    not read is read word by word.
+    """
+    if control not in READ_AS:
+        return _moves_by_words(text, program)
+    if control == "renishaw":
+        text = _without_macros(text, plan, program)
+    path = read_program(text.encode(), READ_AS[control]).run({name: 0.0 for name in SYSTEM_VARIABLES if name in text})
+    assert not [found for found in path.findings if found.severity != Severity.NOTE], path.findings
+    touching = path.motion == Motion.PROBE
+    if control == "ge2000t":
+        touching = np.abs(path.feed - program.probe_feed_mm_per_min) < 1e-3 * program.probe_feed_mm_per_min
+    known = int(np.argmax(path.motion != Motion.RAPID)) - 1  # rapids away from the axis, then along it
+    moves = zip(path.start_mm[known:], path.end_mm[known:], touching[known:], strict=True)
+    return [ProbeMove((a[0], a[2]), (b[0], b[2]), bool(touches)) for a, b, touches in moves]
+
+
+def _without_macros(text: str, plan: ProbePlan, program: Settings) -> str:
+    """The macros as moves: P9810 goes to a place; P9811 takes the ball Q beyond the surface it names, then back."""
+    ball_mm, beyond_mm = plan.stylus.ball_radius_mm, plan.approach.overtravel_mm
+
+    def touch(found: re.Match[str]) -> str:
+        axis, surface, overtravel = found[1], float(found[2]), float(found[3])
+        assert abs(overtravel * program.unit_mm - beyond_mm) < 1e-3
+        doubled = 2.0 if axis == "X" and program.diameter else 1.0
+        end = surface + doubled * (ball_mm - beyond_mm) / program.unit_mm
+        back = doubled * (plan.approach.stand_off_mm + beyond_mm) / program.unit_mm
+        return f"G31 {axis}{end:.5f} F60.\nG1 {INCREMENT[axis]}{back:.5f} F60."
+
+    return re.sub(r"G65 P9811 ([XZ])(\S+) Q(\S+)", touch, text.replace("G65 P9810", "G1"))
+
+
+def _moves_by_words(text: str, program: Settings) -> list[ProbeMove]:
     at: dict[str, float] = {}
     moves = []
     for raw in text.splitlines():
-        line = "" if raw.lstrip().startswith(("DPRNT", "WRITE", "R1=", "#", "(")) else COMMENT.sub("", raw)
-        words = {letter: float(value) * unit for letter, value in WORD.findall(line)}
+        line = "" if raw.startswith(("WRITE", "R1=")) else COMMENT.sub("", raw)
+        words = {letter: float(value) * program.unit_mm for letter, value in WORD.findall(line)}
         if not words:
             continue
-        if "X" in words and diameter:
+        if "X" in words and program.diameter:
             words["X"] /= 2
         before, at = at, at | words
         if len(before) == 2:
-            slow = line.startswith("N") and "F60." in line
-            touching = any(mark in line for mark in TOUCHING) or slow
-            moves.append(ProbeMove((before["X"], before["Z"]), (at["X"], at["Z"]), touching))
+            moves.append(ProbeMove((before["X"], before["Z"]), (at["X"], at["Z"]), "MEAS=1" in line))
     return moves
 
 

@@ -117,6 +117,9 @@ impl Lexer<'_> {
         if !self.dialect.names.is_empty() && self.named_word(start, letter) {
             return;
         }
+        if self.dialect.flow == FlowStyle::Macro && macros::writes_out(self.source, start) {
+            return self.push(start, self.text_end(start + 1), 0, WordKind::Statement, f64::NAN);
+        }
         if let Some((index, end)) = self.numbered_assignment(start, letter) {
             return self.push(start, end, letter, WordKind::Assignment, index);
         }

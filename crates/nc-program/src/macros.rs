@@ -10,6 +10,14 @@ use crate::run::Runner;
 const KEYWORDS: [(&[u8], &[u8]); 5] =
     [(b"IF", b"["), (b"WHILE", b"["), (b"GOTO", b"0123456789#["), (b"DO", b"0123456789"), (b"END", b"0123456789")];
 
+/// Statements that write to a device outside and move nothing.
+const OUTPUT: [&[u8]; 4] = [b"POPEN", b"PCLOS", b"DPRNT[", b"BPRNT["];
+
+/// Whether a statement starts at a byte that writes out values: DPRNT and what belongs to it.
+pub(crate) fn writes_out(source: &[u8], at: usize) -> bool {
+    OUTPUT.iter().any(|keyword| after(source, at, keyword).is_some())
+}
+
 /// Whether a macro statement starts at a byte.
 pub(crate) fn begins(source: &[u8], at: usize) -> bool {
     KEYWORDS.iter().any(|(keyword, next)| {

@@ -36,10 +36,14 @@ class AxisDecision:
 
 @dataclass(frozen=True)
 class Decision:
-    """Both axes. `offset_is_enough` when neither needs a changed contour."""
+    """Both axes. `offset_is_enough` when neither needs a changed contour.
+
+    `unit_covariance` (2, 2) is that of the two offsets per unit variance of a touch; zero on an axis no touch faces.
+    """
 
     x: AxisDecision
     z: AxisDecision
+    unit_covariance: Array
 
     @property
     def offset_is_enough(self) -> bool:
@@ -50,6 +54,11 @@ class Decision:
     def offset_mm(self) -> tuple[float, float]:
         """The tool offset (x as a radius, z) that takes out what a constant can."""
         return self.x.offset_mm, self.z.offset_mm
+
+    def leverage(self, outward_normal: Array) -> Array:
+        """Variance of the offset along normals (n, 2), per unit variance of a touch, (n,)."""
+        spread: Array = np.einsum("ij,jk,ik->i", outward_normal, self.unit_covariance, outward_normal)
+        return spread
 
 
 def decide(
@@ -66,10 +75,8 @@ def decide(
     degrees of freedom (inf when known). The offset is −weight × the fitted constants.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
-    used = np.flatnonzero(np.any(informs, axis=0))
-    constants = np.zeros(2)
-    if len(used):
-        constants[used] = np.linalg.lstsq(outward_normal[:, used], process_error_mm, rcond=1e-9)[0]
+    inverse = np.linalg.pinv(np.where(np.any(informs, axis=0), outward_normal, 0.0), rcond=1e-9)
+    constants = inverse @ process_error_mm
     left = process_error_mm - outward_normal @ constants
     x, z = (
         _decide_axis(
@@ -77,7 +84,7 @@ def decide(
         )
         for axis in range(2)
     )
-    return Decision(x, z)
+    return Decision(x, z, inverse @ inverse.T)
 
 
 def _decide_axis(

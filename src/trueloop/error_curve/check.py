@@ -63,10 +63,10 @@ def check_options(profile: Profile, options: FitOptions) -> None:
                 f"{name!r}: the prescribed values and slopes are {given} mm or mm/mm, not all of them finite",
                 hint="give numbers, or leave an end free",
             )
-    repeatability = options.repeatability_mm
-    if repeatability is not None and not 0.0 <= repeatability < math.inf:
-        raise TrueloopError(
-            Code.FIT_VALUE,
-            f"the repeatability of the process is given as {repeatability} mm",
-            hint="a standard deviation is a number and not negative; leave it out to take the touches' scatter",
-        )
+    for words, value_mm in (("process", options.repeatability_mm), ("whole cut", options.cut_to_cut_mm)):
+        if value_mm is not None and not 0.0 <= value_mm < math.inf:
+            raise TrueloopError(
+                Code.FIT_VALUE,
+                f"the repeatability of the {words} is given as {value_mm} mm",
+                hint="a standard deviation is a number and not negative; leave it out to take the touches' scatter",
+            )

@@ -1,5 +1,6 @@
 """From error vectors to the error model of a whole profile."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
@@ -97,7 +98,8 @@ def fit_profile(
 
 def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
     for fit, spline, scatter in zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True):
-        repeatability = scatter if options.repeatability_mm is None else options.repeatability_mm
+        within = scatter if options.repeatability_mm is None else options.repeatability_mm
+        repeatability = math.hypot(within, math.sqrt(2.0) * options.cut_to_cut_mm)
         for k, index in enumerate(fit.chain.features):
             yield ErrorCurve(
                 feature=profile.features[index].name,

@@ -189,6 +189,7 @@ def _options(job: Job) -> Options:
         weight=given.weight,
         junctions=given.junctions,
         knot_every=given.knot_every,
+        cut_to_cut_mm=given.cut_to_cut_um / UM_PER_MM,
         chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,
         arcs=given.arcs,
         limits=Limits(

@@ -35,11 +35,15 @@ from trueloop.nc.program import Program
 
 @dataclass(frozen=True)
 class Options:
-    """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X."""
+    """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
+
+    `cut_to_cut_mm` is as in `FitOptions`: it widens the predicted bands and changes no correction.
+    """
 
     weight: float = 1.0
     junctions: str = "part"
     knot_every: int | None = None
+    cut_to_cut_mm: float = 0.0
     chord_tolerance_mm: float = 0.0005
     arcs: str = "auto"
     limits: Limits = field(default_factory=Limits)
@@ -165,7 +169,11 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
 
 
 def _fit_options(options: Options) -> FitOptions:
-    return FitOptions(tangent_policy=TangentPolicy(options.junctions), knot_every=options.knot_every)
+    return FitOptions(
+        tangent_policy=TangentPolicy(options.junctions),
+        knot_every=options.knot_every,
+        cut_to_cut_mm=options.cut_to_cut_mm,
+    )
 
 
 def _decision(model: ProfileErrorModel, told: Commanded, options: Options) -> Decision:
@@ -184,19 +192,27 @@ def _decision(model: ProfileErrorModel, told: Commanded, options: Options) -> De
 def _prediction(
     touches: ErrorVectors, model: ProfileErrorModel, decision: Decision, shifts: Shifts, weight: float
 ) -> Prediction:
-    """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does."""
-    process, curves = model.vectors.error_mm, model.curves
+    """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does.
+
+    The constant comes from all touches together, so that it is known better than a curve and has an uncertainty of its
+    own.
+    """
+    process = model.vectors.error_mm
     fitted, left_out = process - model.residual_mm, process - model.leave_one_out_mm
     constant = -np.asarray(touches.outward_normal @ np.array(decision.offset_mm)) / weight
+    leverage = decision.leverage(touches.outward_normal)
+    without = process - (process - constant) / np.where(leverage < 1.0 - 1e-9, 1.0 - leverage, np.nan)
     by_offset = np.array(shifts.by_offset)[touches.feature_index]
-    pairs = list(zip(touches.feature_index, touches.arc_length_mm, strict=True))
-    u = np.array([float(curves[int(i)].prediction_standard_deviation_mm(s)[0]) for i, s in pairs])
+    curves = [model.curves[i] for i in touches.feature_index]
+    of_curve = [curve.standard_deviation_mm(s)[0] for curve, s in zip(curves, touches.arc_length_mm, strict=True)]
+    of_offset = np.sqrt(leverage) * [curve.scatter_mm for curve in curves]
+    repeatability = np.array([curve.repeatability_mm for curve in curves])
     return predict(
         measured_mm=touches.error_mm,
         process_mm=process,
         fitted_mm=np.where(by_offset, constant, fitted),
-        left_out_fitted_mm=np.where(by_offset, constant, left_out),
-        standard_u_mm=u,
+        left_out_fitted_mm=np.where(by_offset, without, left_out),
+        standard_u_mm=np.hypot(np.where(by_offset, of_offset, of_curve), repeatability),
         weight=weight,
     )
 

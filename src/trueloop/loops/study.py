@@ -52,11 +52,28 @@ class Study:
         """RMS over all parts and points: `loop_mm`, `path_mm`, `raw_mm` or `uncorrected_mm`."""
         return rms(np.concatenate([getattr(part, way) for part in self.parts]))
 
+    def rms_u_mm(self, way: str) -> float:
+        """Standard uncertainty of that RMS, from how the parts differ: points of one part are not independent."""
+        squares = np.array([np.mean(getattr(part, way) ** 2) for part in self.parts])
+        return _u_of_mean(squares) / (2.0 * self.rms_mm(way))
+
     @property
     def coverage(self) -> float:
         """Share of true residuals inside the predicted 95 % band."""
-        inside = [np.abs(part.loop_mm) <= part.half_band_mm for part in self.parts]
-        return float(np.mean(np.concatenate(inside)))
+        return float(np.mean(self._inside))
+
+    @property
+    def coverage_u(self) -> float:
+        """Standard uncertainty of that share, from how the parts differ."""
+        return _u_of_mean(self._inside)
+
+    @property
+    def _inside(self) -> Array:
+        return np.array([np.mean(np.abs(part.loop_mm) <= part.half_band_mm) for part in self.parts])
+
+
+def _u_of_mean(values: Array) -> float:
+    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("nan")
 
 
 def study(

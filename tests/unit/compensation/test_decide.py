@@ -64,6 +64,16 @@ def test_offset_is_found_on_slanted_features_too(x_mm: float, z_mm: float) -> No
     assert decision.offset_is_enough
 
 
+def test_the_offset_is_as_uncertain_as_it_scatters() -> None:
+    """Leverage × σ² is the variance of the offset along each normal; it sums to the number of axes that are faced."""
+    random, angles = np.random.default_rng(1), np.linspace(0.1, math.pi / 2, 9)
+    normals = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    found = [decide(random.normal(0, 1.0, 9), normals, 1.0, math.inf, 1e-4, 1.0).offset_mm for _ in range(3000)]
+    leverage = decide(np.zeros(9), normals, 1.0, math.inf, 1e-4, 1.0).leverage(normals)
+    assert np.allclose(np.var(np.array(found) @ normals.T, axis=0), leverage, rtol=0.1)
+    assert leverage.sum() == pytest.approx(2.0)
+
+
 def test_false_alarms_are_as_rare_as_promised() -> None:
     """Noise alone changes the contour in about 5 % of parts an axis, the significance of the test."""
     random = np.random.default_rng(6811)

@@ -52,3 +52,9 @@ def test_a_stated_repeatability_takes_the_place_of_the_scatter() -> None:
     np.testing.assert_allclose(
         curve.prediction_standard_deviation_mm(1.0), np.hypot(curve.standard_deviation_mm(1.0), 0.5)
     )
+
+
+def test_what_differs_from_cut_to_cut_comes_in_with_the_cut_that_was_touched_and_with_the_next() -> None:
+    curve = fit_profile(PROFILE, MODEL.vectors, FitOptions(knot_every=4, cut_to_cut_mm=0.3)).curves[-1]
+    expected = np.sqrt(curve.standard_deviation_mm(1.0) ** 2 + curve.scatter_mm**2 + 2 * 0.3**2)
+    np.testing.assert_allclose(curve.prediction_standard_deviation_mm(1.0), expected)
