@@ -40,7 +40,7 @@ def main() -> None:
     options.add_argument("--parts", type=int, default=200, help="parts of each family and repeatability")
     options.add_argument("--write", action="store_true", help="into docs/simulator.md")
     given = options.parse_args()
-    text = f"{residuals(given.parts)}\n{unseen(given.parts // 2)}"
+    text = f"{residuals(given.parts)}\n{unseen(given.parts // 4)}"
     if not given.write:
         print(text)
         return

@@ -11,6 +11,7 @@ import pytest
 from tests.support.probing import EXAMPLES
 from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.controllers.linuxcnc.session import cut
+from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
 from trueloop.geometry.feature import Array
 from trueloop.loops.simulated import simulate, workshop_and_trial
@@ -83,3 +84,25 @@ def what_still_runs() -> str:
 def test_the_example_machine_is_the_nist_one() -> None:
     assert read_virtual_machine(LOOP / "machine.toml").machine.repeatability == Repeatability(0.0012, 1.0)
     assert Path(LOOP / "probe.toml").exists()
+
+
+BEFORE = "G21 G18 G8 G90 G94\nG0 X20 Z1\nG1 X19 F600\nG1 Z-20\n"
+
+
+@pytest.mark.parametrize(
+    ("said", "block"),
+    [
+        ("zero feed rate", "G1 X18 F0"),
+        ("positive limit", "G1 X99999"),
+        ("radius too small", "G2 X10 Z-40 R1"),
+        ("without making contact", "G38.2 Z-25 F100"),
+        ("enough", "(ABORT,enough)"),
+    ],
+)
+def test_an_error_is_told_with_the_block_that_linuxcnc_means(said: str, block: str) -> None:
+    """LinuxCNC reads ahead: the block that moves when an error comes is an earlier one."""
+    with pytest.raises(TrueloopError) as raised:
+        cut(f"{BEFORE}{block}\nG1 Z-21\nM2\n".encode())
+    assert raised.value.code is Code.CTL_PROGRAM
+    assert said in raised.value.message and repr(block) in raised.value.message
+    assert raised.value.place == Place(line=5)

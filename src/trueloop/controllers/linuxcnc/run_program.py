@@ -18,6 +18,17 @@ PATH_MODE = "G64 P0.0001"
 """Corners are rounded by a tenth of a micrometre at most, unless the program says otherwise. As a start-up code in the
 configuration it does not reach programs, and what LinuxCNC does by itself rounds corners by millimetres."""
 
+PATIENCE_S = 60.0
+"""For what takes a moment, on a computer that has much else to do."""
+
+UNSEEN_S = 5.0
+"""A program that was not seen running for this long has run, or has nothing in it. Idle at once means not yet begun: a
+busy computer takes its time."""
+
+LATE_S = 0.5
+"""Why a program ended may be told after it has."""
+
+UNNAMED = "an error that it does not name"
 ERRORS = (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)
 
 
@@ -27,7 +38,8 @@ class Operator:
     def __init__(self) -> None:
         self.status, self.command, self.channel = linuxcnc.stat(), linuxcnc.command(), linuxcnc.error_channel()
         self.error: str | None = None
-        self.until(lambda: True, 10)
+        self.unnamed = False
+        self.until(lambda: True, PATIENCE_S)
 
     def until(self, reached: Callable[[], bool], timeout_s: float) -> None:
         """Polls until something holds."""
@@ -49,15 +61,15 @@ class Operator:
     def switch_on(self) -> None:
         """Out of the emergency stop, on, and homed where it stands."""
         self.command.state(linuxcnc.STATE_ESTOP_RESET)
-        self.until(lambda: self.status.task_state == linuxcnc.STATE_ESTOP_RESET, 10)
+        self.until(lambda: self.status.task_state == linuxcnc.STATE_ESTOP_RESET, PATIENCE_S)
         self.command.state(linuxcnc.STATE_ON)
-        self.until(lambda: self.status.task_state == linuxcnc.STATE_ON, 10)
+        self.until(lambda: self.status.task_state == linuxcnc.STATE_ON, PATIENCE_S)
         self.command.mode(linuxcnc.MODE_MANUAL)
         self.command.wait_complete()
         self.command.teleop_enable(0)
         self.command.wait_complete()
         self.command.home(-1)
-        self.until(lambda: all(self.status.homed[: self.status.joints]), 20)
+        self.until(lambda: all(self.status.homed[: self.status.joints]), PATIENCE_S)
         self.command.mode(linuxcnc.MODE_MDI)
         self.command.wait_complete()
         self.command.mdi(PATH_MODE)
@@ -73,10 +85,10 @@ class Operator:
         self.command.auto(linuxcnc.AUTO_RUN, 0)
         line = None
         with Path("progress.txt").open("w", buffering=1) as progress:
-            started, next_report = time.monotonic(), 0.0
+            started, next_report, begun = time.monotonic(), 0.0, False
 
             def ended() -> bool:
-                nonlocal line, next_report
+                nonlocal line, next_report, begun
                 idle = self.status.interp_state == linuxcnc.INTERP_IDLE
                 if not idle or self.error:
                     line = self.status.motion_line or self.status.current_line or line
@@ -85,10 +97,14 @@ class Operator:
                     x, z = self.status.actual_position[0], self.status.actual_position[2]
                     print(f"{self.status.motion_line} {x:.3f} {z:.3f}", file=progress)
                     next_report = now + 0.1
-                done = idle and self.status.exec_state == linuxcnc.EXEC_DONE and now - started > 0.3
+                begun = begun or not idle or now - started > UNSEEN_S
+                done = begun and idle and self.status.exec_state == linuxcnc.EXEC_DONE
                 return done or self.error is not None
 
             self.until(ended, timeout_s)
+        settled = time.monotonic() + LATE_S
+        self.until(lambda: self.error is not None or time.monotonic() > settled, 2 * LATE_S)
+        self.unnamed = self.error is None and self.status.state == linuxcnc.RCS_ERROR
         return line
 
 
@@ -104,7 +120,8 @@ def main() -> int:
             sampler = subprocess.Popen(["halsampler", "positions.txt"])
             subprocess.run(["halcmd", "setp", "sampler.0.enable", "1"], check=True)
         answer["line"] = operator.run(Path(order["program"]), order["feed_override"], order["timeout_s"])
-        answer["error"] = operator.error
+        answer["error"] = operator.error or (UNNAMED if operator.unnamed else None)
+        answer["unnamed"] = operator.unnamed
         if sampler:
             subprocess.run(["halcmd", "setp", "sampler.0.enable", "0"], check=True)
             time.sleep(0.2)

@@ -19,6 +19,9 @@ from trueloop.geometry.feature import Array
 
 TIMEOUT_S: Final = 600.0
 POLL_S: Final = 0.1
+TOO_BUSY: Final = "USRMOT: ERROR: command timeout"
+"""What LinuxCNC prints when it ends a program because its motion was not given the processor. It tells nobody else."""
+
 PARAMETERS: Final = [*range(5161, 5170), *range(5181, 5190), *range(5210, 5391)]
 
 Progress = Callable[[int, float, float], None]
@@ -116,7 +119,7 @@ def _run(folder: Path, progress: Progress | None) -> None:
 
 
 def _namespaces() -> Sequence[str]:
-    mapped = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
+    mapped = [] if os.geteuid() == 0 else ["--user", "--map-current-user", "--keep-caps"]
     return [*("unshare", "--net", "--ipc", "--pid", "--fork", "--mount", "--mount-proc", "--kill-child"), *mapped]
 
 
@@ -159,13 +162,43 @@ def _require_success(folder: Path) -> None:
 
 
 def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
-    """LinuxCNC's own message, and the block it was at."""
+    """LinuxCNC's own message, and the block it means."""
+    if answer.get("unnamed") and TOO_BUSY in (folder / "linuxcnc.log").read_text(errors="replace"):
+        return TrueloopError(
+            Code.CTL_LINUXCNC,
+            f"LinuxCNC ended the program because its motion did not answer for a second: {TOO_BUSY!r}",
+            hint="the computer is too busy: run it again with less beside it",
+        )
+    said = str(answer["error"]).strip()
     lines = (folder / "config" / "program.ngc").read_text(errors="replace").splitlines()
-    line = answer["line"]
-    block = lines[line - 1].strip() if line and 0 < line <= len(lines) else ""
+    line = _line_meant(folder, said, lines, answer["line"] or 1)
     return TrueloopError(
         Code.CTL_PROGRAM,
-        f"LinuxCNC stopped: {str(answer['error']).strip()!r}, at block {block!r}",
+        f"LinuxCNC stopped: {said!r}, at block {lines[line - 1].strip()!r}",
         hint="the block is that of the program that was sent; `trueloop nc check` looks at it without running it",
         place=Place(line=line),
     )
+
+
+def _line_meant(folder: Path, said: str, lines: Sequence[str], moving: int) -> int:
+    """The line an error is about. The interpreter reads ahead of the line that moves, and does not say where it is.
+
+    Some messages name the line; what the interpreter objects to it objects to again, alone, and then shows the block.
+    """
+    named = re.search(r"on line (\d+)", said)
+    if named:
+        return min(int(named[1]), len(lines))
+    command = ["rs274", "-g", "-n", "2", "-t", "tool.tbl", "-v", "machine.var", "program.ngc"]
+    alone = subprocess.run(
+        command,
+        cwd=folder / "config",
+        env=os.environ | {"HOME": str(folder / "home")},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    *_, message, block = ["", "", *alone.stderr.strip().splitlines()]
+    behind = [k + 1 for k, text in enumerate(lines) if text.strip() == block.strip()] if message.strip() == said else []
+    return min(behind, key=lambda line: (line < moving, line), default=min(moving, len(lines)))
