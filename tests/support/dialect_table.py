@@ -127,7 +127,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         siemens="MCALL CYCLE81(10,0,2,-5)",
         linuxcnc="G21 G81 X1 Z-1 R1",
         lathe="G83 Z-5. Q1. F.1",
-        mill="G81 X1. Z-1. R1. F9.",
+        mill="G21 G81 X1. Z-1. R1. F9.",
     ),
     "Corners between two blocks (,R ,C)": _for(
         heidenhain="0 BEGIN PGM A MM\n1 L X+1 F100\n2 RND R5",

@@ -1,6 +1,7 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
 use crate::dialect::{FlowStyle, PoleFrom, G};
+use crate::drill::{Drill, Hole};
 use crate::finding::{self, Severity};
 use crate::modal::{Compensation, FeedMode, Motion};
 use crate::request::Request;
@@ -116,6 +117,8 @@ impl Runner<'_> {
                 self.unit_is_known = true;
             }
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
+            G::Drill(drill) => self.start_holes(drill, word),
+            G::RetractToPlane(plane) => self.retracts_to_plane = plane,
             G::NoMotion => modal.motion = Motion::None,
             G::Plane(plane) => modal.plane = plane,
             G::Inch(inch) => {
@@ -154,6 +157,20 @@ impl Runner<'_> {
     fn word_ends_with(&self, word: i32, text: &[u8]) -> bool {
         let found = usize::try_from(word).ok().and_then(|index| self.program.words().get(index));
         found.is_some_and(|word| self.program.text(word).to_ascii_uppercase().ends_with(text))
+    }
+
+    /// A drilling cycle comes into force; one that follows another goes on with its series.
+    fn start_holes(&mut self, drill: Drill, word: i32) {
+        let (_, _, third) = self.modal.plane.axes();
+        let goes_on = self.hole.filter(|_| self.modal.motion == Motion::Drill);
+        let initial = goes_on.map_or(self.position[third], |hole| hole.initial);
+        let same = goes_on.filter(|hole| hole.drill == drill);
+        self.hole = Some(same.unwrap_or(Hole::new(drill, initial)));
+        self.modal.motion = Motion::Drill;
+        let pecks = matches!(drill, Drill::Peck | Drill::Chip);
+        if pecks && self.program.dialect().flow == FlowStyle::Macro {
+            self.note_opaque(word, "how far it goes back is the control's; taken as 0.254 mm");
+        }
     }
 
     /// A feed in another unit has to be given anew.

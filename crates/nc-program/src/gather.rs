@@ -24,6 +24,7 @@ impl Runner<'_> {
             let Some(word) = program.words().get(index) else { return };
             let value = match word.kind {
                 WordKind::Number => word.value,
+                WordKind::Expression if self.is_null(word) => continue,
                 WordKind::Expression => self.value(program.value_start(word)).0,
                 WordKind::Assignment => {
                     self.gather_assignment(word, request);
@@ -57,6 +58,12 @@ impl Runner<'_> {
                 }
             }
         }
+    }
+
+    /// A word of the parameter that never has a value is as good as not written.
+    fn is_null(&self, word: &Word) -> bool {
+        let value = self.program.source().get(self.program.value_start(word)..word.end());
+        self.program.dialect().flow == FlowStyle::Macro && value == Some(b"#0")
     }
 
     fn gather_g(&mut self, value: f64, index: usize, request: &mut Request) {

@@ -14,6 +14,7 @@ mod corner;
 mod curve;
 mod cycle;
 pub mod dialect;
+mod drill;
 mod expression;
 pub mod finding;
 mod flow;

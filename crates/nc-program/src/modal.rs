@@ -22,6 +22,8 @@ pub enum Motion {
     Probe,
     /// A line synchronised with the spindle.
     Thread,
+    /// A drilling cycle.
+    Drill,
     /// A cycle that is not taken apart.
     Opaque,
     /// None: a coordinate alone does nothing.

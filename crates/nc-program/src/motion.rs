@@ -20,6 +20,9 @@ impl Runner<'_> {
         if !(self.names_axis(request) || is_arc(self.modal.motion) && request.any(&CENTRES)) {
             return self.warn_no_target(request);
         }
+        if self.modal.motion == Motion::Drill {
+            return self.drill(request);
+        }
         let (mut end, mut words) = self.target(request, in_machine);
         self.angled_target(request, &mut end, &mut words);
         let kind = match self.modal.motion {
@@ -35,6 +38,7 @@ impl Runner<'_> {
                 let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(INHERITED);
                 return self.note_opaque(word, "the moves of the cycle in force are not in the path");
             }
+            Motion::Drill => return,
             Motion::None => return self.warn_no_motion(request),
         };
         self.emit(kind, end, words);

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use crate::compensate::compensated;
 use crate::dialect::FlowStyle;
+use crate::drill::Hole;
 use crate::finding::{self, Finding, Severity};
 use crate::flow::Table;
 use crate::frame::Frame;
@@ -88,6 +89,10 @@ pub(crate) struct Runner<'a> {
     pub modal: Modal,
     /// The T word at the last tool change by M06; −1 before.
     pub spindle_tool: i32,
+    /// The drilling cycle in force.
+    pub hole: Option<Hole>,
+    /// Drilling cycles retract to the plane R.
+    pub retracts_to_plane: bool,
     /// States put away by the program, and whether its subroutine's end brings each back.
     pub saved: Vec<(Modal, Option<usize>)>,
     pub unit_is_known: bool,
@@ -126,6 +131,8 @@ impl<'a> Runner<'a> {
             labels: OnceCell::new(),
             modal: options.initial.unwrap_or(program.dialect().initial),
             spindle_tool: -1,
+            hole: None,
+            retracts_to_plane: program.dialect().rules.retracts_to_plane,
             saved: Vec::new(),
             unit_is_known: options.unit_is_known,
             frame: Frame::new(),

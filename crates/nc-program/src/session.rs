@@ -1,6 +1,7 @@
 //! A run in parts: a program too large to be held is read some lines at a time, and the state goes on from part to part.
 
 use crate::dialect::{FlowStyle, Name, G, M};
+use crate::drill::Hole;
 use crate::finding::Finding;
 use crate::flow::Table;
 use crate::frame::Frame;
@@ -23,6 +24,8 @@ struct State {
     undefined: Vec<Key>,
     tape_marks: usize,
     spindle_tool: i32,
+    hole: Option<Hole>,
+    retracts_to_plane: bool,
     in_program: bool,
 }
 
@@ -75,6 +78,8 @@ fn resume(runner: &mut Runner, state: State) {
     runner.undefined = state.undefined;
     runner.tape_marks = state.tape_marks;
     runner.spindle_tool = state.spindle_tool;
+    runner.hole = state.hole;
+    runner.retracts_to_plane = state.retracts_to_plane;
     // No block of a later part is the program's own O number.
     runner.program_start = state.in_program.then_some(usize::MAX);
 }
@@ -105,6 +110,8 @@ fn put_away(runner: Runner) -> (State, ToolPath, Vec<Finding>) {
         undefined,
         tape_marks,
         spindle_tool,
+        hole,
+        retracts_to_plane,
     } = runner;
     let in_program = program_start.is_some();
     let state = State {
@@ -118,6 +125,8 @@ fn put_away(runner: Runner) -> (State, ToolPath, Vec<Finding>) {
         undefined,
         tape_marks,
         spindle_tool,
+        hole,
+        retracts_to_plane,
         in_program,
     };
     (state, path, findings)

@@ -4,6 +4,7 @@
 //! leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
 use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
+use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
@@ -128,7 +129,12 @@ pub(super) fn mill(tenths: u16) -> Option<G> {
         150 => G::Inert,
         541 => G::OpaqueMode,
         600 => G::OpaqueBlock,
-        730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => G::OpaqueMotion,
+        730 => G::Drill(Drill::Chip),
+        740 | 840 => G::Drill(Drill::Tap),
+        810 | 820 | 860 => G::Drill(Drill::Plain),
+        830 => G::Drill(Drill::Peck),
+        850 | 890 => G::Drill(Drill::Ream),
+        760 | 870 | 880 => G::OpaqueMotion,
         800 => G::NoMotion,
         900 => G::Incremental(false),
         910 => G::Incremental(true),
@@ -136,7 +142,8 @@ pub(super) fn mill(tenths: u16) -> Option<G> {
         930 => G::Feed(FeedMode::InverseTime),
         940 => G::Feed(FeedMode::PerMinute),
         950 => G::Feed(FeedMode::PerRevolution),
-        980 | 990 => G::Inert,
+        980 => G::RetractToPlane(false),
+        990 => G::RetractToPlane(true),
         _ => return common(tenths),
     })
 }

@@ -1,6 +1,7 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
 use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
+use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -20,8 +21,8 @@ pub const LINUXCNC: Dialect = Dialect {
     increments: None,
     point_decides: false,
     tool_has_offset: false,
-    rules: Rules { tip_in_front: true, enters_beside_next: false },
-    other_axes: b"",
+    rules: Rules { tip_in_front: true, enters_beside_next: false, retracts_to_plane: true },
+    other_axes: b"ABCUVW",
     letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
     g: g_code,
     m: m_code,
@@ -64,8 +65,13 @@ fn g_code(tenths: u16) -> Option<G> {
         540 | 550 | 560 | 570 | 580 => G::WorkOffset(((tenths - 530) / 10) as u8),
         590 => G::WorkOffset(6),
         591..=593 => G::WorkOffset((tenths - 584) as u8),
-        50 | 51 | 52 | 53 | 331 | 700..=702 | 710..=712 | 720..=722 | 730 | 740 | 760 => G::OpaqueCycle,
-        810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => G::OpaqueCycle,
+        50 | 51 | 52 | 53 | 331 | 700..=702 | 710..=712 | 720..=722 | 740 | 760 => G::OpaqueCycle,
+        730 => G::Drill(Drill::Chip),
+        810 | 820 | 860 => G::Drill(Drill::Plain),
+        830 => G::Drill(Drill::Peck),
+        850 => G::Drill(Drill::Ream),
+        890 => G::Drill(Drill::Bore),
+        840 | 870 | 880 => G::OpaqueCycle,
         800 => G::NoMotion,
         900 => G::Incremental(false),
         901 => G::CentreAbsolute(true),
@@ -79,7 +85,9 @@ fn g_code(tenths: u16) -> Option<G> {
         950 => G::Feed(FeedMode::PerRevolution),
         960 => G::Spindle(SpindleMode::SurfaceSpeed),
         970 => G::Spindle(SpindleMode::Revolutions),
-        40 | 610 | 611 | 640 | 980 | 990 => G::Inert,
+        980 => G::RetractToPlane(false),
+        990 => G::RetractToPlane(true),
+        40 | 610 | 611 | 640 => G::Inert,
         _ => return None,
     })
 }

@@ -10,6 +10,7 @@ mod siemens;
 pub use crate::curve::PoleFrom;
 pub(crate) use crate::names::{Name, Names};
 
+use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
@@ -64,6 +65,10 @@ pub enum G {
     Heading,
     /// A line of this block is at rapid.
     Fast,
+    /// A drilling cycle, until another motion code.
+    Drill(Drill),
+    /// Drilling cycles retract to the plane R (true) or to where they began (false).
+    RetractToPlane(bool),
     /// No motion until the next motion code.
     NoMotion,
     /// Plane of arcs.
@@ -222,11 +227,13 @@ pub struct Rules {
     pub tip_in_front: bool,
     /// Compensation begins square to the second move's start; else square to the first move's end.
     pub enters_beside_next: bool,
+    /// Drilling cycles retract to the plane R (G99) from the start on; else to where they began (G98).
+    pub retracts_to_plane: bool,
 }
 
 impl Rules {
     /// Those of most controls.
-    pub const USUAL: Self = Self { tip_in_front: false, enters_beside_next: true };
+    pub const USUAL: Self = Self { tip_in_front: false, enters_beside_next: true, retracts_to_plane: false };
 }
 
 /// A dialect's rules.
