@@ -10,7 +10,7 @@ from tests.support.linuxcnc import interpret
 from tests.support.nc_judge import assert_same_moves
 from trueloop.nc.program import read_program
 
-AXES = {17: "XYZ", 18: "ZXY", 19: "YZX"}
+AXES = {17: ("X", "Y", "Z"), 18: ("Z", "X", "Y"), 19: ("Y", "Z", "X")}
 CYCLES = ["G81", "G82 P.1", "G83 Q{}", "G73 Q{}", "G85", "G86 P.1", "G89 P.1"]
 
 
