@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded, say
+from trueloop.cli.nc_features import features_of_job
 from trueloop.cli.nc_map import map_program_file
 from trueloop.cli.program_file import (
     DialectName,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 app = typer.Typer(
     help="NC programs: their tool path, and what is odd about them.", no_args_is_help=True, rich_markup_mode=None
 )
+app.command("features")(features_of_job)
 app.command("map")(map_program_file)
 
 

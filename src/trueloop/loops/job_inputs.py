@@ -22,6 +22,7 @@ from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.loops.commanded import Run
 from trueloop.loops.process_intermittent import Inputs, Options
 from trueloop.nc.contour import contour_of_program
 from trueloop.nc.feed_moves import feed_moves
@@ -65,6 +66,24 @@ def read_part(path: Path) -> ReadPart:
     job = read_job(path)
     program = _program(path, job, job.programs.finish) if job.part.from_program else None
     return ReadPart(job.part.name, _profile(path, job, program), _nose_radius_mm(job))
+
+
+@dataclass(frozen=True)
+class ReadFinish:
+    """A job's part, its finish program, and how that is run."""
+
+    part: ReadPart
+    program: Program
+    run: Run
+
+
+def read_finish(path: Path) -> ReadFinish:
+    """The finish program of a job and what it is meant to cut: its touches need not exist yet."""
+    job = read_job(path)
+    program, given = _program(path, job, job.programs.finish), job.programs
+    part = ReadPart(job.part.name, _profile(path, job, program), _nose_radius_mm(job))
+    run = Run(given.parameters, given.execute_deleted_blocks, given.resolution_mm, given.finish_lines)
+    return ReadFinish(part, program, run)
 
 
 def read_inputs(path: Path) -> ReadJob:

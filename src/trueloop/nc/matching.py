@@ -40,14 +40,46 @@ def match_contour(
     program's lines from–to. Raises NC-NO-MATCH where no pass cuts a feature whole, naming the nearest line,
     NC-AMBIGUOUS where several do, NC-COMPENSATED where G41 or G42 keeps the nose on the material's side.
     """
-    in_lines = [m for m in moves if lines is None or lines[0] <= m.line <= lines[1]]
-    moves, offset_mm = moves_of_one_kind(in_lines, nose_radius_mm)
+    found = match_each(
+        moves, profile, nose_radius_mm, allowance_mm=allowance_mm, tolerance_mm=tolerance_mm, lines=lines
+    )
+    matches = []
+    for match in found:
+        if isinstance(match, TrueloopError):
+            raise match
+        matches.append(match)
+    in_lines, offset_mm = moves_of_one_kind(_in_lines(moves, lines), nose_radius_mm)
     path = nose_centre_path(profile, offset_mm + allowance_mm)
-    search = _Search(profile, path, moves, tolerance_mm)
-    matches = tuple(search.match(index) for index in range(len(profile.features)))
-    for match in matches:
+    return _with_the_rest(profile, path, tuple(matches), in_lines)
+
+
+def match_each(
+    moves: Sequence[FeedMove],
+    profile: Profile,
+    nose_radius_mm: float,
+    *,
+    allowance_mm: float = 0.0,
+    tolerance_mm: float = TOLERANCE_MM,
+    lines: tuple[int, int] | None = None,
+) -> tuple[FeatureMatch | TrueloopError, ...]:
+    """For each feature the pass that cuts it, or the refusal that `match_contour` would raise for it."""
+    kept, offset_mm = moves_of_one_kind(_in_lines(moves, lines), nose_radius_mm)
+    path = nose_centre_path(profile, offset_mm + allowance_mm)
+    search = _Search(profile, path, kept, tolerance_mm)
+    return tuple(_tried(search, index) for index in range(len(profile.features)))
+
+
+def _in_lines(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> list[FeedMove]:
+    return [m for m in moves if lines is None or lines[0] <= m.line <= lines[1]]
+
+
+def _tried(search: "_Search", index: int) -> FeatureMatch | TrueloopError:
+    try:
+        match = search.match(index)
         _require_outside(match)
-    return _with_the_rest(profile, path, matches, moves)
+    except TrueloopError as refusal:
+        return refusal
+    return match
 
 
 @dataclass(frozen=True)
@@ -172,7 +204,7 @@ class _Search:
             Code.NC_AMBIGUOUS,
             f"'{self.profile.features[index].name}' is cut {len(passes)} times within {self.tolerance_mm:.3f} mm, by "
             f"lines {', '.join(spans)}",
-            hint="name the range of lines of the pass that is meant",
+            hint=_how_to_choose(spans),
             place=Place(line=passes[1].moves[0].move.line),
         )
 
@@ -189,6 +221,14 @@ def _require_outside(match: FeatureMatch) -> None:
                 hint=f"a pass in this direction wants G{outside}",
                 place=Place(line=line),
             )
+
+
+def _how_to_choose(spans: Sequence[str]) -> str:
+    if len(set(spans)) == 1:
+        return (
+            "the same lines run several times, so no range of lines tells the passes apart: write the finish pass out"
+        )
+    return "name the lines of the pass that is meant, first and last: in a job, [programs] finish_lines = [from, to]"
 
 
 def _span(moves: Sequence[MatchedMove]) -> str:

@@ -21,6 +21,7 @@ COMMANDS = (
     "nc path",
     "nc check",
     "nc diff",
+    "nc features",
     "nc map",
     "probe plan",
     "probe program",

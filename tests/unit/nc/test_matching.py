@@ -186,7 +186,16 @@ def test_two_finish_passes_are_ambiguous_until_lines_are_named() -> None:
     refusal = _refusal(moves, profile)
     assert refusal.code is Code.NC_AMBIGUOUS
     assert "lines 10, 50" in refusal.message and refusal.place.line == 50
+    assert "finish_lines = [from, to]" in refusal.hint
     assert lines_of(matched(moves, profile, lines=(50, 80))) == [[50], [60], [70], [80]]  # type: ignore[arg-type]
+
+
+def test_passes_of_the_same_lines_are_to_be_written_out() -> None:
+    """Lines cannot choose between the runs of a loop's body."""
+    path = centre_path(piecs11())
+    refusal = _refusal([*cut(path), *cut(path, chain=1)], piecs11())
+    assert refusal.code is Code.NC_AMBIGUOUS
+    assert "lines 10, 10" in refusal.message and "write the finish pass out" in refusal.hint
 
 
 def test_feature_that_is_not_cut_names_the_nearest_line_and_distance() -> None:
