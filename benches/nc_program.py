@@ -1,0 +1,75 @@
+"""NC programs read, run and displaced, beside LinuxCNC's `rs274 -g`, which reads and runs at once.
+
+rs274 prints what it does, to a pipe here, and that is in its time. The programs: milling in 500,000 blocks, made here,
+and 3D_Chips, which Debian's linuxcnc-uspace installs.
+"""
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from benches.ratio import Contender, Samples, compare, process, verdict
+from trueloop.loops.mapped_program import MapOptions, map_program
+from trueloop.nc.field import similarity_field
+from trueloop.nc.program import read_program
+
+BLOCKS = 500_000
+CHIPS = Path("/usr/share/linuxcnc/ncfiles/3D_Chips.ngc")
+RS274, PARSE, RUN, WRITE = "rs274 -g", "trueloop, parse", "trueloop, parse and run", "trueloop, displaced and written"
+PARSE_AIM_MB_S = 400.0
+ROUNDS = 3
+EVERYWHERE = MapOptions(limit_mm=np.inf, slope=np.inf)
+FIELD = similarity_field(shift_mm=(0.01, -0.02, 0.0), rotation_rad=1e-5, axis="Z", scale=1.0, about_mm=(0.0, 0.0, 0.0))
+
+
+def main() -> None:
+    """Compare on both programs."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "milled.ngc"
+        made.write_text(milling_program(BLOCKS))
+        for program in (made, Path(shutil.copy(CHIPS, folder))):
+            size_mb = program.stat().st_size / 1e6
+            title = f"{program.name}: {size_mb:.1f} MB"
+            samples = compare(title, contenders(program), rounds=ROUNDS)
+            verdict(samples, RUN, to=RS274, at_most=1 / 50)
+            verdict(samples, WRITE, to=RS274, at_most=1 / 20)
+            tell_speed(samples, size_mb)
+
+
+def milling_program(blocks: int) -> str:
+    """Passes along X over a gently bent surface: a numbered block with X, Y, Z a point, millimetres."""
+    k = np.arange(blocks)
+    x, y = 0.05 * (k % 2000), 0.3 * (k // 2000)
+    z = 4 * np.sin(x / 14) * np.cos(y / 17)
+    cuts = (f"N{n} G1 X{a:.4f} Y{b:.4f} Z{c:.4f}" for n, a, b, c in zip(k, x, y, z, strict=True))
+    return "\n".join(["G21 G90 G17 G94 F1000", *cuts, "M2", ""])
+
+
+def contenders(program: Path) -> list[Contender]:
+    """Ours first; each reads the file anew."""
+    return [
+        Contender(PARSE, lambda: read_program(program.read_bytes(), "linuxcnc")),
+        Contender(RUN, lambda: read_program(program.read_bytes(), "linuxcnc").run()),
+        Contender(WRITE, displaced(program)),
+        Contender(RS274, process("rs274", "-g", program)),
+    ]
+
+
+def displaced(program: Path) -> Callable[[], object]:
+    """`nc map` with a shift and a turn, the record included."""
+    out = program.with_suffix(".out.ngc")
+    return lambda: map_program(program, out, FIELD, EVERYWHERE, dialect="linuxcnc")
+
+
+def tell_speed(samples: Samples, size_mb: float) -> None:
+    """How fast parsing was at its best, beside the aim."""
+    speed = size_mb / min(samples.seconds[PARSE])
+    within = "within" if speed >= PARSE_AIM_MB_S else "MISSES"
+    print(f"\n{PARSE}: {speed:.0f} MB/s at best: {within} the aim of {PARSE_AIM_MB_S:g} MB/s")
+
+
+if __name__ == "__main__":
+    main()
