@@ -1,6 +1,6 @@
-"""Which sizes a spline surface may have at given places, in the order they are tried."""
+"""Which sizes a spline surface may have at given places, and the search for the likeliest of them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -13,6 +13,8 @@ DEGREES: Final = (2, 3)
 """Degree 2 is the least that keeps second derivatives finite where pieces meet [MPM §5]."""
 FULLEST: Final = 0.8
 """Most control points a direction, as a share of the rows measured: the rest is what the tests judge by."""
+SEEN: Final = 900
+"""So many control points are tried in any case, and twice those of the best before the search ends."""
 
 
 def sizes(places: Places, degrees: Sequence[int] = DEGREES) -> Iterator[Size]:
@@ -46,3 +48,32 @@ def thinner(size: Size) -> list[Size]:
 def thicker(size: Size) -> list[Size]:
     """Sizes with one control point more along one direction."""
     return [replace(size, rows=size.rows + 1), replace(size, columns=size.columns + 1)]
+
+
+def most_likely(candidates: Sequence[Size], likely: Callable[[Size], float]) -> Size:
+    """The likeliest of the candidates, in order; then with more or fewer control points along one direction alone."""
+    best, most = candidates[0], candidates[-1]
+    for size in candidates:
+        if size.controls > max(SEEN, 2 * best.controls):
+            break
+        best = max(best, size, key=likely)
+
+    def around(size: Size) -> list[Size]:
+        either = thinner(size) + thicker(size)
+        return [near for near in either if near.rows <= most.rows and near.columns <= most.columns]
+
+    return climbed(best, likely, around, lambda _: True)
+
+
+def climbed(
+    best: Size,
+    likely: Callable[[Size], float],
+    neighbours: Callable[[Size], list[Size]],
+    allowed: Callable[[Size], bool],
+) -> Size:
+    """From neighbour to allowed neighbour as long as that is more likely."""
+    while True:
+        better = [size for size in neighbours(best) if likely(size) > likely(best) and allowed(size)]
+        if not better:
+            return best
+        best = max(better, key=likely)

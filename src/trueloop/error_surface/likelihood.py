@@ -20,6 +20,8 @@ LOG_RATIOS: Final = np.linspace(0.0, 18.0, 19)
 """Of the variance that c gives a mean shape to σ². Never below 1: a shape with less is better not followed at all by
 least squares, which does not shrink.
 """
+ROUNDING: Final = 1e-15
+"""What rounding leaves of values that a surface follows exactly, as a share of their squares."""
 
 
 def log_likelihood(places: Places, values: Array, size: Size) -> float:
@@ -27,7 +29,8 @@ def log_likelihood(places: Places, values: Array, size: Size) -> float:
     span = projector(places, size)
     form = span.coordinates(projector(places, FORM).columns)
     inside = span.coordinates(values[:, None])[:, 0]
-    outside = float(values @ values - inside @ inside)
+    whole = float(values @ values)
+    outside = max(whole - float(inside @ inside), ROUNDING * whole, np.finfo(float).tiny)
     spread = span.spread / np.mean(span.spread)
     found = [_of_ratio(float(np.exp(log)), form, inside, outside, spread, len(values)) for log in LOG_RATIOS]
     return _top(np.array(found))

@@ -5,14 +5,14 @@ A least-squares spline surface follows what machining repeats; what it leaves sh
 residuals so: fewest control points first.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property, partial
 from typing import Final
 
 import numpy as np
 
-from trueloop.error_surface.candidates import DEGREES, sizes, thicker, thinner
+from trueloop.error_surface.candidates import DEGREES, climbed, most_likely, sizes, thinner
 from trueloop.error_surface.likelihood import log_likelihood
 from trueloop.error_surface.moran import Null
 from trueloop.error_surface.neighbourhood import Neighbourhood, permutation_p_value, residual_null
@@ -35,7 +35,6 @@ class Trial:
     null: Null
     moran_p: float
     normality: Normality
-    log_likelihood: float
 
     def random(self, confidence: float) -> bool:
         """Whether the residuals are spatially random."""
@@ -54,8 +53,8 @@ class Trial:
 class Separation:
     """A part's deviations taken apart: `deterministic` as a surface, `random_mm` (n,) as values at the places.
 
-    `trials` are all sizes tried, in order; `chosen` is the one taken. `sigma_mm` is the scatter of the random part,
-    with the degrees of freedom counted that the fit took.
+    `chosen` is the size taken and what the tests say of it. `sigma_mm` is the scatter of the random part, with the
+    degrees of freedom counted that the fit took.
     """
 
     near: Neighbourhood
@@ -63,7 +62,6 @@ class Separation:
     deterministic: SplineSurface
     random_mm: Array
     chosen: Trial
-    trials: tuple[Trial, ...]
     sigma_mm: float
     criterion: str
     findings: tuple[Finding, ...]
@@ -97,70 +95,42 @@ def separate(
     stand in the trial that is chosen, and what they reject is among the findings.
     """
     near = near or Neighbourhood(places)
+    candidates, likely = list(sizes(places, degrees)), cache(partial(log_likelihood, places, errors_mm))
     if criterion == "likelihood":
-        trials, chosen = _most_likely(near, errors_mm, list(sizes(places, degrees)))
+        chosen = _trial(near, errors_mm, most_likely(candidates, likely))
     else:
-        trials, chosen = _until_random(near, errors_mm, sizes(places, degrees), confidence, name)
-    return _taken_apart(near, errors_mm, chosen, trials, criterion, tuple(_findings(chosen, confidence, name)))
+        chosen = _until_random(near, errors_mm, candidates, likely, confidence, name)
+    return _taken_apart(near, errors_mm, chosen, criterion, tuple(_findings(chosen, confidence, name)))
 
 
 def of_size(places: Places, errors_mm: Array, size: Size, near: Neighbourhood | None = None) -> Separation:
     """Deviations taken apart by a surface of a given size."""
     near = near or Neighbourhood(places)
     trial = _trial(near, errors_mm, size)
-    return _taken_apart(near, errors_mm, trial, [trial], "given", ())
+    return _taken_apart(near, errors_mm, trial, "given", ())
 
 
 def _until_random(
-    near: Neighbourhood, errors: Array, candidates: Iterable[Size], confidence: float, name: str
-) -> tuple[list[Trial], Trial]:
-    """Trials up to the first adequate size; then with fewer control points along one direction alone.
+    near: Neighbourhood,
+    errors: Array,
+    candidates: Sequence[Size],
+    likely: Callable[[Size], float],
+    confidence: float,
+    name: str,
+) -> Trial:
+    """The first adequate size; then with fewer control points along one direction alone.
 
     Going down, a size has to be adequate and more likely: a test that has said no many times says yes once by chance.
     Where no size leaves normal residuals, the smallest that leaves spatially random ones.
     """
-    trials: list[Trial] = []
+    tried = cache(partial(_trial, near, errors))
     for size in candidates:
-        trials.append(_trial(near, errors, size))
-        if trials[-1].adequate(confidence):
-            best = _climbed(near, errors, trials, trials[-1], thinner, lambda trial: trial.adequate(confidence))
-            return trials, best
-    random = [trial for trial in trials if trial.random(confidence)]
+        if tried(size).adequate(confidence):
+            return tried(climbed(size, likely, thinner, lambda size: tried(size).adequate(confidence)))
+    random = [size for size in candidates if tried(size).random(confidence)]
     if not random:
-        raise _never_random(trials[-1], confidence, name)
-    return trials, random[0]
-
-
-def _most_likely(near: Neighbourhood, errors: Array, candidates: Sequence[Size]) -> tuple[list[Trial], Trial]:
-    """The most likely of the candidates; then with more or fewer control points along one direction alone."""
-    trials = [_trial(near, errors, size) for size in candidates]
-    most = candidates[-1]
-
-    def allowed(trial: Trial) -> bool:
-        return trial.size.rows <= most.rows and trial.size.columns <= most.columns
-
-    best = max(trials, key=lambda trial: trial.log_likelihood)
-    return trials, _climbed(near, errors, trials, best, lambda size: [*thinner(size), *thicker(size)], allowed)
-
-
-def _climbed(
-    near: Neighbourhood,
-    errors: Array,
-    trials: list[Trial],
-    best: Trial,
-    neighbours: Callable[[Size], list[Size]],
-    allowed: Callable[[Trial], bool],
-) -> Trial:
-    """From neighbour to neighbour as long as that is more likely; what is tried goes among the trials."""
-    while True:
-        tried = {trial.size for trial in trials}
-        trials += [_trial(near, errors, size) for size in neighbours(best.size) if size not in tried]
-        around = set(neighbours(best.size))
-        fit = [trial for trial in trials if trial.size in around and allowed(trial)]
-        likeliest = max(fit, key=lambda trial: trial.log_likelihood, default=best)
-        if likeliest.log_likelihood <= best.log_likelihood:
-            return best
-        best = likeliest
+        raise _never_random(tried(candidates[-1]), confidence, name)
+    return tried(random[0])
 
 
 def _never_random(last: Trial, confidence: float, name: str) -> TrueloopError:
@@ -180,15 +150,13 @@ def _trial(near: Neighbourhood, errors: Array, size: Size) -> Trial:
     law = normality(residuals / np.sqrt(free))
     null = residual_null(near, size)
     moran_i = float(near.moran_i(residuals[:, None])[0])
-    likely = log_likelihood(near.places, errors, size)
-    return Trial(size, moran_i, null, null.p_value(moran_i), law, likely)
+    return Trial(size, moran_i, null, null.p_value(moran_i), law)
 
 
 def _taken_apart(
     near: Neighbourhood,
     errors: Array,
     chosen: Trial,
-    trials: Sequence[Trial],
     criterion: str,
     found: tuple[Finding, ...],
 ) -> Separation:
@@ -200,7 +168,6 @@ def _taken_apart(
         deterministic=regress(near.places, errors, chosen.size),
         random_mm=residuals,
         chosen=chosen,
-        trials=tuple(trials),
         sigma_mm=float(np.sqrt(np.sum(residuals**2) / (len(errors) - span.rank))),
         criterion=criterion,
         findings=found,

@@ -67,6 +67,12 @@ def test_likelihood_does_not_care_for_form_errors() -> None:
         assert bowed == pytest.approx(plain, abs=1e-5)
 
 
+def test_values_without_noise_are_followed() -> None:
+    errors = on_grid(random_surface(np.random.default_rng(6), 8, 0.010))
+    found = separate(SQUARE, errors, near=NEAR)
+    assert np.sqrt(np.mean((on_grid(found.deterministic) - errors) ** 2)) < 1e-4
+
+
 def test_log_likelihood_is_that_of_its_normal_law() -> None:
     """Against the density written out with whole matrices, at the best of many ratios of variances."""
     rng = np.random.default_rng(7)
