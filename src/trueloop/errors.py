@@ -52,6 +52,7 @@ class Code(StrEnum):
     NC_OPAQUE = "NC-OPAQUE"
     NC_FLOW = "NC-FLOW"
     NC_UNIT = "NC-UNIT"
+    NC_DIAMETER = "NC-DIAMETER"  # whether X is a diameter is left to machine data
     NC_TOOL = "NC-TOOL"  # compensation by a tool whose radius or tip is not known
     NC_GOUGE = "NC-GOUGE"  # a corner or an arc that the compensated tool does not fit into
     NC_ENTRY = "NC-ENTRY"  # compensation that cannot begin or change as programmed

@@ -53,6 +53,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_DUPLICATE: lambda: ge2000t("G01 X1.0 X2.0").findings,
     Code.NC_NUMBER: lambda: ge2000t("G00 X6,2625").findings,
     Code.NC_MISPLACED: lambda: ge2000t("G70\nG02").run().findings,
+    Code.NC_DIAMETER: lambda: read_program(b"G18 G71 G0 X10", "siemens").run().findings,
     Code.NC_ARC: lambda: ge2000t("G70\nG00 X0 Z0\nG02 X4.0 Z0 R0.5 F1").run().findings,
     Code.NC_ARC_FIT: lambda: check(linuxcnc("G21 G18 G0 X10 Z0\nG2 X5.5 Z5 I-5 K0 F1")),
     Code.NC_TANGENT: lambda: check(linuxcnc("G21 G18 G8 G0 X10 Z-9\nG1 Z0 X9.7 F1\nG2 X4.7 Z5 I-5 K0")),

@@ -1,11 +1,13 @@
 """The same part, touches and programs in another control's words: the correction is the same."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.support.standoff import feed_moves_of, standoff_mm
+from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Correction, compensate
@@ -33,3 +35,56 @@ def test_the_corrected_contour_is_that_of_the_ge_2000t(control: str) -> None:
     assert correction.dialect == control
     assert np.abs(stands - wanted).max() < WITHIN_MM
     assert np.abs(stands).max() > 0.05  # it is corrected at all
+
+
+DOME = "G2 X0 Z.03125 CR=R46/2-0.3+0.03125"
+FACE_END = "G1 X=R46-0.6+GAP Z=-1.5+R50"
+
+
+def siemens_job(folder: Path, before: str, after: str) -> Path:
+    """The job of this control with some text of its finish program written otherwise."""
+    source = ROOT / "tests" / "loops" / "siemens"
+    for file in source.iterdir():
+        if file.is_file():
+            shutil.copy(file, folder)
+    job, finish = folder / "job.toml", folder / "finish.mpf"
+    job.write_text(job.read_text().replace("../../../examples", str(ROOT / "examples")))
+    text = finish.read_text()
+    assert before in text
+    finish.write_text(text.replace(before, after))
+    return job
+
+
+def test_a_centre_given_as_a_position_is_written_anew(tmp_path: Path) -> None:
+    """The old words are gone: the contour is that of the program with a radius."""
+    job = siemens_job(tmp_path, DOME, "G2 X0 Z.03125 I=AC(0) K=AC(-1.46)")
+    correction, stands = corrected(job)
+    _, wanted = corrected(ROOT / "tests" / "loops" / "siemens" / "job.toml")
+    assert np.abs(stands - wanted).max() < WITHIN_MM
+    assert b"AC(0)" not in correction.corrected_program
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "word"),
+    [
+        (DOME, "G2 X0 Z.03125 AR=90", "AR=90"),
+        (DOME, "CT X0 Z.03125", "a pole or the move before"),
+        (DOME, "CIP X0 Z.03125 I1=2.10895 K1=-0.40553", "I1=2.10895"),
+        (DOME, "G111 X0 Z-1.46\nG2 AP=0 RP=1.49125", "AP=0"),
+        (FACE_END, "G1 ANG=0 Z=-1.5+R50", "ANG=0"),
+        ("G0 Z0.13125\n", "CT X-1 Z0.1 F1\nG0 Z0.13125\n", "a pole or the move before"),
+    ],
+)
+def test_a_move_that_other_words_shape_is_refused(tmp_path: Path, before: str, after: str, word: str) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        corrected(siemens_job(tmp_path, before, after))
+    assert refused.value.code == Code.NC_EDIT, refused.value
+    assert word in refused.value.message
+    assert refused.value.place is not None
+    assert refused.value.hint
+
+
+def test_a_program_that_leaves_diameters_to_machine_data_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        corrected(siemens_job(tmp_path, " DIAMON", ""))
+    assert refused.value.code == Code.NC_DIAMETER, refused.value

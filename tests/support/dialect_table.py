@@ -135,7 +135,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         lathe="G21 G01 X1. ,R.5",
         mill="G21 G01 X1. ,C.5",
     ),
-    "Angles in place of a coordinate (A)": _for(siemens="G71 G18 G1 X1 ANG=45 F1", lathe="G21 G01 X1. A45."),
+    "Angles in place of a coordinate (A)": _for(siemens="G71 G18 DIAMOF G1 X1 ANG=45 F1", lathe="G21 G01 X1. A45."),
     "Path of the tool under G41, G42": _for(
         heidenhain="0 BEGIN PGM A MM\n1 L X+1 RL F100",
         siemens="G71 G41 G1 X9 F1",

@@ -127,8 +127,14 @@ impl Runner<'_> {
             }
             G::Incremental(incremental) => modal.incremental = incremental,
             G::CentreAbsolute(absolute) => modal.centre_absolute = absolute,
-            G::Diameter(diameter) => (modal.diameter, modal.radius_increments) = (diameter, false),
-            G::DiameterOfPositions => (modal.diameter, modal.radius_increments) = (true, true),
+            G::Diameter(diameter) => {
+                (modal.diameter, modal.radius_increments) = (diameter, false);
+                self.diameter_is_known = true;
+            }
+            G::DiameterOfPositions => {
+                (modal.diameter, modal.radius_increments) = (true, true);
+                self.diameter_is_known = true;
+            }
             G::Feed(mode) => self.set_feed_mode(mode),
             G::Spindle(mode) => modal.spindle_mode = mode,
             G::WorkOffset(number) => {

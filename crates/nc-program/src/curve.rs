@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use crate::arc::{self, Circle, Point};
 use crate::finding;
-use crate::modal::Motion;
+use crate::modal::{Motion, Plane};
 use crate::path::MoveKind;
 use crate::request::Request;
 use crate::run::{Runner, AXES};
@@ -30,9 +30,9 @@ pub enum PoleFrom {
 }
 
 impl Runner<'_> {
-    /// Sets the pole to the block's coordinates.
+    /// Sets the pole to the block's coordinates; in Klartext the two that are named are the plane of what follows.
     pub(crate) fn set_pole(&mut self, request: &Request, from: PoleFrom) {
-        let (target, _) = self.target(request, false);
+        let (target, words) = self.target(request, false);
         let pole = [0, 1, 2].map(|axis| {
             let given = request.get(AXES[axis]).unwrap_or(0.0) * self.modal.axis_mm(axis);
             match from {
@@ -43,6 +43,14 @@ impl Runner<'_> {
             }
         });
         self.pole = pole;
+        if from == PoleFrom::Coordinates {
+            self.modal.plane = match [0, 1, 2].map(|axis| words[axis] >= 0) {
+                [true, true, false] => Plane::Xy,
+                [false, true, true] => Plane::Yz,
+                [true, false, true] => Plane::Zx,
+                _ => self.modal.plane,
+            };
+        }
     }
 
     /// The end of a move given by radius and angle about the pole; what is not given stays as it is.

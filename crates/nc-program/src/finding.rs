@@ -39,6 +39,8 @@ pub const GOUGE: &str = "NC-GOUGE";
 pub const ENTRY: &str = "NC-ENTRY";
 /// A unit that the program does not say.
 pub const UNIT: &str = "NC-UNIT";
+/// Whether X is a diameter, which the program does not say.
+pub const DIAMETER: &str = "NC-DIAMETER";
 /// A bound on blocks, depth or moves was reached.
 pub const LIMIT: &str = "NC-LIMIT";
 

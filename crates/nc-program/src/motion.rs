@@ -5,7 +5,7 @@ use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::cycle::Turning;
 use crate::dialect::G;
 use crate::finding;
-use crate::modal::Motion;
+use crate::modal::{Motion, Plane};
 use crate::path::{Arc, MoveKind, INHERITED};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
@@ -111,6 +111,9 @@ impl Runner<'_> {
         if !self.unit_is_known {
             self.warn_unit(words);
         }
+        if !self.diameter_is_known && self.modal.plane == Plane::Zx && words[0] >= 0 {
+            self.warn_diameter(words[0]);
+        }
         let state = self.path.state_index(&self.modal);
         self.path.kind.push(kind);
         self.path.start.push(self.position);
@@ -130,6 +133,15 @@ impl Runner<'_> {
         );
         let at = self.word_start(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
         self.warn(finding::UNIT, at, message, "write G20 or G21 (G70 or G71) first, or name the unit");
+    }
+
+    fn warn_diameter(&mut self, word: i32) {
+        self.diameter_is_known = true;
+        let message = format!(
+            "the program does not say whether X is a diameter, which hangs on machine data; {} is read as a radius",
+            self.word_text(word)
+        );
+        self.warn(finding::DIAMETER, self.word_start(word), message, "write DIAMON or DIAMOF at the start");
     }
 
     fn arc(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) {

@@ -31,6 +31,8 @@ pub struct Options {
     pub initial: Option<Modal>,
     /// The unit of the initial state is known to be the program's, not only the dialect's habit.
     pub unit_is_known: bool,
+    /// Whether X is a diameter at the start is known, too.
+    pub diameter_is_known: bool,
     /// Position at the start, mm, X a radius.
     pub position: [f64; 3],
     /// Tools for compensation: with them the path is that of the controlled point, not the contour.
@@ -46,6 +48,7 @@ impl Default for Options {
             optional_blocks: false,
             initial: None,
             unit_is_known: false,
+            diameter_is_known: false,
             position: [0.0; 3],
             tools: Vec::new(),
             block_limit: 10_000_000,
@@ -96,6 +99,7 @@ pub(crate) struct Runner<'a> {
     /// States put away by the program, and whether its subroutine's end brings each back.
     pub saved: Vec<(Modal, Option<usize>)>,
     pub unit_is_known: bool,
+    pub diameter_is_known: bool,
     pub frame: Frame,
     /// Where the tool is, in the frame in force.
     pub position: [f64; 3],
@@ -135,6 +139,7 @@ impl<'a> Runner<'a> {
             retracts_to_plane: program.dialect().rules.retracts_to_plane,
             saved: Vec::new(),
             unit_is_known: options.unit_is_known,
+            diameter_is_known: options.diameter_is_known || !program.dialect().rules.diameter_is_machine_data,
             frame: Frame::new(),
             position: options.position,
             pole: [0.0; 3],

@@ -17,6 +17,7 @@ struct State {
     modal: Modal,
     saved: Vec<(Modal, Option<usize>)>,
     unit_is_known: bool,
+    diameter_is_known: bool,
     frame: Frame,
     position: [f64; 3],
     pole: [f64; 3],
@@ -71,6 +72,7 @@ fn resume(runner: &mut Runner, state: State) {
     runner.modal = state.modal;
     runner.saved = state.saved;
     runner.unit_is_known = state.unit_is_known;
+    runner.diameter_is_known = state.diameter_is_known;
     runner.frame = state.frame;
     runner.position = state.position;
     runner.pole = state.pole;
@@ -101,6 +103,7 @@ fn put_away(runner: Runner) -> (State, ToolPath, Vec<Finding>) {
         modal,
         saved,
         unit_is_known,
+        diameter_is_known,
         frame,
         position,
         pole,
@@ -118,6 +121,7 @@ fn put_away(runner: Runner) -> (State, ToolPath, Vec<Finding>) {
         modal,
         saved,
         unit_is_known,
+        diameter_is_known,
         frame,
         position,
         pole,

@@ -164,6 +164,7 @@ impl NcProgram {
             optional_blocks,
             initial: Some(initial),
             unit_is_known: inch.is_some(),
+            diameter_is_known: diameter.is_some(),
             position,
             block_limit,
         };

@@ -64,7 +64,9 @@ def style_of(program: Program, block: Block, state: CoordinateState) -> ArcStyle
     """Read off the block that is to be replaced."""
     motion = next((word for word in block.words if is_motion(word)), None)
     digits = len(motion.text) - 1 if motion is not None else 2
-    return ArcStyle(program.dialect, state, any(word.letter == "R" for word in block.words), digits)
+    return ArcStyle(
+        program.dialect, state, any(_is_geometry(word) and word.letter == "R" for word in block.words), digits
+    )
 
 
 def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcStyle) -> list[str]:
@@ -73,7 +75,7 @@ def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcS
     for k, move in enumerate(style.allowed(moves)):
         geometry = style.geometry(move, start_mm)
         if k == 0:
-            kept = [word.text for word in block.words if word.letter != "N" and not _replaced(word)]
+            kept = [word.text for word in block.data if not (_is_geometry(word) or is_motion(word))]
             texts.append(" ".join([style.motion(move), *geometry, *kept]))
         else:
             texts.append(" ".join([style.motion(move), *geometry]))
@@ -86,5 +88,6 @@ def is_motion(word: Word) -> bool:
     return word.letter == "G" and word.kind == "number" and word.value in (0.0, 1.0, 2.0, 3.0)
 
 
-def _replaced(word: Word) -> bool:
-    return word.letter in GEOMETRY or is_motion(word)
+def _is_geometry(word: Word) -> bool:
+    """Of a parameter that is given a value the letter is the parameter's."""
+    return word.letter in GEOMETRY and word.kind != "assignment"

@@ -15,6 +15,7 @@ from trueloop.compensation.targets import EndShift, Replacement
 from trueloop.geometry.feature import Array
 from trueloop.nc.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
 from trueloop.nc.program import Program
+from trueloop.nc.shape_words import require_own_shape
 from trueloop.nc.tool_path import Motion, ToolPath
 
 AXES = ((0, "X"), (2, "Z"))
@@ -56,6 +57,7 @@ def displacements(
 
 def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
     """The edits that displace the contour. Raises NC-EDIT where a word cannot be moved."""
+    require_own_shape(program, path, range(targets.first, min(targets.last + 2, len(path))))
     edits: list[Edit] = []
     held = np.array(path.start_mm[targets.first])
     for move in range(targets.first, targets.last + 1):
@@ -126,8 +128,7 @@ def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
     if move + 1 >= len(path):
         return None
     block = program.block(int(path.block[move + 1]))
-    data = [word for word in block.words if word.letter != "N"]
-    return None if any(is_motion(word) for word in data) else data[0].start
+    return None if any(is_motion(word) for word in block.data) else block.data[0].start
 
 
 def _feed_to(program: Program, path: ToolPath, move: int, wanted: Array) -> Edit:

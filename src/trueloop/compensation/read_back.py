@@ -46,6 +46,11 @@ def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None
             raise _refusal(
                 f"line {after.line[new]} ends {float(np.max(moved)) * UM_PER_MM:.2f} µm from where the source ended"
             )
+        off = float(np.max(np.abs(before.centre_mm[old] - after.centre_mm[new]), initial=0.0))
+        if before.motion[old] == Motion.ARC and off > SAME_MM:
+            raise _refusal(
+                f"the arc of line {after.line[new]} has its centre {off * UM_PER_MM:.2f} µm off the source's"
+            )
 
 
 def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int) -> None:

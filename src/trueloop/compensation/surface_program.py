@@ -28,6 +28,7 @@ from trueloop.nc.edit import (
     insert_word,
 )
 from trueloop.nc.program import Program, read_program
+from trueloop.nc.shape_words import require_own_shape
 from trueloop.nc.tool_path import Motion, ToolPath
 from trueloop.nc.understood import require_understood
 from trueloop.units import UM_PER_MM
@@ -110,6 +111,8 @@ def corrected_program(
     axes = samples.axes.directions(samples.move[cut], samples.share[cut])
     check_gouges(corrected, job.cutter, samples.after_mm[cut], axes, job.gouge_mm)
     ends, between = _targets(path, samples, job.tolerance_mm)
+    touched = {move + step for move in ends for step in (0, 1)} | between.keys()
+    require_own_shape(program, path, sorted(touched & set(range(len(path)))))
     edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
     source = apply_edits(program, edits)
     _read_back(program, path, source, ends, between, samples.axes)

@@ -16,6 +16,7 @@ from trueloop.machine.pieces import Piece
 from trueloop.machine.point_program import NO_POSITIONS
 from trueloop.nc.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word
 from trueloop.nc.program import Program, Word
+from trueloop.nc.shape_words import require_own_shape
 from trueloop.nc.tool_path import CoordinateState, Motion
 
 AXES: Final = "XYZ"
@@ -36,6 +37,7 @@ def compensation_edits(program: Program, placed: CommandedPath, tolerance_mm: fl
     """
     _check_rotary_axes_stand(program, placed)
     moves = _live_moves(program, placed)
+    require_own_shape(program, placed.path, moves.tolist(), absolute_centres=False)
     writer = _Writer(program, placed, tolerance_mm)
     for displaced in displaced_moves(placed, moves, tolerance_mm):
         writer.write(displaced)

@@ -143,7 +143,7 @@ def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:
     """Puts blocks in the place of one: the first keeps its number and comments, the others are numbered on from it."""
     old = program.block(block)
     _require_words(program, block, texts)
-    data = [word for word in old.words if word.letter != "N"]
+    data = old.data
     if not data:
         raise TrueloopError(
             Code.NC_EDIT,

@@ -59,6 +59,11 @@ class Block:
     words: tuple[Word, ...]
     skipped: bool
 
+    @property
+    def data(self) -> tuple[Word, ...]:
+        """Its words but for its number and its label, which come first."""
+        return tuple(word for word in self.words if word.letter != "N" and word.kind != "label")
+
 
 @dataclass(frozen=True)
 class OffsetStatement:

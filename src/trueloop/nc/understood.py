@@ -26,11 +26,13 @@ def require_understood(program: Program) -> None:
 def require_known_frame(path: ToolPath) -> None:
     """Raises NC-OPAQUE where a code before the last cut changes coordinates in a way the path does not follow.
 
-    A rotation, a scaling or a corner left to the control: the positions after it are not those of the machine.
+    A rotation, a scaling or a corner left to the control: the positions after it are not those of the machine. Raises
+    NC-DIAMETER where the program leaves it to machine data whether X is a diameter.
     """
     cuts = path.line[(path.motion == Motion.LINE) | (path.motion == Motion.ARC)]
     last_line = int(cuts.max(initial=0))
     for found in path.findings:
         unfollowed = found.code == Code.NC_OPAQUE and found.severity == Severity.WARNING
+        unfollowed |= found.code == Code.NC_DIAMETER
         if unfollowed and (found.place.line or 0) <= last_line:
             raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)

@@ -103,3 +103,21 @@ def test_a_field_is_not_added_to_what_it_would_misread(dialect: str, tmp_path: P
     with pytest.raises(TrueloopError) as refused:
         map_program(source, tmp_path / "out.nc", similarity_field(scale=1.0001), dialect=dialect)
     assert refused.value.code == Code.NC_MAP
+
+
+def test_the_coordinates_of_a_pole_are_the_plane_of_its_arcs() -> None:
+    """A quarter turn down into the material, in ZX, and one on in XY."""
+    path = klartext(
+        "1 TOOL CALL 1 Z\n2 L X+155.3 Y-168 Z-3.6 F1\n3 CC X+156.7 Z-3.6\n4 CP IPA-90 DR-\n5 L X+158.1\n"
+        "6 CC X+158.1 Y-166.6\n7 CP IPA+90 DR+"
+    ).run()
+    assert path.end_mm[1] == pytest.approx([156.7, -168.0, -5.0])
+    assert path.end_mm[3] == pytest.approx([159.5, -166.6, -5.0])
+    assert path.plane[[1, 3]].tolist() == [18, 17]
+
+
+def test_a_retraction_along_the_tool_is_said() -> None:
+    found = klartext("1 L M140 MB MAX").run().findings
+    assert [(one.code, one.message) for one in found] == [
+        (Code.NC_OPAQUE, "M140 MB MAX: what it does is not in the path")
+    ]

@@ -1,6 +1,7 @@
 //! Heidenhain Klartext (TNC 426 to TNC 640): milling.
 //!
-//! Words and cycles as the user's manuals are remembered, checked against public programs of iTNC 530 and CAM output.
+//! Words and cycles are from memory of the user's manuals, none of it looked up; compared with excerpts of a few public
+//! programs, most of them written by CAM systems. No control and no simulator has confirmed a path.
 //! A block's function says how its coordinates move: nothing of it stays in force but feed, compensation and the pole.
 
 use super::{
@@ -121,6 +122,7 @@ const NAMES: Names = Names::of(&[
     ("LP\t", Name::Code(G::Motion(Motion::Line))),
     ("L\t", Name::Code(G::Motion(Motion::Line))),
     ("M91\t", Name::Code(G::MachineCoordinates)),
+    ("M140 MB", CYCLE),
     ("M92\t", Name::Code(G::OpaqueBlock)),
     ("PA", Name::Address(b'q')),
     ("PR", Name::Address(b'p')),

@@ -21,7 +21,7 @@ pub const LINUXCNC: Dialect = Dialect {
     increments: None,
     point_decides: false,
     tool_has_offset: false,
-    rules: Rules { tip_in_front: true, enters_beside_next: false, retracts_to_plane: true },
+    rules: Rules { tip_in_front: true, enters_beside_next: false, retracts_to_plane: true, ..Rules::USUAL },
     other_axes: b"ABCUVW",
     letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
     g: g_code,

@@ -229,11 +229,18 @@ pub struct Rules {
     pub enters_beside_next: bool,
     /// Drilling cycles retract to the plane R (G99) from the start on; else to where they began (G98).
     pub retracts_to_plane: bool,
+    /// Whether X is a diameter at the start is machine data: a turning program has to say it.
+    pub diameter_is_machine_data: bool,
 }
 
 impl Rules {
     /// Those of most controls.
-    pub const USUAL: Self = Self { tip_in_front: false, enters_beside_next: true, retracts_to_plane: false };
+    pub const USUAL: Self = Self {
+        tip_in_front: false,
+        enters_beside_next: true,
+        retracts_to_plane: false,
+        diameter_is_machine_data: false,
+    };
 }
 
 /// A dialect's rules.

@@ -1,8 +1,9 @@
 //! Siemens Sinumerik 840D: turning and milling.
 //!
-//! Codes, names, priorities of operators and what DIAMON and TRANS act on as the programming manuals (Fundamentals, Job
-//! Planning) are remembered; the spelling checked against public post-processors and a public path viewer. What hangs
-//! on machine data, such as diameters at the start, a program has to say: DIAMON or DIAMOF, G17 or G18.
+//! Codes, names, priorities of operators and what DIAMON and TRANS act on are from memory of the programming manuals
+//! (Fundamentals, Job Planning), none of it looked up; the spelling was compared with excerpts of public
+//! post-processors and one public milling program. No control and no simulator has confirmed a path. What hangs on
+//! machine data, such as diameters at the start, a program has to say: DIAMON or DIAMOF, G17 or G18.
 
 use super::{
     common_classes, Class, Dialect, FlowStyle, Functions, Name, Names, Naming, Parameters, PoleFrom, Rules, G, M,
@@ -27,7 +28,7 @@ pub const SIEMENS: Dialect = Dialect {
     increments: None,
     point_decides: false,
     tool_has_offset: false,
-    rules: Rules::USUAL,
+    rules: Rules { diameter_is_machine_data: true, ..Rules::USUAL },
     other_axes: b"ABCUVWo",
     letters: b"ABCDFGHIJKLMNPRSTUVWXYZ",
     g: g_code,
@@ -146,6 +147,7 @@ const NAMES: Names = Names::of(&[
     ("EXTERN", Name::Text(G::Inert)),
     ("FOR", Name::Flow(Flow::For)),
     ("FB", INERT),
+    ("FNORM", INERT),
     ("FRC", INERT),
     ("FRCM", INERT),
     ("FFWON", INERT),
