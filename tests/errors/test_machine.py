@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trueloop.cli.machine import _require_machine
+from trueloop.cli.machine_correction import _require_machine
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.control_tables import linuxcnc_comp

@@ -7,15 +7,11 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.machine import app
 from trueloop.cli.terminal import AsJson, print_json
-
-__all__ = ["app"]
 
 Page = Annotated[Path | None, typer.Option("--out", "-o", metavar="PAGE.html", help="Page with the plots.")]
 
 
-@app.command()
 @guarded
 def positioning(
     test: Annotated[Path, typer.Argument(metavar="TEST.csv", help="Target, approach, cycle, actual.")],
@@ -50,7 +46,6 @@ def positioning(
         typer.echo(f"written: {out}")
 
 
-@app.command()
 @guarded
 def drift(
     log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")],

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from trueloop.cli import linuxcnc, machine_tests, nc, part, probe, surface
+from trueloop.cli import linuxcnc, machine, nc, part, probe, surface
 from trueloop.cli.compensate import compensate
 from trueloop.cli.demo import demo
 from trueloop.cli.simulate import simulate
@@ -27,7 +27,7 @@ app.add_typer(nc.app, name="nc")
 app.add_typer(probe.app, name="probe")
 app.command()(simulate)
 app.add_typer(linuxcnc.app, name="linuxcnc")
-app.add_typer(machine_tests.app, name="machine")
+app.add_typer(machine.app, name="machine")
 app.add_typer(surface.app, name="surface")
 
 

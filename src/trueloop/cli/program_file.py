@@ -52,13 +52,18 @@ def read_program_file(path: Path, dialect: str | None) -> "Program":
 
 def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict[str, float]:
     """`["P46=3.52"]` as a mapping; anything else is a fault of the command line."""
+    import math
+
     parameters: dict[str, float] = {}
     for setting in settings or ():
         found = SETTING.fullmatch(setting)
         try:
-            parameters[found[1] if found else ""] = float(found[2] if found else "")
+            value = float(found[2] if found else "")
         except ValueError:
-            raise typer.BadParameter(f"{setting!r} is no name=number, such as P46=3.52", param_hint=option) from None
+            value = math.nan
+        if found is None or not math.isfinite(value):
+            raise typer.BadParameter(f"{setting!r} is no name=number, such as P46=3.52", param_hint=option)
+        parameters[found[1]] = value
     return parameters
 
 

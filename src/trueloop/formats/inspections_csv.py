@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from trueloop.diagnosis.components import Components, Inspections
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code
+from trueloop.formats.input_file import read_text
+from trueloop.formats.measured_rows import HINT, Rows, column, number_in, optional, read_rows
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import Vector
 from trueloop.machine.model import MachineModel, State
@@ -28,23 +30,13 @@ COLUMNS = (
 
 
 def read_inspections(path: Path) -> tuple[tuple[str, ...], Inspections]:
-    """Names of the points, and what was seen. Raises MCH-FILE."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-        table = list(csv.DictReader(line for line in lines if line.strip() and not line.startswith("#")))
-        vectors = {kind: _vectors(table, kind, "_mm") for kind in ("nominal", "controller", "cmm")}
-        normal = _vectors(table, "normal", "")
-        comp = np.array([float(row.get("comp_proc_um") or 0.0) * 1e-3 for row in table])
-        stated = dict(line[1:].split() for line in lines if line.startswith("#") and len(line[1:].split()) == 2)
-        u = [float(stated.get(name, 0.0)) * 1e-3 for name in ("touch_u_um", "cmm_u_um")]
-        names = tuple(row["point"] for row in table)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise TrueloopError(
-            Code.MCH_FILE,
-            f"{path.name!r} cannot be read as inspections of {0} points or more: {type(error).__name__}: {error}",
-            hint="columns point, nominal_x_mm …, normal_x …, controller_x_mm …, cmm_x_mm …",
-            place=Place(str(path)),
-        ) from error
+    """Names of the points, and what was seen. Raises MCH-FILE and MCH-UNIT."""
+    rows = read_rows(path)
+    vectors = {kind: _vectors(rows, kind, "_mm", path) for kind in ("nominal", "controller", "cmm")}
+    normal = _vectors(rows, "normal", "", path)
+    comp = 1e-3 * optional(rows, "comp_proc_um", path, 0.0)
+    u = [1e-3 * _stated(path, name) for name in ("touch_u_um", "cmm_u_um")]
+    names = tuple(row.get("point", str(k + 1)) for k, (_, row) in enumerate(rows))
     seen = Inspections(vectors["nominal"], normal, vectors["controller"], vectors["cmm"], u[0], u[1], comp)
     return names, seen
 
@@ -68,8 +60,14 @@ def components_csv(points: tuple[str, ...], parts: Components) -> str:
     return out.getvalue()
 
 
-def _vectors(table: list[dict[str, str]], kind: str, unit: str) -> Array:
-    found = np.array([[float(row[f"{kind}_{c}{unit}"]) for c in "xyz"] for row in table])
-    if not np.all(np.isfinite(found)) or found.shape != (len(table), 3):
-        raise ValueError(f"{kind} of {len(table)} points is not all finite numbers")
-    return found
+def _vectors(rows: Rows, kind: str, unit: str, path: Path) -> Array:
+    return np.stack([column(rows, f"{kind}_{c}{unit}", path) for c in "xyz"], axis=-1)
+
+
+def _stated(path: Path, name: str) -> float:
+    """What a comment line states under that name; 0 without one. Raises MCH-FILE with the line."""
+    for number, line in enumerate(read_text(path, Code.MCH_FILE, hint=HINT).splitlines(), 1):
+        words = line.lstrip("#").split()
+        if line.startswith("#") and len(words) == 2 and words[0] == name:
+            return number_in({name: words[1]}, name, number, path)
+    return 0.0

@@ -30,14 +30,16 @@ power = 1                         # 2: the square of a speed heats
 """
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Final, Literal
 
-from trueloop.errors import Code, Place, TrueloopError
-from trueloop.machine.chain import Axis, AxisKind, Chain
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.tables import Finite, Positive, Table, placed_at, read_tables
+from trueloop.machine.chain import ZERO, Axis, AxisKind, Chain
 from trueloop.machine.choice import Choice
 from trueloop.machine.form import Form
 from trueloop.machine.history import Lag
@@ -48,118 +50,155 @@ from trueloop.machine.standard import mill_terms, turning_terms
 from trueloop.machine.structure import chain_of
 from trueloop.machine.term import Part, Term
 
-STANDARDS = {"mill": mill_terms, "turning": turning_terms}
-KEYS = {
-    "": {"machine", "axes", "terms", "term", "lags"},
-    "machine": {"name", "serial", "structure"},
-    "axes": {"travel_mm", "travel_deg", "offset_mm"},
-    "terms": {"standard", "degree", "segments", "both_ways", "datum"},
-    "term": {"error", "degree", "segments", "both_ways", "zero_at", "signals", "choose", "most"},
-    "lags": {"of", "constant_s", "power"},
-}
+STANDARDS: Final = {"mill": mill_terms, "turning": turning_terms}
+
+Vector = tuple[Finite, Finite, Finite]
+Degree = Annotated[int, Field(ge=0, le=5)]
+Count = Annotated[int, Field(ge=1)]
+Signals = dict[str, Finite]
+"""Reference value by signal."""
+
+
+def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] <= ends[1]:
+        raise ValueError("the first is to be the smaller one")
+    return ends
+
+
+Range = Annotated[tuple[Finite, Finite], AfterValidator(_ascending)]
+Constant = Annotated[
+    tuple[Positive, Positive],
+    BeforeValidator(lambda given: given if isinstance(given, list) else [given, given]),
+    AfterValidator(_ascending),
+]
+"""Bounds; a single number is both."""
+
+
+class MachineTable(Table):
+    """Which machine, and which axis carries which."""
+
+    name: str
+    serial: str = ""
+    structure: str
+
+
+class AxisTable(Table):
+    """One axis."""
+
+    travel_mm: Range | None = None
+    travel_deg: Range | None = None
+    offset_mm: Vector = ZERO
+
+
+class TermsTable(Table):
+    """The usual terms of a kind of machine, all of one form."""
+
+    standard: Literal["mill", "turning"] | None = None
+    degree: Degree = 3
+    segments: Count = 1
+    both_ways: bool = False
+    datum: Finite | None = None
+
+
+class TermTable(Table):
+    """One error's term."""
+
+    error: str
+    degree: Degree = 3
+    segments: Count = 1
+    both_ways: bool = False
+    zero_at: tuple[Finite, ...] = ()
+    signals: Signals = Field(default_factory=dict)
+    choose: Signals = Field(default_factory=dict)
+    most: Count = 4
+
+
+class LagTable(Table):
+    """A signal made of another's past."""
+
+    of: str
+    constant_s: Constant
+    power: Literal[1, 2] = 1
+
+
+class MachineFile(Table):
+    """A whole machine file."""
+
+    machine: MachineTable
+    axes: dict[str, AxisTable] = Field(default_factory=dict)
+    terms: TermsTable = TermsTable()
+    term: tuple[TermTable, ...] = ()
+    lags: dict[str, LagTable] = Field(default_factory=dict)
 
 
 def read_machine(path: Path) -> tuple[Machine, Form]:
-    """The machine and the form of its model. Raises MCH-FILE (unreadable, a key unknown or missing) and MCH-NAME."""
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise _wrong(path, f"it cannot be read: {error}") from error
-    try:
-        _check_keys(content, path)
-        chain = _chain(content)
-        machine = Machine(content["machine"]["name"], chain, str(content["machine"].get("serial", "")))
-        lags = tuple(_lag(name, table) for name, table in content.get("lags", {}).items())
-        return machine, Form(_terms(content, chain), lags, _choices(content))
-    except TrueloopError as error:
-        raise error.in_file(str(path)) from error
-    except (KeyError, TypeError, ValueError, AssertionError, AttributeError) as error:
-        raise _wrong(path, f"{type(error).__name__} at {error}") from error
+    """The machine and the form of its model.
+
+    Raises MCH-FILE (unreadable, a key unknown or missing), MCH-STRUCTURE, MCH-AXIS, MCH-UNIT, MCH-NAME and MCH-BASIS.
+    """
+    file = read_tables(
+        path, MachineFile, Code.MCH_FILE, hint="docs/machine.md shows every table and key of a machine file"
+    )
+    with placed_at(path, "machine", "structure"):
+        chain = chain_of(file.machine.structure)
+    changed = {}
+    for name, axis in file.axes.items():
+        with placed_at(path, "axes", name):
+            changed[name] = _axis(chain.axis(name), axis)
+    chain = chain.with_axes(changed)
+    lags = tuple(_lag(name, table) for name, table in file.lags.items())
+    machine = Machine(file.machine.name, chain, file.machine.serial)
+    return machine, Form(_terms(file, chain, path), lags, _choices(file))
 
 
-def _chain(content: Mapping[str, Any]) -> Chain:
-    chain = chain_of(content["machine"]["structure"])
-    changed = {name: _axis(chain.axis(name), table) for name, table in content.get("axes", {}).items()}
-    return chain.with_axes(changed)
-
-
-def _axis(axis: Axis, table: Mapping[str, Any]) -> Axis:
-    scale = math.pi / 180 if axis.kind is AxisKind.ROTARY else 1.0
-    low, high = table.get("travel_deg" if axis.kind is AxisKind.ROTARY else "travel_mm", (-math.inf, math.inf))
-    x, y, z = table.get("offset_mm", (0.0, 0.0, 0.0))
-    return replace(axis, travel=(scale * low, scale * high), offset_mm=(float(x), float(y), float(z)))
-
-
-def _terms(content: Mapping[str, Any], chain: Chain) -> tuple[Term, ...]:
-    table = content.get("terms", {})
-    found: dict[str, Term] = {}
-    if "standard" in table:
-        make = STANDARDS[table["standard"]]
-        standard = make(
-            chain,
-            degree=table.get("degree", 3),
-            count=table.get("segments", 1),
-            datum=table.get("datum"),
-            both_ways=table.get("both_ways", False),
+def _axis(axis: Axis, table: AxisTable) -> Axis:
+    rotary = axis.kind is AxisKind.ROTARY
+    travel, other = (table.travel_deg, table.travel_mm) if rotary else (table.travel_mm, table.travel_deg)
+    if other is not None:
+        right, wrong = ("travel_deg", "travel_mm") if rotary else ("travel_mm", "travel_deg")
+        raise TrueloopError(
+            Code.MCH_UNIT,
+            f"axis {axis.name} is {axis.kind.value}: its travel cannot be {wrong} = {list(other)}",
+            hint=f"give {right}",
         )
+    low, high = travel or (-math.inf, math.inf)
+    scale = math.pi / 180 if rotary else 1.0
+    return replace(axis, travel=(scale * low, scale * high), offset_mm=table.offset_mm)
+
+
+def _terms(file: MachineFile, chain: Chain, path: Path) -> tuple[Term, ...]:
+    table = file.terms
+    found: dict[str, Term] = {}
+    if table.standard is not None:
+        with placed_at(path, "terms", "standard"):
+            standard = STANDARDS[table.standard](
+                chain, degree=table.degree, count=table.segments, datum=table.datum, both_ways=table.both_ways
+            )
         found = {str(term.name): term for term in standard}
-    for own in content.get("term", []):
-        term = _own_term(own, chain)
-        found[str(term.name)] = term
+    for k, own in enumerate(file.term):
+        with placed_at(path, "term", k, "error"):
+            found[own.error] = _own_term(own, chain)
     return tuple(found.values())
 
 
-def _own_term(table: Mapping[str, Any], chain: Chain) -> Term:
-    name = error_name(table["error"])
+def _own_term(table: TermTable, chain: Chain) -> Term:
+    name = error_name(table.error)
     axis = chain.axis(name.axis)
     parts = [Part(CONSTANT)]
-    if not name.place and table.get("degree", 3) > 0:
-        zeros = tuple(float(z) for z in table.get("zero_at", ()))
-        parts = [Part(segments(*axis.travel, table.get("segments", 1), table.get("degree", 3), zeros))]
-    parts += _signal_parts(table.get("signals", {}))
-    return Term(name, tuple(parts), bool(table.get("both_ways", False)))
+    if not name.place and table.degree > 0:
+        parts = [Part(segments(*axis.travel, table.segments, table.degree, table.zero_at))]
+    return Term(name, (*parts, *_signal_parts(table.signals)), table.both_ways)
 
 
-def _lag(name: str, table: Mapping[str, Any]) -> Lag:
-    constant = table["constant_s"]
-    low, high = constant if isinstance(constant, list) else (constant, constant)
-    if not 0 < low <= high:
-        raise ValueError(f"constant_s = {constant} of [lags.{name}]: two ascending numbers of seconds, or one")
-    power = table.get("power", 1)
-    if power not in (1, 2):
-        raise ValueError(f"power = {power} of [lags.{name}] is neither 1 nor 2")
-    between = (float(low), float(high)) if low < high else None
-    return Lag(name, str(table["of"]), math.sqrt(low * high), power, between)
+def _lag(name: str, table: LagTable) -> Lag:
+    low, high = table.constant_s
+    between = (low, high) if low < high else None
+    return Lag(name, table.of, math.sqrt(low * high), table.power, between)
 
 
-def _choices(content: Mapping[str, Any]) -> tuple[Choice, ...]:
-    return tuple(
-        Choice(error_name(own["error"]), _signal_parts(own["choose"]), int(own.get("most", 4)))
-        for own in content.get("term", [])
-        if "choose" in own
-    )
+def _choices(file: MachineFile) -> tuple[Choice, ...]:
+    return tuple(Choice(error_name(own.error), _signal_parts(own.choose), own.most) for own in file.term if own.choose)
 
 
-def _signal_parts(table: Mapping[str, Any]) -> tuple[Part, ...]:
-    return tuple(Part(CONSTANT, signal, float(reference)) for signal, reference in table.items())
-
-
-def _check_keys(content: Mapping[str, Any], path: Path) -> None:
-    tables = [("", content), ("machine", content.get("machine", {})), ("terms", content.get("terms", {}))]
-    tables += [("axes", table) for table in content.get("axes", {}).values()]
-    tables += [("term", table) for table in content.get("term", [])]
-    tables += [("lags", table) for table in content.get("lags", {}).values()]
-    for name, table in tables:
-        for key in table:
-            if key not in KEYS[name]:
-                known = ", ".join(sorted(KEYS[name]))
-                raise _wrong(path, f"[{name}] has no key {key!r}; it has {len(KEYS[name])}: {known}")
-
-
-def _wrong(path: Path, why: str) -> TrueloopError:
-    return TrueloopError(
-        Code.MCH_FILE,
-        f"{path.name!r} does not describe a machine: {why}",
-        hint="[machine] with name and structure, [axes.X] with travel_mm, [terms] with standard or [[term]]",
-        place=Place(str(path)),
-    )
+def _signal_parts(table: Mapping[str, float]) -> tuple[Part, ...]:
+    return tuple(Part(CONSTANT, signal, reference) for signal, reference in table.items())

@@ -1,8 +1,9 @@
 """Rows of a CSV file of measurements: a header whose columns carry their unit, and what is said about others."""
 
 import csv
+import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -25,7 +26,7 @@ def read_rows(path: Path) -> Rows:
     lines = read_text(path, Code.MCH_FILE, hint=HINT).splitlines()
     kept = [(k + 1, line) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     if len(kept) < 2:
-        raise wrong(path, 0, f"it has {len(kept)} rows")
+        raise wrong(path, 1, "it has a header and no rows" if kept else "it is empty")
     cells = list(csv.reader(line for _, line in kept))
     header = [cell.strip() for cell in cells[0]]
     foreign = [name for name in header if name.endswith(WRONG_UNITS)]
@@ -34,7 +35,20 @@ def read_rows(path: Path) -> Rows:
         raise wrong_unit(
             path, f"column {(foreign + bare)[0]!r} is in a unit that is not mm, µm, µrad, °, °C, s, or says none"
         )
-    return [(kept[k][0], dict(zip(header, row, strict=False))) for k, row in enumerate(cells) if k]
+    for (line, _), row in zip(kept, cells, strict=True):
+        if len(row) != len(header):
+            raise wrong(path, line, f"{len(row)} cells under {len(header)} columns (decimal points, not commas?)")
+    return [(kept[k][0], dict(zip(header, row, strict=True))) for k, row in enumerate(cells) if k]
+
+
+def check_columns(rows: Rows, known: Sequence[str], path: Path) -> None:
+    """Raises MCH-FILE for a column that is none of these, nor a signal: mistyped, it would be a column ignored."""
+    for name in rows[0][1]:
+        if name not in known and not name.endswith(SIGNAL_UNITS):
+            lowered = {other.lower(): other for other in known}
+            near = difflib.get_close_matches(name.lower(), lowered, n=1)
+            hint = f"did you mean {lowered[near[0]]!r}?" if near else f"take it out; known are {', '.join(known)}"
+            raise wrong(path, 1, f"column {name!r} is not one of {len(known)} known", hint)
 
 
 def signals_in(rows: Rows, path: Path) -> dict[str, Array]:
@@ -54,6 +68,8 @@ def optional(rows: Rows, name: str, path: Path, otherwise: float) -> Array:
 
 def column(rows: Rows, name: str, path: Path) -> Array:
     """A column of finite numbers, (n,). Raises MCH-FILE with the line."""
+    if name not in rows[0][1]:
+        raise wrong(path, 1, f"none of its {len(rows[0][1])} columns is {name}")
     return np.array([number_in(row, name, line, path) for line, row in rows])
 
 
@@ -78,11 +94,11 @@ def wrong_unit(path: Path, why: str) -> TrueloopError:
     )
 
 
-def wrong(path: Path, line: int, why: str) -> TrueloopError:
+def wrong(path: Path, line: int, why: str, hint: str = HINT) -> TrueloopError:
     """The refusal MCH-FILE."""
     return TrueloopError(
         Code.MCH_FILE,
-        f"{path.name!r} line {line} cannot be read as readings: {why}",
-        hint=HINT,
-        place=Place(str(path), line or None),
+        f"{path.name!r} line {line} cannot be read: {why}",
+        hint=hint,
+        place=Place(str(path), line),
     )

@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import read_text
 from trueloop.machine.chain import Axis, AxisKind, Chain
 from trueloop.machine.history import Lag
 from trueloop.machine.model import Machine, MachineModel
@@ -15,6 +16,7 @@ from trueloop.machine.position_basis import PositionBasis
 from trueloop.machine.term import Part, Term
 
 FORMAT: Final = "trueloop machine model 1"
+HINT: Final = "make one with `trueloop machine fit`"
 
 
 def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
@@ -41,16 +43,17 @@ def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
 
 def read_model(path: Path) -> MachineModel:
     """Reads a model file. Raises MCH-FILE for what is none."""
+    text = read_text(path, Code.MCH_FILE, hint=HINT)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(text)
         if content["format"] != FORMAT:
             raise ValueError(f"format {content['format']!r} is not {FORMAT!r}")
         return _model(content)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise TrueloopError(
             Code.MCH_FILE,
             f"{path.name!r} is no machine model of format 1: {type(error).__name__}: {error}",
-            hint="make one with `trueloop machine fit`",
+            hint=HINT,
             place=Place(str(path)),
         ) from error
 

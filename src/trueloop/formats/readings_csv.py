@@ -9,34 +9,55 @@ u_um | u_urad           standard uncertainty, if known
 tool_x_mm, tool_y_mm, tool_z_mm   point of measurement from the frame of the last axis that carries the tool
 run                     what was measured in one go
 NAME_degC, NAME_rpm     signals, under NAME
+note                    anything; no other columns
 time_s                  when it was read, for lags; where no history is given the rows themselves are one
 """
 
 import math
+import re
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from trueloop.formats.measured_rows import Rows, column, optional, read_rows, signals_in, wrong, wrong_unit
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import in_file
+from trueloop.formats.measured_rows import (
+    Rows,
+    check_columns,
+    column,
+    optional,
+    read_rows,
+    signals_in,
+    wrong,
+    wrong_unit,
+)
 from trueloop.geometry.feature import Array
-from trueloop.machine.chain import AxisKind, Chain
+from trueloop.machine.chain import Axis, AxisKind, Chain
 from trueloop.machine.history import Clock, History, logged
 from trueloop.machine.model import State
 from trueloop.machine.names import COMPONENTS
 from trueloop.machine.observations import Observations
+from trueloop.machine.validity import outside
 
 READING: Final = {"reading_um": 1e-3, "reading_mm": 1.0, "reading_urad": 1e-6}
 UNCERTAINTY: Final = {"u_um": 1e-3, "u_mm": 1.0, "u_urad": 1e-6}
+OTHERS: Final = (
+    *("along", "along_x", "along_y", "along_z", "tool_x_mm", "tool_y_mm", "tool_z_mm"),
+    *("run", "time_s", "note"),
+)
+POSITION: Final = re.compile(r"[A-Z]_(mm|deg)")
 WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
 
 
 def read_readings(path: Path, chain: Chain, history: History | None = None) -> Observations:
     """Readings of a file in its order; signals that it lacks come from `history`, on the same clock.
 
-    Raises MCH-FILE, MCH-UNIT (other units, or two of one kind), MCH-AXIS, MCH-HISTORY for readings outside the history.
+    Raises MCH-FILE, MCH-UNIT (other units, or two of one kind), MCH-AXIS, MCH-TRAVEL for positions beyond travel,
+    MCH-HISTORY for readings outside the history.
     """
     rows = read_rows(path)
+    _check_known(rows, chain, path)
     header = list(rows[0][1])
     if sum(name in header for name in READING) != 1:
         raise wrong_unit(
@@ -48,9 +69,8 @@ def read_readings(path: Path, chain: Chain, history: History | None = None) -> O
         for axis, name, scale in (_position_column(chain, axis) for axis in chain.order)
         if name in header
     }
-    for name in header:
-        if name.endswith(("_mm", "_deg")) and len(name.split("_")[0]) == 1 and name[0].isupper():
-            chain.axis(name[0])
+    for axis, position in positions.items():
+        _check_reach(chain.axis(axis), position, rows, path)
     clock = _clock(rows, path, history)
     state = State(
         np.broadcast_to(chain.positions(positions), (count, len(chain.order))),
@@ -60,6 +80,8 @@ def read_readings(path: Path, chain: Chain, history: History | None = None) -> O
     )
     reading = next(name for name in READING if name in header)
     uncertainty = next((name for name in UNCERTAINTY if name in header), None)
+    if uncertainty and ("rad" in uncertainty) != ("rad" in reading):
+        raise wrong_unit(path, f"{count} readings are in {reading}, their standard uncertainty in {uncertainty}")
     along, is_angle = _along(rows, header, path)
     if is_angle.any() != (reading == "reading_urad") or (is_angle.any() and not is_angle.all()):
         raise wrong_unit(
@@ -75,6 +97,29 @@ def read_readings(path: Path, chain: Chain, history: History | None = None) -> O
         np.array([line for line, _ in rows]),
         clock,
     )
+
+
+def _check_known(rows: Rows, chain: Chain, path: Path) -> None:
+    """Raises MCH-AXIS for positions of an axis that the machine lacks, MCH-FILE for other columns not known."""
+    for name in rows[0][1]:
+        if POSITION.fullmatch(name) and name[0] not in chain.order:
+            with in_file(path, 1):
+                chain.axis(name[0])
+    axes = [name for axis in chain.order for name in (_position_column(chain, axis)[1], f"travel_{axis}")]
+    check_columns(rows, [*axes, *READING, *UNCERTAINTY, *OTHERS], path)
+
+
+def _check_reach(axis: Axis, position: Array, rows: Rows, path: Path) -> None:
+    """Raises MCH-TRAVEL with the line."""
+    beyond = np.flatnonzero(outside(position, axis.travel))
+    for k in beyond[:1]:
+        low, high = map(axis.shown, axis.travel)
+        raise TrueloopError(
+            Code.MCH_TRAVEL,
+            f"{axis.name} stands at {axis.shown(position[k])}, its travel is {low} to {high}",
+            hint="positions are those the control shows, in machine coordinates; travel stands in the machine file",
+            place=Place(str(path), rows[k][0]),
+        )
 
 
 def _clock(rows: Rows, path: Path, history: History | None) -> Clock | None:

@@ -3,7 +3,8 @@
 import difflib
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Final, TypeVar, get_args
 
@@ -11,13 +12,19 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.input_file import read_text
+from trueloop.formats.input_file import in_file, read_text
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
+Location = tuple[int | str, ...]
+"""Keys and places in arrays from the file down to one value."""
+
 SYNTAX_HINT: Final = "text values stand in quotes, tables in [brackets]: see examples/modbas2/job.toml"
+
+HEADING: Final = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
+KEY: Final = re.compile(r"\s*[\"']?([\w-]+)[\"']?\s*[=.]")
 
 
 class Table(BaseModel):
@@ -72,11 +79,11 @@ def _said(mistake: ErrorDetails, model: type[BaseModel]) -> tuple[str, str | Non
     return f"{key!r}: {mistake['msg'].removeprefix('Value error, ')}{given}", None
 
 
-def _table_at(model: type[BaseModel], location: tuple[int | str, ...]) -> type[BaseModel]:
+def _table_at(model: type[BaseModel], location: Location) -> type[BaseModel]:
     """The table that a key stands in."""
     for name in location[:-1]:
-        if isinstance(name, str):
-            model = next(_models_in(model.model_fields[name].annotation))
+        if name in model.model_fields:  # others are places in arrays and names that the user gave to tables
+            model = next(_models_in(model.model_fields[str(name)].annotation))
     return model
 
 
@@ -88,14 +95,46 @@ def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
         yield from _models_in(inner)
 
 
-def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
-    """The line where the last named key of a location stands, searched from its table's heading on."""
-    names = [part for part in location if isinstance(part, str)]
-    lines = text.splitlines()
-    start = next(
-        (i for i, line in enumerate(lines) if names and re.match(rf"\s*\[+{re.escape(names[0])}\b", line)), None
-    )
-    if start is None:
-        return None
-    key = re.compile(rf"\s*\"?{re.escape(names[-1])}\"?\s*=")
-    return next((i + 1 for i in range(start, len(lines)) if key.match(lines[i])), start + 1)
+@contextmanager
+def placed_at(path: Path, *location: int | str) -> Iterator[None]:
+    """Refusals from inside get the file and the line where that location of it stands."""
+    line = _line_of(read_text(path, Code.MCH_FILE, hint=SYNTAX_HINT), location)
+    with in_file(path, line):
+        yield
+
+
+def _line_of(text: str, location: Location) -> int | None:
+    """The line that agrees with most of a location, the first of several; None where none agrees with any of it."""
+    agreed = [(_agreement(where, location), -number) for number, where in _locations(text)]
+    most, number = max(agreed, default=(0, 0))
+    return -number if most else None
+
+
+def _agreement(one: Location, other: Location) -> int:
+    """How many parts they share from the start."""
+    return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
+
+
+def _locations(text: str) -> Iterator[tuple[int, Location]]:
+    """Line number and location of every heading and key."""
+    table: Location = ()
+    counts: dict[str, int] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        if heading := HEADING.match(line):
+            names = [name.strip(" \"'") for name in heading[2].split(".")]
+            path = ".".join(names)
+            if heading[1] == "[[":
+                counts[path] = counts.get(path, -1) + 1
+            table = _with_counts(names, counts)
+            yield number, table
+        elif key := KEY.match(line):
+            yield number, (*table, key[1])
+
+
+def _with_counts(names: list[str], counts: Mapping[str, int]) -> Location:
+    """`term`, `signals` as `term`, 1, `signals` where the heading [[term]] was there twice so far."""
+    location: Location = ()
+    for k, name in enumerate(names, 1):
+        path = ".".join(names[:k])
+        location += (name, counts[path]) if path in counts else (name,)
+    return location

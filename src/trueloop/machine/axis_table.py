@@ -1,6 +1,6 @@
 """A model reduced to what a control's table holds: the error along one axis as a function of one axis' position."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,7 @@ from trueloop.geometry.feature import Array
 from trueloop.machine.chain import ZERO, Vector
 from trueloop.machine.model import MachineModel, State
 from trueloop.machine.term import Signals
+from trueloop.machine.validity import check_signals, check_travel
 
 CHECKS = 16
 """Points between two entries at which the table is compared with the model."""
@@ -44,8 +45,15 @@ def axis_table(
     base: Mapping[str, float],
     signals: Signals | None = None,
     tool_mm: Vector = ZERO,
+    extrapolate: Collection[str] = (),
 ) -> AxisTable:
-    """`count` equal steps over the travel of `input_axis`; `base` holds the positions of the other axes."""
+    """`count` equal steps over the travel of `input_axis`; `base` holds the positions of the other axes.
+
+    Raises MCH-TRAVEL for others beyond travel, MCH-RANGE for signals beyond the data that `extrapolate` does not name.
+    """
+    for name, position in base.items():
+        check_travel(model.machine.chain.axis(name), np.array([position]))
+    check_signals(model, signals or {}, extrapolate)
     low, high = model.machine.chain.axis(input_axis).travel
     positions = np.linspace(low, high, count)
     dense = np.linspace(low, high, (count - 1) * CHECKS + 1)

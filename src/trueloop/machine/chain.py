@@ -42,6 +42,10 @@ class Axis:
     offset_mm: Vector = ZERO
     travel: tuple[float, float] = (-np.inf, np.inf)
 
+    def shown(self, position: float) -> str:
+        """A position for people: `12.5 mm`, `30°`."""
+        return f"{position:g} mm" if self.kind is AxisKind.LINEAR else f"{np.degrees(position):g}°"
+
     def errors(self) -> tuple[ErrorName, ...]:
         """Every error the axis can have: six of its motion (not for a spindle), and those of its place.
 

@@ -188,12 +188,13 @@ def _check_axes_have_data(machine: Machine, terms: tuple[Term, ...], readings: O
     for term in terms:
         if term.name.axis not in machine.chain.order or all(part.basis.size == 1 for part in term.parts):
             continue
-        position = readings.state.positions[:, machine.chain.order.index(term.name.axis)]
+        axis = machine.chain.axis(term.name.axis)
+        position = readings.state.positions[:, machine.chain.order.index(axis.name)]
         if np.ptp(position) == 0.0:
             raise TrueloopError(
                 Code.MCH_DATA,
-                f"{term.name}: axis {term.name.axis} stands at {position[0]:g} in all {len(readings)} readings",
-                hint=f"measure along {term.name.axis}, or leave {term.name} out of the model",
+                f"{term.name}: axis {axis.name} stands at {axis.shown(position[0])} in all {len(readings)} readings",
+                hint=f"measure along {axis.name}, or leave {term.name} out of the model",
             )
 
 

@@ -88,7 +88,13 @@ def polynomial(low: float, high: float, degree: int, zero_at: tuple[float, ...] 
 
 
 def segments(low: float, high: float, count: int, degree: int, zero_at: tuple[float, ...] = ()) -> PositionBasis:
-    """`count` equal segments over the travel."""
+    """`count` equal segments over the travel. Raises MCH-BASIS for a travel without end."""
+    if not np.isfinite([low, high]).all():
+        raise TrueloopError(
+            Code.MCH_BASIS,
+            f"{count} equal segments over a travel from {low:g} to {high:g} have no ends",
+            hint="give every axis of a term that varies along it its travel: [axes.X] with travel_mm or travel_deg",
+        )
     return PositionBasis(tuple(float(p) for p in np.linspace(low, high, count + 1)), degree, zero_at)
 
 

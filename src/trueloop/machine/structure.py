@@ -3,6 +3,7 @@
 Axes left of `b` carry the work, those right of it the tool; letters in brackets are spindles.
 """
 
+import difflib
 import re
 from typing import Final
 
@@ -56,9 +57,12 @@ def _axis(token: str, spindle: str, structure: str) -> Axis:
 
 
 def _no_structure(structure: str) -> TrueloopError:
+    near = difflib.get_close_matches(structure, PRESETS, n=1)
     return TrueloopError(
         Code.MCH_STRUCTURE,
         f"{structure!r} is neither one of the {len(PRESETS)} presets nor a structure from work to tool",
-        hint="write the axes from work to bed to tool, spindles in brackets: w X b Y Z (S) t; presets: "
+        hint=f"did you mean {near[0]!r}?"
+        if near
+        else "write the axes from work to bed to tool, spindles in brackets: w X b Y Z (S) t; presets: "
         + ", ".join(PRESETS),
     )

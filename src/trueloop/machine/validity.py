@@ -1,12 +1,15 @@
 """Where a model may be asked: within the machine's travel, and within the positions and temperatures of its data."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
+from trueloop.machine.chain import Axis
 from trueloop.machine.model import MachineModel, State
+from trueloop.machine.term import Signals
 
 ROUNDING = 1e-6
 """mm or rad by which a position may lie outside: control resolutions and rounded ends of travel."""
@@ -20,34 +23,52 @@ def check_state(model: MachineModel, state: State, extrapolate: Collection[str] 
     """
     chain = model.machine.chain
     for name, position in zip(chain.order, state.positions.T, strict=True):
-        _check_travel(name, position, chain.axis(name).travel)
+        axis = chain.axis(name)
+        check_travel(axis, position)
         if name in model.identified and name not in extrapolate and _depends_on(model, name):
-            _check_range(name, position, model.identified[name], "mm or rad")
+            _check_range(name, position, model.identified[name], axis.shown)
+    check_signals(model, state.signals, extrapolate)
+
+
+def check_signals(model: MachineModel, signals: Signals, extrapolate: Collection[str] = ()) -> None:
+    """Refuses signals beyond the data (MCH-RANGE), but those named."""
     for name in model.needs():
-        if name in model.identified and name in state.signals and name not in extrapolate:
-            _check_range(name, np.atleast_1d(state.signals[name]), model.identified[name], "in the unit of the data")
+        if name in model.identified and name in signals and name not in extrapolate:
+            _check_range(name, np.atleast_1d(signals[name]), model.identified[name], _signal_shown)
 
 
 def _depends_on(model: MachineModel, axis: str) -> bool:
     return any(term.name.axis == axis and any(part.basis.size > 1 for part in term.parts) for term in model.terms)
 
 
-def _check_travel(name: str, position: Array, travel: tuple[float, float]) -> None:
-    low, high = float(position.min()), float(position.max())
-    if low < travel[0] - ROUNDING or high > travel[1] + ROUNDING:
+def outside(position: Array, travel: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which positions lie beyond, by more than rounding, (n,)."""
+    beyond: NDArray[np.bool_] = (position < travel[0] - ROUNDING) | (position > travel[1] + ROUNDING)
+    return beyond
+
+
+def check_travel(axis: Axis, position: Array) -> None:
+    """Raises MCH-TRAVEL for positions that the axis cannot reach."""
+    if outside(position, axis.travel).any():
+        low, high, *ends = map(axis.shown, (float(position.min()), float(position.max()), *axis.travel))
         raise TrueloopError(
             Code.MCH_TRAVEL,
-            f"{name} would go from {low:g} to {high:g}, its travel is {travel[0]:g} to {travel[1]:g}",
+            f"{axis.name} would go from {low} to {high}, its travel is {ends[0]} to {ends[1]}",
             hint="check the work offset and the tool length, both in machine coordinates and mm",
         )
 
 
-def _check_range(name: str, values: Array, known: tuple[float, float], unit: str) -> None:
-    low, high = float(values.min()), float(values.max())
-    if low < known[0] - ROUNDING or high > known[1] + ROUNDING:
+def _signal_shown(value: float) -> str:
+    """A model does not know whether a signal is a temperature (°C), a speed (rev/min) or a power of one."""
+    return f"{value:g}"
+
+
+def _check_range(name: str, values: Array, known: tuple[float, float], shown: Callable[[float], str]) -> None:
+    if outside(values, known).any():
+        low, high, *ends = map(shown, (float(values.min()), float(values.max()), *known))
         raise TrueloopError(
             Code.MCH_RANGE,
-            f"{name} is {low:g} to {high:g}; the model was found from {known[0]:g} to {known[1]:g} ({unit})",
+            f"{name} is {low} to {high}; the model was found from {ends[0]} to {ends[1]}",
             hint="warm the machine up, or characterize it over that range",
             override=f"--extrapolate {name}",
         )

@@ -147,17 +147,17 @@ def test_a_temperature_out_of_range_by_name(folder: Path) -> None:
 def test_export_says_how_far_the_table_is_from_the_model(folder: Path) -> None:
     target = folder / "tables/x.comp"
     said = _run(
-        "export", folder / "model/model.json", "--control", "linuxcnc", "--axis", "X", "-o", target, "-t", "T1=20"
+        "export", folder / "model/model.json", "--control", "linuxcnc", "--axis", "X", "-o", target, "-t", "T1=21"
     )
     assert "off the model by" in said
     rows = np.loadtxt(target)
     assert rows.shape == (101, 3)
     positions = np.column_stack([rows[:, 0], np.zeros((101, 2))])
-    error = read_model(folder / "model/model.json").error_mm(State(positions, 1.0, {"T1": 20.0}))
+    error = read_model(folder / "model/model.json").error_mm(State(positions, 1.0, {"T1": 21.0}))
     np.testing.assert_allclose(rows[:, 1] - rows[:, 0], error[:, 0], atol=1e-6)
     refused = _run(
         *("export", folder / "model/model.json", "--control", "linuxcnc", "--axis", "X", "--error-of", "Y"),
-        *("-o", folder / "tables/no.comp", "-t", "T1=20"),
+        *("-o", folder / "tables/no.comp", "-t", "T1=21"),
         status=3,
     )
     assert "MCH-TABLE" in refused
@@ -193,7 +193,7 @@ NAMES = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm
 @pytest.mark.parametrize("control", ["siemens", "heidenhain"])
 def test_tables_whose_sign_was_not_tried_say_so(folder: Path, control: str) -> None:
     out = folder / control / "x.com"
-    arguments = ("export", folder / "model/model.json", "--control", control, "--axis", "X", "-o", out, "-t", "T1=20")
+    arguments = ("export", folder / "model/model.json", "--control", control, "--axis", "X", "-o", out, "-t", "T1=21")
     assert "was not tried" in _run(*arguments)
     assert "x.com" in (folder / "heidenhain/x.cma").read_text() if control == "heidenhain" else True
     first = out.read_text()

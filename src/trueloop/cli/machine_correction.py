@@ -1,0 +1,143 @@
+"""`trueloop machine compensate` and `export`: a machine's errors out of programs, into controls' tables."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.machine_options import (
+    Extrapolate,
+    ModelFile,
+    ModelOption,
+    Temperatures,
+    numbered,
+    signals_of,
+)
+from trueloop.cli.program_file import DialectName, ProgramFile, Settings, parameters_of, read_program_file
+from trueloop.cli.terminal import AsJson, print_json
+
+if TYPE_CHECKING:
+    from trueloop.machine.axis_table import AxisTable
+    from trueloop.machine.model import MachineModel
+
+
+@guarded
+def compensate(
+    file: ProgramFile,
+    model: ModelOption,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    work_zero: Annotated[
+        list[str], typer.Option(metavar="N=X,Y,Z", help="Machine coordinates of the zero of offset N (1 is G54), mm.")
+    ],
+    tool: Annotated[
+        list[str] | None,
+        typer.Option(metavar="T=X,Y,Z", help="Tool point from the last axis' frame, mm; T is * for all.  [default: 0]"),
+    ] = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
+    ] = None,
+    temperatures: Temperatures = None,
+    tolerance_um: Annotated[float, typer.Option(help="How far a block may leave the corrected path.")] = 0.5,
+    extrapolate: Extrapolate = None,
+    serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None,
+    dialect: DialectName = None,
+    settings: Settings = None,
+    as_json: AsJson = False,
+) -> None:
+    """Take the machine's error out of a program: every position moved by COMP_MTG."""
+    from trueloop.compensation.record import sha256_of
+    from trueloop.formats.model_file import read_model
+    from trueloop.formats.outputs import write_all
+    from trueloop.loops.machine_program import compensate_program
+    from trueloop.machine.commanded_path import Setup
+
+    known = read_model(model)
+    _require_machine(known, serial)
+    setup = Setup(
+        numbered(work_zero, "--work-zero"),
+        numbered(tool or ["*=0,0,0"], "--tool"),
+        signals_of(known, temperatures),
+        {axis: math.radians(angle) for axis, angle in parameters_of(at, "--at").items()},
+    )
+    done = compensate_program(
+        read_program_file(file, dialect),
+        known,
+        setup,
+        tolerance_mm=tolerance_um * 1e-3,
+        parameters=parameters_of(settings),
+        extrapolate=extrapolate or (),
+        model_sha256=sha256_of(model.read_bytes()),
+    )
+    contents = {file.name: done.source, f"{file.stem}.record.json": done.record.to_json().encode()}
+    write_all(out, contents, inputs=(file, model))
+    if as_json:
+        print_json({"record": done.record.id, "largest_mm": done.largest_mm, "blocks": done.blocks_after})
+        return
+    x, y, z = (1e3 * value for value in done.largest_mm)
+    typer.echo(f"largest correction X {x:.1f} Y {y:.1f} Z {z:.1f} µm; {done.blocks_before} → {done.blocks_after} lines")
+    typer.echo(f"written: {out / file.name}, record {done.record.id}")
+
+
+@guarded
+def export(
+    model: ModelFile,
+    control: Annotated[Literal["linuxcnc", "siemens", "heidenhain"], typer.Option(help="Whose table.")],
+    axis: Annotated[str, typer.Option(metavar="X", help="Axis whose position the table runs over.")],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The table.")],
+    error_of: Annotated[
+        str | None, typer.Option(metavar="Y", help="Axis that is corrected.  [default: the same]")
+    ] = None,
+    count: Annotated[int, typer.Option(help="Entries.", min=2)] = 101,
+    at: Annotated[list[str] | None, typer.Option(metavar="Y=V", help="Position of another axis, mm.")] = None,
+    opposite_sign: Annotated[
+        bool, typer.Option(help="All values with the other sign, where trying it says so.")
+    ] = False,
+    temperatures: Temperatures = None,
+    extrapolate: Extrapolate = None,
+) -> None:
+    """Write a control's compensation table and print how far it is from the model."""
+    from trueloop.formats import control_tables
+    from trueloop.formats.model_file import read_model
+    from trueloop.formats.outputs import write_all
+    from trueloop.machine.axis_table import axis_table
+
+    known = read_model(model)
+    base, signals = parameters_of(at, "--at"), signals_of(known, temperatures)
+    table = axis_table(known, axis, error_of or axis, count, base, signals, extrapolate=extrapolate or ())
+    files = {out.name: _table_text(control, table, opposite_sign)}
+    if control == "heidenhain":
+        files[out.with_suffix(".cma").name] = control_tables.heidenhain_cma(axis, out.name)
+    write_all(out.parent, {name: text.encode() for name, text in files.items()}, inputs=(model,))
+    typer.echo(
+        f"{len(table.position_mm)} entries; off the model by {1e3 * table.deviation_mm:.3f} µm along the table, "
+        f"up to {1e3 * table.elsewhere_mm:.1f} µm elsewhere in the travel"
+    )
+    if control != "linuxcnc":
+        for words in control_tables.CAUTION:
+            typer.echo(words, err=True)
+
+
+def _table_text(control: str, table: "AxisTable", opposite: bool) -> str:
+    from trueloop.formats import control_tables
+
+    if control == "linuxcnc":
+        if opposite:
+            raise typer.BadParameter("LinuxCNC's sign is known", param_hint="--opposite-sign")
+        return control_tables.linuxcnc_comp(table)
+    if control == "siemens":
+        return control_tables.siemens_cec(table, opposite=opposite)
+    return control_tables.heidenhain_com(table, opposite=opposite)
+
+
+def _require_machine(model: "MachineModel", serial: str | None) -> None:
+    from trueloop.errors import Code, TrueloopError
+
+    if serial is not None and serial != model.machine.serial:
+        raise TrueloopError(
+            Code.MCH_MACHINE,
+            f"the model is of {model.machine.name!r}, serial number {model.machine.serial!r}, not {serial!r}",
+            hint="every machine errs in its own way: make a model of this one",
+        )

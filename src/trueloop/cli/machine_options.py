@@ -1,0 +1,86 @@
+"""What the commands of `trueloop machine` take, and reading it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.program_file import parameters_of, vector_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from trueloop.geometry.feature import Array
+    from trueloop.machine.chain import Chain, Vector
+    from trueloop.machine.history import Lag
+    from trueloop.machine.model import MachineModel
+    from trueloop.machine.observations import Observations
+
+MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.toml", help="Structure, travels and error terms.")]
+ReadingFiles = Annotated[list[Path], typer.Argument(metavar="READINGS.csv", help="Laser, straight edge, ball bar …")]
+ModelFile = Annotated[Path, typer.Argument(metavar="MODEL.json", help="As `trueloop machine fit` wrote it.")]
+ModelOption = Annotated[Path, typer.Option("--model", "-m", metavar="MODEL.json", help="The machine's model.")]
+Temperatures = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--temperatures",
+        "-t",
+        metavar="T1=V",
+        help="Value of a signal of the model, or LOG.csv, its past until now; may be repeated.",
+    ),
+]
+HistoryFile = Annotated[
+    Path | None,
+    typer.Option("--history", metavar="LOG.csv", help="Log of temperatures and speeds on the clock of the readings."),
+]
+Extrapolate = Annotated[
+    list[str] | None,
+    typer.Option("--extrapolate", metavar="NAME", help="Axis or signal that may leave the range of the data."),
+]
+
+
+def readings_of(paths: "Sequence[Path]", chain: "Chain", history: Path | None) -> "Observations":
+    """All readings as one, with what the log says of the past. Raises MCH errors that name the file."""
+    from trueloop.formats.history_csv import read_history
+    from trueloop.formats.input_file import in_file
+    from trueloop.formats.readings_csv import read_readings
+    from trueloop.machine.observations import joined
+
+    past = read_history(history) if history else None
+    read = [read_readings(path, chain, past) for path in paths]
+    with in_file(paths[-1]):
+        return joined(read)
+
+
+def signals_of(model: "MachineModel", given: "Sequence[str] | None") -> "dict[str, Array | float]":
+    """Values by name, and logs as they stand at their last row, lags among them. Raises MCH-HISTORY."""
+    from trueloop.formats.history_csv import read_history
+    from trueloop.formats.input_file import in_file
+    from trueloop.machine.history import check_lags_given, signals_at_end
+
+    logs = [Path(text) for text in given or () if "=" not in text]
+    signals: dict[str, Array | float] = {}
+    for log in logs:
+        with in_file(log):
+            signals |= signals_at_end(read_history(log), model.lags)
+    signals |= parameters_of([text for text in given or () if "=" in text], "--temperatures")
+    check_lags_given(model.lags, signals)
+    return signals
+
+
+def lag_text(lag: "Lag") -> str:
+    """A lag in a line."""
+    power = f"^{lag.power}" if lag.power > 1 else ""
+    sought = f" ± {2 * lag.u_relative * lag.constant_s:.2g} (95 %)" if lag.between_s else ", given"
+    return f"{lag.name}: {lag.of}{power} after {lag.constant_s:.4g} s{sought}"
+
+
+def numbered(texts: "Sequence[str]", option: str) -> "dict[int, Vector]":
+    """`["1=10,20,30"]` as {1: (10, 20, 30)}; `*` is −1: any other."""
+    found = {}
+    for text in texts:
+        number, _, vector = (part.strip() for part in text.partition("="))
+        if not number.isdigit() and number != "*":
+            raise typer.BadParameter(f"{text!r} is no number=X,Y,Z", param_hint=option)
+        found[-1 if number == "*" else int(number)] = vector_of(vector, option)
+    return found
