@@ -35,6 +35,7 @@ def compensation_edits(program: Program, placed: CommandedPath, tolerance_mm: fl
     systems or stand in machine coordinates, stay. Raises MCH-PROGRAM for coordinates that come from no word
     (a cycle's) and for blocks run several times that would need several corrections.
     """
+    _check_frames_are_followed(program)
     _check_rotary_axes_stand(program, placed)
     moves = _live_moves(program, placed)
     require_own_shape(program, placed.path, moves.tolist(), absolute_centres=False)
@@ -42,6 +43,18 @@ def compensation_edits(program: Program, placed: CommandedPath, tolerance_mm: fl
     for displaced in displaced_moves(placed, moves, tolerance_mm):
         writer.write(displaced)
     return [edit for edits in writer.edits.values() for edit in edits]
+
+
+def _check_frames_are_followed(program: Program) -> None:
+    """SUPA, M91, TRANS and datum shifts are no G codes: what stands in machine coordinates cannot be told here yet."""
+    if program.dialect.formulas:
+        raise TrueloopError(
+            Code.MCH_PROGRAM,
+            f"programs of the dialect {program.dialect.name} are not corrected by a machine model: "
+            "frames and positions look alike",
+            hint="load a compensation table into the control (`trueloop machine export`), or post for another control",
+            place=program.place(0),
+        )
 
 
 def _check_rotary_axes_stand(program: Program, placed: CommandedPath) -> None:
@@ -150,10 +163,12 @@ class _Writer:
         plane = PLANES[int(path.plane[move])]
         if "R" in by_letter:
             radius = float(np.linalg.norm((piece.centre_mm - displaced.start_mm)[list(plane)]))
-            sign = np.sign(path.programmed_radius_mm[move])
-            if len(displaced.pieces) > 1:
-                sign = 1.0
-            yield from self._moved(by_letter["R"], sign * radius, float(path.programmed_radius_mm[move]), state)
+            # R is negative where the arc is more than half a turn; the path holds its size.
+            sign = -1.0 if abs(path.sweep_rad[move]) > np.pi else 1.0
+            new_sign = sign if len(displaced.pieces) == 1 else 1.0
+            yield from self._moved(
+                by_letter["R"], new_sign * radius, sign * float(path.programmed_radius_mm[move]), state
+            )
             return
         old = path.centre_mm[move] - path.start_mm[move]
         new = piece.centre_mm - displaced.start_mm

@@ -6,11 +6,13 @@ import pytest
 from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.commanded_path import Setup
+from trueloop.machine.commanded_path import Setup, commanded_path
 from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.names import error_name
 from trueloop.machine.position_basis import CONSTANT, polynomial
+from trueloop.machine.program_edits import compensation_edits
 from trueloop.machine.term import Part, Term
+from trueloop.nc.program import read_program
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
 SETUP = Setup({1: (250.0, 0.0, -100.0)})
@@ -50,6 +52,31 @@ def test_an_arc_is_cut_where_an_axis_turns_round() -> None:
     assert to_top.startswith("G3 X0.00000 Y20.00000")
     assert backlash == "G1 X0.00000 Y19.99000 Z0.00000"
     assert down.startswith("G3 X-20.00000 Y-0.01000")
+
+
+@pytest.mark.parametrize("radius", ["R-6.", "R6."])
+def test_an_arc_by_its_radius_keeps_to_the_displaced_circle(radius: str) -> None:
+    """X and Y read 1 µm a millimetre too far: the circle has to be as much smaller, on whichever side of the chord."""
+    scale = (
+        Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 1)),)),
+        Term(error_name("EYY"), (Part(polynomial(-300.0, 200.0, 1)),)),
+    )
+    coefficients = np.array([0.0, 0.5, 0.0, 0.5])
+    model = MachineModel(MILL, scale, coefficients, np.zeros((4, 4)))
+    source = f"G21 G61 G1 X0. Y0. F100\nG2 X10.000 Y0.000 {radius}000\n"
+    before, after = (
+        read_program(text.encode(), "linuxcnc").run() for text in (source, corrected(source, model, SETUP))
+    )
+    assert after.sweep_rad[1] == pytest.approx(before.sweep_rad[1], rel=1e-3)
+    assert after.programmed_radius_mm[1] == pytest.approx(6.0 * (1 - 0.001), abs=2e-4)
+
+
+@pytest.mark.parametrize("dialect", ["siemens", "heidenhain"])
+def test_frames_that_are_no_g_codes_are_refused(dialect: str) -> None:
+    program = read_program(b"L X+1 Y+1 F100\n" if dialect == "heidenhain" else b"G1 X1 F100\n", dialect)
+    with pytest.raises(TrueloopError) as refusal:
+        compensation_edits(program, commanded_path(STRETCHED, SETUP, program.run(), ()), 0.001)
+    assert refusal.value.code is Code.MCH_PROGRAM
 
 
 def test_machine_coordinates_and_probing_stay() -> None:
