@@ -1,7 +1,9 @@
 """The loop with LinuxCNC as its controller, headless: semi-finish, calibration, probing, corrected finish program."""
 
 import subprocess
+import tempfile
 import threading
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -75,10 +77,18 @@ def test_an_interrupted_run_leaves_nothing_behind() -> None:
     assert what_still_runs() == ""
 
 
+@pytest.fixture(autouse=True)
+def _folder_of_its_own(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Sessions of this test alone: others may run on the same computer."""
+    with tempfile.TemporaryDirectory(prefix="own-") as folder:
+        monkeypatch.setattr(tempfile, "tempdir", folder)
+        yield
+
+
 def what_still_runs() -> str:
     """Processes of ours that outlived their session: they would name its folder."""
     found = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True).stdout
-    return "\n".join(line for line in found.splitlines() if "trueloop-linuxcnc-" in line)
+    return "\n".join(line for line in found.splitlines() if tempfile.gettempdir() in line)
 
 
 def test_the_example_machine_is_the_nist_one() -> None:

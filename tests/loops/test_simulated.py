@@ -125,7 +125,8 @@ def test_one_compensation_leaves_little_more_than_repeats_by_itself(
     relative = [studies[name, sigma].rms_mm("loop_mm") / (BEST_POSSIBLE * sigma) for sigma in SIGMAS_MM]
     assert np.sqrt(np.mean(np.square(relative))) <= 1.10
     assert max(relative[1:]) <= 1.10
-    # At σ = 0.5 µm the probe scatters as much as the process, and PIECS11's curve cannot follow the nose to 0.45 µm.
+    # At σ = 0.5 µm the probe scatters as much as the process, and PIECS11's curve cannot follow the nose to 0.45 µm:
+    # 200 parts give 1.11 ± 0.01 (docs/simulator.md). 50 parts are uncertain by 0.03, so that they are held to 1.15.
     assert relative[0] <= 1.15
 
 

@@ -183,11 +183,16 @@ def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
 def _line_meant(folder: Path, said: str, lines: Sequence[str], moving: int) -> int:
     """The line an error is about. The interpreter reads ahead of the line that moves, and does not say where it is.
 
-    Some messages name the line; what the interpreter objects to it objects to again, alone, and then shows the block.
+    Some messages name the line or the code; what the interpreter objects to it objects to again, alone, and then shows
+    the block.
     """
     named = re.search(r"on line (\d+)", said)
     if named:
         return min(int(named[1]), len(lines))
+    moving = min(moving, len(lines))
+    code = re.match(r"G38\.\d", said)
+    if code:  # the line told may be the one after the probing move
+        return max((k + 1 for k, text in enumerate(lines[:moving]) if code[0] in text), default=moving)
     command = ["rs274", "-g", "-n", "2", "-t", "tool.tbl", "-v", "machine.var", "program.ngc"]
     alone = subprocess.run(
         command,
@@ -201,4 +206,4 @@ def _line_meant(folder: Path, said: str, lines: Sequence[str], moving: int) -> i
     )
     *_, message, block = ["", "", *alone.stderr.strip().splitlines()]
     behind = [k + 1 for k, text in enumerate(lines) if text.strip() == block.strip()] if message.strip() == said else []
-    return min(behind, key=lambda line: (line < moving, line), default=min(moving, len(lines)))
+    return min(behind, key=lambda line: (line < moving, line), default=moving)
