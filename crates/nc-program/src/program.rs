@@ -158,10 +158,12 @@ impl Program {
         let address = named.filter(|(name, _)| matches!(name, Name::Address(_) | Name::Increment(_)));
         let after = address.map_or(start + 1, |(_, after)| after);
         let equals = names::skip(text, after, |byte| byte == b' ' || byte == b'\t');
-        if text.get(equals) == Some(&b'=') {
-            equals + 1 - start
-        } else {
-            after - start
+        // `X1.5` is X and 1.5: only with an equals sign is X1 an axis of that name.
+        let numbered = text.get(start + 1..after).is_some_and(|rest| rest.iter().all(u8::is_ascii_digit));
+        match text.get(equals) {
+            Some(b'=') => equals + 1 - start,
+            _ if numbered => 1,
+            _ => after - start,
         }
     }
 

@@ -129,3 +129,20 @@ def test_trueloop_reads_its_own_probing_program() -> None:
 @pytest.mark.parametrize("text", ["N10 G1 X=R1+10 F100 ; to the face\nN20 DIAMON\nM30", "%_N_A_MPF\nG71\nCR=5\nM17"])
 def test_the_dialect_is_guessed(text: str) -> None:
     assert guess_dialect(text.encode()) == "siemens"
+
+
+@pytest.mark.parametrize(
+    ("word", "value"), [("X10", "10"), ("X1.5", "1.5"), ("X0", "0"), ("X1=5", "5"), ("S1500", "1500"), ("CR=4", "4")]
+)
+def test_a_value_begins_behind_its_address(word: str, value: str) -> None:
+    """`X1.5` is X and 1.5; with an equals sign X1 is an axis of that name."""
+    program = read_program(f"G1 {word}\n".encode(), "siemens")
+    found = program.block(0).words[1]
+    assert program.source[found.value_start : found.end].decode() == value
+
+
+def test_a_plain_coordinate_is_displaced_as_a_whole() -> None:
+    program = read_program(b"G71 G90 G1 X12.500 F100\n", "siemens")
+    edit = displace_word(program, program.block(0).words[3], 0.1, program.run().coordinate_state(0))
+    assert edit is not None
+    assert apply_edits(program, [edit]) == b"G71 G90 G1 X12.6000 F100\n"
