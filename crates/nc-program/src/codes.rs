@@ -36,7 +36,7 @@ impl Runner<'_> {
         self.apply_feed_speed_tool(request, action);
         if action != Action::TurningCycle {
             for (key, value) in request.assignments.drain(..) {
-                self.store.set(key, value);
+                self.state.store.set(key, value);
             }
         }
         match action {
@@ -72,17 +72,17 @@ impl Runner<'_> {
 
     /// G40, G41, G42: the tool is that of D, else the one in use.
     fn compensate(&mut self, request: &Request, side: Compensation, given: bool, word: i32) {
-        self.modal.compensation = side;
+        self.state.modal.compensation = side;
         if side == Compensation::Off {
-            self.modal.called = NONE_CALLED;
+            self.state.modal.called = NONE_CALLED;
             return;
         }
-        let mm = self.modal.mm();
+        let mm = self.state.modal.mm();
         let of_tool = self.program.dialect().flow == FlowStyle::Structured; // D is an edge of the tool in use
         let named = request.get(b'D').filter(|_| !of_tool);
         let number = named.unwrap_or(f64::from(self.tool_in_use()));
         let cancelled = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro;
-        self.modal.called = Called {
+        self.state.modal.called = Called {
             number: number.round() as i32,
             radius: if given {
                 number * mm / 2.0
@@ -100,7 +100,7 @@ impl Runner<'_> {
 
     /// Number of the tool in the spindle; on a lathe with offsets in T, of the offset.
     fn tool_in_use(&self) -> i32 {
-        let called = if self.spindle_tool >= 0 { self.spindle_tool } else { self.modal.tool.max(0) };
+        let called = if self.state.spindle_tool >= 0 { self.state.spindle_tool } else { self.state.modal.tool.max(0) };
         if self.program.dialect().tool_has_offset {
             called % 100
         } else {
@@ -109,31 +109,31 @@ impl Runner<'_> {
     }
 
     fn apply_code(&mut self, code: G, word: i32) -> Option<Action> {
-        let modal = &mut self.modal;
+        let modal = &mut self.state.modal;
         match code {
             G::Motion(motion) => modal.motion = motion,
             G::Heading => {
-                self.modal.inch = self.word_ends_with(word, b"INCH");
-                self.unit_is_known = true;
+                self.state.modal.inch = self.word_ends_with(word, b"INCH");
+                self.state.unit_is_known = true;
             }
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
             G::Drill(drill) => self.start_holes(drill, word),
-            G::RetractToPlane(plane) => self.retracts_to_plane = plane,
+            G::RetractToPlane(plane) => self.state.retracts_to_plane = plane,
             G::NoMotion => modal.motion = Motion::None,
             G::Plane(plane) => modal.plane = plane,
             G::Inch(inch) => {
                 modal.inch = inch;
-                self.unit_is_known = true;
+                self.state.unit_is_known = true;
             }
             G::Incremental(incremental) => modal.incremental = incremental,
             G::CentreAbsolute(absolute) => modal.centre_absolute = absolute,
             G::Diameter(diameter) => {
                 (modal.diameter, modal.radius_increments) = (diameter, false);
-                self.diameter_is_known = true;
+                self.state.diameter_is_known = true;
             }
             G::DiameterOfPositions => {
                 (modal.diameter, modal.radius_increments) = (true, true);
-                self.diameter_is_known = true;
+                self.state.diameter_is_known = true;
             }
             G::Feed(mode) => self.set_feed_mode(mode),
             G::Spindle(mode) => modal.spindle_mode = mode,
@@ -167,12 +167,12 @@ impl Runner<'_> {
 
     /// A drilling cycle comes into force; one that follows another goes on with its series.
     fn start_holes(&mut self, drill: Drill, word: i32) {
-        let (_, _, third) = self.modal.plane.axes();
-        let goes_on = self.hole.filter(|_| self.modal.motion == Motion::Drill);
-        let initial = goes_on.map_or(self.position[third], |hole| hole.initial);
+        let (_, _, third) = self.state.modal.plane.axes();
+        let goes_on = self.state.hole.filter(|_| self.state.modal.motion == Motion::Drill);
+        let initial = goes_on.map_or(self.state.position[third], |hole| hole.initial);
         let same = goes_on.filter(|hole| hole.drill == drill);
-        self.hole = Some(same.unwrap_or(Hole::new(drill, initial)));
-        self.modal.motion = Motion::Drill;
+        self.state.hole = Some(same.unwrap_or(Hole::new(drill, initial)));
+        self.state.modal.motion = Motion::Drill;
         let pecks = matches!(drill, Drill::Peck | Drill::Chip);
         if pecks && self.program.dialect().flow == FlowStyle::Macro {
             self.note_opaque(word, "how far it goes back is the control's; taken as 0.254 mm");
@@ -181,9 +181,9 @@ impl Runner<'_> {
 
     /// A feed in another unit has to be given anew.
     fn set_feed_mode(&mut self, mode: FeedMode) {
-        if mode != self.modal.feed_mode {
-            self.modal.feed_mode = mode;
-            self.modal.feed = -1.0;
+        if mode != self.state.modal.feed_mode {
+            self.state.modal.feed_mode = mode;
+            self.state.modal.feed = -1.0;
         }
     }
 
@@ -195,21 +195,21 @@ impl Runner<'_> {
 
     fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
         if let Some(feed) = request.get(b'F') {
-            let unit = if self.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.modal.mm() };
-            self.modal.feed = feed * unit;
+            let unit = if self.state.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.state.modal.mm() };
+            self.state.modal.feed = feed * unit;
         }
         // With the position register S is the greatest speed, not the one to run at.
         if let Some(speed) = request.get(b'S').filter(|_| action != Action::SetRegister) {
-            self.modal.spindle_speed = speed;
+            self.state.modal.spindle_speed = speed;
         }
         if let Some(tool) = request.get(b'T') {
-            self.modal.tool = tool.round() as i32;
-            if self.program.dialect().tool_has_offset && self.modal.tool % 100 != 0 {
+            self.state.modal.tool = tool.round() as i32;
+            if self.program.dialect().tool_has_offset && self.state.modal.tool % 100 != 0 {
                 self.note_opaque(request.word(b'T'), "the offset in the control's table is taken as zero");
             }
         }
         if request.changes_tool {
-            self.spindle_tool = self.modal.tool;
+            self.state.spindle_tool = self.state.modal.tool;
         }
     }
 }

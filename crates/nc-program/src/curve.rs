@@ -34,39 +34,42 @@ impl Runner<'_> {
     pub(crate) fn set_pole(&mut self, request: &Request, from: PoleFrom) {
         let (target, words) = self.target(request, false);
         let pole = [0, 1, 2].map(|axis| {
-            let given = request.get(AXES[axis]).unwrap_or(0.0) * self.modal.axis_mm(axis);
+            let given = request.get(AXES[axis]).unwrap_or(0.0) * self.state.modal.axis_mm(axis);
             match from {
                 PoleFrom::Coordinates => target[axis],
                 PoleFrom::Zero => given,
-                PoleFrom::Position => self.position[axis] + given,
-                PoleFrom::Pole => self.pole[axis] + given,
+                PoleFrom::Position => self.state.position[axis] + given,
+                PoleFrom::Pole => self.state.pole[axis] + given,
             }
         });
-        self.pole = pole;
+        self.state.pole = pole;
         if from == PoleFrom::Coordinates {
-            self.modal.plane = match [0, 1, 2].map(|axis| words[axis] >= 0) {
+            self.state.modal.plane = match [0, 1, 2].map(|axis| words[axis] >= 0) {
                 [true, true, false] => Plane::Xy,
                 [false, true, true] => Plane::Yz,
                 [true, false, true] => Plane::Zx,
-                _ => self.modal.plane,
+                _ => self.state.modal.plane,
             };
         }
     }
 
     /// The end of a move given by radius and angle about the pole; what is not given stays as it is.
     pub(crate) fn polar_target(&self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
-        let (first, second, _) = self.modal.plane.axes();
-        let from = [self.position[first] - self.pole[first], self.position[second] - self.pole[second]];
+        let (first, second, _) = self.state.modal.plane.axes();
+        let from = [
+            self.state.position[first] - self.state.pole[first],
+            self.state.position[second] - self.state.pole[second],
+        ];
         let (radius, angle) = (from[0].hypot(from[1]), from[1].atan2(from[0]));
         let value = |letter: u8, now: f64, unit: f64| match request.get(letter).map(|value| value * unit) {
             Some(value) if request.reference(letter).unwrap_or(false) => now + value,
             Some(value) => value,
             None => now,
         };
-        let radius = value(POLAR_RADIUS, radius, self.modal.mm());
+        let radius = value(POLAR_RADIUS, radius, self.state.modal.mm());
         let angle = value(POLAR_ANGLE, angle, 1f64.to_radians());
-        end[first] = self.pole[first] + radius * angle.cos();
-        end[second] = self.pole[second] + radius * angle.sin();
+        end[first] = self.state.pole[first] + radius * angle.cos();
+        end[second] = self.state.pole[second] + radius * angle.sin();
         let word = request.word(POLAR_RADIUS).max(request.word(POLAR_ANGLE));
         (words[first], words[second]) = (word, word);
     }
@@ -79,7 +82,7 @@ impl Runner<'_> {
 
     /// Direction in which the move before arrives, in the plane; `None` without one.
     fn arriving(&self) -> Option<Point> {
-        let (first, second, _) = self.modal.plane.axes();
+        let (first, second, _) = self.state.modal.plane.axes();
         let last = self.path.len().checked_sub(1)?;
         let (start, end) = (self.path.start.get(last)?, self.path.end.get(last)?);
         let arc = self.path.arcs.last().filter(|arc| arc.of_move == last);
@@ -117,19 +120,19 @@ impl Runner<'_> {
 
     /// An arc through a point on its way.
     pub(crate) fn arc_through(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) {
-        let (first, second, third) = self.modal.plane.axes();
+        let (first, second, third) = self.state.modal.plane.axes();
         let middle = [0, 1, 2].map(|axis| {
-            let Some(value) = request.get(THROUGH[axis]) else { return self.position[axis] };
-            let increment = request.reference(THROUGH[axis]).unwrap_or(self.modal.incremental);
-            let value = value * self.modal.axis_mm(axis);
+            let Some(value) = request.get(THROUGH[axis]) else { return self.state.position[axis] };
+            let increment = request.reference(THROUGH[axis]).unwrap_or(self.state.modal.incremental);
+            let value = value * self.state.modal.axis_mm(axis);
             if increment {
-                self.position[axis] + value
+                self.state.position[axis] + value
             } else {
                 value
             }
         });
         let (from, to) = self.in_plane(end);
-        let flat = [middle[third], end[third]].iter().all(|at| (at - self.position[third]).abs() < 1e-9);
+        let flat = [middle[third], end[third]].iter().all(|at| (at - self.state.position[third]).abs() < 1e-9);
         let circle = circle_through(from, [middle[first], middle[second]], to).filter(|_| flat);
         match circle {
             Some(circle) => self.emit_arc(circle, circle.sweep, f64::NAN, end, words),
@@ -142,7 +145,7 @@ impl Runner<'_> {
     /// The arc of `AR`: with an end its circle, or with a centre its end too.
     pub(crate) fn arc_by_angle(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) -> bool {
         let Some(angle) = request.get(ARC_ANGLE).map(f64::to_radians) else { return false };
-        let clockwise = self.modal.motion == Motion::Clockwise;
+        let clockwise = self.state.modal.motion == Motion::Clockwise;
         let end = if self.names_axis(request) { end } else { self.turned(request, angle, clockwise) };
         let (from, to) = self.in_plane(end);
         let half = (to[0] - from[0]).hypot(to[1] - from[1]) / 2.0;
@@ -162,11 +165,11 @@ impl Runner<'_> {
 
     /// The end of an arc that has a centre and an angle.
     fn turned(&self, request: &Request, angle: f64, clockwise: bool) -> [f64; 3] {
-        let (first, second, _) = self.modal.plane.axes();
-        let centre = [first, second].map(|axis| self.centre_coordinate(request, axis, self.position[axis]));
-        let arm = [self.position[first] - centre[0], self.position[second] - centre[1]];
+        let (first, second, _) = self.state.modal.plane.axes();
+        let centre = [first, second].map(|axis| self.centre_coordinate(request, axis, self.state.position[axis]));
+        let arm = [self.state.position[first] - centre[0], self.state.position[second] - centre[1]];
         let (sin, cos) = if clockwise { (-angle).sin_cos() } else { angle.sin_cos() };
-        let mut end = self.position;
+        let mut end = self.state.position;
         end[first] = centre[0] + cos * arm[0] - sin * arm[1];
         end[second] = centre[1] + sin * arm[0] + cos * arm[1];
         end
@@ -175,10 +178,10 @@ impl Runner<'_> {
     /// The other coordinate of a line given by one coordinate and its angle with the plane's first axis.
     pub(crate) fn angled_target(&mut self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
         let Some(angle) = request.get(LINE_ANGLE).map(f64::to_radians) else { return };
-        let (first, second, _) = self.modal.plane.axes();
+        let (first, second, _) = self.state.modal.plane.axes();
         match (words[first] >= 0, words[second] >= 0) {
-            (true, false) => end[second] += (end[first] - self.position[first]) * angle.tan(),
-            (false, true) => end[first] += (end[second] - self.position[second]) / angle.tan(),
+            (true, false) => end[second] += (end[first] - self.state.position[first]) * angle.tan(),
+            (false, true) => end[first] += (end[second] - self.state.position[second]) / angle.tan(),
             _ => {
                 let message = format!("{}: the point where two lines meet is not worked out", self.block_text());
                 let hint = "write the coordinates of the point; the path goes on as if the angle were not there";
@@ -195,8 +198,8 @@ impl Runner<'_> {
     }
 
     fn in_plane(&self, end: [f64; 3]) -> (Point, Point) {
-        let (first, second, _) = self.modal.plane.axes();
-        ([self.position[first], self.position[second]], [end[first], end[second]])
+        let (first, second, _) = self.state.modal.plane.axes();
+        ([self.state.position[first], self.state.position[second]], [end[first], end[second]])
     }
 }
 

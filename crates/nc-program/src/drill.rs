@@ -58,23 +58,23 @@ struct Heights {
 impl Runner<'_> {
     /// A block under a drilling cycle.
     pub(crate) fn drill(&mut self, request: &Request) {
-        let (first, second, third) = self.modal.plane.axes();
-        let Some(mut hole) = self.hole else { return };
-        let mm = self.modal.mm();
-        hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| z * self.modal.axis_mm(third));
+        let (first, second, third) = self.state.modal.plane.axes();
+        let Some(mut hole) = self.state.hole else { return };
+        let mm = self.state.modal.mm();
+        hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| z * self.state.modal.axis_mm(third));
         hole.plane = request.get(b'R').map_or(hole.plane, |r| r * mm);
         hole.peck = request.get(b'Q').map_or(hole.peck, |q| q * mm);
-        self.hole = Some(hole);
+        self.state.hole = Some(hole);
         let repeats = request.get(b'L').or(request.get(b'K')).unwrap_or(1.0).round();
-        let base = if self.modal.incremental { hole.initial } else { 0.0 };
+        let base = if self.state.modal.incremental { hole.initial } else { 0.0 };
         let plane = hole.plane + base;
-        let bottom = hole.bottom + if self.modal.incremental { plane } else { 0.0 };
+        let bottom = hole.bottom + if self.state.modal.incremental { plane } else { 0.0 };
         if let Some(what) = unfit(&hole, plane, bottom, repeats) {
             let hint = "a drilling cycle wants Z and R, with Z the lower, and with pecks Q";
             return self.refuse(finding::MISPLACED, self.block_start(), what, hint);
         }
-        let mut target = self.position;
-        let clear = if self.retracts_to_plane { plane } else { hole.initial.max(plane) };
+        let mut target = self.state.position;
+        let clear = if self.state.retracts_to_plane { plane } else { hole.initial.max(plane) };
         if self.program.dialect().flow != FlowStyle::Macro {
             // LinuxCNC does not go across below R: it goes up first, or within a series of holes slantwise.
             if hole.initial < plane {
@@ -89,18 +89,18 @@ impl Runner<'_> {
             let mut words = [INHERITED; 3];
             for axis in [first, second] {
                 let Some(value) = request.get(AXES[axis]) else { continue };
-                let value = value * self.modal.axis_mm(axis);
-                target[axis] = if self.modal.incremental { target[axis] + value } else { value };
+                let value = value * self.state.modal.axis_mm(axis);
+                target[axis] = if self.state.modal.incremental { target[axis] + value } else { value };
                 words[axis] = request.word(AXES[axis]);
             }
             self.emit(MoveKind::Rapid, target, words);
             self.one_hole(&hole, &heights, target);
-            target[third] = self.position[third];
+            target[third] = self.state.position[third];
         }
     }
 
     fn one_hole(&mut self, hole: &Hole, heights: &Heights, at: [f64; 3]) {
-        if self.position[heights.third] != heights.plane {
+        if self.state.position[heights.third] != heights.plane {
             self.height(MoveKind::Rapid, at, heights.third, heights.plane, INHERITED);
         }
         if matches!(hole.drill, Drill::Peck | Drill::Chip) {

@@ -100,7 +100,7 @@ impl Runner<'_> {
             return next;
         }
         let arguments = self.arguments(statement.arguments);
-        self.store.enter(&arguments);
+        self.state.store.enter(&arguments);
         self.returns.push(next);
         block + 1
     }
@@ -138,12 +138,12 @@ impl Runner<'_> {
         let result = self.arguments(statement.arguments).first().copied();
         let depth = self.returns.len();
         let Some(next) = self.returns.pop() else { return statement.block + 1 };
-        while self.saved.last().is_some_and(|(_, kept)| *kept == Some(depth)) {
-            self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal);
+        while self.state.saved.last().is_some_and(|(_, kept)| *kept == Some(depth)) {
+            self.state.modal = self.state.saved.pop().map_or(self.state.modal, |(modal, _)| modal);
         }
-        self.store.leave();
-        self.store.set(Key::Name("_value".into()), result.unwrap_or(0.0));
-        self.store.set(Key::Name("_value_returned".into()), f64::from(u8::from(result.is_some())));
+        self.state.store.leave();
+        self.state.store.set(Key::Name("_value".into()), result.unwrap_or(0.0));
+        self.state.store.set(Key::Name("_value_returned".into()), f64::from(u8::from(result.is_some())));
         next
     }
 }

@@ -44,15 +44,15 @@ impl Frame {
 impl Runner<'_> {
     /// Changes what positions are called: the tool stays where it is.
     pub(crate) fn reframe(&mut self, change: impl FnOnce(&mut Frame)) {
-        let before = self.frame.total();
-        change(&mut self.frame);
-        let after = self.frame.total();
-        self.position = [0, 1, 2].map(|axis| self.position[axis] + before[axis] - after[axis]);
+        let before = self.state.frame.total();
+        change(&mut self.state.frame);
+        let after = self.state.frame.total();
+        self.state.position = [0, 1, 2].map(|axis| self.state.position[axis] + before[axis] - after[axis]);
     }
 
     /// The block's coordinates in mm, X a radius.
     fn given(&self, request: &Request) -> [Option<f64>; 3] {
-        [0, 1, 2].map(|axis| request.get(AXES[axis]).map(|value| value * self.modal.axis_mm(axis)))
+        [0, 1, 2].map(|axis| request.get(AXES[axis]).map(|value| value * self.state.modal.axis_mm(axis)))
     }
 
     /// G92: the present position gets the values given.
@@ -61,13 +61,13 @@ impl Runner<'_> {
             let message = "a shift of the position register by increments is not followed".into();
             self.warn(finding::OPAQUE, self.block_start(), message, "set it by X and Z");
         }
-        let (given, position) = (self.given(request), self.position);
+        let (given, position) = (self.given(request), self.state.position);
         let named = [0, 1, 2].map(|axis| given[axis].unwrap_or(position[axis]));
         self.reframe(|frame| {
             frame.register = [0, 1, 2].map(|axis| frame.register[axis] + position[axis] - named[axis]);
             frame.set_aside = frame.register;
         });
-        self.position = named; // exactly, without the rounding of the difference
+        self.state.position = named; // exactly, without the rounding of the difference
     }
 
     /// G52: the offset gets the values given, whatever the present position.
@@ -84,8 +84,8 @@ impl Runner<'_> {
 
     /// TRANS: the offset of every axis gets the values given, zero without one. ATRANS: it is increased by them.
     pub(crate) fn shift(&mut self, request: &Request, adds: bool) {
-        let given = [0, 1, 2].map(|axis| request.get(AXES[axis]).unwrap_or(0.0) * self.modal.mm());
-        if self.modal.diameter && given[0] != 0.0 {
+        let given = [0, 1, 2].map(|axis| request.get(AXES[axis]).unwrap_or(0.0) * self.state.modal.mm());
+        if self.state.modal.diameter && given[0] != 0.0 {
             let message = "X of the shift is taken as a radius, as controls do unless their machine data say otherwise";
             self.report(
                 Severity::Note,
@@ -113,7 +113,7 @@ impl Runner<'_> {
     pub(crate) fn set_data(&mut self, request: &Request) {
         let level = request.get(b'L').unwrap_or(0.0).round() as i64;
         let system = match request.get(b'P').unwrap_or(0.0).round() as i64 {
-            0 => self.frame.active,
+            0 => self.state.frame.active,
             number => usize::try_from(number).unwrap_or(usize::MAX),
         };
         let rotated = request.get(b'R').is_some_and(|angle| angle != 0.0);
@@ -122,7 +122,7 @@ impl Runner<'_> {
             let hint = "the path is given as if this block were not there";
             return self.warn(finding::OPAQUE, self.block_start(), message, hint);
         }
-        let (given, position, total) = (self.given(request), self.position, self.frame.total());
+        let (given, position, total) = (self.given(request), self.state.position, self.state.frame.total());
         self.reframe(|frame| {
             let others = [0, 1, 2].map(|axis| frame.register[axis] + frame.tool[axis]);
             let Some(offsets) = frame.work.get_mut(system) else { return };
@@ -136,7 +136,8 @@ impl Runner<'_> {
 
     /// G10 of controls where only L2 with P1 to P6 sets a work offset, and U, W or G91 add to it.
     pub(crate) fn set_work_offset(&mut self, request: &Request) {
-        let adds = self.modal.incremental || self.dialect_increments().is_some_and(|letters| request.any(&letters));
+        let adds =
+            self.state.modal.incremental || self.dialect_increments().is_some_and(|letters| request.any(&letters));
         let known = request.get(b'L') == Some(2.0) && request.get(b'P').is_some_and(|p| (1.0..=6.0).contains(&p));
         if known && !adds {
             return self.set_data(request);
@@ -148,8 +149,8 @@ impl Runner<'_> {
 
     /// Stores where the tool is.
     pub(crate) fn store_home(&mut self, number: usize) {
-        let (position, total) = (self.position, self.frame.total());
-        if let Some(home) = self.frame.home.get_mut(number) {
+        let (position, total) = (self.state.position, self.state.frame.total());
+        if let Some(home) = self.state.frame.home.get_mut(number) {
             *home = [0, 1, 2].map(|axis| position[axis] + total[axis]);
         }
     }

@@ -103,9 +103,9 @@ impl Runner<'_> {
     fn apply_function(&mut self, function: M, request: &mut Request) {
         match function {
             M::End => request.ends = true,
-            M::SaveState => self.saved.push((self.modal, None)),
-            M::SaveStateUntilReturn => self.saved.push((self.modal, Some(self.returns.len()))),
-            M::RestoreState => self.modal = self.saved.pop().map_or(self.modal, |(modal, _)| modal),
+            M::SaveState => self.state.saved.push((self.state.modal, None)),
+            M::SaveStateUntilReturn => self.state.saved.push((self.state.modal, Some(self.returns.len()))),
+            M::RestoreState => self.state.modal = self.state.saved.pop().map_or(self.state.modal, |(modal, _)| modal),
             M::ChangeTool => request.changes_tool = true,
             M::CallProgram => request.jump = Jump::Program,
             M::CallBlock => request.jump = Jump::Block,
@@ -118,7 +118,7 @@ impl Runner<'_> {
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
         let value = self.assigned(self.program.value_start(word), word.end());
         match key {
-            Some(key) if self.program.dialect().formulas => self.store.set(key, value), // one after another
+            Some(key) if self.program.dialect().formulas => self.state.store.set(key, value), // one after another
             Some(key) => request.assignments.push((key, value)),
             None => {}
         }
@@ -171,10 +171,10 @@ impl Runner<'_> {
 
     fn scope<'s>(&'s self, undefined: &'s mut Vec<(Key, usize)>) -> Scope<'s> {
         Scope {
-            store: &self.store,
-            modal: &self.modal,
-            frame: &self.frame,
-            position: self.position,
+            store: &self.state.store,
+            modal: &self.state.modal,
+            frame: &self.state.frame,
+            position: self.state.position,
             unset_is_zero: self.program.dialect().parameters.unset_is_zero,
             has_null: self.program.dialect().flow == FlowStyle::Macro,
             undefined,
@@ -191,7 +191,7 @@ impl Runner<'_> {
 
     fn report_undefined(&mut self, undefined: Vec<(Key, usize)>) {
         for (key, at) in undefined {
-            if self.undefined.contains(&key) {
+            if self.state.undefined.contains(&key) {
                 continue;
             }
             let text = key.text(self.program.dialect());
@@ -203,7 +203,7 @@ impl Runner<'_> {
             } else {
                 self.refuse(finding::PARAMETER, at, format!("parameter {text} has no value"), &hint);
             }
-            self.undefined.push(key);
+            self.state.undefined.push(key);
         }
     }
 }

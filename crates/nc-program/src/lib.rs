@@ -41,6 +41,7 @@ mod scan;
 mod scope;
 mod sections;
 mod session;
+mod state;
 mod statement;
 mod structured;
 mod tool;

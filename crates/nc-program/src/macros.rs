@@ -133,7 +133,7 @@ impl Runner<'_> {
         };
         if let Some(key) = self.key(at) {
             let value = self.assigned(at + equals + 1, end);
-            self.store.set(key, value);
+            self.state.store.set(key, value);
         }
     }
 

@@ -17,15 +17,15 @@ const POLAR: [u8; 2] = [POLAR_RADIUS, POLAR_ANGLE];
 impl Runner<'_> {
     /// Moves to the block's coordinates by the motion in force.
     pub(crate) fn motion(&mut self, request: &Request, in_machine: bool) {
-        if !(self.names_axis(request) || is_arc(self.modal.motion) && request.any(&CENTRES)) {
+        if !(self.names_axis(request) || is_arc(self.state.modal.motion) && request.any(&CENTRES)) {
             return self.warn_no_target(request);
         }
-        if self.modal.motion == Motion::Drill {
+        if self.state.modal.motion == Motion::Drill {
             return self.drill(request);
         }
         let (mut end, mut words) = self.target(request, in_machine);
         self.angled_target(request, &mut end, &mut words);
-        let kind = match self.modal.motion {
+        let kind = match self.state.modal.motion {
             Motion::Rapid => MoveKind::Rapid,
             Motion::Line if request.any(b"m") => MoveKind::Probe,
             Motion::Line => MoveKind::Line,
@@ -52,23 +52,23 @@ impl Runner<'_> {
 
     /// End of the move that the block asks for, and the words that set it.
     pub(crate) fn target(&self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
-        let (mut end, mut words) = (self.position, [INHERITED; 3]);
+        let (mut end, mut words) = (self.state.position, [INHERITED; 3]);
         for axis in 0..3 {
             let Some(value) = request.get(AXES[axis]) else {
                 let letter = self.dialect_increments().map_or(0, |letters| letters[axis]);
                 if let Some(value) = request.get(letter) {
-                    end[axis] += value * self.modal.axis_mm(axis);
+                    end[axis] += value * self.state.modal.axis_mm(axis);
                     words[axis] = request.word(letter);
                 }
                 continue;
             };
-            let increment = request.reference(AXES[axis]).unwrap_or(self.modal.incremental);
-            let radius = increment && self.modal.radius_increments;
-            let value = value * if radius { self.modal.mm() } else { self.modal.axis_mm(axis) };
+            let increment = request.reference(AXES[axis]).unwrap_or(self.state.modal.incremental);
+            let radius = increment && self.state.modal.radius_increments;
+            let value = value * if radius { self.state.modal.mm() } else { self.state.modal.axis_mm(axis) };
             end[axis] = if in_machine {
-                value - self.frame.total()[axis]
+                value - self.state.frame.total()[axis]
             } else if increment {
-                self.position[axis] + value
+                self.state.position[axis] + value
             } else {
                 value
             };
@@ -108,35 +108,35 @@ impl Runner<'_> {
     }
 
     pub(crate) fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3]) {
-        if !self.unit_is_known {
+        if !self.state.unit_is_known {
             self.warn_unit(words);
         }
-        if !self.diameter_is_known && self.modal.plane == Plane::Zx && words[0] >= 0 {
+        if !self.state.diameter_is_known && self.state.modal.plane == Plane::Zx && words[0] >= 0 {
             self.warn_diameter(words[0]);
         }
-        let state = self.path.state_index(&self.modal);
+        let state = self.path.state_index(&self.state.modal);
         self.path.kind.push(kind);
-        self.path.start.push(self.position);
+        self.path.start.push(self.state.position);
         self.path.end.push(end);
         self.path.words.push(words);
         self.path.block.push(self.block as i32);
         self.path.state.push(state);
-        self.position = end;
+        self.state.position = end;
     }
 
     fn warn_unit(&mut self, words: [i32; 3]) {
-        self.unit_is_known = true;
-        let unit = if self.modal.inch { "inch" } else { "millimetre" };
+        self.state.unit_is_known = true;
+        let unit = if self.state.modal.inch { "inch" } else { "millimetre" };
         let message = format!(
             "the program does not say its unit before its first move; read as {unit} (1 = {} mm)",
-            self.modal.mm()
+            self.state.modal.mm()
         );
         let at = self.word_start(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
         self.warn(finding::UNIT, at, message, "write G20 or G21 (G70 or G71) first, or name the unit");
     }
 
     fn warn_diameter(&mut self, word: i32) {
-        self.diameter_is_known = true;
+        self.state.diameter_is_known = true;
         let message = format!(
             "the program does not say whether X is a diameter, which hangs on machine data; {} is read as a radius",
             self.word_text(word)
@@ -165,8 +165,8 @@ impl Runner<'_> {
     }
 
     pub(crate) fn emit_arc(&mut self, circle: Circle, sweep: f64, radius: f64, end: [f64; 3], words: [i32; 3]) {
-        let (first, second, _) = self.modal.plane.axes();
-        let mut centre = self.position;
+        let (first, second, _) = self.state.modal.plane.axes();
+        let mut centre = self.state.position;
         centre[first] = circle.centre[0];
         centre[second] = circle.centre[1];
         self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep, radius });
@@ -188,10 +188,10 @@ impl Runner<'_> {
 
     /// The circle of an arc block, and its R in mm (NaN without one). I, J, K are radius values.
     fn circle(&self, request: &Request, end: [f64; 3]) -> Result<(Circle, f64), String> {
-        let (first, second, _) = self.modal.plane.axes();
-        let clockwise = self.modal.motion == Motion::Clockwise;
-        let (from, to) = ([self.position[first], self.position[second]], [end[first], end[second]]);
-        let mm = self.modal.mm();
+        let (first, second, _) = self.state.modal.plane.axes();
+        let clockwise = self.state.modal.motion == Motion::Clockwise;
+        let (from, to) = ([self.state.position[first], self.state.position[second]], [end[first], end[second]]);
+        let mm = self.state.modal.mm();
         if let Some(radius) = request.get(b'R').map(|radius| radius * mm) {
             let circle = arc::with_radius(from, to, radius, clockwise, self.resolution_mm() * 10.0);
             let chord = (to[0] - from[0]).hypot(to[1] - from[1]);
@@ -200,7 +200,7 @@ impl Runner<'_> {
         }
         let given = [request.get(CENTRES[first]), request.get(CENTRES[second])];
         if given == [None, None] && (request.any(&POLAR) || self.program.dialect().about_pole) {
-            let pole = [self.pole[first], self.pole[second]];
+            let pole = [self.state.pole[first], self.state.pole[second]];
             let why = || format!("an arc whose pole ({:.5}, {:.5}) mm is its start or end", pole[0], pole[1]);
             return arc::about(from, to, pole, clockwise).map(|circle| (circle, f64::NAN)).ok_or_else(why);
         }
@@ -217,15 +217,15 @@ impl Runner<'_> {
         let letter = CENTRES[axis];
         let value = request.get(letter).unwrap_or(0.0);
         match request.reference(letter) {
-            Some(false) => value * self.modal.axis_mm(axis),
-            None if self.modal.centre_absolute => value * self.modal.mm(),
-            _ => from + value * self.modal.mm(),
+            Some(false) => value * self.state.modal.axis_mm(axis),
+            None if self.state.modal.centre_absolute => value * self.state.modal.mm(),
+            _ => from + value * self.state.modal.mm(),
         }
     }
 
     fn resolution_mm(&self) -> f64 {
         let (inch, millimetre) = self.program.dialect().resolution;
-        if self.modal.inch {
+        if self.state.modal.inch {
             inch * 25.4
         } else {
             millimetre
@@ -239,11 +239,11 @@ impl Runner<'_> {
             let (through, words) = self.target(request, false);
             self.emit(MoveKind::Rapid, through, words);
         }
-        let total = self.frame.total();
-        let home = self.frame.home.get(number).copied().unwrap_or_default();
+        let total = self.state.frame.total();
+        let home = self.state.frame.home.get(number).copied().unwrap_or_default();
         let increments = self.dialect_increments().unwrap_or([0; 3]);
         let goes = |axis: usize| !some || [AXES[axis], increments[axis]].iter().any(|l| request.get(*l).is_some());
-        let end = [0, 1, 2].map(|axis| if goes(axis) { home[axis] - total[axis] } else { self.position[axis] });
+        let end = [0, 1, 2].map(|axis| if goes(axis) { home[axis] - total[axis] } else { self.state.position[axis] });
         self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
     }
 
@@ -259,22 +259,22 @@ impl Runner<'_> {
     /// A longitudinal turning cycle, taken apart.
     pub(crate) fn turning_cycle(&mut self, request: &Request) {
         let (end, _) = self.target(request, false);
-        let mm = self.modal.mm();
+        let mm = self.state.modal.mm();
         let cycle = Turning {
-            start: [self.position[0], self.position[2]],
+            start: [self.state.position[0], self.state.position[2]],
             end: [end[0], end[2]],
             depth_of_cut: request.cycle_parameter(1).unwrap_or(0.0) * mm,
             taper_start_z: request.cycle_parameter(2).map_or(end[2], |value| value * mm),
         };
         let Some(steps) = cycle.steps() else {
-            let (depth, total) = (cycle.depth_of_cut, end[0] - self.position[0]);
+            let (depth, total) = (cycle.depth_of_cut, end[0] - self.state.position[0]);
             let message = format!("a turning cycle of {total:.5} mm in passes of {depth:.5} mm");
             let hint = "give P1=, the depth of cut on the radius, and an X other than the start's";
             return self.refuse(finding::MISPLACED, self.block_start(), message, hint);
         };
         for (at_feed, [x, z]) in steps {
             let kind = if at_feed { MoveKind::Line } else { MoveKind::Rapid };
-            self.emit(kind, [x, self.position[1], z], [INHERITED; 3]);
+            self.emit(kind, [x, self.state.position[1], z], [INHERITED; 3]);
         }
     }
 }

@@ -4,16 +4,15 @@ use std::cell::OnceCell;
 
 use crate::compensate::compensated;
 use crate::dialect::FlowStyle;
-use crate::drill::Hole;
 use crate::finding::{self, Finding, Severity};
 use crate::flow::Table;
-use crate::frame::Frame;
 use crate::labels::Labels;
 use crate::modal::Modal;
-use crate::parameters::{Key, Store};
+use crate::parameters::Key;
 use crate::path::ToolPath;
 use crate::program::{Block, Program};
 use crate::request::Request;
+use crate::state::State;
 use crate::tool::Tool;
 use crate::visit::Visit;
 
@@ -81,35 +80,13 @@ pub(crate) struct Runner<'a> {
     pub next: usize,
     /// Blocks from this index on are not run.
     pub until: usize,
-    /// Tape marks met.
-    pub tape_marks: usize,
     /// Calls and contours under way.
     pub visits: Vec<Visit>,
-    /// Block of the O number of the program being run; `None` before the first.
-    pub program_start: Option<usize>,
     /// Numbers of blocks and programs, once they are asked for.
     pub labels: OnceCell<Labels>,
-    pub modal: Modal,
-    /// The T word at the last tool change by M06; −1 before.
-    pub spindle_tool: i32,
-    /// The drilling cycle in force.
-    pub hole: Option<Hole>,
-    /// Drilling cycles retract to the plane R.
-    pub retracts_to_plane: bool,
-    /// States put away by the program, and whether its subroutine's end brings each back.
-    pub saved: Vec<(Modal, Option<usize>)>,
-    pub unit_is_known: bool,
-    pub diameter_is_known: bool,
-    pub frame: Frame,
-    /// Where the tool is, in the frame in force.
-    pub position: [f64; 3],
-    /// The pole of polar coordinates, in the frame in which it was set.
-    pub pole: [f64; 3],
-    pub store: Store,
+    pub state: State,
     pub path: ToolPath,
     pub findings: Vec<Finding>,
-    /// Parameters without a value that were reported already.
-    pub undefined: Vec<Key>,
     /// Blocks to return to from subroutines.
     pub returns: Vec<usize>,
     /// Repeat loops under way: their first block and the turns left.
@@ -118,10 +95,6 @@ pub(crate) struct Runner<'a> {
 
 impl<'a> Runner<'a> {
     pub(crate) fn new(program: &'a Program, options: &'a Options, table: &'a Table, findings: Vec<Finding>) -> Self {
-        let mut store = Store::default();
-        for (key, value) in &options.parameters {
-            store.set(key.clone(), *value);
-        }
         Self {
             program,
             table,
@@ -129,24 +102,11 @@ impl<'a> Runner<'a> {
             block: 0,
             next: 0,
             until: usize::MAX,
-            tape_marks: 0,
             visits: Vec::new(),
-            program_start: None,
             labels: OnceCell::new(),
-            modal: options.initial.unwrap_or(program.dialect().initial),
-            spindle_tool: -1,
-            hole: None,
-            retracts_to_plane: program.dialect().rules.retracts_to_plane,
-            saved: Vec::new(),
-            unit_is_known: options.unit_is_known,
-            diameter_is_known: options.diameter_is_known || !program.dialect().rules.diameter_is_machine_data,
-            frame: Frame::new(),
-            position: options.position,
-            pole: [0.0; 3],
-            store,
+            state: State::new(program, options),
             path: ToolPath::default(),
             findings,
-            undefined: Vec::new(),
             returns: Vec::new(),
             counters: Vec::new(),
         }
@@ -164,8 +124,9 @@ impl<'a> Runner<'a> {
             let Some(block) = self.upcoming() else { return true };
             self.block = self.next;
             self.next += 1;
-            self.tape_marks += usize::from(block.tape_mark && self.program.dialect().flow != FlowStyle::Structured);
-            if self.tape_marks > 1 || self.leaves_program() {
+            self.state.tape_marks +=
+                usize::from(block.tape_mark && self.program.dialect().flow != FlowStyle::Structured);
+            if self.state.tape_marks > 1 || self.leaves_program() {
                 return false;
             }
             if (self.options.optional_blocks || !block.optional) && self.one(&mut request) {

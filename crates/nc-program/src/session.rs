@@ -1,34 +1,13 @@
 //! A run in parts: a program too large to be held is read some lines at a time, and the state goes on from part to part.
 
 use crate::dialect::{FlowStyle, Name, G, M};
-use crate::drill::Hole;
 use crate::finding::Finding;
 use crate::flow::Table;
-use crate::frame::Frame;
-use crate::modal::{Modal, Motion};
-use crate::parameters::{Key, Store};
+use crate::modal::Motion;
 use crate::path::ToolPath;
 use crate::program::{Program, Word, WordKind};
 use crate::run::{Options, Runner};
-
-/// What goes on from part to part.
-#[derive(Debug)]
-struct State {
-    modal: Modal,
-    saved: Vec<(Modal, Option<usize>)>,
-    unit_is_known: bool,
-    diameter_is_known: bool,
-    frame: Frame,
-    position: [f64; 3],
-    pole: [f64; 3],
-    store: Store,
-    undefined: Vec<Key>,
-    tape_marks: usize,
-    spindle_tool: i32,
-    hole: Option<Hole>,
-    retracts_to_plane: bool,
-    in_program: bool,
-}
+use crate::state::State;
 
 /// A run in parts. Only of programs of which no block [`jumps`]: a part knows nothing of the others' blocks.
 #[derive(Debug)]
@@ -58,82 +37,13 @@ impl Session {
         let table = Table::read(part, &mut findings);
         let mut runner = Runner::new(part, &self.options, &table, findings);
         if let Some(state) = self.state.take() {
-            resume(&mut runner, state);
+            runner.state = state.going_on();
         }
         runner.until = until;
         self.ended = !runner.blocks();
-        let (state, path, findings) = put_away(runner);
-        self.state = Some(state);
-        (path, findings)
+        self.state = Some(runner.state);
+        (runner.path, runner.findings)
     }
-}
-
-fn resume(runner: &mut Runner, state: State) {
-    runner.modal = state.modal;
-    runner.saved = state.saved;
-    runner.unit_is_known = state.unit_is_known;
-    runner.diameter_is_known = state.diameter_is_known;
-    runner.frame = state.frame;
-    runner.position = state.position;
-    runner.pole = state.pole;
-    runner.store = state.store;
-    runner.undefined = state.undefined;
-    runner.tape_marks = state.tape_marks;
-    runner.spindle_tool = state.spindle_tool;
-    runner.hole = state.hole;
-    runner.retracts_to_plane = state.retracts_to_plane;
-    // No block of a later part is the program's own O number.
-    runner.program_start = state.in_program.then_some(usize::MAX);
-}
-
-/// Names every field: one that is new must be thought of here.
-fn put_away(runner: Runner) -> (State, ToolPath, Vec<Finding>) {
-    let Runner {
-        program: _,
-        table: _,
-        options: _,
-        block: _,
-        next: _,
-        until: _,
-        visits: _,
-        labels: _,
-        returns: _,
-        counters: _,
-        program_start,
-        modal,
-        saved,
-        unit_is_known,
-        diameter_is_known,
-        frame,
-        position,
-        pole,
-        store,
-        path,
-        findings,
-        undefined,
-        tape_marks,
-        spindle_tool,
-        hole,
-        retracts_to_plane,
-    } = runner;
-    let in_program = program_start.is_some();
-    let state = State {
-        modal,
-        saved,
-        unit_is_known,
-        diameter_is_known,
-        frame,
-        position,
-        pole,
-        store,
-        undefined,
-        tape_marks,
-        spindle_tool,
-        hole,
-        retracts_to_plane,
-        in_program,
-    };
-    (state, path, findings)
 }
 
 /// Whether a block may send the run elsewhere: loops, calls, contours by number; or looks back.

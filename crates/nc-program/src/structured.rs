@@ -84,9 +84,9 @@ impl Runner<'_> {
         };
         let value = match assign {
             None => first,
-            Some(step) => self.store.get(&key).unwrap_or(f64::NAN) + step,
+            Some(step) => self.state.store.get(&key).unwrap_or(f64::NAN) + step,
         };
-        self.store.set(key, value);
+        self.state.store.set(key, value);
         Some(value <= bound)
     }
 
@@ -154,7 +154,7 @@ impl Runner<'_> {
                 let (given, after) = self.value(at + 1);
                 (value, at) = (given, space(after));
             }
-            self.store.set(key, value);
+            self.state.store.set(key, value);
             if source.get(at) != Some(&b',') {
                 return;
             }

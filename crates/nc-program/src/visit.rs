@@ -27,11 +27,11 @@ impl Runner<'_> {
             FlowStyle::Structured => program_name(self.program, self.block).is_some(),
             _ => false,
         };
-        if !starts || self.program_start.is_some_and(|start| start == self.block) {
+        if !starts || self.state.program_start.is_some_and(|start| start == self.block) {
             return false;
         }
-        if self.program_start.is_none() {
-            self.program_start = Some(self.block);
+        if self.state.program_start.is_none() {
+            self.state.program_start = Some(self.block);
             return false;
         }
         !self.go_back()
@@ -81,7 +81,7 @@ impl Runner<'_> {
             return;
         }
         self.visits.push(Visit::Program { start, left, back: self.next });
-        (self.program_start, self.next) = (Some(start), start);
+        (self.state.program_start, self.next) = (Some(start), start);
     }
 
     fn too_deep(&mut self) -> bool {
@@ -97,10 +97,10 @@ impl Runner<'_> {
     pub(crate) fn go_back(&mut self) -> bool {
         while let Some(visit) = self.visits.pop() {
             let Visit::Program { start, left, back } = visit else { continue };
-            (self.program_start, self.next) = (Some(usize::MAX), back);
+            (self.state.program_start, self.next) = (Some(usize::MAX), back);
             if left > 1 {
                 self.visits.push(Visit::Program { start, left: left - 1, back });
-                (self.program_start, self.next) = (Some(start), start);
+                (self.state.program_start, self.next) = (Some(start), start);
             }
             return true;
         }
@@ -132,8 +132,8 @@ impl Runner<'_> {
             );
             self.next = if self.block < last { last + 1 } else { self.next };
         } else if !self.too_deep() {
-            let total = self.frame.total();
-            let from = [0, 1, 2].map(|axis| self.position[axis] + total[axis]);
+            let total = self.state.frame.total();
+            let from = [0, 1, 2].map(|axis| self.state.position[axis] + total[axis]);
             self.visits.push(Visit::Contour { last, back: self.next, from });
             self.next = first;
         }
@@ -147,9 +147,9 @@ impl Runner<'_> {
         }
         self.visits.pop();
         self.next = back;
-        let total = self.frame.total();
+        let total = self.state.frame.total();
         let end = [0, 1, 2].map(|axis| from[axis] - total[axis]);
-        if end != self.position {
+        if end != self.state.position {
             self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
         }
     }

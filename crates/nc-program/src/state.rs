@@ -1,0 +1,67 @@
+//! What a run knows between two blocks, and takes along from one part of a program to the next.
+
+use crate::drill::Hole;
+use crate::frame::Frame;
+use crate::modal::Modal;
+use crate::parameters::{Key, Store};
+use crate::program::Program;
+use crate::run::Options;
+
+/// The state of the control; and what was met or said already.
+#[derive(Debug)]
+pub(crate) struct State {
+    pub modal: Modal,
+    /// States put away by the program, and whether its subroutine's end brings each back.
+    pub saved: Vec<(Modal, Option<usize>)>,
+    pub unit_is_known: bool,
+    pub diameter_is_known: bool,
+    pub frame: Frame,
+    /// Where the tool is, in the frame in force.
+    pub position: [f64; 3],
+    /// The pole of polar coordinates, in the frame in which it was set.
+    pub pole: [f64; 3],
+    pub store: Store,
+    /// Parameters without a value that were reported already.
+    pub undefined: Vec<Key>,
+    /// Tape marks met.
+    pub tape_marks: usize,
+    /// The T word at the last tool change by M06; −1 before.
+    pub spindle_tool: i32,
+    /// The drilling cycle in force.
+    pub hole: Option<Hole>,
+    /// Drilling cycles retract to the plane R.
+    pub retracts_to_plane: bool,
+    /// Block of the O number of the program being run; `None` before the first.
+    pub program_start: Option<usize>,
+}
+
+impl State {
+    /// Before the first block.
+    pub fn new(program: &Program, options: &Options) -> Self {
+        let (dialect, mut store) = (program.dialect(), Store::default());
+        for (key, value) in &options.parameters {
+            store.set(key.clone(), *value);
+        }
+        Self {
+            modal: options.initial.unwrap_or(dialect.initial),
+            saved: Vec::new(),
+            unit_is_known: options.unit_is_known,
+            diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
+            frame: Frame::new(),
+            position: options.position,
+            pole: [0.0; 3],
+            store,
+            undefined: Vec::new(),
+            tape_marks: 0,
+            spindle_tool: -1,
+            hole: None,
+            retracts_to_plane: dialect.rules.retracts_to_plane,
+            program_start: None,
+        }
+    }
+
+    /// For the blocks of the next part: none of them is the program's own O number.
+    pub fn going_on(self) -> Self {
+        Self { program_start: self.program_start.map(|_| usize::MAX), ..self }
+    }
+}
