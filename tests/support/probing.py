@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trueloop.controllers.probing import Settings
+from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Severity
 from trueloop.gauging.obstacle import stock_obstacle
 from trueloop.gauging.plan import GaugingPoints, Spacing, equally_spaced
@@ -25,16 +25,19 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 STYLUS = Stylus(1.5, 0.75, 50.0, np.pi / 4)
 APPROACH = Approach(stand_off_mm=2.0, overtravel_mm=1.0, margin_mm=0.4)
 STEP = checked_profile([Line("cylinder", (40.0, -30.0), (40.0, 0.0)), Line("face", (40.0, 0.0), (0.0, 0.0))])
-COMMENT = re.compile(r";.*")
-WORD = re.compile(r"([XZ])\s*([-+]?\d*\.?\d+)")
 READ_AS = {
     "linuxcnc": "linuxcnc",
     "fanuc": "fanuc-lathe",
     "haas": "haas-lathe",
     "renishaw": "fanuc-lathe",
+    "siemens": "siemens",
     "ge2000t": "ge2000t",
 }
-SYSTEM_VARIABLES = ("#5061", "#5062", "#5063")
+RESULTS = {"#5061": 0.0, "#5062": 0.0, "#5063": 0.0, "$AA_MW[X]": 0.0, "$AA_MW[Z]": 0.0, "$AC_MEA[1]": 1.0}
+"""What a control puts into variables of its own when it has touched."""
+OUTPUT = re.compile(r'^(?:DPRNT\[(.*)\]|WRITE\(FAULT,"\w+",("X".*)\))$', re.MULTILINE)
+"""The statement that logs a touch: Fanuc's, or Siemens'."""
+MILLIMETRES = Settings()
 INCREMENT = {"X": "U", "Z": "W"}
 
 
@@ -50,15 +53,14 @@ class ProbeMove:
 def moves_of(text: str, control: str, plan: ProbePlan, program: Settings) -> list[ProbeMove]:
     """Every move of a probing program once both coordinates are known, as trueloop's reader of that control runs it.
 
-    What the control itself would put into variables is given as zero: nothing moves by it. A control that trueloop does
-    not read is read word by word.
+    Nothing moves by what the control itself puts into variables.
     """
-    if control not in READ_AS:
-        return _moves_by_words(text, program)
     if control == "renishaw":
         text = _without_macros(text, plan, program)
-    path = read_program(text.encode(), READ_AS[control]).run({name: 0.0 for name in SYSTEM_VARIABLES if name in text})
-    assert not [found for found in path.findings if found.severity != Severity.NOTE], path.findings
+    read = read_program(text.encode(), READ_AS[control])
+    path = read.run({name: value for name, value in RESULTS.items() if name in text})
+    findings = [*read.findings, *path.findings]
+    assert not [found for found in findings if found.severity != Severity.NOTE], findings
     touching = path.motion == Motion.PROBE
     if control == "ge2000t":
         touching = np.abs(path.feed - program.probe_feed_mm_per_min) < 1e-3 * program.probe_feed_mm_per_min
@@ -80,22 +82,6 @@ def _without_macros(text: str, plan: ProbePlan, program: Settings) -> str:
         return f"G31 {axis}{end:.5f} F60.\nG1 {INCREMENT[axis]}{back:.5f} F60."
 
     return re.sub(r"G65 P9811 ([XZ])(\S+) Q(\S+)", touch, text.replace("G65 P9810", "G1"))
-
-
-def _moves_by_words(text: str, program: Settings) -> list[ProbeMove]:
-    at: dict[str, float] = {}
-    moves = []
-    for raw in text.splitlines():
-        line = "" if raw.startswith(("WRITE", "R1=")) else COMMENT.sub("", raw)
-        words = {letter: float(value) * program.unit_mm for letter, value in WORD.findall(line)}
-        if not words:
-            continue
-        if "X" in words and program.diameter:
-            words["X"] /= 2
-        before, at = at, at | words
-        if len(before) == 2:
-            moves.append(ProbeMove((before["X"], before["Z"]), (at["X"], at["Z"]), "MEAS=1" in line))
-    return moves
 
 
 def plan_of(
@@ -125,8 +111,25 @@ def example_plan(name: str, allowance_mm: float = 0.254) -> ProbePlan:
     return probe_plan(inputs.profile, points_of(inputs), obstacle, STYLUS, approach, inputs.touches.point)
 
 
-def log_of(plan: ProbePlan, centres_mm: Array, rows: Sequence[int] | None = None, diameter: bool = True) -> str:
-    """What a Fanuc would write of touches at these centres, in this order."""
+def log_of(
+    plan: ProbePlan,
+    centres_mm: Array,
+    rows: Sequence[int] | None = None,
+    control: str = "fanuc",
+    program: Settings = MILLIMETRES,
+) -> str:
+    """What a control writes of touches at these centres, in this order: its probing program's own output statements."""
+    statements = OUTPUT.findall(probing_program(plan, control, program))
+    scale = np.array([2.0 if program.diameter else 1.0, 1.0]) / program.unit_mm
     rows = range(len(plan.touches)) if rows is None else rows
-    factor = 2.0 if diameter else 1.0
-    return "".join(f"X{factor * centres_mm[k][0]:.4f}Z{centres_mm[k][1]:.4f}\n" for k in rows)
+    return "".join(f"{_written(statements[k], scale * centres_mm[k])}\n" for k in rows)
+
+
+def _written(statement: tuple[str, str], values: Array) -> str:
+    dprnt, siemens = statement
+    if siemens:
+        names = dict(zip(("R1", "R2"), values, strict=True))
+        return "".join(part.strip('"') if '"' in part else f"{names[part]:.10g}" for part in siemens.split("<<"))
+    in_order = iter(values)
+    # Leading zeros are blanks, and one stands for the sign.
+    return re.sub(r"#\d+\[(\d)(\d)\]", lambda f: f"{next(in_order):{int(f[1]) + int(f[2]) + 2}.{f[2]}f}", dprnt)

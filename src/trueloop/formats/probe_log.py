@@ -15,7 +15,9 @@ from trueloop.formats.input_file import read_text
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH
 
-WORDS: Final = re.compile(r"X\s*([-+]?[\d.]+)\s*Z\s*([-+]?[\d.]+)", re.IGNORECASE)
+NUMBER: Final = r"([-+]?[\d.]+(?:EX?[-+]?\d+)?)"
+"""Siemens writes an exponent as EX."""
+WORDS: Final = re.compile(rf"X\s*{NUMBER}\s*Z\s*{NUMBER}(?![\w.])", re.IGNORECASE)
 LINUXCNC_NUMBERS: Final = 9
 
 
@@ -74,6 +76,10 @@ def _numbers(line: str) -> Point | None:
 def _words(line: str) -> Point | None:
     found = WORDS.search(line)
     try:
-        return (float(found[1]), float(found[2])) if found else None
+        return (_value(found[1]), _value(found[2])) if found else None
     except ValueError:
         return None
+
+
+def _value(text: str) -> float:
+    return float(text.upper().replace("EX", "E"))

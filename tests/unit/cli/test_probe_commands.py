@@ -43,7 +43,8 @@ def test_the_plan_lists_every_touch() -> None:
     assert [touch["point"] for touch in touches] == [str(k) for k in range(1, 33)]
 
 
-def test_what_a_control_logged_becomes_the_touches_of_the_job(tmp_path: Path) -> None:
+@pytest.mark.parametrize("control", ["fanuc", "haas", "siemens"])
+def test_what_a_control_logged_becomes_the_touches_of_the_job(control: str, tmp_path: Path) -> None:
     probing = read_probing(JOB)
     plan, calibration = probing.plan, probing.probe.calibration
     assert calibration is not None
@@ -51,13 +52,13 @@ def test_what_a_control_logged_becomes_the_touches_of_the_job(tmp_path: Path) ->
     error = np.linspace(-0.05, 0.09, 32)
     off = plan.approach.allowance_mm + error + calibration.radius_mm(normal)
     centres = np.array([touch.nominal_mm for touch in plan.touches]) + off[:, None] * normal
-    (tmp_path / "log.txt").write_text(log_of(plan, centres))
-    run("probe", "read", JOB, tmp_path / "log.txt", "--control", "fanuc", "-o", tmp_path / "touches.csv")
+    (tmp_path / "log.txt").write_text(log_of(plan, centres, control=control))
+    run("probe", "read", JOB, tmp_path / "log.txt", "--control", control, "-o", tmp_path / "touches.csv")
     with (tmp_path / "touches.csv").open() as file:
         found = [float(row["error_um"]) for row in csv.DictReader(file)]
     assert np.allclose(found, 1000 * error, atol=0.1)
     (tmp_path / "log.txt").write_text("X1.0Z1.0\n")
-    said = run("probe", "read", JOB, tmp_path / "log.txt", "--control", "fanuc", status=3)
+    said = run("probe", "read", JOB, tmp_path / "log.txt", "--control", control, status=3)
     assert "log.txt:1" in said and "PRB-OTHER" in said
 
 

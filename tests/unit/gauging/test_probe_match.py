@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.probing import APPROACH, STEP, example_plan, log_of, plan_of
+from trueloop.controllers.probing import Settings
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.probe_log import parse_probe_log
 from trueloop.gauging.calibration import BallCalibration
@@ -39,7 +40,9 @@ def test_errors_come_back_whatever_the_order_and_the_diameter_mode(name: str, di
     rng = np.random.default_rng(1)
     error = rng.normal(0.0, 0.05, len(plan.touches))
     rows = rng.permutation(len(plan.touches))
-    matched = read(plan, log_of(plan, reported(plan, error), list(rows), diameter), diameter=diameter)
+    matched = read(
+        plan, log_of(plan, reported(plan, error), list(rows), program=Settings(diameter=diameter)), diameter=diameter
+    )
     assert [touch.point for touch in matched.touches] == [touch.point for touch in plan.touches]
     assert np.allclose(errors(matched), error, atol=1.5e-4)
     assert {found.code for found in matched.findings} == {Code.PRB_ORDER}

@@ -1,16 +1,13 @@
 """Sinumerik programs: words, edits of them, what is said of them."""
 
-import numpy as np
 import pytest
 
-from tests.support.probing import example_plan
-from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.edit import apply_edits, coordinate_text, displace_word
 from trueloop.nc.guess import guess_dialect
 from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import CoordinateState, Motion
+from trueloop.nc.tool_path import CoordinateState
 
 RADIUS = CoordinateState(inch=False, diameter=False)
 
@@ -115,15 +112,6 @@ def test_what_is_said_of_a_program(text: str, code: Code, message: str) -> None:
     found = [*program.findings, *program.run(strict=False, block_limit=1000).findings]
     assert any(finding.code == code and message in finding.message for finding in found), found
     assert all(finding.place.line for finding in found)
-
-
-def test_trueloop_reads_its_own_probing_program() -> None:
-    plan = example_plan("modbas2")
-    read = siemens(probing_program(plan, "siemens", Settings(inch=True)))
-    path = read.run()
-    probed = path.end_mm[path.motion == Motion.PROBE][:, [0, 2]]
-    assert probed == pytest.approx(np.array([touch.target_mm for touch in plan.touches]), abs=3e-4)
-    assert not [finding for finding in read.findings if finding.code in (Code.NC_WORD, Code.NC_CODE)]
 
 
 @pytest.mark.parametrize("text", ["N10 G1 X=R1+10 F100 ; to the face\nN20 DIAMON\nM30", "%_N_A_MPF\nG71\nCR=5\nM17"])

@@ -33,7 +33,7 @@ def macro_program(plan: ProbePlan, settings: Settings) -> str:
         feed = settings.feed(settings.position_feed_mm_per_min)
         lines += [f"G65 P9810 {settings.words(place)} {feed}" for place in (*touch.way_mm, touch.start_mm)]
         lines.append(f"G65 P9811 {_axis_word(plan, touch, settings)} Q{settings.number(plan.approach.overtravel_mm)}")
-        lines.append("DPRNT[X#135[53]Z#137[53]]")
+        lines.append(_logged("#135", "#137", settings))
     feed = settings.feed(settings.position_feed_mm_per_min)
     back = [f"G65 P9810 {settings.words(place)} {feed}" for place in plan.retreat_mm]
     return "\n".join([*lines, "PCLOS", *back, "G65 P9833", "M30", "%", ""])
@@ -46,7 +46,7 @@ def _skip_program(plan: ProbePlan, settings: Settings, z_result: str) -> str:
         lines.append(_comment(f"point {touch.point} on {touch.feature}"))
         lines += [f"G1 {settings.words(place)} {position}" for place in (*touch.way_mm, touch.start_mm)]
         lines += [f"G31 {settings.words(touch.target_mm)} {probe}"]
-        lines += ["#101=#5061", f"#102={z_result}", "DPRNT[X#101[53]Z#102[53]]"]
+        lines += ["#101=#5061", f"#102={z_result}", _logged("#101", "#102", settings)]
         lines += [f"G1 {settings.words(touch.start_mm)} {position}"]
     back = [f"G1 {settings.words(place)} {position}" for place in plan.retreat_mm]
     return "\n".join([*lines, "PCLOS", *back, "M30", "%", ""])
@@ -73,6 +73,12 @@ def _axis_word(plan: ProbePlan, touch: PlannedTouch, settings: Settings) -> str:
         "measures along X or Z only",
         hint="use the control's own skip cycle: --control fanuc",
     )
+
+
+def _logged(x: str, z: str, settings: Settings) -> str:
+    """Eight digits a number, the most there are: to 0.1 µm or 0.00001 in, as coordinates are written."""
+    digits = f"{8 - settings.decimals}{settings.decimals}"
+    return f"DPRNT[X{x}[{digits}]Z{z}[{digits}]]"
 
 
 def _comment(text: str) -> str:

@@ -29,15 +29,19 @@ class Settings:
         """Millimetres in a program unit."""
         return MM_PER_INCH if self.inch else 1.0
 
+    @property
+    def decimals(self) -> int:
+        """Of a length: 0.1 µm or 0.00001 in."""
+        return 5 if self.inch else 4
+
     def words(self, point_mm: Point) -> str:
         """`X… Z…` of the ball's centre, in the program's unit, X as a diameter where that is the mode."""
         x, z = point_mm
         return f"X{self.number(x * (2.0 if self.diameter else 1.0))} Z{self.number(z)}"
 
     def number(self, length_mm: float) -> str:
-        """A length in program units, to 0.1 µm or 0.00001 in, always with its decimal point."""
-        decimals = 5 if self.inch else 4
-        text = f"{length_mm / self.unit_mm:.{decimals}f}".rstrip("0")
+        """A length in program units, always with its decimal point."""
+        text = f"{length_mm / self.unit_mm:.{self.decimals}f}".rstrip("0")
         return "0." if text in ("-0.", "0.") else text
 
     def feed(self, mm_per_min: float) -> str:
