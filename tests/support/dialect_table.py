@@ -130,10 +130,10 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G81 X1. Z-1. R1. F9.",
     ),
     "Corners between two blocks (,R ,C)": _for(
-        heidenhain="0 BEGIN PGM A MM\n1 L X+1 F100\n2 RND R5",
-        siemens="G71 G1 X1 F1 RND=0.5",
-        lathe="G21 G01 X1. ,R.5",
-        mill="G21 G01 X1. ,C.5",
+        heidenhain="0 BEGIN PGM A MM\n1 L X+9 F100\n2 RND R5\n3 L Y+9",
+        siemens="G71 G1 X9 F1 RND=0.5\nY9 CHF=0.5\nX0 CHR=0.5\nY0",
+        lathe="G21 G01 X9. ,R.5\nZ9. ,C.5\nX0.",
+        mill="G21 G01 X9. ,C.5\nY9. ,R.5\nX0.",
     ),
     "Angles in place of a coordinate (A)": _for(siemens="G71 G18 DIAMOF G1 X1 ANG=45 F1", lathe="G21 G01 X1. A45."),
     "Path of the tool under G41, G42": _for(

@@ -40,7 +40,10 @@ impl Runner<'_> {
             }
         }
         match action {
-            Action::Motion(in_machine) => self.motion(request, in_machine),
+            Action::Motion(in_machine) => {
+                self.motion(request, in_machine);
+                self.ask_corner(request);
+            }
             Action::SetRegister => self.set_register(request),
             Action::OffsetRegister => self.offset_register(request),
             Action::Pole(from) => self.set_pole(request, from),
@@ -194,7 +197,7 @@ impl Runner<'_> {
     }
 
     fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
-        if let Some(feed) = request.get(b'F') {
+        if let Some(feed) = request.get(b'F').filter(|_| !self.is_corner(request)) {
             let unit = if self.state.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.state.modal.mm() };
             self.state.modal.feed = feed * unit;
         }

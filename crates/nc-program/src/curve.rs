@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use crate::arc::{self, Circle, Point};
 use crate::finding;
 use crate::modal::{Motion, Plane};
+use crate::offset::{meeting, Piece};
 use crate::path::MoveKind;
 use crate::request::Request;
 use crate::run::{Runner, AXES};
@@ -13,7 +14,6 @@ use crate::run::{Runner, AXES};
 pub(crate) const POLAR_RADIUS: u8 = b'p';
 pub(crate) const POLAR_ANGLE: u8 = b'q';
 const ARC_ANGLE: u8 = b'a';
-const LINE_ANGLE: u8 = b'n';
 const THROUGH: [u8; 3] = *b"ijk";
 
 /// Where a pole is counted from.
@@ -144,6 +144,9 @@ impl Runner<'_> {
 
     /// The arc of `AR`: with an end its circle, or with a centre its end too.
     pub(crate) fn arc_by_angle(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) -> bool {
+        if self.program.dialect().line_angle.contains(&ARC_ANGLE) {
+            return false;
+        }
         let Some(angle) = request.get(ARC_ANGLE).map(f64::to_radians) else { return false };
         let clockwise = self.state.modal.motion == Motion::Clockwise;
         let end = if self.names_axis(request) { end } else { self.turned(request, angle, clockwise) };
@@ -175,21 +178,31 @@ impl Runner<'_> {
         end
     }
 
-    /// The other coordinate of a line given by one coordinate and its angle with the plane's first axis.
+    /// The end of a line given by its angle with the plane's first axis: where it reaches the one coordinate given, or
+    /// meets the line that waits.
     pub(crate) fn angled_target(&mut self, request: &Request, end: &mut [f64; 3], words: &mut [i32; 3]) {
-        let Some(angle) = request.get(LINE_ANGLE).map(f64::to_radians) else { return };
+        let Some(letter) = self.angle_letter(request) else { return self.drop_line() };
+        let angle = request.get(letter).map_or(f64::NAN, f64::to_radians);
         let (first, second, _) = self.state.modal.plane.axes();
-        match (words[first] >= 0, words[second] >= 0) {
-            (true, false) => end[second] += (end[first] - self.state.position[first]) * angle.tan(),
-            (false, true) => end[first] += (end[second] - self.state.position[second]) / angle.tan(),
-            _ => {
-                let message = format!("{}: the point where two lines meet is not worked out", self.block_text());
-                let hint = "write the coordinates of the point; the path goes on as if the angle were not there";
-                return self.warn(finding::OPAQUE, self.word_start(request.word(LINE_ANGLE)), message, hint);
-            }
-        }
-        let other = if words[first] >= 0 { second } else { first };
-        words[other] = request.word(LINE_ANGLE);
+        let (from, to) = self.in_plane(*end);
+        let (across, other) = match (words[first] >= 0, words[second] >= 0) {
+            (true, false) => ([0.0, 1.0], second),
+            (false, true) => ([1.0, 0.0], first),
+            _ if self.end_line(angle, *end) => return,
+            _ => return self.warn_angle(request.word(letter), "an angle beside both coordinates of the end"),
+        };
+        self.drop_line();
+        let along = Piece::Line(from, [angle.cos(), angle.sin()]);
+        let Some(point) = meeting(along, Piece::Line(to, across)) else {
+            return self.warn_angle(request.word(letter), "a line that never gets there");
+        };
+        (end[first], end[second], words[other]) = (point[0], point[1], request.word(letter));
+    }
+
+    fn warn_angle(&mut self, word: i32, what: &str) {
+        let hint = "write both coordinates and no angle; the path goes on as if the angle were not there";
+        let message = format!("{}: {what}", self.block_text());
+        self.warn(finding::OPAQUE, self.word_start(word), message, hint);
     }
 
     fn block_text(&self) -> String {

@@ -1,4 +1,9 @@
-//! Cycles taken apart into moves.
+//! The longitudinal turning cycle of the GE 2000T, taken apart into moves.
+
+use crate::finding;
+use crate::path::{MoveKind, INHERITED};
+use crate::request::Request;
+use crate::run::Runner;
 
 /// The longitudinal turning cycle of NISTIR 6811, A.1.2, in a plane of (x, z): x a radius, mm.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +52,30 @@ impl Turning {
     fn exit_z(&self, x: f64) -> f64 {
         let from_end = (x - self.end[0]) / (self.start[0] - self.end[0]);
         self.taper_start_z + from_end * (self.end[1] - self.taper_start_z)
+    }
+}
+
+impl Runner<'_> {
+    /// A longitudinal turning cycle, taken apart.
+    pub(crate) fn turning_cycle(&mut self, request: &Request) {
+        let (end, _) = self.target(request, false);
+        let mm = self.state.modal.mm();
+        let cycle = Turning {
+            start: [self.state.position[0], self.state.position[2]],
+            end: [end[0], end[2]],
+            depth_of_cut: request.cycle_parameter(1).unwrap_or(0.0) * mm,
+            taper_start_z: request.cycle_parameter(2).map_or(end[2], |value| value * mm),
+        };
+        let Some(steps) = cycle.steps() else {
+            let (depth, total) = (cycle.depth_of_cut, end[0] - self.state.position[0]);
+            let message = format!("a turning cycle of {total:.5} mm in passes of {depth:.5} mm");
+            let hint = "give P1=, the depth of cut on the radius, and an X other than the start's";
+            return self.refuse(finding::MISPLACED, self.block_start(), message, hint);
+        };
+        for (at_feed, [x, z]) in steps {
+            let kind = if at_feed { MoveKind::Line } else { MoveKind::Rapid };
+            self.emit(kind, [x, self.state.position[1], z], [INHERITED; 3]);
+        }
     }
 }
 

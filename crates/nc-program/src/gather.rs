@@ -9,9 +9,6 @@ use crate::request::{Jump, Request};
 use crate::run::Runner;
 use crate::scope::Scope;
 
-/// Addresses of corners between two blocks.
-const CORNERS: [u8; 3] = *b"crw";
-
 /// A way to compute the value at a byte.
 type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Fault>;
 
@@ -48,9 +45,6 @@ impl Runner<'_> {
                     request.set(letter, value, index);
                     if let Some(increment) = self.program.reference(word) {
                         request.refer(letter, increment);
-                    }
-                    if CORNERS.contains(&letter) {
-                        self.warn_corner(index as i32);
                     }
                     if self.program.dialect().other_axes.contains(&letter) {
                         self.note_opaque(index as i32, "this axis is not in the path");
@@ -137,12 +131,6 @@ impl Runner<'_> {
             return f64::NAN;
         }
         value
-    }
-
-    fn warn_corner(&mut self, word: i32) {
-        let message = format!("{}: the corner is not in the path, which goes to its sharp point", self.word_text(word));
-        let hint = "write the corner as a line or an arc of its own";
-        self.warn(finding::OPAQUE, self.word_start(word), message, hint);
     }
 
     /// Computes the value at a byte; faults are reported and read as NaN. Gives the byte after it too.

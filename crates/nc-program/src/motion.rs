@@ -2,11 +2,10 @@
 
 use crate::arc::{self, Circle};
 use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
-use crate::cycle::Turning;
 use crate::dialect::G;
 use crate::finding;
-use crate::modal::{Motion, Plane};
-use crate::path::{Arc, MoveKind, INHERITED};
+use crate::modal::Motion;
+use crate::path::{MoveKind, INHERITED};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
 
@@ -17,6 +16,9 @@ const POLAR: [u8; 2] = [POLAR_RADIUS, POLAR_ANGLE];
 impl Runner<'_> {
     /// Moves to the block's coordinates by the motion in force.
     pub(crate) fn motion(&mut self, request: &Request, in_machine: bool) {
+        if self.wait_with_line(request) {
+            return;
+        }
         if !(self.names_axis(request) || is_arc(self.state.modal.motion) && request.any(&CENTRES)) {
             return self.warn_no_target(request);
         }
@@ -107,43 +109,6 @@ impl Runner<'_> {
         self.warn(finding::MISPLACED, self.word_start(word), message, "write G00 or G01 before it");
     }
 
-    pub(crate) fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3]) {
-        if !self.state.unit_is_known {
-            self.warn_unit(words);
-        }
-        if !self.state.diameter_is_known && self.state.modal.plane == Plane::Zx && words[0] >= 0 {
-            self.warn_diameter(words[0]);
-        }
-        let state = self.path.state_index(&self.state.modal);
-        self.path.kind.push(kind);
-        self.path.start.push(self.state.position);
-        self.path.end.push(end);
-        self.path.words.push(words);
-        self.path.block.push(self.block as i32);
-        self.path.state.push(state);
-        self.state.position = end;
-    }
-
-    fn warn_unit(&mut self, words: [i32; 3]) {
-        self.state.unit_is_known = true;
-        let unit = if self.state.modal.inch { "inch" } else { "millimetre" };
-        let message = format!(
-            "the program does not say its unit before its first move; read as {unit} (1 = {} mm)",
-            self.state.modal.mm()
-        );
-        let at = self.word_start(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
-        self.warn(finding::UNIT, at, message, "write G20 or G21 (G70 or G71) first, or name the unit");
-    }
-
-    fn warn_diameter(&mut self, word: i32) {
-        self.state.diameter_is_known = true;
-        let message = format!(
-            "the program does not say whether X is a diameter, which hangs on machine data; {} is read as a radius",
-            self.word_text(word)
-        );
-        self.warn(finding::DIAMETER, self.word_start(word), message, "write DIAMON or DIAMOF at the start");
-    }
-
     fn arc(&mut self, request: &Request, end: [f64; 3], words: [i32; 3]) {
         if self.arc_by_angle(request, end, words) {
             return;
@@ -162,15 +127,6 @@ impl Runner<'_> {
         let hint = "check the end point and R, or I, J, K; the path goes straight to the end";
         self.refuse(finding::ARC, self.block_start(), why, hint);
         self.emit(MoveKind::Line, end, words);
-    }
-
-    pub(crate) fn emit_arc(&mut self, circle: Circle, sweep: f64, radius: f64, end: [f64; 3], words: [i32; 3]) {
-        let (first, second, _) = self.state.modal.plane.axes();
-        let mut centre = self.state.position;
-        centre[first] = circle.centre[0];
-        centre[second] = circle.centre[1];
-        self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep, radius });
-        self.emit(MoveKind::Arc, end, words);
     }
 
     /// P: the number of turns begun, where the dialect has it. TURN: the number of full turns besides.
@@ -229,52 +185,6 @@ impl Runner<'_> {
             inch * 25.4
         } else {
             millimetre
-        }
-    }
-
-    /// Through the given point to the stored machine position of the axes given (all axes when none is).
-    pub(crate) fn home(&mut self, request: &Request, number: usize) {
-        let some = self.names_axis(request);
-        if some {
-            let (through, words) = self.target(request, false);
-            self.emit(MoveKind::Rapid, through, words);
-        }
-        let total = self.state.frame.total();
-        let home = self.state.frame.home.get(number).copied().unwrap_or_default();
-        let increments = self.dialect_increments().unwrap_or([0; 3]);
-        let goes = |axis: usize| !some || [AXES[axis], increments[axis]].iter().any(|l| request.get(*l).is_some());
-        let end = [0, 1, 2].map(|axis| if goes(axis) { home[axis] - total[axis] } else { self.state.position[axis] });
-        self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
-    }
-
-    /// The same of the axes named; without one nothing moves.
-    pub(crate) fn home_named(&mut self, request: &Request, number: usize) {
-        if self.names_axis(request) {
-            return self.home(request, number);
-        }
-        let message = "a return to the reference point without an axis: nothing moves".into();
-        self.warn(finding::MISPLACED, self.block_start(), message, "name the axes: G28 U0 W0, or G91 G28 Z0");
-    }
-
-    /// A longitudinal turning cycle, taken apart.
-    pub(crate) fn turning_cycle(&mut self, request: &Request) {
-        let (end, _) = self.target(request, false);
-        let mm = self.state.modal.mm();
-        let cycle = Turning {
-            start: [self.state.position[0], self.state.position[2]],
-            end: [end[0], end[2]],
-            depth_of_cut: request.cycle_parameter(1).unwrap_or(0.0) * mm,
-            taper_start_z: request.cycle_parameter(2).map_or(end[2], |value| value * mm),
-        };
-        let Some(steps) = cycle.steps() else {
-            let (depth, total) = (cycle.depth_of_cut, end[0] - self.state.position[0]);
-            let message = format!("a turning cycle of {total:.5} mm in passes of {depth:.5} mm");
-            let hint = "give P1=, the depth of cut on the radius, and an X other than the start's";
-            return self.refuse(finding::MISPLACED, self.block_start(), message, hint);
-        };
-        for (at_feed, [x, z]) in steps {
-            let kind = if at_feed { MoveKind::Line } else { MoveKind::Rapid };
-            self.emit(kind, [x, self.state.position[1], z], [INHERITED; 3]);
         }
     }
 }

@@ -79,6 +79,24 @@ impl ToolPath {
         (first.unwrap_or(start) - start) as usize + 1
     }
 
+    /// Adds a move but for its circle.
+    pub(crate) fn push(
+        &mut self,
+        kind: MoveKind,
+        start: [f64; 3],
+        end: [f64; 3],
+        words: [i32; 3],
+        block: i32,
+        state: i32,
+    ) {
+        self.kind.push(kind);
+        self.start.push(start);
+        self.end.push(end);
+        self.words.push(words);
+        self.block.push(block);
+        self.state.push(state);
+    }
+
     /// Index of the state, noting it when it is not the last one.
     pub(crate) fn state_index(&mut self, state: &Modal) -> i32 {
         if self.states.last() != Some(state) {

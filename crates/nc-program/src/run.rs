@@ -61,6 +61,7 @@ pub fn run(program: &Program, options: &Options) -> (ToolPath, Vec<Finding>) {
     let table = Table::read(program, &mut findings);
     let mut runner = Runner::new(program, options, &table, findings);
     runner.blocks();
+    runner.close_contour();
     if options.tools.is_empty() {
         return (runner.path, runner.findings);
     }

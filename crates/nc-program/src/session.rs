@@ -1,5 +1,6 @@
 //! A run in parts: a program too large to be held is read some lines at a time, and the state goes on from part to part.
 
+use crate::contouring::{CORNERS, EVERY_ROUND};
 use crate::dialect::{FlowStyle, Name, G, M};
 use crate::finding::Finding;
 use crate::flow::Table;
@@ -55,6 +56,9 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
     let dialect = program.dialect();
     match (word.kind, word.letter) {
         (WordKind::Call, _) => true,
+        // A corner shortens the move before, which may be of another part.
+        (WordKind::Number | WordKind::Expression, letter) if CORNERS.contains(&letter) || letter == EVERY_ROUND => true,
+        (WordKind::Number | WordKind::Expression, letter) if dialect.line_angle.contains(&letter) => true,
         (WordKind::Number, b'L') => dialect.flow == FlowStyle::Structured,
         // An arc that leaves as the move before arrives, which may be of another part.
         (WordKind::Name, _) => dialect.names.get(word.value as usize) == Some(Name::Code(G::Motion(Motion::Tangent))),

@@ -1,5 +1,6 @@
 //! What a run knows between two blocks, and takes along from one part of a program to the next.
 
+use crate::contouring::Contouring;
 use crate::drill::Hole;
 use crate::frame::Frame;
 use crate::modal::Modal;
@@ -18,6 +19,8 @@ pub(crate) struct State {
     pub frame: Frame,
     /// Where the tool is, in the frame in force.
     pub position: [f64; 3],
+    /// Corners and lines that wait for the next move.
+    pub contouring: Contouring,
     /// The pole of polar coordinates, in the frame in which it was set.
     pub pole: [f64; 3],
     pub store: Store,
@@ -49,6 +52,7 @@ impl State {
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
             frame: Frame::new(),
             position: options.position,
+            contouring: Contouring::default(),
             pole: [0.0; 3],
             store,
             undefined: Vec::new(),

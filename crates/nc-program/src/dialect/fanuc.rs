@@ -10,7 +10,8 @@ use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
 pub const FANUC_LATHE: Dialect = Dialect {
     name: "fanuc-lathe",
-    letters: b"CDEFGHIJKLMNOPQRSTUVWXYZ",
+    letters: b"ACDEFGHIJKLMNOPQRSTUVWXYZ",
+    line_angle: b"Aa",
     increments: Some(*b"UVW"),
     tool_has_offset: true,
     other_axes: b"CH",
@@ -34,6 +35,7 @@ pub const FANUC_MILL: Dialect = Dialect {
     spaced_numbers: false,
     decimal_comma: false,
     turns: false,
+    line_angle: b"",
     about_pole: false,
     flow: FlowStyle::Macro,
     increments: None,

@@ -18,6 +18,7 @@ pub const GE2000T: Dialect = Dialect {
     spaced_numbers: false,
     decimal_comma: true,
     turns: false,
+    line_angle: b"",
     about_pole: false,
     flow: FlowStyle::None,
     increments: None,

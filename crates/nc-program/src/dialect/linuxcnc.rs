@@ -16,6 +16,7 @@ pub const LINUXCNC: Dialect = Dialect {
     spaced_numbers: true,
     decimal_comma: false,
     turns: true,
+    line_angle: b"",
     about_pole: false,
     flow: FlowStyle::OWords,
     increments: None,

@@ -266,6 +266,8 @@ pub struct Dialect {
     pub decimal_comma: bool,
     /// P in an arc block is the number of turns begun.
     pub turns: bool,
+    /// Addresses of a line's angle with the plane's first axis.
+    pub line_angle: &'static [u8],
     /// Arcs without a radius are about the pole.
     pub about_pole: bool,
     /// Flow control.

@@ -1,0 +1,57 @@
+//! Emitting: moves are added to the path.
+
+use crate::arc::Circle;
+use crate::contouring::Turn;
+use crate::finding;
+use crate::modal::Plane;
+use crate::path::{Arc, MoveKind, INHERITED};
+use crate::run::Runner;
+
+impl Runner<'_> {
+    /// A straight move.
+    pub(crate) fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3]) {
+        self.emit_move(kind, end, words, None);
+    }
+
+    pub(crate) fn emit_arc(&mut self, circle: Circle, sweep: f64, radius: f64, end: [f64; 3], words: [i32; 3]) {
+        self.emit_move(MoveKind::Arc, end, words, Some(Turn { centre: circle.centre, sweep, radius }));
+    }
+
+    fn emit_move(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3], turn: Option<Turn>) {
+        if !self.state.unit_is_known {
+            self.warn_unit(words);
+        }
+        if !self.state.diameter_is_known && self.state.modal.plane == Plane::Zx && words[0] >= 0 {
+            self.warn_diameter(words[0]);
+        }
+        if let Some(turn) = self.put_corner(kind, end, turn) {
+            let (first, second, _) = self.state.modal.plane.axes();
+            let mut centre = self.state.position;
+            (centre[first], centre[second]) = (turn.centre[0], turn.centre[1]);
+            self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep: turn.sweep, radius: turn.radius });
+        }
+        let state = self.path.state_index(&self.state.modal);
+        self.path.push(kind, self.state.position, end, words, self.block as i32, state);
+        self.state.position = end;
+    }
+
+    fn warn_unit(&mut self, words: [i32; 3]) {
+        self.state.unit_is_known = true;
+        let unit = if self.state.modal.inch { "inch" } else { "millimetre" };
+        let message = format!(
+            "the program does not say its unit before its first move; read as {unit} (1 = {} mm)",
+            self.state.modal.mm()
+        );
+        let at = self.word_start(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
+        self.warn(finding::UNIT, at, message, "write G20 or G21 (G70 or G71) first, or name the unit");
+    }
+
+    fn warn_diameter(&mut self, word: i32) {
+        self.state.diameter_is_known = true;
+        let message = format!(
+            "the program does not say whether X is a diameter, which hangs on machine data; {} is read as a radius",
+            self.word_text(word)
+        );
+        self.warn(finding::DIAMETER, self.word_start(word), message, "write DIAMON or DIAMOF at the start");
+    }
+}
