@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from tests.support.linuxcnc import Move, ProgramRefusedError, Tool, interpret
-from tests.support.nc_judge import assert_same_moves
+from tests.support.nc_judge import assert_same_moves, kind_of
 from trueloop.errors import Severity
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.program import read_program
@@ -71,7 +71,7 @@ def _outcome(file: Path) -> Outcome:
 def _first_difference(path: ToolPath, judged: Sequence[Move]) -> str:
     """Where nothing was said: our own fault, or a move of another kind."""
     for kind, line, end, move in zip(path.motion, path.line, path.end_mm, judged, strict=False):
-        if Motion(kind).name.lower() != move.kind:
+        if kind_of(kind) != move.kind:
             return f"line {line}: a {Motion(kind).name.lower()} move here, a {move.kind} move there"
         if (off_mm := math.dist(end, move.end_mm)) > 1e-6:
             return f"line {line}: its end is {off_mm:.6f} mm from there"

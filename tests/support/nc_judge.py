@@ -14,6 +14,11 @@ TOLERANCE_MM: Final = 25.4e-9
 """1e-9 in."""
 
 
+def kind_of(motion: int) -> str:
+    """The judge's word for a move; to it a line in step with the spindle is a line."""
+    return "line" if motion == Motion.THREAD else Motion(motion).name.lower()
+
+
 def assert_same_moves(path: ToolPath, judged: Sequence[Move], *, same_lines: bool = True) -> None:
     """Kind, line (unless the programs are two), ends, centre and sweep of every move; those that lead nowhere left out.
 
@@ -23,7 +28,7 @@ def assert_same_moves(path: ToolPath, judged: Sequence[Move], *, same_lines: boo
     theirs = [move for move in judged if move.kind == "arc" or math.dist(move.start_mm, move.end_mm) > 1e-9]
     travel_mm = np.linalg.norm(path.end_mm - path.start_mm, axis=1)
     ours = np.flatnonzero((travel_mm > 1e-9) | (path.motion == Motion.ARC))
-    assert [Motion(path.motion[k]).name.lower() for k in ours] == [move.kind for move in theirs]
+    assert [kind_of(path.motion[k]) for k in ours] == [move.kind for move in theirs]
     assert not same_lines or path.line[ours].tolist() == [move.line for move in theirs]
     for k, move in zip(ours, theirs, strict=True):
         tolerance_mm = TOLERANCE_MM * max(1.0, np.abs(move.end_mm).max() / 1000)

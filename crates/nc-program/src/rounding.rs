@@ -105,7 +105,7 @@ pub(crate) fn cut(corner: Corner, before: &Way, after: &Way) -> Result<Option<Cu
         Corner::Leg(leg) => (leg, "a chamfer"),
         Corner::Face(length) => (length, "a chamfer"),
     };
-    if turn.is_nan() || !(size > 0.0) {
+    if turn.is_nan() || size.is_nan() || size <= 0.0 {
         return Err(format!("{what} of {size:.4} mm beside a move that leads nowhere"));
     }
     if turn.abs() < NOTHING {

@@ -101,7 +101,7 @@ def test_expressions_follow_the_order_of_the_manual() -> None:
         ("G71\nCYCLE81(10,0,2,-5)", Code.NC_OPAQUE, "CYCLE81(10,0,2,-5): what it does is not in the path"),
         ("G71 G0 X1=5", Code.NC_OPAQUE, "X1=5: this axis is not in the path"),
         ("G71 DIAMON\nTRANS X5", Code.NC_OPAQUE, "X of the shift is taken as a radius"),
-        ("G71 G1 X5 Y5 ANG=30 F1", Code.NC_OPAQUE, "the point where two lines meet is not worked out"),
+        ("G71 G1 X5 Y5 ANG=30 F1", Code.NC_OPAQUE, "an angle beside both coordinates of the end"),
         ("G71 CT X5 Y5", Code.NC_ARC, "a tangent arc without a move before it"),
         ("G71 CIP X5 Y5 I1=2 J1=2", Code.NC_ARC, "an arc through a point"),
         ("G71 G2 X5 AR=400", Code.NC_ARC, "an arc of 400.00000 degrees"),
