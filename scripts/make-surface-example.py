@@ -1,4 +1,6 @@
-"""Makes examples/surface anew: a nominal surface, the program that cut it, and ten simulated parts."""
+"""Makes examples/surface anew: a nominal surface, the program that cut it, ten simulated parts; for the virtual mill a
+program of low ridges.
+"""
 
 from pathlib import Path
 
@@ -13,7 +15,7 @@ from trueloop.nc.dialect import dialect_named
 from trueloop.simulator.surface_process import published_process
 
 FOLDER = Path(__file__).parents[1] / "examples" / "surface"
-BALL_RADIUS_MM, CUTTER_RADIUS_MM, PARTS = 2.0, 3.0, 10
+BALL_RADIUS_MM, CUTTER_RADIUS_MM, FINE_RADIUS_MM, PARTS = 2.0, 3.0, 8.0, 10
 
 
 def nominal() -> Surface:
@@ -26,8 +28,13 @@ def main() -> None:
     """Writes the files."""
     surface = nominal()
     write_surface(surface, FOLDER / "nominal.step")
-    options = ZigzagOptions(CUTTER_RADIUS_MM, scallop_mm=0.02, chord_mm=0.005)
-    (FOLDER / "finish.ngc").write_text(program_text(zigzag(surface, options), dialect_named("linuxcnc"), options))
+    programs = {
+        "finish.ngc": ZigzagOptions(CUTTER_RADIUS_MM, scallop_mm=0.02, chord_mm=0.005),
+        "fine.ngc": ZigzagOptions(FINE_RADIUS_MM, scallop_mm=0.003, chord_mm=0.005),
+    }
+    for name, options in programs.items():
+        text = program_text(zigzag(surface, options), dialect_named("linuxcnc"), options)
+        (FOLDER / name).write_text(text)
     rng = np.random.default_rng(2017)
     process, at = published_process(rng, pattern_mm=0.010), np.linspace(0.01, 0.99, 25)
     u, v = np.repeat(at, 25), np.tile(at, 25)

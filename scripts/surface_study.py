@@ -200,7 +200,7 @@ _KNOWN: Final = "spline of 9 × 9, 8 µm"
 def _covered(seed: int, name: str, count: int) -> tuple[float, float, float]:
     rng = np.random.default_rng(seed)
     process, truth = published_process(rng), TRUTHS[name](rng)
-    parts = [_part(truth + process.variation_mm(rng, GRID, GRID).ravel() + white(rng)) for _ in range(count)]
+    parts = [_part(truth + process.variation(rng).grid_mm(GRID, GRID).ravel() + white(rng)) for _ in range(count)]
     pattern = pattern_of(parts, [f"S{k + 1}" for k in range(count)])
     half = pattern.uncertainty_grid_mm(GRID, GRID).ravel()
     off = np.abs(pattern.mean.grid_mm(GRID, GRID).ravel() - truth)

@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from unittest import mock
 
@@ -11,6 +12,8 @@ from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.errors import Code
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
 from trueloop.loops.simulated import workshop_and_trial
+from trueloop.loops.simulated_surface import surface_trial
+from trueloop.loops.surface_inputs import read_surface_inputs
 from trueloop.simulator.nose import Nose
 
 LOOP = EXAMPLES / "loop"
@@ -33,10 +36,16 @@ def _other_dialect() -> None:
     drive_part(trial, workshop)
 
 
+def _no_program_to_mill() -> None:
+    inputs = read_surface_inputs(EXAMPLES / "surface" / "simulate.toml", measured=False)
+    surface_trial(replace(inputs, program=None), (25, 25))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SIM_FILE: lambda: _machine('preset = "nist"\n[process]\nalong_um = -1\n'),
     Code.SIM_NOSE: lambda: Nose(0.8, (0.0, 0.3, 0.6), (0.0, 0.08, 0.0)),
     Code.SIM_ALLOWANCE: lambda: workshop_and_trial(EXAMPLES / "linuxcnc" / "job.toml", None),
+    Code.SIM_MILL: _no_program_to_mill,
     Code.CTL_LINUXCNC: _without_linuxcnc,
     Code.CTL_DIALECT: _other_dialect,
     Code.CTL_PROGRAM: lambda: session.cut(b"G21 G8 G18\nG1 X250\nM2\n"),

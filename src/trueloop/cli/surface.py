@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.surface_simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
+app.command()(simulate)
 
 JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; docs/surface.md explains it.")]
 Output = Annotated[

@@ -145,7 +145,7 @@ def workshop_of(file: VirtualMachineFile) -> Workshop:
     return Workshop(
         machine=replace(machine, error=MachineError(terms)),
         probe=base.probe if base is not None and file.probe is None else _probe(file.probe),
-        cmm=base.cmm if base is not None and file.cmm is None else _cmm(file.cmm or CmmTable()),
+        cmm=base.cmm if base is not None and file.cmm is None else cmm_of(file.cmm or CmmTable()),
         temperatures_c=(warm.semifinish_c, warm.probing_c, warm.finish_c),
     )
 
@@ -181,7 +181,8 @@ def _probe(table: ProbeTable | None) -> VirtualProbe:
     )
 
 
-def _cmm(table: CmmTable) -> VirtualCmm:
+def cmm_of(table: CmmTable) -> VirtualCmm:
+    """The table as values."""
     return VirtualCmm(
         table.frame_um / UM_PER_MM,
         table.tilt_urad * 1e-6,

@@ -46,10 +46,13 @@ class SurfaceInputs:
     made_by: str = ""
 
 
-def read_surface_inputs(path: Path) -> SurfaceInputs:
-    """Reads a job and what it names; paths are relative to the job file. Raises JOB, SRF and NC errors."""
+def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
+    """Reads a job and what it names; paths are relative to the job file. Raises JOB, SRF and NC errors.
+
+    measured: False leaves the measured parts out, which then need not exist yet.
+    """
     job = read_surface_job(path)
-    points = _point_files(path, job)
+    points = _point_files(path, job) if measured else []
     nominal = path.parent / job.surface.file
     program = path.parent / job.program.finish if job.program else None
     surface, trim = _nominal(nominal, job.surface.face, flip=job.surface.flip)

@@ -23,20 +23,40 @@ class SurfaceProcess:
     most_mm: float
     noise_mm: float
 
-    def variation_mm(self, rng: np.random.Generator, u: Array, v: Array) -> Array:
-        """How one part differs from the pattern, at every u with every v."""
-        waves = rng.normal(size=(2, 6))
-        field = (_harmonics(u) * waves[0]) @ (_harmonics(v) * waves[1]).T
-        for _ in range(5):
-            waves = rng.normal(size=(2, 6))
-            field = field + (_harmonics(u) * waves[0]) @ (_harmonics(v) * waves[1]).T
-        edge = np.maximum(np.abs(2 * u - 1)[:, None], np.abs(2 * v - 1)[None, :])
-        return np.asarray((self.least_mm + (self.most_mm - self.least_mm) * edge) * field / np.sqrt(6.0))
+    def variation(self, rng: np.random.Generator) -> "Variation":
+        """How one part differs from the pattern: six smooth curves along u, each times one along v."""
+        waves = rng.normal(size=(6, 2, 6))
+        return Variation(self.least_mm, self.most_mm, waves[:, 0].T @ waves[:, 1] / np.sqrt(6.0))
 
     def part_mm(self, rng: np.random.Generator, u: Array, v: Array, correction_mm: Array | float = 0.0) -> Array:
         """Measured deviations of one new part, machined with a correction taken off the surface."""
         noise = rng.normal(0.0, self.noise_mm, (len(u), len(v)))
-        return self.pattern.grid_mm(u, v) + self.variation_mm(rng, u, v) + noise - correction_mm
+        return self.pattern.grid_mm(u, v) + self.variation(rng).grid_mm(u, v) + noise - correction_mm
+
+
+@dataclass(frozen=True, eq=False)
+class Variation:
+    """A smooth surface over [0, 1] × [0, 1] in mm: waves whose standard deviation grows from the middle to the edges.
+
+    `waves` (6, 6): the weight of each product of a wave along u with one along v. Drawn with unit variance, the sum has
+    unit variance everywhere, because the squares of the waves along each side add up to one.
+    """
+
+    least_mm: float
+    most_mm: float
+    waves: Array
+
+    def value_mm(self, u: Array, v: Array) -> Array:
+        """Values at pairs of parameters."""
+        return self._scaled(u, v, np.sum(_harmonics(u) @ self.waves * _harmonics(v), axis=1))
+
+    def grid_mm(self, u: Array, v: Array) -> Array:
+        """Values at every u with every v."""
+        return self._scaled(u[:, None], v[None, :], _harmonics(u) @ self.waves @ _harmonics(v).T)
+
+    def _scaled(self, u: Array, v: Array, field: Array) -> Array:
+        edge = np.maximum(np.abs(2 * u - 1), np.abs(2 * v - 1))
+        return np.asarray((self.least_mm + (self.most_mm - self.least_mm) * edge) * field)
 
 
 def published_process(rng: np.random.Generator, pattern_mm: float = 0.008, controls: int = 9) -> SurfaceProcess:

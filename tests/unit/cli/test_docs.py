@@ -41,6 +41,7 @@ COMMANDS = (
     "surface model",
     "surface pattern",
     "surface compensate",
+    "surface simulate",
     "surface path",
 )
 HELP = {"--help", "-h"}

@@ -258,3 +258,13 @@ def plate_with_bore(path: Path) -> list[CadFace]:
     writer.Transfer(plate, STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(path))
     return read_faces(path)
+
+
+def test_a_surface_is_simulated_from_the_command_line(tmp_path: Path) -> None:
+    job = EXAMPLE / "simulate.toml"
+    told = json.loads(run("simulate", job, "--machine", EXAMPLE / "mill.toml", "--parts", "3", "--json"))
+    assert told["parts"] == 3 and told["places_measured"] == 625
+    assert told["corrected_truth_um"] < 0.6 * told["programmed_truth_um"]
+    (tmp_path / "mill.toml").write_text("[process]\npattern_mm = 0.008\n")
+    said = run("simulate", job, "--machine", tmp_path / "mill.toml", status=ExitStatus.REFUSED)
+    assert "SIM-FILE" in said and "mill.toml:2" in said and "pattern_um" in said

@@ -1,0 +1,204 @@
+"""The loop of a surface on the virtual mill: cut parts, measure, model, correct the program, cut the next part.
+
+The simulator knows the truth; the loop under trial sees only what the measuring machine reports.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from trueloop.compensation.surface_program import SurfaceJob
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
+from trueloop.gauging.surface_deviations import MeasuredPoints
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.loops.simulated import random_of
+from trueloop.loops.surface import maps_of
+from trueloop.loops.surface_correction import RecordedCorrection, correct_job
+from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.nc.program import Program, read_program
+from trueloop.nc.tool_path import Motion
+from trueloop.simulator.mill import REACH_MM, BallEndMill, MilledStock
+from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
+
+TOLD: Final = (101, 97)
+"""The truth is told at so many places: close enough for every ridge, and in step with no program."""
+MARGIN: Final = 0.01
+"""Share of the surface along each edge that is not measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Places of a surface: every u with every v, both in [0, 1], row by row, points and outward normals (n, 3)."""
+
+    u: Array
+    v: Array
+    points_mm: Array
+    normal: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceTrial:
+    """A surface's job ready to be simulated: its inputs without measured parts, the passes of its program, the places
+    that are measured, and those at which the truth is told.
+    """
+
+    inputs: SurfaceInputs
+    passes: Passes
+    radius_mm: float
+    touched: Grid
+    told: Grid
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedSurface:
+    """What the loop made of measured parts, and the truth. Deviations in mm, positive = material left on, compared as
+    the job says: datum-bound, or after a best fit; measured ones at n places, true ones at m others, closer together.
+
+    `truth_mm` (parts, m), `measured_mm` (parts, n): the parts as programmed; `predicted_mm` (parts, n): what the loop
+    says each would keep, corrected by the others. `pattern_truth_mm` (m,): what every part has alike; `pattern_mm`,
+    `pattern_u95_mm` (m,): what the loop found of it, with the half-width of its 95 % interval. `corrected_truth_mm`
+    (m,), `corrected_measured_mm` (n,): the next part, cut with the corrected program. `ridges_mm` (m,): what the
+    program leaves without any error.
+    """
+
+    recorded: RecordedCorrection
+    truth_mm: Array
+    measured_mm: Array
+    predicted_mm: Array
+    pattern_truth_mm: Array
+    pattern_mm: Array
+    pattern_u95_mm: Array
+    corrected_truth_mm: Array
+    corrected_measured_mm: Array
+    ridges_mm: Array
+
+
+def mill_and_trial(job: Path, machine: Path | None) -> tuple[VirtualMill, SurfaceTrial]:
+    """A surface's job and a mill's file (None: the published process), read. Raises JOB, NC, SRF and SIM errors."""
+    mill = mill_of(VirtualMillFile()) if machine is None else read_virtual_mill(machine)
+    inputs = read_surface_inputs(job, measured=False)
+    try:
+        return mill, surface_trial(inputs, mill.grid)
+    except TrueloopError as error:
+        raise error.in_file(str(job)) from None
+
+
+def surface_trial(inputs: SurfaceInputs, grid: tuple[int, int]) -> SurfaceTrial:
+    """Lays the places and the passes. Raises SIM-MILL for what the virtual mill cannot cut."""
+    program, cutter = _program_and_cutter(inputs)
+    return SurfaceTrial(
+        inputs=replace(inputs, measured_at=None, program_sha256=None),
+        passes=passes_over(inputs.surface, _centres_mm(program, cutter)),
+        radius_mm=cutter.cutter.radius_mm,
+        touched=_grid(inputs.surface, grid),
+        told=_grid(inputs.surface, TOLD),
+    )
+
+
+def simulate_surface(trial: SurfaceTrial, mill: VirtualMill, parts: int = 10, seed: int = 0) -> SimulatedSurface:
+    """So many parts as programmed, the correction by their measurements, and the next part. The same seed gives the
+    same parts. Raises SIM-MILL where the program does not reach, and what correcting refuses.
+    """
+    cut = [_part(trial, mill, trial.passes, seed, k) for k in range(parts)]
+    measured = tuple(_as_points(trial.touched, found, k) for k, (_, found) in enumerate(cut))
+    recorded = correct_job(replace(trial.inputs, parts=measured))
+    model, told = recorded.correction.model, trial.told
+    truth_mm, found_mm = _part(trial, mill, _corrected_passes(trial, recorded), seed, parts)
+    ridges = MilledStock().cut_by(BallEndMill(trial.radius_mm), trial.passes.centres_mm)
+    return SimulatedSurface(
+        recorded=recorded,
+        truth_mm=np.array([truth for truth, _ in cut]),
+        measured_mm=np.array([_compared_mm(trial, trial.touched, found) for _, found in cut]),
+        predicted_mm=np.array([maps.predicted_mm for maps, _ in maps_of(model)]),
+        pattern_truth_mm=_truth_mm(trial, mill.cut(trial.passes, trial.radius_mm, None)),
+        pattern_mm=model.pattern.mean.grid_mm(told.u, told.v).ravel(),
+        pattern_u95_mm=model.pattern.uncertainty_grid_mm(told.u, told.v).ravel(),
+        corrected_truth_mm=truth_mm,
+        corrected_measured_mm=_compared_mm(trial, trial.touched, found_mm),
+        ridges_mm=_truth_mm(trial, ridges),
+    )
+
+
+def _grid(surface: Surface, counts: tuple[int, int]) -> Grid:
+    (u0, u1), (v0, v1) = surface.domain
+    u, v = (np.linspace(MARGIN, 1.0 - MARGIN, count) for count in counts)
+    at = u0 + (u1 - u0) * np.repeat(u, len(v)), v0 + (v1 - v0) * np.tile(v, len(u))
+    return Grid(u, v, surface.point_mm(*at), surface.normal(*at))
+
+
+def _part(trial: SurfaceTrial, mill: VirtualMill, passes: Passes, seed: int, number: int) -> tuple[Array, Array]:
+    """True deviations of one part, and its measured heights; its random errors depend on its number alone."""
+    rng, touched = random_of(seed, number), trial.touched
+    stock = mill.cut(passes, trial.radius_mm, mill.process.variation(rng))
+    return _truth_mm(trial, stock), mill.measure(stock, touched.points_mm, touched.normal, rng)
+
+
+def _truth_mm(trial: SurfaceTrial, stock: MilledStock) -> Array:
+    height_mm = stock.height_mm(trial.told.points_mm, trial.told.normal)
+    uncut = np.count_nonzero(height_mm >= REACH_MM)
+    if uncut:
+        raise TrueloopError(
+            Code.SIM_MILL,
+            f"{uncut} of {len(height_mm)} places are not cut by the program, or stay {REACH_MM:g} mm proud",
+            hint="does the program finish this surface, with this cutter, in the surface's coordinates?",
+        )
+    return _compared_mm(trial, trial.told, height_mm)
+
+
+def _compared_mm(trial: SurfaceTrial, grid: Grid, height_mm: Array) -> Array:
+    """Deviations as the job wants them: a best fit takes location and orientation out, to first order."""
+    if not trial.inputs.options.best_fit:
+        return height_mm
+    rigid = np.hstack([grid.normal, np.cross(grid.points_mm, grid.normal)])
+    left: Array = height_mm - rigid @ np.linalg.lstsq(rigid, height_mm, rcond=None)[0]
+    return left
+
+
+def _as_points(grid: Grid, height_mm: Array, number: int) -> MeasuredPoints:
+    points_mm = grid.points_mm + height_mm[:, None] * grid.normal
+    return MeasuredPoints(points_mm, shape=(len(grid.u), len(grid.v)), name=f"S{number + 1:02d}")
+
+
+def _corrected_passes(trial: SurfaceTrial, recorded: RecordedCorrection) -> Passes:
+    program, cutter = _program_and_cutter(trial.inputs)
+    written = recorded.correction.program
+    assert written is not None  # there is a program to correct
+    corrected = read_program(written.source, program.dialect.name)
+    return passes_over(trial.inputs.surface, _centres_mm(corrected, cutter))
+
+
+def _program_and_cutter(inputs: SurfaceInputs) -> tuple[Program, SurfaceJob]:
+    if inputs.program is None or inputs.cutter is None:
+        raise TrueloopError(
+            Code.SIM_MILL,
+            "the job has 0 programs to cut with",
+            hint="give it tables [program] and [cutter]; `trueloop surface path` makes a program",
+        )
+    cutter = inputs.cutter.cutter
+    if cutter.ring_mm > 0.0 or inputs.cutter.rotary:
+        raise TrueloopError(
+            Code.SIM_MILL,
+            f"a cutter of radius {cutter.radius_mm:g} mm with corners of {cutter.corner_mm:g} mm, turned by the words "
+            f"{inputs.cutter.rotary!r}",
+            hint="the virtual mill has a ball end on a fixed axis: leave `corner_mm` and `rotary` out",
+        )
+    return inputs.program, inputs.cutter
+
+
+def _centres_mm(program: Program, cutter: SurfaceJob) -> list[Array]:
+    """Centres of the ball along each uninterrupted run of straight feed moves; rapid moves cut nothing here."""
+    path = program.run()
+    arcs, cutting = np.count_nonzero(path.motion == Motion.ARC), np.flatnonzero(path.motion == Motion.LINE)
+    if arcs or not len(cutting):
+        raise TrueloopError(
+            Code.SIM_MILL,
+            f"{arcs} of {len(path)} moves are arcs" if arcs else f"0 of {len(path)} moves are straight ones at feed",
+            hint="the virtual mill follows straight moves at feed: write the program in lines",
+        )
+    up = cutter.cutter.radius_mm * np.asarray(cutter.axis) / np.linalg.norm(cutter.axis)
+    runs = np.split(cutting, np.flatnonzero(np.diff(cutting) > 1) + 1)
+    return [np.vstack([path.start_mm[run[:1]], path.end_mm[run]]) + up for run in runs]

@@ -1,0 +1,72 @@
+"""A milling machine whose parts are wrong in known ways, with a ball-end cutter."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import closest
+from trueloop.simulator.cmm import VirtualCmm
+from trueloop.simulator.mill import BallEndMill, MilledStock
+from trueloop.simulator.surface_process import SurfaceProcess, Variation
+
+STEP_MM: Final = 0.5
+"""The cutter is displaced anew this far along a pass: errors of the process are smooth over millimetres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Passes:
+    """Programmed centres of the ball, (n, 3) a pass, and where all of them stand on the surface: parameters in [0, 1]
+    and normals, a row a centre, pass after pass.
+    """
+
+    centres_mm: tuple[Array, ...]
+    u: Array
+    v: Array
+    normal: Array
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualMill:
+    """The process stands the cutter off along the surface's normal: its pattern on every part alike, its variation on
+    each part its own. `radius_error_mm` is by how much the cutter is larger than programmed (negative: worn). The
+    measuring machine touches a grid of `grid` places, each with the process's noise besides its own errors.
+    """
+
+    process: SurfaceProcess
+    radius_error_mm: float = 0.0
+    cmm: VirtualCmm = field(default_factory=VirtualCmm)
+    grid: tuple[int, int] = (25, 25)
+
+    def cut(self, passes: Passes, radius_mm: float, variation: Variation | None) -> MilledStock:
+        """One part, cut by a ball of programmed radius; without variation it is what all parts have alike."""
+        off = self.process.pattern.value_mm(passes.u, passes.v)
+        if variation is not None:
+            off = off + variation.value_mm(passes.u, passes.v)
+        ends = np.cumsum([len(centres) for centres in passes.centres_mm])[:-1]
+        actual = np.split(np.concatenate(passes.centres_mm) + off[:, None] * passes.normal, ends)
+        return MilledStock().cut_by(BallEndMill(radius_mm, self.radius_error_mm), actual)
+
+    def measure(self, stock: MilledStock, points_mm: Array, normal: Array, rng: np.random.Generator) -> Array:
+        """Deviations along the nominal normals, (n,), as the measuring machine finds them."""
+        noise = self.process.noise_mm * rng.standard_normal(len(points_mm))
+        return self.cmm.measure(stock, points_mm, normal, rng) + noise
+
+
+def passes_over(surface: Surface, centres_mm: Sequence[Array]) -> Passes:
+    """Passes of programmed centres, with a centre at least every half millimetre."""
+    close = tuple(_close(centres) for centres in centres_mm)
+    feet = closest(surface, np.concatenate(close))
+    (u0, u1), (v0, v1) = surface.domain
+    return Passes(close, (feet.u - u0) / (u1 - u0), (feet.v - v0) / (v1 - v0), feet.normal)
+
+
+def _close(centres: Array) -> Array:
+    lengths = np.linalg.norm(np.diff(centres, axis=0), axis=1)
+    steps = np.maximum(np.ceil(lengths / STEP_MM).astype(int), 1)
+    of = np.repeat(np.arange(len(steps)), steps)
+    share = (np.arange(len(of)) - np.repeat(np.cumsum(steps) - steps, steps)) / steps[of]
+    return np.vstack([centres[of] + share[:, None] * (centres[of + 1] - centres[of]), centres[-1]])

@@ -1,0 +1,110 @@
+"""The loop of a surface on the virtual mill: what it finds and what it leaves, held against the truth."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.surfaces import wavy_surface
+from trueloop.compensation.cutter import Cutter
+from trueloop.compensation.prediction import rms
+from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.loops.simulated_surface import (
+    SimulatedSurface,
+    SurfaceTrial,
+    mill_and_trial,
+    simulate_surface,
+    surface_trial,
+)
+from trueloop.nc.dialect import dialect_named
+from trueloop.nc.program import read_program
+from trueloop.simulator.virtual_mill import VirtualMill
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"
+
+
+@cache
+def example() -> tuple[VirtualMill, SurfaceTrial]:
+    mill, trial = mill_and_trial(EXAMPLE / "simulate.toml", EXAMPLE / "mill.toml")
+    # Whether points lie on the trimmed face is asked elsewhere, and takes the CAD kernel long.
+    return mill, replace(trial, inputs=replace(trial.inputs, trim=None))
+
+
+@cache
+def made() -> SimulatedSurface:
+    mill, trial = example()
+    return simulate_surface(trial, mill, parts=6, seed=3)
+
+
+def less_ridges_mm(deviation_mm: Array) -> Array:
+    left: Array = deviation_mm - made().ridges_mm
+    return left
+
+
+def test_one_correction_leaves_little_but_the_ridges_of_the_program() -> None:
+    before, after = rms(made().truth_mm), rms(made().corrected_truth_mm)
+    assert after < 0.4 * before
+    # The next part differs from the pattern by about 1 µm, of which the best fit takes some.
+    assert after < np.hypot(rms(made().ridges_mm), 1.1e-3)
+
+
+def test_the_pattern_found_is_what_the_parts_have_alike() -> None:
+    """Ridges that the grid of touches misses are no part of it."""
+    off_mm = less_ridges_mm(made().pattern_truth_mm) - made().pattern_mm
+    assert rms(off_mm) < 0.6 * rms(made().pattern_u95_mm) < 0.6 * rms(made().pattern_truth_mm)
+    assert np.mean(np.abs(off_mm) <= made().pattern_u95_mm) > 0.85
+
+
+def test_the_loop_promises_what_the_next_part_is_measured_to_have() -> None:
+    assert rms(made().corrected_measured_mm) == pytest.approx(rms(made().predicted_mm), rel=0.2)
+
+
+def small() -> SurfaceTrial:
+    """A surface of 16 mm, soon simulated."""
+    surface, options = wavy_surface(side_mm=16.0), ZigzagOptions(8.0, scallop_mm=0.005, chord_mm=0.005)
+    text = program_text(zigzag(surface, options), dialect_named("linuxcnc"), options)
+    program = read_program(text.encode(), "linuxcnc")
+    return surface_trial(replace(example()[1].inputs, surface=surface, program=program), (10, 10))
+
+
+def test_the_same_seed_gives_the_same_parts_and_another_one_others() -> None:
+    first, again, other = (simulate_surface(small(), example()[0], parts=3, seed=seed) for seed in (3, 3, 4))
+    np.testing.assert_array_equal(again.corrected_measured_mm, first.corrected_measured_mm)
+    assert rms(other.measured_mm - first.measured_mm) > 1e-3
+    assert rms(first.measured_mm[0] - first.measured_mm[1]) > 1e-3
+
+
+def test_a_program_that_does_not_cut_the_surface_is_refused() -> None:
+    _, trial = example()
+    short = b"G17 G21 G90 G94\nG0 X0 Y0 Z9\nG1 X0 Y0 Z0 F300\nG1 X50\nG0 Z9\nM2\n"
+    inputs = replace(trial.inputs, program=read_program(short, "linuxcnc"))
+    with pytest.raises(TrueloopError, match="places are not cut") as refused:
+        mill, _ = example()
+        simulate_surface(surface_trial(inputs, (25, 25)), mill)
+    assert refused.value.code is Code.SIM_MILL
+
+
+@pytest.mark.parametrize(
+    ("words", "program"),
+    [
+        ("0 of 1 moves are straight", b"G0 X0\nM2\n"),
+        ("1 of 2 moves are arcs", b"G17 G21 G1 X0 Y0 F9\nG2 X10 Y0 I5\nM2\n"),
+    ],
+)
+def test_a_program_that_the_mill_cannot_follow_is_refused(words: str, program: bytes) -> None:
+    _, trial = example()
+    with pytest.raises(TrueloopError, match=words):
+        surface_trial(replace(trial.inputs, program=read_program(program, "linuxcnc")), (25, 25))
+
+
+def test_another_cutter_than_a_ball_end_is_refused() -> None:
+    _, trial = example()
+    assert trial.inputs.cutter is not None
+    bull_nose = replace(trial.inputs.cutter, cutter=Cutter(8.0, 2.0))
+    with pytest.raises(TrueloopError, match=r"corners of 2 mm") as refused:
+        surface_trial(replace(trial.inputs, cutter=bull_nose), (25, 25))
+    assert refused.value.code is Code.SIM_MILL

@@ -1,0 +1,101 @@
+"""The virtual mill on a plane, where what it leaves is known, and its measuring machine."""
+
+import math
+
+import numpy as np
+import pytest
+
+from trueloop.error_surface.spline_surface import Size, SplineSurface
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_fit import fit_grid
+from trueloop.simulator.cmm import VirtualCmm
+from trueloop.simulator.mill import MilledStock
+from trueloop.simulator.surface_process import SurfaceProcess, Variation
+from trueloop.simulator.virtual_mill import STEP_MM, Passes, VirtualMill, passes_over
+
+RADIUS = 3.0
+STEP_OVER = 0.5
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def plane() -> Surface:
+    x, y = np.meshgrid(np.linspace(0, 20, 5), np.linspace(0, 20, 5), indexing="ij")
+    return fit_grid(np.stack([x, y, 0 * x], axis=2)).surface
+
+
+def passes() -> Passes:
+    """Along x, from edge to edge."""
+    ends = [np.array([[0.0, y, RADIUS], [20.0, y, RADIUS]]) for y in np.arange(0.0, 20.1, STEP_OVER)]
+    return passes_over(plane(), ends)
+
+
+def sloping(low_mm: float, high_mm: float) -> SplineSurface:
+    """From one value at u = 0 to another at u = 1, straight."""
+    return SplineSurface(Size(4, 4), np.repeat(np.linspace(low_mm, high_mm, 4)[:, None], 4, axis=1))
+
+
+def under_a_pass(count: int = 9) -> tuple[Array, Array]:
+    points = np.column_stack([np.linspace(2, 18, count), np.full(count, 10.0), np.zeros(count)])
+    return points, np.tile(UP, (count, 1))
+
+
+def test_the_ball_stands_off_by_the_pattern_and_leaves_as_much() -> None:
+    """Under a pass that climbs by 6 µm in 20 mm the material stands as high as the ball was off, to second order."""
+    mill = VirtualMill(SurfaceProcess(sloping(0.002, 0.008), 0.0, 0.0, 0.0))
+    points, normal = under_a_pass()
+    left = mill.cut(passes(), RADIUS, None).height_mm(points, normal)
+    assert np.allclose(left, 0.002 + 0.006 * points[:, 0] / 20.0, atol=2e-7)
+
+
+@pytest.mark.parametrize("worn_mm", [-0.004, 0.003])
+def test_a_worn_cutter_leaves_material_on(worn_mm: float) -> None:
+    mill = VirtualMill(SurfaceProcess(sloping(0.0, 0.0), 0.0, 0.0, 0.0), radius_error_mm=worn_mm)
+    assert np.allclose(mill.cut(passes(), RADIUS, None).height_mm(*under_a_pass()), -worn_mm, atol=1e-9)
+
+
+def test_what_a_part_has_of_its_own_is_added_to_the_pattern() -> None:
+    waves = np.zeros((6, 6))
+    waves[1, 0] = 1.0  # sin(u) cos(v) / 3
+    variation = Variation(0.003, 0.003, waves)
+    mill = VirtualMill(SurfaceProcess(sloping(0.001, 0.001), 0.0, 0.0, 0.0))
+    points, normal = under_a_pass()
+    left = mill.cut(passes(), RADIUS, variation).height_mm(points, normal)
+    expected = 0.001 + 0.003 * np.sin(points[:, 0] / 20) * math.cos(0.5) / 3
+    assert np.allclose(left, expected, atol=5e-7)
+
+
+def test_variation_at_pairs_is_that_of_the_grid() -> None:
+    at = np.linspace(0.0, 1.0, 6)
+    one = SurfaceProcess(sloping(0.0, 0.0), 0.001, 0.003, 0.0).variation(np.random.default_rng(1))
+    pairs = one.value_mm(np.repeat(at, 6), np.tile(at, 6)).reshape(6, 6)
+    np.testing.assert_allclose(one.grid_mm(at, at), pairs, atol=1e-15)
+
+
+def test_parts_differ_by_as_much_as_is_said_in_the_middle_and_at_the_edges() -> None:
+    process, rng = SurfaceProcess(sloping(0.0, 0.0), 0.001, 0.003, 0.0), np.random.default_rng(2)
+    at = np.array([0.5, 0.75, 0.0, 1.0])
+    drawn = [process.variation(rng).grid_mm(at, at) for _ in range(4000)]
+    expected = [[1, 2, 3, 3], [2, 2, 3, 3], [3, 3, 3, 3], [3, 3, 3, 3]]
+    np.testing.assert_allclose(1000 * np.std(drawn, axis=0), expected, rtol=0.06)
+
+
+def test_a_pass_is_displaced_at_least_every_half_millimetre() -> None:
+    (first, *_) = passes().centres_mm
+    assert np.max(np.linalg.norm(np.diff(first, axis=0), axis=1)) <= STEP_MM + 1e-12
+    assert np.allclose(first[[0, -1]], [[0.0, 0.0, RADIUS], [20.0, 0.0, RADIUS]])
+    assert len(passes().u) == sum(map(len, passes().centres_mm))
+
+
+def test_a_milled_part_is_found_shifted_and_turned_as_a_whole() -> None:
+    """Frame errors alone are a rigid motion: six numbers explain all deviations."""
+    rng = np.random.default_rng(4)
+    points = rng.uniform(-30, 30, (60, 3))
+    normal = rng.normal(size=(60, 3))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    cmm, nothing = VirtualCmm(frame_mm=0.002, tilt_rad=1e-4), MilledStock()
+    found = cmm.measure(nothing, points, normal, rng) - nothing.height_mm(points, normal)
+    rigid = np.hstack([normal, np.cross(points, normal)])
+    motion = np.linalg.lstsq(rigid, found, rcond=None)[0]
+    np.testing.assert_allclose(rigid @ motion, found, atol=1e-12)
+    assert np.all(np.abs(motion) > 1e-7)
