@@ -183,6 +183,27 @@ def weights_product_rows(
 ) -> NDArray[np.float64]:
     """Some rows of that product, every pair worked off. ValueError when refused."""
 
+# nurbs: closest points of a B-spline patch
+
+@final
+class NurbsPatch:
+    """A patch by degrees, clamped knots and control points (n, m, 4): (w x, w y, w z, w). ValueError when it is none."""
+
+    def __new__(
+        cls,
+        degrees: tuple[int, int],
+        knots: tuple[NDArray[np.float64], NDArray[np.float64]],
+        control: NDArray[np.float64],
+    ) -> NurbsPatch: ...
+    def feet(
+        self, points: NDArray[np.float64], near: NDArray[np.float64] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Closest points of points (n, 3): parameters (n, 2), places, and derivatives by u and by v, (n, 3) each.
+
+        `near`: parameters (n, 2) to start from, downhill; without them the nearest of the whole patch. ValueError for
+        what is no finite number.
+        """
+
 # error-eval: machine models
 
 @final

@@ -173,6 +173,8 @@ def test_refusal_names_code_values_and_hint(code: Code) -> None:
 @pytest.mark.parametrize(
     ("code", "produce"),
     [
+        (Code.SRF_SURFACE, lambda: replace(SURFACE, degrees=(0, 3))),
+        (Code.SRF_SURFACE, lambda: replace(SURFACE, degrees=(26, 3))),
         (Code.SRF_SIGN, lambda: _measured(_points(0.5))),  # ball centres given as points
         (Code.SRF_HOLES, lambda: _measured(_with(_points(), slice(0, 20), np.nan), shape=(8, 8))),
         (Code.SRF_OUTSIDE, _off_the_trimmed_face),

@@ -1,10 +1,11 @@
-//! `surface-fit` and `spatial` for Python: arrays in, arrays out.
+//! `surface-fit`, `spatial` and `nurbs` for Python: arrays in, arrays out.
 
 use curve_fit::SplineSpace;
 use numpy::{
-    IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
     PyUntypedArrayMethods,
 };
+use nurbs::{Foot, Patch};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use spatial::{Decay, Points};
@@ -45,16 +46,17 @@ fn fit_surface_grid<'py>(
         .reshape([u.unknowns(), v.unknowns()])
 }
 
-fn points_of(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Points> {
-    if rows.shape().get(1) != Some(&3) {
-        return Err(refuse("points must have three columns"));
+/// The rows of an array of so many columns.
+fn rows_of<const N: usize>(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; N]>> {
+    if array.shape().get(1) != Some(&N) {
+        return Err(refuse(format!("an array must have {N} columns")));
     }
-    let rows: Vec<[f64; 3]> = rows
-        .as_slice()?
-        .chunks_exact(3)
-        .map(|row| [row[0], row[1], row[2]])
-        .collect();
-    Points::new(&rows).map_err(refuse)
+    let rows = array.as_slice()?.chunks_exact(N);
+    Ok(rows.filter_map(|row| row.try_into().ok()).collect())
+}
+
+fn points_of(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Points> {
+    Points::new(&rows_of(rows)?).map_err(refuse)
 }
 
 /// Sums over ordered pairs i ≠ j with c = max(d, nearest)^-exponent: of c and of c zᵢzⱼ.
@@ -119,8 +121,67 @@ fn weights_product_rows<'py>(
     found.into_pyarray(py).reshape([rows.len(), columns])
 }
 
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+
+/// A B-spline patch, rational or not, for the closest points on it.
+#[pyclass(frozen)]
+struct NurbsPatch {
+    patch: Patch,
+}
+
+#[pymethods]
+impl NurbsPatch {
+    /// Control points (n, m, 4) as (w x, w y, w z, w).
+    #[new]
+    fn new(
+        degrees: (usize, usize),
+        knots: (PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>),
+        control: PyReadonlyArray3<'_, f64>,
+    ) -> PyResult<Self> {
+        let control: Vec<[f64; 4]> = control
+            .as_slice()?
+            .chunks_exact(4)
+            .filter_map(|point| point.try_into().ok())
+            .collect();
+        let knots = [knots.0.as_slice()?, knots.1.as_slice()?];
+        let patch = Patch::new([degrees.0, degrees.1], knots, &control).map_err(refuse)?;
+        Ok(Self { patch })
+    }
+
+    /// Closest points of points (n, 3): parameters (n, 2), places, and derivatives by u and by v, (n, 3) each.
+    #[pyo3(signature = (points, near=None))]
+    fn feet<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+        near: Option<PyReadonlyArray2<'py, f64>>,
+    ) -> PyResult<(Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>)> {
+        let points = rows_of(&points)?;
+        let near = near.as_ref().map(rows_of).transpose()?;
+        let feet = py
+            .detach(|| self.patch.feet(&points, near.as_deref()))
+            .map_err(refuse)?;
+        Ok((
+            matrix(py, &feet, |foot| foot.at)?,
+            matrix(py, &feet, |foot| foot.point)?,
+            matrix(py, &feet, |foot| foot.du)?,
+            matrix(py, &feet, |foot| foot.dv)?,
+        ))
+    }
+}
+
+fn matrix<'py, const N: usize>(
+    py: Python<'py>,
+    feet: &[Foot],
+    of: impl Fn(&Foot) -> [f64; N],
+) -> PyResult<Matrix<'py>> {
+    let flat: Vec<f64> = feet.iter().flat_map(of).collect();
+    flat.into_pyarray(py).reshape([feet.len(), N])
+}
+
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<NurbsPatch>()?;
     module.add_function(wrap_pyfunction!(fit_surface_grid, module)?)?;
     module.add_function(wrap_pyfunction!(pair_sums, module)?)?;
     module.add_function(wrap_pyfunction!(weights_product, module)?)?;

@@ -19,4 +19,5 @@ pub use far::far_product;
 pub use pairs::{pair_sums, PairSums};
 pub use points::{Points, Refused};
 pub use product::{product, some_rows};
+pub use threads::spread;
 pub use weight::Decay;

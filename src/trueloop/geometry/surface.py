@@ -13,6 +13,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface_basis import BasisRows, basis_matrix, basis_rows
 
+MOST_DEGREE = 25
+"""As in the CAD kernel."""
 CHUNK = 4096
 """Places evaluated at once: their control points stay in the cache."""
 
@@ -77,11 +79,15 @@ class Surface:
 
     def normal_of(self, at: Partials) -> Array:
         """Outward unit normals of places already evaluated."""
-        across = np.cross(at.du, at.dv)
+        return self.outward(at.point_mm, at.du, at.dv)
+
+    def outward(self, point_mm: Array, du: Array, dv: Array) -> Array:
+        """Outward unit normals (n, 3) from the derivatives at points, (n, 3) each; raises as `normal`."""
+        across = np.cross(du, dv)
         length = np.linalg.norm(across, axis=1)
-        size = np.linalg.norm(at.du, axis=1) * np.linalg.norm(at.dv, axis=1)
+        size = np.linalg.norm(du, axis=1) * np.linalg.norm(dv, axis=1)
         if np.any(bad := ~(length > 1e-12 * np.max(size, initial=1e-300))):
-            x, y, z = at.point_mm[int(np.argmax(bad))]
+            x, y, z = point_mm[int(np.argmax(bad))]
             raise TrueloopError(
                 Code.SRF_DEGENERATE,
                 f"the surface has no normal at x {x:.4f} mm, y {y:.4f} mm, z {z:.4f} mm",
@@ -177,7 +183,9 @@ def _check(surface: Surface) -> None:
         ("u", surface.knots_u, surface.degrees[0], n),
         ("v", surface.knots_v, surface.degrees[1], m),
     ):
-        if degree < 1 or len(knots) != count + degree + 1:
+        if not 1 <= degree <= MOST_DEGREE:
+            wrong = f"a degree of {degree} along {name}; 1 to {MOST_DEGREE} are possible"
+        elif len(knots) != count + degree + 1:
             wrong = f"{count} control points of degree {degree} along {name} do not fit {len(knots)} knots"
         elif not np.all(np.isfinite(knots)) or np.any(np.diff(knots) < 0) or knots[degree] >= knots[count]:
             wrong = f"the {len(knots)} knots along {name} do not ascend"
