@@ -187,7 +187,7 @@ def weights_product_rows(
 
 @final
 class NurbsPatch:
-    """A patch by degrees, clamped knots and control points (n, m, 4): (w x, w y, w z, w). ValueError when it is none."""
+    """A patch by degrees, clamped knots and control points (n, m, 4): (w x, w y, w z, w). ValueError if it is none."""
 
     def __new__(
         cls,

@@ -91,7 +91,8 @@ def test_no_foot_is_farther_than_the_slow_search_finds_it(name: str) -> None:
     np.testing.assert_allclose(feet.point_mm, surface.point_mm(feet.u, feet.v), atol=1e-11)
     if min(surface.degrees) > 1:  # at a crease either side's normal will do
         np.testing.assert_allclose(feet.normal, surface.normal(feet.u, feet.v), atol=1e-9)
-    np.testing.assert_allclose(np.hypot(feet.distance_mm, feet.beyond_mm)[feet.beyond_mm > 0], found[feet.beyond_mm > 0])
+    outside = feet.beyond_mm > 0
+    np.testing.assert_allclose(np.hypot(feet.distance_mm, feet.beyond_mm)[outside], found[outside])
 
 
 @pytest.mark.parametrize("name", ["wavy", "ball", "tube", "degrees 3 and 4, rational"])
