@@ -208,16 +208,14 @@ class NurbsPatch:
 
 @final
 class MachineEvaluator:
-    """A compiled machine model: bodies (axis, breaks, powers, forward, return, arm, carries) and slopes of axes."""
+    """A compiled machine model: bodies (axis, breaks, powers, rows, arm, carries) and slopes of axes."""
 
     def __new__(
         cls,
-        bodies: list[
-            tuple[int, list[float], int, list[list[float]], list[list[float]] | None, list[float], list[float]]
-        ],
+        bodies: list[tuple[int, list[float], int, list[list[float]], list[float], list[float]]],
         slope: list[list[float]],
     ) -> MachineEvaluator: ...
     def error(
-        self, positions: NDArray[np.float64], ways: NDArray[np.float64] | None, threads: int
+        self, positions: NDArray[np.float64], travel: NDArray[np.float64] | None, threads: int
     ) -> NDArray[np.float64]:
-        """E (n, 3) at positions (n, 3); ways (n, 3) +1, −1 or 0, or None. On up to `threads` threads."""
+        """E (n, 3) at positions (n, 3); travel (n, 3) +1, −1 or 0, or None. On up to `threads` threads."""

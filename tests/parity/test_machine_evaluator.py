@@ -1,46 +1,20 @@
 """The Rust evaluator against the readable model: structures, ways of travel, signals, segments, rotary axes."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from tests.support.machines import random_model
+from tests.support.machines import any_model, set_back_chain
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.chain import AxisKind, Chain
 from trueloop.machine.compiled import compile_model
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.position_basis import CONSTANT, segments
-from trueloop.machine.structure import PRESETS, chain_of
-from trueloop.machine.term import Part, Term
-
-TRAVEL = (-300.0, 400.0)
-
-
-def _chain(structure: str) -> Chain:
-    chain = chain_of(structure)
-    return chain.with_axes(
-        {a.name: replace(a, travel=TRAVEL, offset_mm=(20.0 + k, -35.0, 50.0 * k)) for k, a in enumerate(chain.axes)}
-    )
-
-
-def _model(chain: Chain, rng: np.random.Generator) -> MachineModel:
-    """Every error of the chain, motions of moves axes as splines of different segments and degrees."""
-    terms = []
-    for k, name in enumerate(chain.errors()):
-        moves = chain.axis(name.axis).kind is not AxisKind.SPINDLE and not name.place
-        parts = [Part(segments(*TRAVEL, 1 + k % 4, k % 4 or 3))] if moves else [Part(CONSTANT)]
-        if k % 3 == 0:
-            parts.append(Part(segments(*TRAVEL, 2, 2) if moves else CONSTANT, "T1", 20.0))
-        terms.append(Term(name, tuple(parts), both_ways=moves and k % 5 == 0))
-    return random_model(Machine("any", chain), tuple(terms), rng)
+from trueloop.machine.model import State
+from trueloop.machine.structure import PRESETS
 
 
 @pytest.mark.parametrize("structure", PRESETS)
 def test_same_numbers_as_the_model(structure: str) -> None:
     rng = np.random.default_rng(51)
-    chain = _chain(structure)
-    model = _model(chain, rng)
+    chain = set_back_chain(structure)
+    model = any_model(chain, rng)
     fixed = {name: 0.3 + 0.2 * k for k, name in enumerate(chain.order) if name in "ABC"}
     positions, travel = rng.uniform(-290, 390, (500, 3)), rng.choice([-1.0, 0.0, 1.0], (500, 3))
     tool = (15.0, -8.0, -140.0)
@@ -57,7 +31,7 @@ def test_same_numbers_as_the_model(structure: str) -> None:
 
 def test_beyond_the_segments_the_end_values_hold() -> None:
     rng = np.random.default_rng(52)
-    model = _model(_chain("mill-gantry"), rng)
+    model = any_model(set_back_chain("mill-gantry"), rng)
     compiled = compile_model(model, {"T1": 20.0})
     far = np.array([[-900.0, 0.0, 0.0], [0.0, 900.0, -900.0]])
     expected = model.error_mm(
@@ -67,12 +41,12 @@ def test_beyond_the_segments_the_end_values_hold() -> None:
 
 
 def test_no_positions_and_numbers_that_are_none() -> None:
-    compiled = compile_model(_model(_chain("mill-gantry"), np.random.default_rng(53)), {"T1": 20.0})
+    compiled = compile_model(any_model(set_back_chain("mill-gantry"), np.random.default_rng(53)), {"T1": 20.0})
     assert compiled.error_mm(np.zeros((0, 3)), threads=4).shape == (0, 3)
     assert np.isnan(compiled.error_mm(np.array([[np.nan, 0.0, 0.0]]))).any()
 
 
 def test_a_signal_that_is_not_given() -> None:
     with pytest.raises(TrueloopError) as refusal:
-        compile_model(_model(_chain("turning"), np.random.default_rng(54)), {})
+        compile_model(any_model(set_back_chain("turning"), np.random.default_rng(54)), {})
     assert refusal.value.code is Code.MCH_SIGNAL

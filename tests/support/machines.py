@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from trueloop.geometry.feature import Array
-from trueloop.machine.chain import Chain
+from trueloop.machine.chain import AxisKind, Chain
 from trueloop.machine.kinematics import exact_error_mm
 from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.observations import Observations
+from trueloop.machine.position_basis import CONSTANT, segments
 from trueloop.machine.structure import chain_of
-from trueloop.machine.term import Term, block_diagonal
+from trueloop.machine.term import Part, Term, block_diagonal
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 
@@ -18,6 +19,33 @@ TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 def chain_with_travel(structure: str) -> Chain:
     chain = chain_of(structure)
     return chain.with_axes({a.name: replace(a, travel=TRAVEL[a.name]) for a in chain.axes if a.name in TRAVEL})
+
+
+def set_back_chain(structure: str) -> Chain:
+    """A structure whose axes all travel alike and stand off each other."""
+    chain = chain_of(structure)
+    return chain.with_axes(
+        {
+            a.name: replace(a, travel=(-300.0, 400.0), offset_mm=(20.0 + k, -35.0, 50.0 * k))
+            for k, a in enumerate(chain.axes)
+        }
+    )
+
+
+def any_model(chain: Chain, rng: np.random.Generator, count: int = 4, degree: int = 3, ways: int = 5) -> MachineModel:
+    """Every error of the chain: motions of axes as splines of up to so many segments and up to that degree.
+
+    Every third depends on T1 too, every error number `ways` on the way of travel.
+    """
+    terms = []
+    for k, name in enumerate(chain.errors()):
+        axis = chain.axis(name.axis)
+        moves = axis.kind is not AxisKind.SPINDLE and not name.place
+        parts = [Part(segments(*axis.travel, 1 + k % count, k % degree + 1) if moves else CONSTANT)]
+        if k % 3 == 0:
+            parts.append(Part(segments(*axis.travel, 2, 2) if moves else CONSTANT, "T1", 20.0))
+        terms.append(Term(name, tuple(parts), both_ways=moves and k % ways == 0))
+    return random_model(Machine("any", chain), tuple(terms), rng)
 
 
 def random_model(machine: Machine, terms: tuple[Term, ...], rng: np.random.Generator) -> MachineModel:

@@ -5,12 +5,18 @@
 //!
 //! E = Σ over bodies (d + r × arm) + Σ over axes slope · q, with d the three displacements, r the three rotations,
 //! arm = arm₀ + (those axes' positions that lie between the body and the tool point). First order in the errors.
+//!
+//! One code for one point and for as many as a vector register holds: generic over [`pulp::Simd`].
 
 #![no_std]
 
 mod body;
+mod lanes;
 
-pub use body::{Body, ModelError, Way, COMPONENTS};
+use pulp::{Arch, Scalar, Simd, WithSimd};
+
+pub use body::{Body, ModelError, COMPONENTS};
+use lanes::{columns, write};
 
 /// Position or error: X, Y, Z in mm.
 pub type Vector = [f64; 3];
@@ -28,51 +34,63 @@ impl<'a> Model<'a> {
         Self { bodies, slope }
     }
 
-    /// E = actual − commanded at machine position `q`, each axis having come the way `way` says.
+    /// E = actual − commanded at machine position `q`; `travel` is how each axis came there: +1 forward, −1 return, 0
+    /// not known, which gives the mean of both.
     #[must_use]
-    pub fn error(&self, q: Vector, way: [Way; 3]) -> Vector {
-        let mut error = [0.0; 3];
+    pub fn error(&self, q: Vector, travel: Vector) -> Vector {
+        self.at(Scalar::new(), &q, &travel)
+    }
+
+    /// E at many positions, three numbers each, into `out`, which is as long.
+    ///
+    /// `travel` holds that of each axis at each position; where it has ended travel is not known.
+    pub fn errors(&self, positions: &[f64], travel: &[f64], out: &mut [f64]) {
+        Arch::new().dispatch(Batch {
+            model: *self,
+            positions,
+            travel,
+            out,
+        });
+    }
+
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, q: &[S::f64s; 3], travel: &[S::f64s; 3]) -> [S::f64s; 3] {
+        let mut error = [simd.splat_f64s(0.0); 3];
         for (position, slope) in q.iter().zip(&self.slope) {
             for (sum, part) in error.iter_mut().zip(slope) {
-                *sum += position * part;
+                *sum = simd.mul_add_e_f64s(*position, simd.splat_f64s(*part), *sum);
             }
         }
         for body in self.bodies {
-            let part = body.error(q, way);
-            for (sum, part) in error.iter_mut().zip(part) {
-                *sum += part;
-            }
+            body.add_error(simd, q, travel, &mut error);
         }
         error
     }
-
-    /// E at many positions, three numbers each, into `out`; what is beyond the shortest is left out.
-    ///
-    /// `ways` holds the sign of travel of each axis at each position; without it travel is not known.
-    pub fn errors(&self, positions: &[f64], ways: Option<&[f64]>, out: &mut [f64]) {
-        let points = positions.chunks_exact(3).map(vector);
-        let results = out.chunks_exact_mut(3);
-        match ways {
-            None => {
-                for (q, error) in points.zip(results) {
-                    error.copy_from_slice(&self.error(q, [Way::Unknown; 3]));
-                }
-            }
-            Some(ways) => {
-                let ways = ways.chunks_exact(3).map(vector);
-                for ((q, way), error) in points.zip(ways).zip(results) {
-                    error.copy_from_slice(&self.error(q, way.map(Way::of_sign)));
-                }
-            }
-        }
-    }
 }
 
-#[inline]
-fn vector(row: &[f64]) -> Vector {
-    match *row {
-        [x, y, z] => [x, y, z],
-        _ => [0.0; 3],
+/// Points worked off with the widest registers that the processor has.
+struct Batch<'a> {
+    model: Model<'a>,
+    positions: &'a [f64],
+    travel: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Batch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let size = 3 * S::F64_LANES;
+        let mut travel = self.travel.chunks(size);
+        for (points, out) in self.positions.chunks(size).zip(self.out.chunks_mut(size)) {
+            let travel = columns(simd, travel.next().unwrap_or(&[]));
+            write(
+                simd,
+                self.model.at(simd, &columns(simd, points), &travel),
+                out,
+            );
+        }
     }
 }
 

@@ -7,41 +7,18 @@ use pyo3::prelude::*;
 
 type Six = [f64; 6];
 
-struct Owned {
-    axis: usize,
-    breaks: Vec<f64>,
-    powers: usize,
-    forward: Vec<Six>,
-    back: Option<Vec<Six>>,
-    arm: [f64; 3],
-    carries: [f64; 3],
-}
+/// Axis, breaks, powers, rows, arm, carries.
+#[derive(FromPyObject)]
+struct Owned(usize, Vec<f64>, usize, Vec<Six>, [f64; 3], [f64; 3]);
 
 impl Owned {
     fn body(&self) -> Result<Body<'_>, ModelError> {
-        Body::new(
-            self.axis,
-            &self.breaks,
-            self.powers,
-            &self.forward,
-            self.back.as_deref(),
-            self.arm,
-            self.carries,
-        )
+        let Self(axis, breaks, powers, rows, arm, carries) = self;
+        Body::new(*axis, breaks, *powers, rows, *arm, *carries)
     }
 }
 
-type Given = (
-    usize,
-    Vec<f64>,
-    usize,
-    Vec<Six>,
-    Option<Vec<Six>>,
-    [f64; 3],
-    [f64; 3],
-);
-
-/// A compiled machine model: bodies (axis, breaks, powers, forward, return, arm, carries) and slopes of axes.
+/// A compiled machine model: bodies (axis, breaks, powers, rows, arm, carries) and slopes of axes.
 #[pyclass(frozen)]
 struct MachineEvaluator {
     bodies: Vec<Owned>,
@@ -51,21 +28,7 @@ struct MachineEvaluator {
 #[pymethods]
 impl MachineEvaluator {
     #[new]
-    fn new(bodies: Vec<Given>, slope: [[f64; 3]; 3]) -> PyResult<Self> {
-        let bodies: Vec<Owned> = bodies
-            .into_iter()
-            .map(
-                |(axis, breaks, powers, forward, back, arm, carries)| Owned {
-                    axis,
-                    breaks,
-                    powers,
-                    forward,
-                    back,
-                    arm,
-                    carries,
-                },
-            )
-            .collect();
+    fn new(bodies: Vec<Owned>, slope: [[f64; 3]; 3]) -> PyResult<Self> {
         for body in &bodies {
             body.body()
                 .map_err(|error| PyValueError::new_err(format!("{error:?}")))?;
@@ -73,17 +36,20 @@ impl MachineEvaluator {
         Ok(Self { bodies, slope })
     }
 
-    /// E (n, 3) at positions (n, 3); ways (n, 3) +1, −1 or 0, or None. On up to `threads` threads.
-    #[pyo3(signature = (positions, ways, threads))]
+    /// E (n, 3) at positions (n, 3); travel (n, 3) +1, −1 or 0, or None. On up to `threads` threads.
+    #[pyo3(signature = (positions, travel, threads))]
     fn error<'py>(
         &self,
         py: Python<'py>,
         positions: PyReadonlyArray2<'py, f64>,
-        ways: Option<PyReadonlyArray2<'py, f64>>,
+        travel: Option<PyReadonlyArray2<'py, f64>>,
         threads: usize,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let positions = positions.as_slice()?;
-        let ways = ways.as_ref().map(|ways| ways.as_slice()).transpose()?;
+        let travel = match &travel {
+            Some(travel) => travel.as_slice()?,
+            None => &[],
+        };
         let bodies: Vec<Body<'_>> = self
             .bodies
             .iter()
@@ -92,23 +58,25 @@ impl MachineEvaluator {
         let model = Model::new(&bodies, self.slope);
         let count = positions.len() / 3;
         let mut out = vec![0.0; 3 * count];
-        if threads <= 1 {
-            py.detach(|| model.errors(positions, ways, &mut out));
-        } else {
-            let share = 3 * count.div_ceil(threads).max(1);
-            py.detach(|| {
-                std::thread::scope(|scope| {
-                    for (k, errors) in out.chunks_mut(share).enumerate() {
-                        let part = positions.get(k * share..).unwrap_or(&[]);
-                        let ways = ways.map(|ways| ways.get(k * share..).unwrap_or(&[]));
-                        scope.spawn(move || model.errors(part, ways, errors));
-                    }
+        let size = 3 * count.div_ceil(threads.max(1)).max(1);
+        py.detach(|| {
+            std::thread::scope(|scope| {
+                let mut shares = out.chunks_mut(size).enumerate().map(|(k, errors)| {
+                    move || model.errors(part(positions, size, k), part(travel, size, k), errors)
                 });
-            });
-        }
+                let own = shares.next();
+                shares.for_each(|share| drop(scope.spawn(share)));
+                own.map(|mut share| share())
+            })
+        });
         let array: Bound<'py, PyArray1<f64>> = out.into_pyarray(py);
         array.reshape([count, 3])
     }
+}
+
+/// Chunk number `k`, empty where there is none.
+fn part(of: &[f64], size: usize, k: usize) -> &[f64] {
+    of.chunks(size).nth(k).unwrap_or(&[])
 }
 
 /// Adds what this file binds to the module.

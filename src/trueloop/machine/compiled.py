@@ -16,7 +16,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import ZERO, Vector
 from trueloop.machine.jacobian import Influence, influences
-from trueloop.machine.kinematics import bed_to_work
+from trueloop.machine.kinematics import PROBE_MM, bed_to_work
 from trueloop.machine.model import MachineModel
 from trueloop.machine.names import ErrorName
 from trueloop.machine.term import Signals, Term
@@ -26,15 +26,15 @@ LINEAR = "XYZ"
 
 @dataclass(frozen=True)
 class Body:
-    """Six errors that act on one frame: local powers (segments, powers, 6) forward and return, and the arm to the tool.
+    """Six errors that act on one frame: local powers (1 or 3, segments, powers, 6), and the arm to the tool.
 
-    `carries` is 1 for axes whose position adds to the arm. Displacements in mm, rotations in rad, machine directions.
+    Three tables of powers are for travel that is not known, forward and return. `carries` is 1 for axes whose position
+    adds to the arm. Displacements in mm, rotations in rad, machine directions.
     """
 
     axis: int
     breaks: Array
-    forward: Array
-    reverse: Array | None
+    powers: Array
     arm_mm: Array
     carries: Array
 
@@ -56,7 +56,7 @@ class CompiledModel:
 
 
 def compile_model(
-    model: MachineModel, signals: Signals, tool_mm: Vector = ZERO, fixed: Mapping[str, float] | None = None
+    model: MachineModel, signals: Signals, tool_mm: Array | Vector = ZERO, fixed: Mapping[str, float] | None = None
 ) -> CompiledModel:
     """Raises MCH-SIGNAL for a signal that is not given, MCH-STRUCTURE for a linear axis that is none of X, Y, Z.
 
@@ -75,26 +75,21 @@ def compile_model(
     slope = parts.slope()
     given = [
         (
-            *(b.axis, b.breaks.tolist(), b.forward.shape[1], _rows(b.forward)),
-            *(None if b.reverse is None else _rows(b.reverse), b.arm_mm.tolist(), b.carries.tolist()),
+            *(b.axis, b.breaks.tolist(), b.powers.shape[2], b.powers.reshape(-1, 6).tolist()),
+            *(b.arm_mm.tolist(), b.carries.tolist()),
         )
         for b in bodies
     ]
     return CompiledModel(bodies, slope, parts.bed_to_work, MachineEvaluator(given, slope.tolist()))
 
 
-def _rows(powers: Array) -> list[list[float]]:
-    flat: list[list[float]] = powers.reshape(-1, 6).tolist()
-    return flat
-
-
 class _Parts:
-    """Arms by probing `influences` at zero and at one millimetre of each axis: they are linear in the positions."""
+    """Arms by probing `influences` at zero and with each axis moved: they are linear in the positions."""
 
-    def __init__(self, model: MachineModel, signals: Signals, tool_mm: Vector, fixed: dict[str, float]) -> None:
+    def __init__(self, model: MachineModel, signals: Signals, tool_mm: Array | Vector, fixed: dict[str, float]) -> None:
         chain = model.machine.chain
         self.model, self.signals = model, signals
-        probes = np.vstack([np.zeros(3), np.eye(3)])
+        probes = np.vstack([np.zeros(3), PROBE_MM * np.eye(3)])
         given: dict[str, Array | float] = dict(fixed)
         given |= {name: probes[:, k] for k, name in enumerate(LINEAR) if name in chain.order}
         positions = np.broadcast_to(chain.positions(given), (4, len(chain.order)))
@@ -123,7 +118,7 @@ class _Parts:
             if name.place and self._is_slope(name):
                 value = self._constant(name)
                 displacement = self.columns[name].displacement
-                slope += value * (displacement[1:] - displacement[0])
+                slope += value * (displacement[1:] - displacement[0]) / PROBE_MM
         return slope
 
     def _is_slope(self, name: ErrorName) -> bool:
@@ -139,13 +134,14 @@ class _Parts:
         breaks = self._breaks(terms) if linear else np.array([0.0, 1.0])
         powers = 1 + max(part.basis.degree for term in terms for part in term.parts) if linear else 1
         both = linear and any(term.both_ways for term in terms)
-        ways = [self._powers(terms, breaks, powers, way, linear) for way in ((1.0, -1.0) if both else (1.0,))]
+        ways = (0.0, 1.0, -1.0) if both else (0.0,)
+        tables = np.array([self._powers(terms, breaks, powers, way, linear) for way in ways])
         displaced = self._directions(names)
         arm, carries = self._arm(axis, names)
         # errors act along the frame's own axes, which rotary axes that stand still may have turned
-        turned = [np.concatenate([w[..., :3] @ displaced, w[..., 3:] @ displaced], axis=-1) for w in ways]
+        turned = np.concatenate([tables[..., :3] @ displaced, tables[..., 3:] @ displaced], axis=-1)
         axis_number = LINEAR.index(axis) if linear else 0
-        return Body(axis_number, breaks, turned[0], turned[1] if both else None, arm, carries)
+        return Body(axis_number, breaks, turned, arm, carries)
 
     def _breaks(self, terms: list[Term]) -> Array:
         bases = [part.basis for term in terms for part in term.parts if part.basis.size > 1]
@@ -187,14 +183,14 @@ class _Parts:
         arms = [
             np.linalg.lstsq(rows, np.concatenate([i.displacement[k] for i in known]), rcond=None)[0] for k in range(4)
         ]
-        moves = np.array(arms[1:]) - arms[0]
+        moves = (np.array(arms[1:]) - arms[0]) / PROBE_MM
         if np.abs(moves - np.diag(np.diag(moves))).max() > 1e-9:
             raise TrueloopError(
                 Code.MCH_STRUCTURE,
                 f"a rotary axis carries the axis whose errors are {names[0]} to {names[-1]}, and is turned",
                 hint="evaluate such a machine with `MachineModel.error_mm`",
             )
-        carries = np.asarray(np.round(np.diag(moves), 12), dtype=np.float64)
+        carries = np.asarray(np.round(np.diag(moves)), dtype=np.float64)
         return arms[0], carries
 
 

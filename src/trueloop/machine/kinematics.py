@@ -19,6 +19,9 @@ from trueloop.machine.names import ErrorName
 
 Values = Mapping[ErrorName, Array | float]
 
+PROBE_MM = 1024.0
+"""How far axes are moved to see what they do: not less than offsets are long, so that no digits are lost."""
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -58,11 +61,10 @@ def bed_to_work(chain: Chain, fixed: Mapping[str, float]) -> Array:
     A row is how a millimetre of X, Y or Z displaces the tool as seen from the work.
     """
     given: dict[str, Array | float] = dict(fixed)
-    given |= {
-        name: row for name, row in zip("XYZ", np.vstack([np.zeros(3), np.eye(3)]).T, strict=True) if name in chain.order
-    }
+    probes = np.vstack([np.zeros(3), PROBE_MM * np.eye(3)])
+    given |= {name: probes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
     tool_at = tool_in_work_mm(chain, np.broadcast_to(chain.positions(given), (4, len(chain.order))), np.zeros(3), {})
-    rows: Array = tool_at[1:] - tool_at[0]
+    rows: Array = (tool_at[1:] - tool_at[0]) / PROBE_MM
     for missing in np.flatnonzero(np.linalg.norm(rows, axis=1) < 0.5):
         rows[missing] = np.cross(rows[(missing + 1) % 3], rows[(missing + 2) % 3])
     return rows

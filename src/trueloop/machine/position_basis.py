@@ -67,16 +67,6 @@ class PositionBasis:
         whole = np.linalg.qr(conditions.T, mode="complete")[0]
         return whole[:, len(self.zero_at) :]
 
-    def power_form(self, coefficients: Array) -> Array:
-        """Coefficients (size, …) as powers of the distance from each segment's start, (segments, degree + 1, …)."""
-        from scipy.interpolate import PPoly
-
-        pieces = PPoly.from_spline((self.knots, coefficients, self.degree))
-        # the repeated knots make empty pieces at the ends
-        full = np.flatnonzero(np.diff(pieces.x) > 0)
-        local: Array = np.moveaxis(pieces.c[::-1, full], 0, 1)
-        return local
-
 
 CONSTANT = PositionBasis((0.0, 1.0), 0)
 """The same everywhere: errors of place, offsets, drift."""
