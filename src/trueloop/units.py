@@ -6,3 +6,5 @@ MM_PER_INCH: Final = 25.4
 """Exact by definition (ISO 80000-3)."""
 
 UM_PER_MM: Final = 1000.0
+
+URAD_PER_RAD: Final = 1e6

@@ -20,7 +20,7 @@ from trueloop.cli.machine_options import (
 from trueloop.cli.terminal import AsJson, print_json
 
 if TYPE_CHECKING:
-    pass
+    from trueloop.machine.hold_out import HeldOut
 
 
 @guarded
@@ -33,6 +33,8 @@ def fit(
     as_json: AsJson = False,
 ) -> None:
     """Find the model of a machine from readings. Writes model.json and machine.html."""
+    from dataclasses import asdict
+
     from trueloop.compensation.record import sha256_of
     from trueloop.formats.input_file import in_file
     from trueloop.formats.machine_toml import read_machine
@@ -56,7 +58,7 @@ def fit(
         constants = {lag.name: [lag.constant_s, lag.u_relative * lag.constant_s] for lag in found.model.lags}
         scatter = {"scatter": found.scatter, "readings": len(data), "findings": [f.message for f in found.findings]}
         scatter |= {"chosen": [f"{c.error}·{c.signal}" for c in chosen], "constants_s_and_u": constants}
-        print_json(scatter | {"held_out_rms_mm": {run.run: run.rms for run in held}})
+        print_json(scatter | {"held_out": [asdict(run) for run in held]})
         return
     typer.echo(f"{len(found.model.terms)} terms from {len(data)} readings; scatter {found.scatter:.3g}")
     for taken in chosen:
@@ -64,9 +66,10 @@ def fit(
     for lag in found.model.lags:
         typer.echo(f"  {lag_text(lag)}")
     for run in held:
-        typer.echo(
-            f"  run {run.run!r} predicted from the others: {1e3 * run.rms:.2f} µm RMS, without {1e3 * run.raw:.2f}"
-        )
+        for unit, left in run.by_unit.items():
+            typer.echo(
+                f"  run {run.run!r} predicted from the others: {left.rms:.2f} {unit} RMS, without {left.raw:.2f}"
+            )
     for finding in found.findings:
         typer.echo(f"{finding.severity}: {finding.code}: {finding.message}", err=True)
     typer.echo(f"written: {out / 'model.json'}, {out / 'machine.html'}")
@@ -94,11 +97,14 @@ def check(
     model: ModelFile,
     readings: ReadingFiles,
     history: HistoryFile = None,
-    limit_um: Annotated[float | None, typer.Option(help="Refuse when the RMS is larger.")] = None,
+    limit_um: Annotated[float | None, typer.Option(help="Refuse when the RMS of the lengths is larger.")] = None,
+    limit_urad: Annotated[float | None, typer.Option(help="Refuse when the RMS of the angles is larger.")] = None,
     extrapolate: Extrapolate = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare a model with readings it was not made from. Exit status 1 when beyond the limit."""
+    """Compare a model with readings it was not made from. Exit status 1 when beyond a limit."""
+    from dataclasses import asdict
+
     from trueloop.cli.failure import ExitStatus
     from trueloop.formats.input_file import in_file
     from trueloop.formats.model_file import read_model
@@ -110,9 +116,20 @@ def check(
     with in_file(readings[0] if len(readings) == 1 else model):
         check_state(known, data.state, extrapolate or ())
     result = compare(known, data)
+    beyond = [_beyond(result, "µm", "--limit-um", limit_um), _beyond(result, "µrad", "--limit-urad", limit_urad)]
     if as_json:
-        print_json(result.__dict__)
+        print_json(asdict(result))
     else:
-        typer.echo(f"{len(data)} readings: {1e3 * result.raw:.2f} µm RMS, after the model {1e3 * result.rms:.2f} µm")
-    if limit_um is not None and 1e3 * result.rms > limit_um:
+        for unit, left in result.by_unit.items():
+            typer.echo(f"{left.readings} readings: {left.raw:.2f} {unit} RMS, after the model {left.rms:.2f} {unit}")
+    if any(beyond):
         raise typer.Exit(ExitStatus.FINDINGS)
+
+
+def _beyond(result: "HeldOut", unit: str, option: str, limit: float | None) -> bool:
+    """A limit on what was not read would always pass: it is refused as a mistyped option."""
+    if limit is None:
+        return False
+    if unit not in result.by_unit:
+        raise typer.BadParameter(f"no reading is in {unit}, {limit:g} limits nothing", param_hint=option)
+    return not result.by_unit[unit].rms <= limit

@@ -1,31 +1,48 @@
 """How a model does on readings it was not made from."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trueloop.errors import TrueloopError
+from trueloop.geometry.feature import Array
 from trueloop.machine.model import MachineModel
 from trueloop.machine.observations import Observations
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+
+@dataclass(frozen=True)
+class Left:
+    """Of readings of one kind: RMS of the readings, RMS and largest of reading − model; all in one unit."""
+
+    readings: int
+    raw: float
+    rms: float
+    largest: float
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Of one run: RMS and largest of reading − model, and RMS of the readings themselves; mm or rad."""
+    """Of one run, lengths and angles apart; None where it has no reading of the kind."""
 
     run: str
-    readings: int
-    rms: float
-    largest: float
-    raw: float
+    length_mm: Left | None
+    angle_rad: Left | None
+
+    @property
+    def by_unit(self) -> dict[str, Left]:
+        """What there is, as it is told: in µm, in µrad."""
+        kinds = (("µm", self.length_mm, UM_PER_MM), ("µrad", self.angle_rad, URAD_PER_RAD))
+        return {unit: _scaled(left, scale) for unit, left, scale in kinds if left}
 
 
 def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldOut:
     """A model against readings."""
     rest = readings.reading - readings.with_lags(model.lags).predicted(model)
-    rms, raw = (float(np.sqrt(np.mean(values**2))) for values in (rest, readings.reading))
-    return HeldOut(run, len(readings), rms, float(np.abs(rest).max()), raw)
+    angle = readings.is_angle
+    length_mm, angle_rad = (_left(readings.reading[rows], rest[rows]) for rows in (~angle, angle))
+    return HeldOut(run, length_mm, angle_rad)
 
 
 def hold_out(readings: Observations, fit: Callable[[Observations], MachineModel]) -> tuple[HeldOut, ...]:
@@ -43,3 +60,14 @@ def hold_out(readings: Observations, fit: Callable[[Observations], MachineModel]
             continue
         found.append(compare(model, readings.only(own), run))
     return tuple(found)
+
+
+def _left(raw: Array, rest: Array) -> Left | None:
+    if not len(raw):
+        return None
+    rms_raw, rms = (float(np.sqrt(np.mean(values**2))) for values in (raw, rest))
+    return Left(len(raw), rms_raw, rms, float(np.abs(rest).max()))
+
+
+def _scaled(left: Left, scale: float) -> Left:
+    return replace(left, raw=scale * left.raw, rms=scale * left.rms, largest=scale * left.largest)

@@ -13,6 +13,7 @@ from trueloop.machine.overview import TermCurve, curves
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import figure_block, html_page
 from trueloop.report.style import AFTER, BAND, INK, LEFT_ON, Figure, area, axis, dots, layout, lines, padded, plain
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 WIDTH = 480
 
@@ -68,7 +69,7 @@ def term_figure(curve: TermCurve) -> Figure:
 
 def residual_figure(found: Identification, readings: Observations) -> Figure:
     """Residuals in order, µm or µrad."""
-    values = np.where(readings.is_angle, 1e6, 1e3) * found.residual
+    values = np.where(readings.is_angle, URAD_PER_RAD, UM_PER_MM) * found.residual
     order = np.arange(1, len(values) + 1)
     traces = []
     for rows, colour in ((~found.outlier, INK), (found.outlier, LEFT_ON)):
@@ -110,8 +111,12 @@ def _band(lag: Lag) -> str:
 def _held(held: Sequence[HeldOut]) -> str:
     if not held:
         return "<p>All readings are of one run, or no run can be spared: nothing was held out.</p>"
-    rows = [(esc(h.run), str(h.readings), *(plain(1e3 * v, 2) for v in (h.raw, h.rms, h.largest))) for h in held]
-    return table(("run", "readings", "RMS before (µm)", "RMS after", "largest after"), rows)
+    rows = [
+        (esc(run.run), str(left.readings), *(plain(v, 2) for v in (left.raw, left.rms, left.largest)), unit)
+        for run in held
+        for unit, left in run.by_unit.items()
+    ]
+    return table(("run", "readings", "RMS before", "RMS after", "largest after", "unit"), rows)
 
 
 def _at(signals: dict[str, float]) -> str:

@@ -104,8 +104,9 @@ def test_show_and_check(folder: Path) -> None:
     shown = _run("show", folder / "model/model.json", "-t", "T1=25")
     assert shown.splitlines()[0].startswith("EXX")
     checked = json.loads(_run("check", folder / "model/model.json", folder / "run1.csv", "--json"))
-    assert checked["rms"] < 0.7e-3
-    assert checked["raw"] > 10e-3
+    assert checked["length_mm"]["rms"] < 0.7e-3
+    assert checked["length_mm"]["raw"] > 10e-3
+    assert checked["angle_rad"] is None
     _run("check", folder / "model/model.json", folder / "run1.csv", "--limit-um", 0.1, status=1)
 
 
@@ -261,7 +262,7 @@ def test_a_dynamic_term_is_fitted_shown_and_used_with_a_log(dynamic: Path) -> No
     # an hour after a step of 6 K a machine with a constant of an hour has felt 1 − 1/e of it, at 2 µm/K
     assert float(growth[1]) - float(growth[0]) == pytest.approx(2 * 6 * (1 - np.exp(-1)), abs=0.3)
     checked = json.loads(_run("check", model, dynamic / "run1.csv", "--json"))
-    assert checked["rms"] < 0.6e-3
+    assert checked["length_mm"]["rms"] < 0.6e-3
     options = ("--work-zero", "1=200,0,-150", "-m", model, "-t", dynamic / "log.csv")
     _run("compensate", dynamic.parent / "part.ngc", *options, "-o", dynamic / "out")
     record = json.loads((dynamic / "out/part.record.json").read_text())
@@ -291,7 +292,7 @@ def test_a_log_apart_from_the_readings(dynamic: Path) -> None:
     model, log = dynamic / "model/model.json", dynamic / "past.csv"
     both = [json.loads(_run("check", model, dynamic / "run1.csv", "--json"))]
     both.append(json.loads(_run("check", model, dynamic / "bare.csv", "--history", log, "--json")))
-    assert both[0]["rms"] == pytest.approx(both[1]["rms"], rel=1e-9)
+    assert both[0]["length_mm"]["rms"] == pytest.approx(both[1]["length_mm"]["rms"], rel=1e-9)
 
 
 @pytest.mark.parametrize(
