@@ -115,6 +115,15 @@ def test_pure_size_error_changes_offsets_and_leaves_the_path() -> None:
     assert correction.prediction.after_mm == pytest.approx(0.0, abs=3e-4)
 
 
+def test_the_table_corrects_by_what_the_offset_would() -> None:
+    """+20 µm on every cylinder: a control that corrects by the table takes 20 µm off the radius everywhere."""
+    inputs = inputs_of("facetst")
+    correction = compensate(with_errors(inputs, inputs.touches.outward_normal @ [0.020, 0.0]))
+    assert correction.decision.offset_is_enough
+    assert correction.table.correction_mm[:, 0] == pytest.approx(-0.020, abs=1e-9)
+    assert correction.table.correction_mm[:, 1] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_offsets_as_radius_when_the_control_reads_them_so() -> None:
     inputs = inputs_of("facetst")
     inputs = replace(inputs, options=replace(inputs.options, offset_is_diameter=False))

@@ -23,8 +23,13 @@ class CorrectionTable:
     correction_mm: Array
 
 
-def correction_table(commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece]) -> CorrectionTable:
+def correction_table(
+    commanded: Sequence[CentrePiece], corrected: Sequence[CentrePiece], offset_mm: tuple[float, float] = (0.0, 0.0)
+) -> CorrectionTable:
     """Both paths walked feature by feature at equal shares of each, so that corners go to corners.
+
+    `offset_mm` (x as a radius, z) is what a tool offset moves the corrected path by, everywhere: who corrects in real
+    time by the table does not change the offset too.
 
     Valid for small corrections: a row's share differs from the foot of the normal by the tangential shift of the
     corners, micrometres on features of millimetres.
@@ -38,4 +43,4 @@ def correction_table(commanded: Sequence[CentrePiece], corrected: Sequence[Centr
         names += [before.shifted.feature.name] * count
         positions.append(position)
         corrections.append(after.shifted.centre_mm(np.linspace(after.start_mm, after.end_mm, count)) - position)
-    return CorrectionTable(tuple(names), np.concatenate(positions), np.concatenate(corrections))
+    return CorrectionTable(tuple(names), np.concatenate(positions), np.concatenate(corrections) + offset_mm)

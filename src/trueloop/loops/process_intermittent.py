@@ -152,7 +152,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         corrected_program=source,
         offsets_program=offsets[0],
         dialect=inputs.program.dialect.name,
-        table=correction_table(before, after),
+        table=correction_table(before, after, decision.offset_mm if decision.offset_is_enough else (0.0, 0.0)),
         record=Record(
             id=record,
             made_at=now.isoformat(timespec="seconds"),
