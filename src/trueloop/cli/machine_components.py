@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.machine_options import ModelOption, signals_of
+from trueloop.cli.machine_options import ModelOption, logs_of, signals_of
 from trueloop.cli.program_file import vector_of
 
 
@@ -40,7 +40,7 @@ def decompose(
         "components.csv": components_csv(points, parts).encode(),
         "components.html": components_page(points, parts, frame).encode(),
     }
-    write_all(out, contents, inputs=(inspections, model))
+    write_all(out, contents, inputs=(inspections, model, *logs_of([*cutting, *probing])))
     if frame is not None:
         typer.echo(f"part frame: shift {1e3 * frame.shift_mm} µm, turn {1e6 * frame.turn_rad} µrad taken out")
     typer.echo(f"{len(points)} points; written: {out / 'components.csv'}, {out / 'components.html'}")

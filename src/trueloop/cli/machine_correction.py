@@ -12,6 +12,7 @@ from trueloop.cli.machine_options import (
     ModelFile,
     ModelOption,
     Temperatures,
+    logs_of,
     numbered,
     signals_of,
 )
@@ -110,7 +111,7 @@ def export(
     files = {out.name: _table_text(control, table, opposite_sign)}
     if control == "heidenhain":
         files[out.with_suffix(".cma").name] = control_tables.heidenhain_cma(axis, out.name)
-    write_all(out.parent, {name: text.encode() for name, text in files.items()}, inputs=(model,))
+    write_all(out.parent, {name: text.encode() for name, text in files.items()}, inputs=(model, *logs_of(temperatures)))
     typer.echo(
         f"{len(table.position_mm)} entries; off the model by {1e3 * table.deviation_mm:.3f} µm along the table, "
         f"up to {1e3 * table.elsewhere_mm:.1f} µm elsewhere in the travel"

@@ -58,14 +58,18 @@ def signals_of(model: "MachineModel", given: "Sequence[str] | None") -> "dict[st
     from trueloop.formats.input_file import in_file
     from trueloop.machine.history import check_lags_given, signals_at_end
 
-    logs = [Path(text) for text in given or () if "=" not in text]
     signals: dict[str, Array | float] = {}
-    for log in logs:
+    for log in logs_of(given):
         with in_file(log):
             signals |= signals_at_end(read_history(log), model.lags)
     signals |= parameters_of([text for text in given or () if "=" in text], "--temperatures")
     check_lags_given(model.lags, signals)
     return signals
+
+
+def logs_of(given: "Sequence[str] | None") -> list[Path]:
+    """What of the values given are files: without an equals sign."""
+    return [Path(text) for text in given or () if "=" not in text]
 
 
 def lag_text(lag: "Lag") -> str:

@@ -4,17 +4,14 @@ Whatever is refused names the file it stands in: numerics know nothing of files,
 """
 
 import getpass
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.compensation.limits import Limits
-from trueloop.compensation.record import sha256_of
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.nose_model import NoseModel
-from trueloop.errors import Code, TrueloopError
-from trueloop.formats.input_file import read_input
+from trueloop.errors import Code
+from trueloop.formats.input_file import in_file, read_input
 from trueloop.formats.job import Job, read_job
 from trueloop.formats.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.touches_csv import read_touches
@@ -24,6 +21,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.commanded import Run
 from trueloop.loops.process_intermittent import Inputs, Options
+from trueloop.loops.sources import Sources
 from trueloop.nc.contour import contour_of_program
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.program import Program, read_program
@@ -54,18 +52,21 @@ class ReadJob:
 
 @dataclass(frozen=True)
 class ReadPart:
-    """A job's nominal profile and tool."""
+    """A job's nominal profile and tool, and the files they were read from."""
 
     name: str
     profile: Profile
     nose_radius_mm: float
+    files: tuple[Path, ...]
 
 
 def read_part(path: Path) -> ReadPart:
     """The part of a job alone: its touches need not exist yet."""
-    job = read_job(path)
-    program = _program(path, job, job.programs.finish) if job.part.from_program else None
-    return ReadPart(job.part.name, _profile(path, job, program), _nose_radius_mm(job))
+    sources = Sources(path.parent)
+    job = read_job(sources.file(path.name))
+    program = _program(sources, path, job, job.programs.finish) if job.part.from_program else None
+    profile = _profile(sources, path, job, program)
+    return ReadPart(job.part.name, profile, _nose_radius_mm(job), sources.files)
 
 
 @dataclass(frozen=True)
@@ -79,28 +80,32 @@ class ReadFinish:
 
 def read_finish(path: Path) -> ReadFinish:
     """The finish program of a job and what it is meant to cut: its touches need not exist yet."""
-    job = read_job(path)
-    program, given = _program(path, job, job.programs.finish), job.programs
-    part = ReadPart(job.part.name, _profile(path, job, program), _nose_radius_mm(job))
+    sources = Sources(path.parent)
+    job = read_job(sources.file(path.name))
+    program, given = _program(sources, path, job, job.programs.finish), job.programs
+    profile = _profile(sources, path, job, program)
+    part = ReadPart(job.part.name, profile, _nose_radius_mm(job), sources.files)
     run = Run(given.parameters, given.execute_deleted_blocks, given.resolution_mm, given.finish_lines)
     return ReadFinish(part, program, run)
 
 
 def read_inputs(path: Path) -> ReadJob:
     """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in."""
-    job = read_job(path)
-    program = _program(path, job, job.programs.finish)
-    profile = _profile(path, job, program)
-    finish_touches = job.gauging.finish_touches
-    files = _files(path, job)
+    sources = Sources(path.parent)
+    job = read_job(sources.file(path.name))
+    program = _program(sources, path, job, job.programs.finish)
+    profile = _profile(sources, path, job, program)
+    touches = sources.file(job.gauging.touches)
+    finish_touches = sources.file(job.gauging.finish_touches) if job.gauging.finish_touches else None
+    nose = _nose(sources, job)
     inputs = Inputs(
         part=job.part.name,
         profile=profile,
         nose_radius_mm=_nose_radius_mm(job),
         program=program,
-        touches=_touches(path.parent / job.gauging.touches, job, profile),
+        touches=_touches(touches, job, profile),
         options=_options(job),
-        semifinish=_program(path, job, job.programs.semifinish) if job.programs.semifinish else None,
+        semifinish=_program(sources, path, job, job.programs.semifinish) if job.programs.semifinish else None,
         allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
@@ -108,59 +113,37 @@ def read_inputs(path: Path) -> ReadJob:
         # A time without a zone is the clock on the wall here.
         measured_at=job.gauging.measured_at.astimezone() if job.gauging.measured_at else None,
         program_sha256=job.gauging.program_sha256,
-        finish_touches=_touches(path.parent / finish_touches, job, profile) if finish_touches else None,
-        nose=_nose(path, job),
-        inputs_sha256={name: sha256_of(file.read_bytes()) for name, file in files.items()},
+        finish_touches=_touches(finish_touches, job, profile) if finish_touches else None,
+        nose=nose,
+        inputs_sha256=sources.sha256,
         made_by=user_name(),
     )
     return ReadJob(
         inputs=inputs,
         finish=path.parent / job.programs.finish,
-        files=tuple(files.values()),
+        files=sources.files,
         output_folder=path.parent / job.output.folder,
         job=path,
-        touches=path.parent / job.gauging.touches,
-        finish_touches=path.parent / finish_touches if finish_touches else None,
+        touches=touches,
+        finish_touches=finish_touches,
     )
 
 
-@contextmanager
-def _named(file: Path) -> Iterator[None]:
-    """Puts the file into refusals that do not know it."""
-    try:
-        yield
-    except TrueloopError as error:
-        raise error.in_file(str(file)) from error
-
-
-def _files(path: Path, job: Job) -> dict[str, Path]:
-    """Every input by the name the job gives it."""
-    named = (
-        job.part.dxf,
-        job.programs.finish,
-        job.programs.semifinish,
-        job.gauging.touches,
-        job.gauging.finish_touches,
-        *job.compensation.nose_from,
-    )
-    return {path.name: path} | {str(file): path.parent / file for file in named if file is not None}
-
-
-def _program(path: Path, job: Job, file: Path) -> Program:
-    hint = "the job's table [programs] names it, relative to the job file"
-    source = read_input(path.parent / file, Code.NC_FILE, hint=hint)
-    with _named(path):
-        program = read_program(source, job.programs.dialect, str(path.parent / file))
+def _program(sources: Sources, path: Path, job: Job, name: Path) -> Program:
+    file, hint = sources.file(name), "the job's table [programs] names it, relative to the job file"
+    source = read_input(file, Code.NC_FILE, hint=hint)
+    with in_file(path):
+        program = read_program(source, job.programs.dialect, str(file))
         if not job.programs.accept_unknown_words:
             require_understood(program)
         return program
 
 
-def _profile(path: Path, job: Job, program: Program | None) -> Profile:
+def _profile(sources: Sources, path: Path, job: Job, program: Program | None) -> Profile:
     part, by_design = job.part, junctions_by_design(job.part.junctions)
     if part.from_program:
         assert program is not None
-        with _named(path.parent / job.programs.finish):
+        with in_file(sources.file(job.programs.finish)):
             tool_path = program.run(job.programs.parameters, skipped_blocks=job.programs.execute_deleted_blocks)
             features = contour_of_program(feed_moves(tool_path), _nose_radius_mm(job)).profile.features
     elif part.dxf is not None:
@@ -168,11 +151,11 @@ def _profile(path: Path, job: Job, program: Program | None) -> Profile:
         from trueloop.formats.dxf import read_dxf
 
         unit = part.unit if "unit" in part.model_fields_set else None
-        features = read_dxf(path.parent / part.dxf, layer=part.dxf_layer, unit=unit, x_is=part.x_is).features
+        features = read_dxf(sources.file(part.dxf), layer=part.dxf_layer, unit=unit, x_is=part.x_is).features
     else:
-        with _named(path):
+        with in_file(path):
             return profile_of_table(part)
-    with _named(path):
+    with in_file(path):
         return checked_profile(features, by_design)
 
 
@@ -184,21 +167,20 @@ def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:
         range_z_mm=job.gauging.repeatability_face_um / UM_PER_MM,
         z_reference=job.gauging.z_reference,
     )
-    with _named(file):
+    with in_file(file):
         return error_vectors(profile, read_touches(file), gauging)
 
 
-def _nose(path: Path, job: Job) -> NoseModel | None:
+def _nose(sources: Sources, job: Job) -> NoseModel | None:
     """The nose as the jobs of other parts know it that were cut with the same edge."""
     parts = []
-    for file in job.compensation.nose_from:
-        other = path.parent / file
-        told = read_job(other)
-        program = _program(other, told, told.programs.finish) if told.part.from_program else None
-        profile = _profile(other, told, program)
-        parts.append(
-            nose_touches(told.part.name, profile, _touches(other.parent / told.gauging.touches, told, profile))
-        )
+    for name in job.compensation.nose_from:
+        file, others = sources.file(name), sources.beside(name)
+        other = read_job(file)
+        program = _program(others, file, other, other.programs.finish) if other.part.from_program else None
+        profile = _profile(others, file, other, program)
+        touches = _touches(others.file(other.gauging.touches), other, profile)
+        parts.append(nose_touches(other.part.name, profile, touches))
     return fit_nose_model(parts) if parts else None
 
 

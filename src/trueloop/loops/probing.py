@@ -26,11 +26,12 @@ CLEAR_OF_ENDS: Final = 1.0
 
 @dataclass(frozen=True)
 class ProbingJob:
-    """A job's part, its probe and the plan that touches it."""
+    """A job's part, its probe and the plan that touches it; `files` are what part and probe were read from."""
 
     part: ReadPart
     probe: ReadProbe
     plan: ProbePlan
+    files: tuple[Path, ...]
 
 
 def read_probing(path: Path) -> ProbingJob:
@@ -42,10 +43,12 @@ def read_probing(path: Path) -> ProbingJob:
             "the job names no probe: `gauging.probe` is missing",
             hint="write a probe file (docs/probing.md) and name it in the job's table [gauging]",
         ).in_file(str(path))
-    probe = read_probe(path.parent / job.gauging.probe, job.programs.semifinish_allowance_mm or 0.0)
+    probe_file = path.parent / job.gauging.probe
+    probe = read_probe(probe_file, job.programs.semifinish_allowance_mm or 0.0)
     points, names = _points(path, job, part, probe)
     obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
-    return ProbingJob(part, probe, probe_plan(part.profile, points, obstacle, probe.stylus, probe.approach, names))
+    plan = probe_plan(part.profile, points, obstacle, probe.stylus, probe.approach, names)
+    return ProbingJob(part, probe, plan, (*part.files, probe_file))
 
 
 def read_logged_touches(path: Path, log: Path, control: str) -> MatchedTouches:
