@@ -4,8 +4,11 @@ A function that refuses its input raises `TrueloopError` with a code from `Code`
 takes its exit status from the code's area. A test produces every code (`tests/errors/`).
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 
 
 class Code(StrEnum):
@@ -210,15 +213,26 @@ class TrueloopError(Exception):
         """How it travels from one process to another: Python would forget the arguments given by name."""
         return _remade, (self.code, self.message, self.hint, self.place, self.override)
 
-    def in_file(self, file: str) -> "TrueloopError":
+    def in_file(self, file: str, line: int | None = None) -> "TrueloopError":
         """The same error with the file named: numerics know nothing of files, their callers do."""
-        place = replace(self.place, file=self.place.file or file)
+        place = replace(self.place, file=self.place.file or file, line=self.place.line or line)
         return TrueloopError(self.code, self.message, hint=self.hint, place=place, override=self.override)
 
     def __str__(self) -> str:
         where = f"{self.place}: " if str(self.place) else ""
         override = f" (override: {self.override})" if self.override else ""
         return f"{where}{self.code}: {self.message}\n  hint: {self.hint}{override}"
+
+
+@contextmanager
+def in_file(file: str | Path | None, line: int | None = None) -> Iterator[None]:
+    """Refusals from inside that name no file get this one, and the line; without a file they stay as they are."""
+    try:
+        yield
+    except TrueloopError as error:
+        if file is None or error.place.file is not None:
+            raise
+        raise error.in_file(str(file), line) from error
 
 
 def _remade(code: Code, message: str, hint: str, place: Place, override: str | None) -> TrueloopError:

@@ -36,7 +36,7 @@ def fit(
     from dataclasses import asdict
 
     from trueloop.compensation.record import sha256_of
-    from trueloop.formats.input_file import in_file
+    from trueloop.errors import in_file
     from trueloop.formats.machine_toml import read_machine
     from trueloop.formats.model_file import model_to_json
     from trueloop.formats.outputs import write_all
@@ -106,7 +106,7 @@ def check(
     from dataclasses import asdict
 
     from trueloop.cli.failure import ExitStatus
-    from trueloop.formats.input_file import in_file
+    from trueloop.errors import in_file
     from trueloop.formats.model_file import read_model
     from trueloop.machine.hold_out import compare
     from trueloop.machine.validity import check_state

@@ -41,8 +41,8 @@ Extrapolate = Annotated[
 
 def readings_of(paths: "Sequence[Path]", chain: "Chain", history: Path | None) -> "Observations":
     """All readings as one, with what the log says of the past. Raises MCH errors that name the file."""
+    from trueloop.errors import in_file
     from trueloop.formats.history_csv import read_history
-    from trueloop.formats.input_file import in_file
     from trueloop.formats.readings_csv import read_readings
     from trueloop.machine.observations import joined
 
@@ -54,8 +54,8 @@ def readings_of(paths: "Sequence[Path]", chain: "Chain", history: Path | None) -
 
 def signals_of(model: "MachineModel", given: "Sequence[str] | None") -> "dict[str, Array | float]":
     """Values by name, and logs as they stand at their last row, lags among them. Raises MCH-HISTORY."""
+    from trueloop.errors import in_file
     from trueloop.formats.history_csv import read_history
-    from trueloop.formats.input_file import in_file
     from trueloop.machine.history import check_lags_given, signals_at_end
 
     signals: dict[str, Array | float] = {}

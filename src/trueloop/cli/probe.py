@@ -57,7 +57,7 @@ def program(job: Job, control: OfControl, output: Output = None) -> None:
 
     probing = read_probing(job)
     text = probing_program(probing.plan, control, settings_of(probing.part.name, probing.probe.program))
-    _put(text, output, (job,))
+    _put(text, output, probing.files)
 
 
 @app.command()
@@ -70,15 +70,16 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place."""
-    from trueloop.loops.probing import read_logged_touches, touches_csv
+    from trueloop.loops.probing import read_logged_touches, read_probing, touches_csv
 
-    matched = read_logged_touches(job, log, control)
+    probing = read_probing(job)
+    matched = read_logged_touches(probing, log, control)
     for found in matched.findings:
         typer.echo(f"{found.place}: {found.severity}: {found.code}: {found.message}\n  hint: {found.hint}", err=True)
     if as_json:
         print_json({"touches": [{"point": t.point, "error_mm": t.error_mm} for t in matched.touches]})
         return
-    _put(touches_csv(matched), output, (job, log))
+    _put(touches_csv(matched), output, (*probing.files, log))
 
 
 @app.command()

@@ -1,8 +1,6 @@
 """Reading a user's file, and what is said when there is none: the nearest name there is."""
 
 import difflib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from trueloop.errors import Code, Place, TrueloopError
@@ -36,18 +34,6 @@ def read_text(path: Path, code: Code, *, hint: str) -> str:
         raise TrueloopError(
             code, f"line {line} is no text in UTF-8: {error.reason}", hint=hint, place=Place(str(path), line)
         ) from error
-
-
-@contextmanager
-def in_file(path: Path, line: int | None = None) -> Iterator[None]:
-    """Refusals from inside that name no file get this one, and the line."""
-    try:
-        yield
-    except TrueloopError as error:
-        if error.place.file is not None:
-            raise
-        place = Place(str(path), error.place.line or line, error.place.column)
-        raise TrueloopError(error.code, error.message, hint=error.hint, place=place, override=error.override) from error
 
 
 def nearest_name(path: Path) -> str | None:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.geometry.feature import Array
 from trueloop.machine.positioning import Positioning, positioning
@@ -26,13 +26,11 @@ _ASSIGNMENT: Final = re.compile(r"^\s*(TGT_DATA|REF_DATA_FWD|REF_DATA_BWD|UNIT)\
 def read_positioning(path: Path) -> Positioning:
     """Reads and analyses either format. Raises MCH-FILE for what cannot be read, MCH-DATA for an incomplete test."""
     text = read_text(path, Code.MCH_FILE, hint=HINT)
-    try:
+    with in_file(path):
         unit, targets, up, down = _assignments(text, path) if "TGT_DATA" in text else _csv(text, path)
         order = sorted(targets)
         target = np.array([targets[k] for k in order])
         return positioning(target, _rows(up, order, target), _rows(down, order, target), angular=unit == "deg")
-    except TrueloopError as error:
-        raise error.in_file(str(path)) from error
 
 
 def _assignments(text: str, path: Path) -> tuple[str, dict[int, float], Table, Table]:

@@ -20,8 +20,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.input_file import in_file
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.measured_rows import (
     Rows,
     check_columns,

@@ -11,8 +11,8 @@ from typing import Annotated, Final, TypeVar, get_args
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.input_file import in_file, read_text
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.input_file import read_text
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]

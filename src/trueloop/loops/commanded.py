@@ -11,7 +11,7 @@ import numpy as np
 
 from trueloop.compensation.shift import ZERO, Shift, sampled
 from trueloop.compensation.targets import Cut
-from trueloop.errors import TrueloopError
+from trueloop.errors import in_file
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array, Feature
 from trueloop.geometry.profile import Profile
@@ -46,12 +46,10 @@ class Run:
 
     def of(self, program: Program) -> ToolPath:
         """The tool path of a program. Raises NC errors with the program's file named."""
-        try:
+        with in_file(program.file):
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks)
             require_known_frame(path)
             return path
-        except TrueloopError as error:
-            raise (error.in_file(program.file) if program.file else error) from None
 
 
 @dataclass(frozen=True)
@@ -126,10 +124,8 @@ def _matched(
     allowance_mm: float,
     lines: tuple[int, int] | None = None,
 ) -> ContourMatch:
-    try:
+    with in_file(program.file):
         return match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
-    except TrueloopError as error:
-        raise (error.in_file(program.file) if program.file else error) from None
 
 
 def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:

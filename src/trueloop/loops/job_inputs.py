@@ -10,8 +10,8 @@ from pathlib import Path
 from trueloop.compensation.limits import Limits
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.nose_model import NoseModel
-from trueloop.errors import Code
-from trueloop.formats.input_file import in_file, read_input
+from trueloop.errors import Code, in_file
+from trueloop.formats.input_file import read_input
 from trueloop.formats.job import Job, read_job
 from trueloop.formats.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.touches_csv import read_touches

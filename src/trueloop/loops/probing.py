@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.job import Job, read_job
 from trueloop.formats.probe_log import read_probe_log
 from trueloop.formats.probe_toml import ReadProbe, read_probe
@@ -42,7 +42,8 @@ def read_probing(path: Path) -> ProbingJob:
             Code.PRB_FILE,
             "the job names no probe: `gauging.probe` is missing",
             hint="write a probe file (docs/probing.md) and name it in the job's table [gauging]",
-        ).in_file(str(path))
+            place=Place(str(path)),
+        )
     probe_file = path.parent / job.gauging.probe
     probe = read_probe(probe_file, job.programs.semifinish_allowance_mm or 0.0)
     points, names = _points(path, job, part, probe)
@@ -51,12 +52,11 @@ def read_probing(path: Path) -> ProbingJob:
     return ProbingJob(part, probe, plan, (*part.files, probe_file))
 
 
-def read_logged_touches(path: Path, log: Path, control: str) -> MatchedTouches:
+def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
     """The touches of a log as part errors of the job's plan. Raises PRB errors that name the log and its line."""
-    probing = read_probing(path)
     program = probing.probe.program
     logged = read_probe_log(log, control, inch=program.unit == "inch", diameter=program.x_is == "diameter")
-    try:
+    with in_file(log):
         matched = match_touches(
             probing.plan,
             [touch.position_mm for touch in logged],
@@ -64,8 +64,6 @@ def read_logged_touches(path: Path, log: Path, control: str) -> MatchedTouches:
             probing.probe.calibration,
             reports_surface=control == "renishaw",
         )
-    except TrueloopError as error:
-        raise error.in_file(str(log)) from None
     return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
 
 
@@ -87,10 +85,8 @@ def _points(path: Path, job: Job, part: ReadPart, probe: ReadProbe) -> tuple[Gau
         points = equally_spaced(profile, _spacings(job, profile, reachable, probe), reachable)
         return points, [str(k + 1) for k in range(len(points.arc_length_mm))]
     file = path.parent / job.gauging.touches
-    try:
+    with in_file(file):
         vectors = error_vectors(profile, read_touches(file), Gauging())
-    except TrueloopError as error:
-        raise error.in_file(str(file)) from None
     points = GaugingPoints(vectors.feature_index, vectors.arc_length_mm, vectors.nominal_mm, vectors.outward_normal)
     return points, list(vectors.point)
 

@@ -8,7 +8,7 @@ import numpy as np
 from trueloop import __version__
 from trueloop.compensation.limits import check_scatter
 from trueloop.compensation.record import Record, check_uncorrected, record_id
-from trueloop.errors import TrueloopError
+from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.surface import SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model
 from trueloop.loops.surface_inputs import SurfaceInputs
@@ -54,10 +54,8 @@ def correct_job(
 
 def _refuse_misuse(inputs: SurfaceInputs, now: datetime) -> list[str]:
     """Never a surface or program twice, never another program's parts, never old ones."""
-    try:
+    with in_file(inputs.nominal):
         check_uncorrected(inputs.nominal.read_bytes(), "surface")
-    except TrueloopError as error:
-        raise error.in_file(str(inputs.nominal)) from None
     limits = inputs.options.limits
     return refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, limits)
 

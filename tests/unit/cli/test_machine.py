@@ -267,7 +267,9 @@ def test_a_dynamic_term_is_fitted_shown_and_used_with_a_log(dynamic: Path) -> No
     _run("compensate", dynamic.parent / "part.ngc", *options, "-o", dynamic / "out")
     record = json.loads((dynamic / "out/part.record.json").read_text())
     assert record["options"]["temperatures"]["column"] == pytest.approx(20 + 6 * (1 - np.exp(-1)), abs=0.3)
-    _run("export", model, "--control", "linuxcnc", "--axis", "Z", "-o", dynamic / "z.comp", "-t", dynamic / "log.csv")
+    export = ("export", model, "--control", "linuxcnc", "--axis", "Z", "-t", dynamic / "log.csv", "-o")
+    _run(*export, dynamic / "z.comp")
+    assert "OUT-INPUT" in _run(*export, dynamic / "log.csv", status=4)
 
 
 def test_one_reading_is_not_enough_for_a_dynamic_term(dynamic: Path) -> None:

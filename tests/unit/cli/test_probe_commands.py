@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,13 @@ def test_every_control_is_offered() -> None:
 def test_a_program_is_written_for_every_control(control: str, tmp_path: Path) -> None:
     run("probe", "program", JOB, "--control", control, "-o", tmp_path / "probe.nc")
     assert (tmp_path / "probe.nc").read_text().upper().count("POINT 32 ON DOME") == 1
+
+
+def test_the_probe_file_is_not_overwritten(tmp_path: Path) -> None:
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    folder = tmp_path / "examples/loop"
+    said = run("probe", "program", folder / JOB.name, "--control", "haas", "-o", folder / "probe.toml", status=4)
+    assert "OUT-INPUT" in said
 
 
 def test_a_dome_faces_no_axis() -> None:
