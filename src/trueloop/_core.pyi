@@ -51,6 +51,9 @@ class NcProgram:
     def word(self, index: int) -> tuple[str, int, int, int, str, float, int, bool | None]:
         """Letter, start, end, start of the value, kind, value, block, whether it says to be an increment."""
 
+    def meaning(self, index: int) -> str | None:
+        """What a code does (`Dwell`, `MEnd`); None where the word is no code that the dialect knows."""
+
     def block_at(self, offset: int) -> int: ...
     def findings(self) -> list[tuple[str, str, str, str, int]]:
         """Severity, code, message, hint, byte offset."""
@@ -69,6 +72,7 @@ class NcProgram:
         diameter: bool | None = None,
         plane: int | None = None,
         tools: list[tuple[int | None, float, int | None]] = ...,
+        trace: bool = ...,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]]]:
         """Columns of the moves, columns of the modal states, findings."""
 

@@ -62,6 +62,7 @@ class Code(StrEnum):
     NC_LIMIT = "NC-LIMIT"
     NC_EDIT = "NC-EDIT"
     NC_OFFSET = "NC-OFFSET"
+    NC_LOST = "NC-LOST"  # what another dialect has no words for, or words of another meaning
     NC_MAP = "NC-MAP"  # a block to which a field of displacements cannot be applied
     NC_FIELD = "NC-FIELD"  # a field of displacements that cannot be read, or is not known at a position
 

@@ -19,6 +19,7 @@ from trueloop.nc.difference import path_difference
 from trueloop.nc.edit import displace_word, set_offset
 from trueloop.nc.field import table_field
 from trueloop.nc.program import read_program
+from trueloop.nc.translation.translate import translate
 
 PROGRAMS: Final = sorted(Path(__file__).with_name("programs").iterdir())
 PRODUCERS: Final[dict[Code, Callable[[], object]]] = {}
@@ -67,6 +68,8 @@ def _used(file: Path, how: str, dialect: str) -> Iterator[Finding]:
     elif how == "map":
         with tempfile.TemporaryDirectory() as folder:
             map_program(file, Path(folder, "out"), STEP, dialect=dialect)
+    elif how == "translate":
+        yield from translate(program, "fanuc-mill").losses
     elif how == "diff":
         path_difference(program.run(), program.run())
     elif how == "displace":

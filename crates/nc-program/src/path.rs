@@ -2,6 +2,7 @@
 
 use crate::modal::Modal;
 use crate::program::Program;
+use crate::trace::Executed;
 
 /// What a move is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +57,8 @@ pub struct ToolPath {
     pub arcs: Vec<Arc>,
     /// Modal states, each once for a run of moves that share it.
     pub states: Vec<Modal>,
+    /// The blocks executed, where the run was asked to trace them.
+    pub executed: Vec<Executed>,
 }
 
 impl ToolPath {

@@ -38,6 +38,8 @@ pub struct Options {
     pub tools: Vec<Tool>,
     /// Most blocks to execute, every turn of a loop counted, and most moves.
     pub block_limit: usize,
+    /// Note every block executed in the path.
+    pub trace: bool,
 }
 
 impl Default for Options {
@@ -51,6 +53,7 @@ impl Default for Options {
             position: [0.0; 3],
             tools: Vec::new(),
             block_limit: 10_000_000,
+            trace: false,
         }
     }
 }
@@ -157,6 +160,7 @@ impl<'a> Runner<'a> {
         }
         self.gather(request);
         self.execute(request);
+        self.trace();
         request.ends
     }
 

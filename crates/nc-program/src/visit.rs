@@ -151,6 +151,7 @@ impl Runner<'_> {
         let end = [0, 1, 2].map(|axis| from[axis] - total[axis]);
         if end != self.state.position {
             self.emit(MoveKind::Rapid, end, [INHERITED; 3]);
+            self.trace_return();
         }
     }
 

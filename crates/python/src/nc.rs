@@ -1,8 +1,8 @@
 //! Binds `nc-program`.
 
 use nc_program::{
-    lint, offset_statements, parameters_used, run, Dialect, Finding, Key, Modal, Options, Plane,
-    Program, Severity, Tool, ToolPath, Word, WordKind,
+    lint, meaning, offset_statements, parameters_used, run, Dialect, Finding, Key, Modal, Options,
+    Plane, Program, Severity, Tool, ToolPath, Word, WordKind,
 };
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyValueError};
@@ -93,6 +93,11 @@ impl NcProgram {
         Ok(word_tuple(&self.program, word))
     }
 
+    /// What a code does; None where the word is no code that the dialect knows.
+    fn meaning(&self, index: usize) -> Option<String> {
+        meaning(&self.program, self.program.words().get(index)?)
+    }
+
     /// Index of the block that holds a byte.
     fn block_at(&self, offset: usize) -> usize {
         self.program.block_at(offset)
@@ -133,7 +138,7 @@ impl NcProgram {
     }
 
     /// Runs it: the columns of the tool path, those of its modal states, and the findings.
-    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new()))]
+    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false))]
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
         &self,
@@ -146,6 +151,7 @@ impl NcProgram {
         diameter: Option<bool>,
         plane: Option<u8>,
         tools: Vec<(Option<i32>, f64, Option<u8>)>,
+        trace: bool,
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>, Vec<FindingTuple>)> {
         let dialect = self.program.dialect();
         let mut initial = dialect.initial;
@@ -167,6 +173,7 @@ impl NcProgram {
             diameter_is_known: diameter.is_some(),
             position,
             block_limit,
+            trace,
         };
         let (path, findings) = py.detach(|| run(&self.program, &options));
         let findings = findings.into_iter().map(finding_tuple).collect();
@@ -288,6 +295,13 @@ fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bo
     columns.set_item("block", column(py, path.block))?;
     columns.set_item("word", triples(py, path.words)?)?;
     columns.set_item("state", column(py, path.state))?;
+    let executed = path.executed;
+    let rows = executed.iter().map(|row| [row.block, row.moves, row.state]);
+    columns.set_item("executed", triples(py, rows.collect())?)?;
+    let positions = executed.iter().map(|row| row.position);
+    columns.set_item("executed_at_mm", triples(py, positions.collect())?)?;
+    let offsets = executed.iter().map(|row| row.offset);
+    columns.set_item("executed_offset_mm", triples(py, offsets.collect())?)?;
     Ok(columns)
 }
 

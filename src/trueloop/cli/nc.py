@@ -9,6 +9,7 @@ import typer
 from trueloop.cli.failure import ExitStatus, guarded, say
 from trueloop.cli.nc_features import features_of_job
 from trueloop.cli.nc_map import map_program_file
+from trueloop.cli.nc_translate import translate_program_file
 from trueloop.cli.program_file import (
     DialectName,
     ProgramFile,
@@ -30,6 +31,7 @@ app = typer.Typer(
 )
 app.command("features")(features_of_job)
 app.command("map")(map_program_file)
+app.command("translate")(translate_program_file)
 
 
 @app.command("path")

@@ -151,6 +151,7 @@ class Program:
         tools: Sequence[CutterTool] = (),
         block_limit: int = BLOCK_LIMIT,
         strict: bool = True,
+        trace: bool = False,
     ) -> ToolPath:
         """Runs it and gives the tool path.
 
@@ -160,12 +161,12 @@ class Program:
         controlled point, without them the programmed contour. strict: raise the first of NC-PARAMETER (a parameter
         without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT and, with tools, NC-TOOL (one that is not among them),
         NC-GOUGE (a corner it does not fit into) and NC-ENTRY (a way in that is too short); without it they are among
-        the path's findings, with what could not be computed as NaN.
+        the path's findings, with what could not be computed as NaN. trace: note the blocks executed.
         """
         try:
             moves, states, rows = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
-                [(tool.number, tool.radius_mm, tool.tip) for tool in tools],
+                [(tool.number, tool.radius_mm, tool.tip) for tool in tools], trace,
             )  # fmt: skip
         except ValueError as refused:
             raise no_parameter(str(refused), self.dialect.name) from None

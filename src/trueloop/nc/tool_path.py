@@ -5,7 +5,7 @@ is called, not where the tool is: the start of the next move is then not the end
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, TypeAlias
 
@@ -54,6 +54,10 @@ class ToolPath:
     `block` (n,) from 0, `line` and `column` from 1: of the first word that set a coordinate. `word` (n, 3): index of
     the word that set X, Y, Z of the end, −1 when it was inherited or came from a cycle. `state` (n,) indexes the
     columns of `states`, reached through the properties below, each (n,).
+
+    Of a traced run also the m blocks executed, in order: `executed` (m, 3), block, number of moves and state after it;
+    `executed_at_mm` (m, 3), where the tool was then; `executed_offset_mm` (m, 3), machine less program position then,
+    by the offsets that the program says itself. Otherwise m is 0.
     """
 
     motion: Integers
@@ -67,6 +71,9 @@ class ToolPath:
     word: Integers
     state: Integers
     states: dict[str, NDArray[Any]]
+    executed: Integers = field(default_factory=lambda: np.empty((0, 3), dtype=np.int32))
+    executed_at_mm: Array = field(default_factory=lambda: np.empty((0, 3)))
+    executed_offset_mm: Array = field(default_factory=lambda: np.empty((0, 3)))
     findings: tuple[Finding, ...] = ()
 
     def __len__(self) -> int:

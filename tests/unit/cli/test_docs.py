@@ -23,6 +23,7 @@ COMMANDS = (
     "nc diff",
     "nc features",
     "nc map",
+    "nc translate",
     "probe plan",
     "probe program",
     "probe read",
