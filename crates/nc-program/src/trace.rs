@@ -24,14 +24,14 @@ impl Runner<'_> {
             return;
         }
         let (block, moves) = (self.block as i32, self.path.len() as i32);
-        let state = self.path.state_index(&self.modal);
-        let (position, offset) = (self.position, self.frame.total());
+        let state = self.path.state_index(&self.state.modal);
+        let (position, offset) = (self.state.position, self.state.frame.total());
         self.path.executed.push(Executed { block, moves, state, position, offset });
     }
 
     /// Counts a move made after its block was noted as that block's.
     pub(crate) fn trace_return(&mut self) {
-        let (moves, position) = (self.path.len() as i32, self.position);
+        let (moves, position) = (self.path.len() as i32, self.state.position);
         if let Some(last) = self.path.executed.last_mut() {
             (last.moves, last.position) = (moves, position);
         }

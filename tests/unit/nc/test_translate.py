@@ -215,3 +215,9 @@ def test_what_was_not_run_is_said() -> None:
     made = of("G21\n/G0 X1\nG0 Y1 ; a remark\nM2\nG0 X5", "linuxcnc", "fanuc-mill")
     assert lost(made, Severity.WARNING) == ['"G0": 2 blocks were not run, from this one on, and are not written']
     assert b"(a remark)" in made.source
+
+
+def test_a_corner_between_two_blocks_comes_before_what_the_second_switches() -> None:
+    made = of("G21 G0 X0. Y0.\nG01 X10. ,R2. F9.\nM08 Y10.\nM30", "fanuc-mill", "linuxcnc")
+    assert b"G01 X8.0 F9.0\nG03 X10.0 Y2.0 I0.0 J2.0\nM08\nG01 Y10.0" in made.source
+    assert not lost(made, Severity.ERROR)

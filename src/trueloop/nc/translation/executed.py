@@ -35,13 +35,15 @@ class Source:
 class Executed:
     """A block as it was executed: its words with a meaning, its moves, the state and the place after it.
 
-    `codes`: by what they do, without arguments: `Motion`, `WorkOffset`, `MEnd`; the last one counts. `offset_mm` is
-    machine less program position, by what the program says itself, `offset_change_mm` what the block changed of it.
+    `codes`: by what they do, without arguments: `Motion`, `WorkOffset`, `MEnd`; the last one counts. `before`: moves of
+    earlier blocks that waited for this one, such as a corner between two. `offset_mm` is machine less program position,
+    by what the program says itself, `offset_change_mm` what the block changed of it.
     """
 
     block: Block
     codes: Mapping[str, Word]
     meanings: Mapping[int, str]
+    before: range
     moves: range
     state: int
     at_mm: Vector
@@ -74,8 +76,17 @@ def executed_blocks(program: Program, path: ToolPath) -> Iterator[Executed]:
         meanings = {word.index: found for word in block.words if (found := program.core.meaning(word.index))}
         codes = {meanings[word.index].partition("(")[0]: word for word in block.words if word.index in meanings}
         change = offset_after - offset
+        waited = int(np.argmax(np.append(path.block[done:moves] == index, True)))
         yield Executed(
-            block, codes, meanings, range(done, moves), state, _vector(at), _vector(offset_after), _vector(change)
+            block,
+            codes,
+            meanings,
+            range(done, done + waited),
+            range(done + waited, moves),
+            state,
+            _vector(at),
+            _vector(offset_after),
+            _vector(change),
         )
         done, offset = moves, offset_after
 

@@ -23,7 +23,7 @@ UNWRITTEN: Final = {
 """What moves the tool, or changes where it is taken to be, and is not written."""
 TOLD: Final = frozenset({"Compensation", "ToolTableOffset", "Shift", *UNWRITTEN})
 """Codes whose NC-OPAQUE says no more than what is said of the code itself."""
-BY_PATH: Final = frozenset("XYZUVWIJKRFSTNOGMapqnijktm")
+BY_PATH: Final = frozenset("XYZUVWIJKRFSTNOGMapqnijktmrcws")
 """Letters whose values are in the path and its states, or are said with their code."""
 BY_CODE: Final = {
     "Dwell": "PXUFS",
@@ -76,7 +76,7 @@ def _told(source: Source, found: Finding, word: Word | None) -> bool:
     if found.code != Code.NC_OPAQUE or word is None:
         return False
     meanings = {(source.program.core.meaning(w.index) or "").partition("(")[0] for w in _block(source, word).words}
-    return word.letter in "TD" or (bool(meanings & TOLD) and word.letter not in "ABCrcw")
+    return word.letter in "TD" or (bool(meanings & TOLD) and word.letter not in "ABC")
 
 
 def _block(source: Source, word: Word) -> Block:

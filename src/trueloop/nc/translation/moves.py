@@ -50,6 +50,15 @@ def moves_of(
     return course
 
 
+def waiting_moves(source: Source, course: Course, executed: Executed) -> Generator[Said, None, Course]:
+    """The moves of earlier blocks that waited for this one."""
+    for move in executed.before:
+        word = source.program.block(int(source.path.block[move])).data[0]
+        yield from _unknown(source, course, move, word)
+        course = yield from _move(source, course, executed, move, word, None)
+    return course
+
+
 def _word_of(source: Source, executed: Executed, move: int) -> Word:
     """The first word that set a coordinate of a move, else the block's first."""
     own = [int(word) for word in source.path.word[move] if word >= 0]
@@ -175,4 +184,4 @@ def _unknown(source: Source, course: Course, move: int, word: Word) -> Iterator[
 def _is_increment(word: Word, path: ToolPath, move: int) -> bool:
     if word.increment is not None:
         return word.increment
-    return word.letter in "UVWn" or bool(path.incremental[move])
+    return word.letter in "UVWnAa" or bool(path.incremental[move])

@@ -11,7 +11,7 @@ from trueloop.nc.program import Program, Word
 from trueloop.nc.translation.executed import Course, Executed, Said, Source, executed_blocks
 from trueloop.nc.translation.functions import functions_after, functions_before
 from trueloop.nc.translation.losses import lost_in_findings, lost_in_words, not_run
-from trueloop.nc.translation.moves import moves_of
+from trueloop.nc.translation.moves import moves_of, waiting_moves
 from trueloop.nc.translation.statements import (
     Compensation,
     Dwell,
@@ -72,6 +72,7 @@ def comments(program: Program, executed: Executed) -> Iterator[str]:
 
 
 def _block(source: Source, course: Course, executed: Executed) -> Reading:
+    course = yield from waiting_moves(source, course, executed)
     if executed.moves or executed.codes:
         course = yield from _modes(source, course, executed)
     course = yield from _frame(source, course, executed)
