@@ -158,6 +158,15 @@ def test_the_wrong_side_is_refused() -> None:
     assert refused.value.code is Code.NC_COMPENSATED and "wants G42" in (refused.value.hint or "")
 
 
+def test_a_contour_finished_twice_is_not_chosen_from() -> None:
+    """G70 runs the same blocks twice, perhaps with two tools: no range of lines tells the passes apart."""
+    twice = PIN.read_bytes().replace(b"G70 P10 Q20\n", b"G70 P10 Q20\nT0505\nG70 P10 Q20\n")
+    profile = contour_of_program(feed_moves(read_program(PIN.read_bytes(), "fanuc-lathe").run()), 0.4).profile
+    with pytest.raises(TrueloopError, match="write the finish pass out") as refused:
+        compensate(Inputs("part", profile, 0.4, read_program(twice, "fanuc-lathe"), touches_on(profile), Options()))
+    assert refused.value.code is Code.NC_AMBIGUOUS
+
+
 def test_a_nose_that_does_not_fit_is_refused() -> None:
     program = read_program(PIN.read_bytes(), "fanuc-lathe")
     profile = contour_of_program(feed_moves(program.run()), 0.4, lines=OWN.lines).profile

@@ -35,10 +35,11 @@ def match_contour(
     """Find the one pass over each feature among the feed moves of a program.
 
     The moves of the nose's centre must lie within `tolerance_mm` of the profile's offset by nose radius +
-    `allowance_mm`; where the program has moves under G41 or G42, only these are looked at, and they must lie so near to
-    the profile's offset by `allowance_mm` alone. In the profile's order or reversed; `lines` narrows the search to the
-    program's lines from–to. Raises NC-NO-MATCH where no pass cuts a feature whole, naming the nearest line,
-    NC-AMBIGUOUS where several do, NC-COMPENSATED where G41 or G42 keeps the nose on the material's side.
+    `allowance_mm`; moves under G41 or G42 must lie so near to the profile's offset by `allowance_mm` alone, and are the
+    pass where the program has any. A feature that both kinds cut is ambiguous. In the profile's order or reversed;
+    `lines` narrows the search to the program's lines from–to. Raises NC-NO-MATCH where no pass cuts a feature whole,
+    naming the nearest line, NC-AMBIGUOUS where several do, NC-COMPENSATED where G41 or G42 keeps the nose on the
+    material's side.
     """
     found = match_each(
         moves, profile, nose_radius_mm, allowance_mm=allowance_mm, tolerance_mm=tolerance_mm, lines=lines
@@ -63,20 +64,41 @@ def match_each(
     lines: tuple[int, int] | None = None,
 ) -> tuple[FeatureMatch | TrueloopError, ...]:
     """For each feature the pass that cuts it, or the refusal that `match_contour` would raise for it."""
-    kept, offset_mm = moves_of_one_kind(_in_lines(moves, lines), nose_radius_mm)
-    path = nose_centre_path(profile, offset_mm + allowance_mm)
-    search = _Search(profile, path, kept, tolerance_mm)
-    return tuple(_tried(search, index) for index in range(len(profile.features)))
+    in_lines = _in_lines(moves, lines)
+    kept, offset_mm = moves_of_one_kind(in_lines, nose_radius_mm)
+    search = _search(profile, kept, offset_mm + allowance_mm, tolerance_mm)
+    other = _beside_contour(profile, in_lines, nose_radius_mm + allowance_mm, tolerance_mm)
+    return tuple(_tried(search, other, index) for index in range(len(profile.features)))
 
 
 def _in_lines(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> list[FeedMove]:
     return [m for m in moves if lines is None or lines[0] <= m.line <= lines[1]]
 
 
-def _tried(search: "_Search", index: int) -> FeatureMatch | TrueloopError:
+def _search(profile: Profile, moves: Sequence[FeedMove], offset_mm: float, tolerance_mm: float) -> "_Search":
+    return _Search(profile, nose_centre_path(profile, offset_mm), moves, tolerance_mm)
+
+
+def _beside_contour(
+    profile: Profile, moves: Sequence[FeedMove], offset_mm: float, tolerance_mm: float
+) -> "_Search | None":
+    """The search among moves of the nose's centre of a program that has moves of the contour too."""
+    of_centre = [move for move in moves if not move.on_contour]
+    if len(of_centre) in (0, len(moves)):
+        return None
+    try:
+        return _search(profile, of_centre, offset_mm, tolerance_mm)
+    except TrueloopError:  # the nose does not fit: then none of them is its path
+        return None
+
+
+def _tried(search: "_Search", other: "_Search | None", index: int) -> FeatureMatch | TrueloopError:
+    """The match, or why there is none; `other` are the moves of the nose's centre beside those of the contour."""
     try:
         match = search.match(index)
         _require_outside(match)
+        if other is not None and (also := other.whole_passes(index)):
+            raise search.ambiguous(index, [match.moves, *(p.moves for p in also)])
     except TrueloopError as refusal:
         return refusal
     return match
@@ -119,11 +141,15 @@ class _Search:
         if not any(self._whole(p) for p in passes):
             raise self._no_match(index, passes)
         if len(passes) > 1:
-            raise self._ambiguous(index, passes)
+            raise self.ambiguous(index, [p.moves for p in passes])
         moves = passes[0].moves
         backwards = moves[0].start_mm > moves[0].end_mm
         feature, offset_mm = self.profile.features[index], self.path.nose_radius_mm
         return FeatureMatch(feature, moves[::-1] if backwards else moves, backwards, offset_mm)
+
+    def whole_passes(self, index: int) -> list[_Pass]:
+        """Those that cut all of feature `index`."""
+        return [over for over in self._passes(index) if self._whole(over)]
 
     def _whole(self, over: _Pass) -> bool:
         """Neighbours that stand off by up to the tolerance shift the place where one move hands over to the next."""
@@ -198,14 +224,16 @@ class _Search:
         found = [(distance_mm(move.path, (float(x), float(z))), move.line) for move in self.moves]
         return min(found, default=(math.inf, None))
 
-    def _ambiguous(self, index: int, passes: Sequence[_Pass]) -> TrueloopError:
-        spans = [_span(p.moves) for p in passes]
+    def ambiguous(self, index: int, passes: Sequence[Sequence[MatchedMove]]) -> TrueloopError:
+        """NC-AMBIGUOUS: several passes cut feature `index`."""
+        ordered = sorted(passes, key=lambda moves: moves[0].move.index)
+        spans = [_span(moves) for moves in ordered]
         return TrueloopError(
             Code.NC_AMBIGUOUS,
             f"'{self.profile.features[index].name}' is cut {len(passes)} times within {self.tolerance_mm:.3f} mm, by "
             f"lines {', '.join(spans)}",
             hint=_how_to_choose(spans),
-            place=Place(line=passes[1].moves[0].move.line),
+            place=Place(line=ordered[1][0].move.line),
         )
 
 
@@ -232,8 +260,10 @@ def _how_to_choose(spans: Sequence[str]) -> str:
 
 
 def _span(moves: Sequence[MatchedMove]) -> str:
-    first, last = moves[0].move.line, moves[-1].move.line
-    return str(first) if first == last else f"{first}–{last}"
+    """The lines of a pass, with the code that keeps the nose off it where one does."""
+    first, last = sorted((moves[0].move.line, moves[-1].move.line))
+    lines = str(first) if first == last else f"{first}–{last}"
+    return f"{lines} (G{moves[0].move.compensation})" if moves[0].move.on_contour else lines
 
 
 def _with_the_rest(

@@ -190,6 +190,22 @@ def test_two_finish_passes_are_ambiguous_until_lines_are_named() -> None:
     assert lines_of(matched(moves, profile, lines=(50, 80))) == [[50], [60], [70], [80]]  # type: ignore[arg-type]
 
 
+def test_a_pass_of_the_contour_and_one_of_the_nose_s_centre_are_ambiguous_until_lines_are_named() -> None:
+    """A pass under G42 and one without it that fits as well: either may be the finish cut."""
+    profile = piecs11()
+    contour = [replace(move, compensation=41) for move in cut(profile.features, first=4, chain=1)]
+    for moves in ([*cut(centre_path(profile)), *contour], [*contour, *cut(centre_path(profile), first=8)]):
+        refusal = _refusal(moves, profile)
+        assert refusal.code is Code.NC_AMBIGUOUS and "finish_lines = [from, to]" in (refusal.hint or "")
+        other = moves[0].line if not moves[0].on_contour else moves[4].line
+        assert {"50 (G41)", str(other)} == set(refusal.message.rpartition("lines ")[2].split(", "))
+    both = [*cut(centre_path(profile)), *contour]
+    assert lines_of(matched(both, profile, lines=(10, 40))) == [[10], [20], [30], [40]]  # type: ignore[arg-type]
+    assert lines_of(matched(both, profile, lines=(50, 80))) == [[50], [60], [70], [80]]  # type: ignore[arg-type]
+    far = cut(centre_path(profile, allowance_mm=0.3))
+    assert lines_of(matched([*far, *contour], profile)) == [[50], [60], [70], [80]]
+
+
 def test_passes_of_the_same_lines_are_to_be_written_out() -> None:
     """Lines cannot choose between the runs of a loop's body."""
     path = centre_path(piecs11())
