@@ -1,8 +1,13 @@
 """The loop with LinuxCNC as its controller, headless: semi-finish, calibration, probing, corrected finish program."""
 
+import json
+import os
+import signal
 import subprocess
+import sys
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +16,7 @@ import numpy as np
 import pytest
 
 from tests.support.probing import EXAMPLES
+from trueloop.cli.failure import ExitStatus
 from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.controllers.linuxcnc.session import cut
 from trueloop.errors import Code, Place, TrueloopError
@@ -75,6 +81,46 @@ def test_an_interrupted_run_leaves_nothing_behind() -> None:
     with pytest.raises(KeyboardInterrupt):
         cut(b"G21 G18 G8 G90 G94\nG1 X20 Z1 F60\nM2\n", progress=interrupt)
     assert what_still_runs() == ""
+
+
+def test_ctrl_c_ends_one_loop_and_another_beside_it_goes_on() -> None:
+    """At the command line: the interrupted one leaves nothing, the other ends with a part as true as alone."""
+    with _loop("interrupted") as interrupted, _loop("whole") as whole:
+        try:
+            _one_ends_the_other_goes_on(interrupted, whole)
+        finally:
+            interrupted.kill()
+            whole.kill()
+    assert what_still_runs() == ""
+
+
+def _one_ends_the_other_goes_on(interrupted: "subprocess.Popen[str]", whole: "subprocess.Popen[str]") -> None:
+    while not list(Path(tempfile.gettempdir(), "interrupted").glob("*/config/progress.txt")):
+        assert interrupted.poll() is None, interrupted.communicate()
+        time.sleep(0.1)
+    os.killpg(interrupted.pid, signal.SIGINT)
+    assert interrupted.wait(timeout=30) == ExitStatus.INTERRUPTED
+    assert "interrupted" not in what_still_runs()
+    assert list(Path(tempfile.gettempdir(), "interrupted").iterdir()) == []
+    said, errors = whole.communicate(timeout=180)
+    assert whole.returncode == ExitStatus.DONE, errors
+    assert json.loads(said)["true_residual_rms_um"] < 3.0
+
+
+def _loop(name: str) -> "subprocess.Popen[str]":
+    """The loop as a user starts it, its temporary files in a folder of that name."""
+    folder = Path(tempfile.gettempdir(), name)
+    folder.mkdir()
+    command = [
+        str(Path(sys.executable).with_name("trueloop")),
+        "linuxcnc",
+        "loop",
+        str(LOOP / "modbas2.toml"),
+        "--json",
+    ]
+    pipe = subprocess.PIPE
+    environment = os.environ | {"TMPDIR": str(folder)}
+    return subprocess.Popen(command, env=environment, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
 @pytest.fixture(autouse=True)
