@@ -111,7 +111,7 @@ impl Nose {
     }
 
     pub(crate) fn support(&self, angle: f64) -> Support {
-        let wrapped = (angle + PI).rem_euclid(TAU) - PI;
+        let wrapped = wrapped(angle);
         let (Some(begin), Some(end)) = (self.pieces.first(), self.pieces.last()) else {
             return Support {
                 h: self.radius,
@@ -127,14 +127,15 @@ impl Nose {
                 bend: 0.0,
             };
         }
-        let Some(piece) = self.pieces.get(at as usize) else {
+        let index = at as usize;
+        let Some(piece) = self.pieces.get(index) else {
             return Support {
                 h: self.radius + cubic(end, self.step),
                 slope: 0.0,
                 bend: 0.0,
             };
         };
-        let u = wrapped - self.first - at.floor() * self.step;
+        let u = wrapped - self.first - index as f64 * self.step;
         Support {
             h: self.radius + cubic(piece, u),
             slope: piece[1] + u * (2.0 * piece[2] + 3.0 * u * piece[3]),
@@ -225,6 +226,18 @@ impl Nose {
         let ends = last.max(first);
         self.radius + self.pieces.iter().map(most).fold(ends, f64::max)
     }
+}
+
+/// The angle between −π and π. Rays and turns of at most a quarter are half a turn off at most: the division is rare.
+fn wrapped(angle: f64) -> f64 {
+    if angle.abs() <= PI {
+        return angle;
+    }
+    let near = angle - TAU.copysign(angle);
+    if near.abs() <= PI {
+        return near;
+    }
+    (angle + PI).rem_euclid(TAU) - PI
 }
 
 fn cubic(piece: &[f64; 4], u: f64) -> f64 {

@@ -5,13 +5,12 @@ pub type Point = [f64; 2];
 
 /// A ray from `origin` along the unit vector `direction`.
 ///
-/// `angle` is that of the direction from +z towards +x, `across` the direction turned to greater angles.
+/// `across` is the direction turned to greater angles, from +z towards +x.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     pub(crate) origin: Point,
     pub(crate) direction: Point,
     pub(crate) across: Point,
-    pub(crate) angle: f64,
 }
 
 impl Ray {
@@ -21,8 +20,12 @@ impl Ray {
             origin,
             direction,
             across: [direction[1], -direction[0]],
-            angle: direction[0].atan2(direction[1]),
         }
+    }
+
+    /// Angle of the direction from +z towards +x.
+    pub(crate) fn angle(&self) -> f64 {
+        self.direction[0].atan2(self.direction[1])
     }
 
     /// Coordinates of a point along and across the ray.

@@ -14,9 +14,11 @@ pub struct Sweep {
     tree: Tree,
 }
 
-/// A ray, the disc that holds the nose as seen along it, and how far down it is looked.
+/// A ray and its angle (0 where the nose is round and none matters), the disc that holds the nose as seen along it, and
+/// how far down it is looked.
 struct Asked {
     ray: Ray,
+    angle: f64,
     disc: Disc,
     floor: f64,
 }
@@ -26,6 +28,19 @@ struct Asked {
 struct Found {
     along: f64,
     run: usize,
+}
+
+impl Asked {
+    /// Below what the nose does not reach on the ray, standing there; infinite where it passes beside or is not seen.
+    fn low(&self, (along, over): (f64, f64)) -> f64 {
+        let beside = over - self.disc.beside;
+        let square = self.disc.radius * self.disc.radius - beside * beside;
+        if square > 0.0 && along > self.floor {
+            along - self.disc.above - square.sqrt()
+        } else {
+            f64::INFINITY
+        }
+    }
 }
 
 impl Sweep {
@@ -53,9 +68,15 @@ impl Sweep {
     pub fn entries(&self, rays: impl Iterator<Item = (Ray, f64)>, reach: f64) -> Vec<f64> {
         let mut run = 0;
         rays.map(|(ray, known)| {
+            let angle = if self.nose.is_round() {
+                0.0
+            } else {
+                ray.angle()
+            };
             let asked = Asked {
                 ray,
-                disc: self.nose.disc(ray.angle),
+                angle,
+                disc: self.nose.disc(angle),
                 floor: -reach,
             };
             let found = self.entry(&asked, Found { along: known, run });
@@ -71,66 +92,93 @@ impl Sweep {
         let mut index = found.run;
         self.look_at(asked, index, &mut found);
         for level in 0..self.tree.top() {
-            self.descend(asked, level, index ^ 1, &mut found);
+            if self.lowest(asked, level, index ^ 1, &found) < found.along {
+                self.descend(asked, level, index ^ 1, &mut found);
+            }
             index /= 2;
         }
         found
     }
 
-    /// Looks at the segments in a box, where it reaches below what was found.
+    /// Looks at the segments in a box that reaches below what was found, the lower half first.
     fn descend(&self, asked: &Asked, level: usize, index: usize, found: &mut Found) {
-        if self.lowest(asked, level, index, found).is_none() {
-            return;
-        }
         if level == 0 {
             return self.look_at(asked, index, found);
         }
-        let (a, b) = (2 * index, 2 * index + 1);
-        let [low_a, low_b] = [a, b].map(|child| self.lowest(asked, level - 1, child, found));
-        let better = low_b.is_some_and(|b| low_a.is_none_or(|a| b < a));
-        for child in if better { [b, a] } else { [a, b] } {
-            self.descend(asked, level - 1, child, found);
+        let mut halves = [2 * index, 2 * index + 1]
+            .map(|half| (self.lowest(asked, level - 1, half, found), half));
+        if halves[1].0 < halves[0].0 {
+            halves.reverse();
+        }
+        for (low, half) in halves {
+            if low < found.along {
+                self.descend(asked, level - 1, half, found);
+            }
         }
     }
 
-    fn lowest(&self, asked: &Asked, level: usize, index: usize, found: &Found) -> Option<f64> {
-        let around = self.tree.get(level, index)?;
-        around.lowest(&asked.ray, &asked.disc, asked.floor, found.along)
+    fn lowest(&self, asked: &Asked, level: usize, index: usize, found: &Found) -> f64 {
+        self.tree.get(level, index).map_or(f64::INFINITY, |around| {
+            around.lowest(&asked.ray, &asked.disc, asked.floor, found.along)
+        })
     }
 
     fn look_at(&self, asked: &Asked, run: usize, found: &mut Found) {
         let first = run * RUN;
         let nodes = self.nodes.get(first..).unwrap_or_default();
         let contacts = self.contacts.get(first..).unwrap_or_default();
-        let mut before: Option<((f64, f64), &[Point; 2])> = None;
-        let mut turn = 0.0;
-        let ahead = contacts.iter().map(Some).chain(std::iter::repeat(None));
-        for (node, after) in nodes.iter().zip(ahead).take(RUN + 1) {
-            let here = asked.ray.of(*node);
-            let mut meets = self.body(asked, here, found.along, &mut turn);
-            if let Some((there, contacts)) = before {
-                meets = meets.min(flat(asked, there, here, contacts));
+        let mut seen = [(f64::INFINITY, 0.0); RUN + 1];
+        let mut best = found.along;
+        for (here, node) in seen.iter_mut().zip(nodes) {
+            *here = asked.ray.of(*node);
+        }
+        // The straight sides first: they are quickly asked, and lie below most of the noses beside them.
+        for (pair, contacts) in seen.windows(2).zip(contacts) {
+            if let [a, b] = *pair {
+                best = best.min(flat(asked, a, b, contacts));
             }
-            if meets < found.along {
-                *found = Found { along: meets, run };
-            }
-            before = after.map(|contacts| (here, contacts));
+        }
+        best = self.noses(asked, &seen, best);
+        if best < found.along {
+            *found = Found { along: best, run };
         }
     }
 
-    /// Where the ray meets the nose standing at a node; infinite when not below `best`.
-    fn body(&self, asked: &Asked, (along, over): (f64, f64), best: f64, turn: &mut f64) -> f64 {
-        let disc = &asked.disc;
-        let beside = over - disc.beside;
-        let square = disc.radius * disc.radius - beside * beside;
-        let above = along - disc.above - best;
-        if along <= asked.floor || square <= 0.0 || (above > 0.0 && above * above >= square) {
-            return f64::INFINITY;
+    /// Where the ray first meets a nose standing at one of these places, along and over it; `best` where not below.
+    fn noses(&self, asked: &Asked, seen: &[(f64, f64)], best: f64) -> f64 {
+        if self.nose.is_round() {
+            return seen
+                .iter()
+                .fold(best, |best, here| best.min(asked.low(*here)));
         }
-        self.nose
-            .depth(asked.ray.angle, over, turn)
-            .map_or(f64::INFINITY, |depth| along - depth)
+        let mut turn = 0.0;
+        let mut depth = |best: f64, (along, over): (f64, f64)| {
+            let depth = self.nose.depth(asked.angle, over, &mut turn);
+            depth.map_or(best, |depth| best.min(along - depth))
+        };
+        let Some((_, first)) = lowest_of(asked, seen, best) else {
+            return best;
+        };
+        // The one that may reach lowest does, mostly: few others are left to be asked.
+        let best = depth(best, first);
+        seen.iter().fold(best, |best, here| {
+            if *here != first && asked.low(*here) < best {
+                depth(best, *here)
+            } else {
+                best
+            }
+        })
     }
+}
+
+/// The place from which the nose may reach lowest on the ray, if below `best`.
+fn lowest_of(asked: &Asked, seen: &[(f64, f64)], best: f64) -> Option<(f64, (f64, f64))> {
+    seen.iter().fold(None, |found, here| {
+        let low = asked.low(*here);
+        (low < found.map_or(best, |(low, _)| low))
+            .then_some((low, *here))
+            .or(found)
+    })
 }
 
 /// Where the ray meets the straight side between the contacts of a segment's two ends; infinite when it passes beside.

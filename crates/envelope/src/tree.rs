@@ -49,8 +49,8 @@ impl ChordBox {
         }
     }
 
-    /// Below what no nose with its centre in the box reaches on the ray; none where it cannot reach below `best`.
-    pub(crate) fn lowest(&self, ray: &Ray, disc: &Disc, floor: f64, best: f64) -> Option<f64> {
+    /// Below what no nose with its centre in the box reaches on the ray; infinite where it cannot reach below `best`.
+    pub(crate) fn lowest(&self, ray: &Ray, disc: &Disc, floor: f64, best: f64) -> f64 {
         let (along, over) = ray.of(self.centre);
         let (with, against) = (ray.along(self.chord).abs(), ray.over(self.chord).abs());
         let spread = self.half[0] * with + self.half[1] * against + ROUNDING;
@@ -61,9 +61,9 @@ impl ChordBox {
         let misses = square <= 0.0 || along + spread <= floor;
         // Most boxes end here, before the root: it is what takes time.
         if misses || (above >= 0.0 && above * above >= square) {
-            return None;
+            return f64::INFINITY;
         }
-        Some(above + best - square.sqrt())
+        above + best - square.sqrt()
     }
 }
 
