@@ -1,38 +1,45 @@
 """Logs over time as CSV: `time_s` ascending; NAME_degC and NAME_rpm are signals, NAME_um displacements."""
 
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
-from trueloop.formats.measured_rows import Rows, column, named_by, read_rows, signals_in, wrong
+from trueloop.formats.measured_rows import SIGNAL_UNITS, named_by, read_measured, signals_in
+from trueloop.formats.rows import CsvFile, Rows
 from trueloop.geometry.feature import Array
 from trueloop.machine.drift import DriftTest
 from trueloop.machine.history import History
+from trueloop.units import UM_PER_MM
+
+DISPLACEMENT: Final = "_um"
 
 
 def read_history(path: Path) -> History:
     """Temperatures and speeds. Raises MCH-FILE for times that do not ascend or no signal, MCH-UNIT for other units."""
-    rows = read_rows(path)
-    history = History(_times(rows, path), signals_in(rows, path))
+    file, rows = _read(path)
+    history = History(_times(rows), signals_in(rows))
     if not history.signals:
-        raise wrong(path, 1, "no column is a temperature (NAME_degC) or a speed (NAME_rpm)")
+        raise file.refusal("no column is a temperature (NAME_degC) or a speed (NAME_rpm)")
     return history
 
 
 def read_drift(path: Path) -> DriftTest:
     """A drift test: displacements, temperatures, speeds. Raises as `read_history`."""
-    rows = read_rows(path)
-    displacement = {name: 1e-3 * values for name, values in named_by("_um", rows, path).items()}
-    if not displacement:
-        raise wrong(path, 1, "no column is a displacement (NAME_um)")
-    return DriftTest(_times(rows, path), displacement, named_by("_degC", rows, path), named_by("_rpm", rows, path))
+    file, rows = _read(path)
+    displacement_mm = {name: values / UM_PER_MM for name, values in named_by(DISPLACEMENT, rows).items()}
+    if not displacement_mm:
+        raise file.refusal("no column is a displacement (NAME_um)")
+    return DriftTest(_times(rows), displacement_mm, named_by("_degC", rows), named_by("_rpm", rows))
 
 
-def _times(rows: Rows, path: Path) -> Array:
-    if "time_s" not in rows[0][1]:
-        raise wrong(path, 1, f"none of its {len(rows[0][1])} columns is time_s")
-    time_s = column(rows, "time_s", path)
-    late = np.flatnonzero(np.diff(time_s) <= 0)
-    if len(late):
-        raise wrong(path, rows[int(late[0]) + 1][0], f"time_s does not ascend after {time_s[late[0]]:g}")
+def _read(path: Path) -> tuple[CsvFile, Rows]:
+    file = read_measured(path)
+    return file, file.rows(("time_s",), (*SIGNAL_UNITS, DISPLACEMENT))
+
+
+def _times(rows: Rows) -> Array:
+    time_s = rows.numbers("time_s")
+    for row in np.flatnonzero(np.diff(time_s) <= 0)[:1]:
+        raise rows.refusal(int(row) + 1, f"time_s does not ascend after {time_s[row]:g}", "time_s")
     return time_s

@@ -7,20 +7,27 @@ Comment lines `# touch_u_um 0.5` and `# cmm_u_um 0.4` state standard uncertainti
 
 import csv
 import io
+import re
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from trueloop.diagnosis.components import Components, Inspections
-from trueloop.errors import Code
-from trueloop.formats.input_file import read_text
-from trueloop.formats.measured_rows import HINT, Rows, column, number_in, optional, read_rows
-from trueloop.geometry.feature import Array
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.measured_rows import read_measured, vectors
+from trueloop.formats.rows import CsvFile
 from trueloop.machine.chain import Vector
 from trueloop.machine.model import MachineModel, State
 from trueloop.machine.term import Signals
+from trueloop.units import UM_PER_MM
 
-COLUMNS = (
+KINDS: Final = {"nominal": "_mm", "normal": "", "controller": "_mm", "cmm": "_mm"}
+VECTORS: Final = {kind: [f"{kind}_{c}{unit}" for c in "xyz"] for kind, unit in KINDS.items()}
+COMP_PROC: Final = "comp_proc_um"
+STATED: Final = ("touch_u_um", "cmm_u_um")
+STATEMENT: Final = re.compile(r"\w+\s+\d{1,9}(\.\d*)?")
+COLUMNS: Final = (
     *("comp_mtg_cutting", "comp_mtg_probing", "comp_mtg_applied", "comp_proc"),
     *("error_pp", "error_proc", "error_proc_resid", "error_mtg", "error_mtg_resid"),
     *("u_error_pp", "u_error_proc", "u_error_mtg"),
@@ -31,14 +38,14 @@ COLUMNS = (
 
 def read_inspections(path: Path) -> tuple[tuple[str, ...], Inspections]:
     """Names of the points, and what was seen. Raises MCH-FILE and MCH-UNIT."""
-    rows = read_rows(path)
-    vectors = {kind: _vectors(rows, kind, "_mm", path) for kind in ("nominal", "controller", "cmm")}
-    normal = _vectors(rows, "normal", "", path)
-    comp = 1e-3 * optional(rows, "comp_proc_um", path, 0.0)
-    u = [1e-3 * _stated(path, name) for name in ("touch_u_um", "cmm_u_um")]
-    names = tuple(row.get("point", str(k + 1)) for k, (_, row) in enumerate(rows))
-    seen = Inspections(vectors["nominal"], normal, vectors["controller"], vectors["cmm"], u[0], u[1], comp)
-    return names, seen
+    file = read_measured(path)
+    rows = file.rows(("point", COMP_PROC, *(name for names in VECTORS.values() for name in names)))
+    seen = {kind: vectors(rows, names) for kind, names in VECTORS.items()}
+    touch_u_mm, cmm_u_mm = (_stated(file, name) / UM_PER_MM for name in STATED)
+    comp_mm = rows.numbers(COMP_PROC, 0.0) / UM_PER_MM
+    names = tuple(name or str(k) for k, name in enumerate(rows.texts("point"), 1))
+    places = (seen["nominal"], seen["normal"], seen["controller"], seen["cmm"])
+    return names, Inspections(*places, touch_u_mm, cmm_u_mm, comp_mm)
 
 
 def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Vector, signals: Signals) -> State:
@@ -54,20 +61,24 @@ def components_csv(points: tuple[str, ...], parts: Components) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["point", *(f"{name}_um" for name in COLUMNS)])
-    columns = [1e3 * getattr(parts, name) for name in COLUMNS]
+    columns = [UM_PER_MM * getattr(parts, name) for name in COLUMNS]
     for k, point in enumerate(points):
         writer.writerow([point, *(f"{column[k]:.3f}" for column in columns)])
     return out.getvalue()
 
 
-def _vectors(rows: Rows, kind: str, unit: str, path: Path) -> Array:
-    return np.stack([column(rows, f"{kind}_{c}{unit}", path) for c in "xyz"], axis=-1)
+def _stated(file: CsvFile, name: str) -> float:
+    """What a comment line states under that name; 0 without one.
 
-
-def _stated(path: Path, name: str) -> float:
-    """What a comment line states under that name; 0 without one. Raises MCH-FILE with the line."""
-    for number, line in enumerate(read_text(path, Code.MCH_FILE, hint=HINT).splitlines(), 1):
-        words = line.lstrip("#").split()
-        if line.startswith("#") and len(words) == 2 and words[0] == name:
-            return number_in({name: words[1]}, name, number, path)
-    return 0.0
+    Raises MCH-FILE with the line for a comment that begins as if it stated it and does not: it would be ignored.
+    """
+    quantity = name.removesuffix("_um")
+    lines = [(line, text.lstrip("# \t")) for line, text in file.comments]
+    stated = [(line, text) for line, text in lines if text.lower().startswith(quantity)]
+    for k, (line, text) in enumerate(stated):
+        if k or not STATEMENT.fullmatch(text) or not text.startswith(name):
+            hint = f"write `# {name} 0.5`, once"
+            raise TrueloopError(
+                Code.MCH_FILE, f"{text!r} states no {name}", hint=hint, place=Place(str(file.path), line)
+            )
+    return float(stated[0][1].split()[1]) if stated else 0.0

@@ -15,22 +15,15 @@ time_s                  when it was read, for lags; where no history is given th
 
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.measured_rows import (
-    Rows,
-    check_columns,
-    column,
-    optional,
-    read_rows,
-    signals_in,
-    wrong,
-    wrong_unit,
-)
+from trueloop.formats.measured_rows import SIGNAL_UNITS, read_measured, signals_in, vectors, wrong_unit
+from trueloop.formats.rows import CsvFile, Rows
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import Axis, AxisKind, Chain
 from trueloop.machine.history import Clock, History, logged
@@ -38,15 +31,17 @@ from trueloop.machine.model import State
 from trueloop.machine.names import COMPONENTS
 from trueloop.machine.observations import Observations
 from trueloop.machine.validity import outside
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
-READING: Final = {"reading_um": 1e-3, "reading_mm": 1.0, "reading_urad": 1e-6}
-UNCERTAINTY: Final = {"u_um": 1e-3, "u_mm": 1.0, "u_urad": 1e-6}
-OTHERS: Final = (
-    *("along", "along_x", "along_y", "along_z", "tool_x_mm", "tool_y_mm", "tool_z_mm"),
-    *("run", "time_s", "note"),
-)
+READING: Final = {"reading_um": 1 / UM_PER_MM, "reading_mm": 1.0, "reading_urad": 1 / URAD_PER_RAD}
+UNCERTAINTY: Final = {"u_um": 1 / UM_PER_MM, "u_mm": 1.0, "u_urad": 1 / URAD_PER_RAD}
+ALONG: Final = ("along_x", "along_y", "along_z")
+TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
+OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s")
 POSITION: Final = re.compile(r"[A-Z]_(mm|deg)")
 WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
+
+Flags: TypeAlias = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
 def read_readings(path: Path, chain: Chain, history: History | None = None) -> Observations:
@@ -55,111 +50,116 @@ def read_readings(path: Path, chain: Chain, history: History | None = None) -> O
     Raises MCH-FILE, MCH-UNIT (other units, or two of one kind), MCH-AXIS, MCH-TRAVEL for positions beyond travel,
     MCH-HISTORY for readings outside the history.
     """
-    rows = read_rows(path)
-    _check_known(rows, chain, path)
-    header = list(rows[0][1])
-    if sum(name in header for name in READING) != 1:
-        raise wrong_unit(
-            path, f"{sum(name in header for name in READING)} columns of {', '.join(READING)}; one is needed"
-        )
-    count = len(rows)
-    positions = {
-        axis: column(rows, name, path) * scale
-        for axis, name, scale in (_position_column(chain, axis) for axis in chain.order)
-        if name in header
-    }
-    for axis, position in positions.items():
-        _check_reach(chain.axis(axis), position, rows, path)
-    clock = _clock(rows, path, history)
-    state = State(
-        np.broadcast_to(chain.positions(positions), (count, len(chain.order))),
-        np.stack([_ways(rows, f"travel_{name}", path) for name in chain.order], axis=-1),
-        (logged(clock) if history and clock else {}) | signals_in(rows, path),
-        np.stack([optional(rows, f"tool_{c}_mm", path, 0.0) for c in "xyz"], axis=-1),
-    )
-    reading = next(name for name in READING if name in header)
-    uncertainty = next((name for name in UNCERTAINTY if name in header), None)
-    if uncertainty and ("rad" in uncertainty) != ("rad" in reading):
-        raise wrong_unit(path, f"{count} readings are in {reading}, their standard uncertainty in {uncertainty}")
-    along, is_angle = _along(rows, header, path)
-    if is_angle.any() != (reading == "reading_urad") or (is_angle.any() and not is_angle.all()):
-        raise wrong_unit(
-            path, f"{int(is_angle.sum())} of {count} rows are rotations, but the readings are in {reading}"
-        )
+    rows = _rows(read_measured(path), chain)
+    clock = _clock(rows, history)
+    along, is_angle = _along(rows)
+    reading, u = _readings(rows, is_angle)
     return Observations(
-        state,
+        _state(rows, chain, logged(clock) if history and clock else {}),
         along,
-        column(rows, reading, path) * READING[reading],
+        reading,
         is_angle,
-        column(rows, uncertainty, path) * UNCERTAINTY[uncertainty] if uncertainty else np.full(count, np.nan),
-        tuple((row.get("run") or path.stem).strip() for _, row in rows),
-        np.array([line for line, _ in rows]),
+        u,
+        tuple(run or path.stem for run in rows.texts("run")),
+        np.array(rows.lines),
         clock,
     )
 
 
-def _check_known(rows: Rows, chain: Chain, path: Path) -> None:
+def _rows(file: CsvFile, chain: Chain) -> Rows:
     """Raises MCH-AXIS for positions of an axis that the machine lacks, MCH-FILE for other columns not known."""
-    for name in rows[0][1]:
+    for name in file.header:
         if POSITION.fullmatch(name) and name[0] not in chain.order:
-            with in_file(path, 1):
+            with in_file(file.path, 1):
                 chain.axis(name[0])
-    axes = [name for axis in chain.order for name in (_position_column(chain, axis)[1], f"travel_{axis}")]
-    check_columns(rows, [*axes, *READING, *UNCERTAINTY, *OTHERS], path)
+    axes = [name for axis in chain.order for name in (_position_column(chain, axis)[0], f"travel_{axis}")]
+    return file.rows([*axes, *READING, *UNCERTAINTY, *OTHERS], SIGNAL_UNITS)
 
 
-def _check_reach(axis: Axis, position: Array, rows: Rows, path: Path) -> None:
+def _state(rows: Rows, chain: Chain, past: Mapping[str, Array]) -> State:
+    """Where the axes stand, which way they came, and at which signals."""
+    positions = {}
+    for axis in chain.order:
+        name, scale = _position_column(chain, axis)
+        if name in rows.header:
+            positions[axis] = rows.numbers(name) * scale
+            _check_reach(chain.axis(axis), positions[axis], rows)
+    return State(
+        np.broadcast_to(chain.positions(positions), (len(rows), len(chain.order))),
+        np.stack([_ways(rows, f"travel_{name}") for name in chain.order], axis=-1),
+        {**past, **signals_in(rows)},
+        vectors(rows, TOOL, 0.0),
+    )
+
+
+def _readings(rows: Rows, is_angle: Flags) -> tuple[Array, Array]:
+    """Readings and their standard uncertainties, mm or rad. Raises MCH-UNIT where lengths and angles are mixed up."""
+    given = [name for name in READING if name in rows.header]
+    if len(given) != 1:
+        raise wrong_unit(rows.path, f"{len(given)} columns of {', '.join(READING)}; one is needed")
+    reading, count = given[0], len(rows)
+    uncertainties = [name for name in UNCERTAINTY if name in rows.header]
+    for name in uncertainties:
+        if ("rad" in name) != ("rad" in reading) or len(uncertainties) > 1:
+            told = " and ".join(uncertainties)
+            raise wrong_unit(rows.path, f"{count} readings are in {reading}, their standard uncertainty in {told}")
+    if not np.all(is_angle == (reading == "reading_urad")):
+        why = f"{int(is_angle.sum())} of {count} rows are rotations, but the readings are in {reading}"
+        raise wrong_unit(rows.path, why)
+    values = rows.numbers(reading) * READING[reading]
+    if not uncertainties:
+        return values, np.full(count, np.nan)
+    return values, rows.numbers(uncertainties[0]) * UNCERTAINTY[uncertainties[0]]
+
+
+def _check_reach(axis: Axis, position: Array, rows: Rows) -> None:
     """Raises MCH-TRAVEL with the line."""
-    beyond = np.flatnonzero(outside(position, axis.travel))
-    for k in beyond[:1]:
+    for k in np.flatnonzero(outside(position, axis.travel))[:1]:
         low, high = map(axis.shown, axis.travel)
         raise TrueloopError(
             Code.MCH_TRAVEL,
             f"{axis.name} stands at {axis.shown(position[k])}, its travel is {low} to {high}",
             hint="positions are those the control shows, in machine coordinates; travel stands in the machine file",
-            place=Place(str(path), rows[k][0]),
+            place=Place(str(rows.path), rows.lines[k]),
         )
 
 
-def _clock(rows: Rows, path: Path, history: History | None) -> Clock | None:
+def _clock(rows: Rows, history: History | None) -> Clock | None:
     """Without a history the rows themselves are one: several readings at a time are one row of it."""
-    if "time_s" not in rows[0][1]:
-        if history is not None:
-            raise wrong(path, 1, f"its {len(rows)} readings have no time_s, which the history needs")
+    if history is None and "time_s" not in rows.header:
         return None
-    time_s = column(rows, "time_s", path)
+    time_s = rows.numbers("time_s")
     if history is None:
         ascending, first = np.unique(time_s, return_index=True)
-        history = History(ascending, {name: values[first] for name, values in signals_in(rows, path).items()})
+        history = History(ascending, {name: values[first] for name, values in signals_in(rows).items()})
     return Clock(time_s, np.zeros(len(time_s), dtype=np.intp), (history,))
 
 
-def _position_column(chain: Chain, axis: str) -> tuple[str, str, float]:
+def _position_column(chain: Chain, axis: str) -> tuple[str, float]:
     if chain.axis(axis).kind is AxisKind.ROTARY:
-        return axis, f"{axis}_deg", math.pi / 180
-    return axis, f"{axis}_mm", 1.0
+        return f"{axis}_deg", math.pi / 180
+    return f"{axis}_mm", 1.0
 
 
-def _along(rows: Rows, header: list[str], path: Path) -> tuple[Array, "np.ndarray[tuple[int], np.dtype[np.bool_]]"]:
-    if {"along_x", "along_y", "along_z"} <= set(header):
-        vectors = np.stack([column(rows, f"along_{c}", path) for c in "xyz"], axis=-1)
-        length = np.linalg.norm(vectors, axis=1, keepdims=True)
-        if np.any(length == 0):
-            raise wrong(path, rows[int(np.argmin(length))][0], "a direction of length 0")
-        return vectors / length, np.zeros(len(rows), dtype=bool)
-    along, is_angle = np.zeros((len(rows), 3)), np.zeros(len(rows), dtype=bool)
-    for k, (line, row) in enumerate(rows):
-        letter = (row.get("along") or "").strip()
+def _along(rows: Rows) -> tuple[Array, Flags]:
+    """Unit directions, (n, 3), and which are axes of rotation."""
+    if set(ALONG) <= set(rows.header):
+        given = vectors(rows, ALONG)
+        length = np.linalg.norm(given, axis=1, keepdims=True)
+        for row in np.flatnonzero(length == 0)[:1]:
+            raise rows.refusal(int(row), "a direction of length 0")
+        return given / length, np.zeros(len(rows), dtype=bool)
+    letters = rows.texts("along")
+    for row, letter in enumerate(letters):
         if len(letter) != 1 or letter not in COMPONENTS:
-            raise wrong(path, line, f"along is {letter!r}, not one of X Y Z A B C")
-        along[k, COMPONENTS.index(letter) % 3] = 1.0
-        is_angle[k] = COMPONENTS.index(letter) >= 3
-    return along, is_angle
+            raise rows.refusal(row, f"along is {letter!r}, not one of X Y Z A B C")
+    component = np.array([COMPONENTS.index(letter) for letter in letters])
+    return np.eye(3)[component % 3], component >= 3
 
 
-def _ways(rows: Rows, name: str, path: Path) -> Array:
-    texts = [(line, (row.get(name) or "").strip()) for line, row in rows]
-    for line, text in texts:
+def _ways(rows: Rows, name: str) -> Array:
+    texts = rows.texts(name)
+    for row, text in enumerate(texts):
         if text not in WAYS:
-            raise wrong(path, line, f"{name} is {text!r}, not + or -")
-    return np.array([WAYS[text] for _, text in texts])
+            raise rows.refusal(row, f"{name} is {text!r}, not + or -", name)
+    return np.array([WAYS[text] for text in texts])

@@ -1,0 +1,168 @@
+"""The rows of a CSV file, as every reader here takes them: header, separator, comments, cells and their lines.
+
+Lines that begin with `#` are comments; empty ones are passed over. The first other line names the columns, each once.
+The separator is found there: tab or semicolon where there is one, else comma; only with the first two may a number have
+a decimal comma. A quote that is not closed ends with its line.
+"""
+
+import csv
+import difflib
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import read_text
+from trueloop.geometry.feature import Array
+
+NOTE = "note"
+"""A column that any file may have: it is not read."""
+
+MOST = 1e15
+"""No length, time or temperature is as large in any unit here; its square is still a number."""
+
+
+@dataclass(frozen=True)
+class CsvKind:
+    """What a kind of file is refused with: as a whole, for its columns, for its numbers; and how it should look."""
+
+    file: Code
+    column: Code
+    number: Code
+    hint: str
+    any_case: bool = False
+
+
+@dataclass(frozen=True)
+class CsvFile:
+    """A file whose columns are yet to be told from each other: `lines` are numbers and texts without comments."""
+
+    path: Path
+    kind: CsvKind
+    header: tuple[str, ...]
+    separator: str
+    lines: Sequence[tuple[int, str]]
+    comments: Sequence[tuple[int, str]]
+
+    def rows(self, known: Collection[str], endings: tuple[str, ...] = ()) -> "Rows":
+        """The rows. Raises for a column that is neither known nor ends so: mistyped, it would be a column ignored."""
+        for place, name in enumerate(self.header, 1):
+            if name in self.header[: place - 1]:
+                raise self.refusal(
+                    f"column {name!r} is there {self.header.count(name)} times", place, "keep one of them"
+                )
+            if name not in known and name != NOTE and not name.endswith(endings):
+                raise self.refusal(f"column {name!r} is not one of {len(known)} known", place, _instead(name, known))
+        cells = [self._cells(line, text) for line, text in self.lines[1:]]
+        return Rows(self.path, self.kind, self.header, self.separator, [line for line, _ in self.lines[1:]], cells)
+
+    def refusal(self, why: str, column: int | None = None, hint: str | None = None) -> TrueloopError:
+        """The refusal of the header."""
+        place = Place(str(self.path), self.lines[0][0], column)
+        return TrueloopError(self.kind.column, why, hint=hint or self.kind.hint, place=place)
+
+    def _cells(self, line: int, text: str) -> list[str]:
+        """As many as there are columns; what is beyond them may be there and empty, as spreadsheets write it."""
+        cells, most = _split(self.path, self.kind, line, text, self.separator), len(self.header)
+        if len(cells) < most or any(cells[most:]):
+            code = self.kind.number if len(cells) < most else self.kind.column
+            raise TrueloopError(
+                code,
+                f"{len(cells)} cells under {most} columns",
+                hint="decimal commas need semicolons or tabs between the columns",
+                place=Place(str(self.path), line, min(len(cells), most) + 1),
+            )
+        return cells[:most]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of known columns: `lines` are their lines in the file, `cells` their texts without blanks around them."""
+
+    path: Path
+    kind: CsvKind
+    header: tuple[str, ...]
+    separator: str
+    lines: Sequence[int]
+    cells: Sequence[Sequence[str]]
+
+    def __len__(self) -> int:
+        return len(self.cells)
+
+    def texts(self, name: str) -> list[str]:
+        """A column as it stands, empty where the file lacks it."""
+        if name not in self.header:
+            return [""] * len(self)
+        place = self.header.index(name)
+        return [cells[place] for cells in self.cells]
+
+    def numbers(self, name: str, otherwise: float | None = None) -> Array:
+        """A column of finite numbers, (n,); `otherwise` for all where the file lacks it. Raises with the line."""
+        if name not in self.header:
+            if otherwise is not None:
+                return np.full(len(self), otherwise)
+            place = Place(str(self.path), 1)
+            raise TrueloopError(
+                self.kind.column, f"none of its {len(self.header)} columns is {name}", hint=self.kind.hint, place=place
+            )
+        texts = self.texts(name)
+        decimal = "." if self.separator == "," else ","
+        values = np.array([number_of(text.replace(decimal, ".")) for text in texts])
+        for row in np.flatnonzero(~(np.abs(values) <= MOST))[:1]:
+            why = "not a finite number" if not np.isfinite(values[row]) else f"beyond ±{MOST:g}"
+            raise self.refusal(
+                int(row), f"{name} is {texts[row]!r}, {why}", name, "write a number, or leave out the row"
+            )
+        return values
+
+    def refusal(self, row: int, why: str, column: str | None = None, hint: str | None = None) -> TrueloopError:
+        """The refusal of a row, counted from 0."""
+        at = None if column is None else self.header.index(column) + 1
+        place = Place(str(self.path), self.lines[row], at)
+        return TrueloopError(self.kind.number, why, hint=hint or self.kind.hint, place=place)
+
+
+def read_csv(path: Path, kind: CsvKind) -> CsvFile:
+    """A file's header, and its lines. Raises `kind.file` for one that is no CSV, and where there is no row."""
+    return csv_of(read_text(path, kind.file, hint=kind.hint), path, kind)
+
+
+def csv_of(text: str, path: Path, kind: CsvKind) -> CsvFile:
+    """The same of a file's text."""
+    lines = list(enumerate(text.splitlines(), 1))
+    kept = [(k, line) for k, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if len(kept) < 2:
+        why = "it has a header and no rows" if kept else "it is empty: it has 0 rows"
+        raise TrueloopError(kind.file, why, hint=kind.hint, place=Place(str(path), kept[0][0] if kept else 1))
+    separator = next((mark for mark in "\t;" if mark in kept[0][1]), ",")
+    header = _split(path, kind, *kept[0], separator)
+    while not header[-1] and len(header) > 1:
+        header.pop()
+    names = tuple(name.lower() if kind.any_case else name for name in header)
+    comments = [(k, line.strip()) for k, line in lines if line.lstrip().startswith("#")]
+    return CsvFile(path, kind, names, separator, kept, comments)
+
+
+def _split(path: Path, kind: CsvKind, line: int, text: str, separator: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([text], delimiter=separator))]
+    except csv.Error as error:
+        place = Place(str(path), line)
+        raise TrueloopError(kind.file, f"no CSV: {error}", hint="save it as plain CSV", place=place) from error
+
+
+def number_of(text: str) -> float:
+    """The number that a text is; nan for one that is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _instead(name: str, known: Collection[str]) -> str:
+    lowered = {other.lower(): other for other in known}
+    near = difflib.get_close_matches(name.lower(), lowered, n=1)
+    return f"did you mean {lowered[near[0]]!r}?" if near else f"take it out; known are {', '.join(known)}"
