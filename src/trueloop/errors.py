@@ -133,6 +133,7 @@ class Code(StrEnum):
     SRF_PROGRAM = "SRF-PROGRAM"  # a program whose moves cannot be corrected for a surface
     SRF_PATH = "SRF-PATH"  # a tool path that cannot be made
     SRF_FILE = "SRF-FILE"  # points that cannot be read
+    SRF_TWICE = "SRF-TWICE"  # two parts of one name, or one part twice
     SRF_BATCH = "SRF-BATCH"  # a batch that its workers could not finish
     SRF_PARTS = "SRF-PARTS"  # too few parts for a pattern
     SRF_OUTLIER = "SRF-OUTLIER"  # a part unlike the others
@@ -178,6 +179,7 @@ class Code(StrEnum):
     # OUT: writing
     OUT_FOLDER = "OUT-FOLDER"
     OUT_INPUT = "OUT-INPUT"
+    OUT_TWICE = "OUT-TWICE"  # two results of one name
 
 
 @dataclass(frozen=True)

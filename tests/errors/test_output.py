@@ -10,12 +10,21 @@ from trueloop.formats.outputs import write_all
 
 def _over_an_input() -> None:
     with tempfile.TemporaryDirectory() as folder:
-        write_all(Path(folder), {"finish.nc": b"new"}, [Path(folder) / "finish.nc"])
+        write_all(Path(folder), [("finish.nc", b"new")], [Path(folder) / "finish.nc"])
 
 
 def _into_a_file() -> None:
     with tempfile.NamedTemporaryFile() as file:
-        write_all(Path(file.name), {"finish.nc": b"new"})
+        write_all(Path(file.name), [("finish.nc", b"new")])
 
 
-PRODUCERS: dict[Code, Callable[[], object]] = {Code.OUT_INPUT: _over_an_input, Code.OUT_FOLDER: _into_a_file}
+def _twice() -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        write_all(Path(folder), [("t.cma", b"axis"), ("t.cma", b"table")])
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.OUT_INPUT: _over_an_input,
+    Code.OUT_FOLDER: _into_a_file,
+    Code.OUT_TWICE: _twice,
+}

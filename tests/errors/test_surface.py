@@ -30,6 +30,7 @@ from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.loops.batch import run_batch
+from trueloop.loops.surface_inputs import read_surface_inputs
 from trueloop.nc.program import read_program
 
 SURFACE = wavy_surface()
@@ -123,6 +124,11 @@ def _points_of(path: Path, text: str) -> object:
     return read_points(path)
 
 
+def _part_twice(path: Path) -> object:
+    path.write_text('name = "W"\n[surface]\nfile = "w.csv"\n[gauging]\npoints = ["S01.csv", "again/S01.csv"]\n')
+    return read_surface_inputs(path)
+
+
 def _cad_of(path: Path, content: bytes) -> object:
     path.write_bytes(content)
     return read_faces(path)
@@ -148,6 +154,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_TOLERANCE: _creased,
     Code.SRF_PROGRAM: lambda: _corrected("G21 G90\nG1 X20 Y20 Z40 F100\nX30\nM2\n"),
     Code.SRF_FILE: lambda: _written("part.csv", lambda path: _points_of(path, "x_mm,y_mm,z_mm\n1,2,x\n")),
+    Code.SRF_TWICE: lambda: _written("surface.toml", _part_twice),
     Code.SRF_BATCH: lambda: run_batch(abs, [1, 2], scheduler="nowhere:1:2"),
     Code.SRF_PATH: lambda: zigzag(SURFACE, ZigzagOptions(3.0, scallop_mm=0.0)),
     Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),

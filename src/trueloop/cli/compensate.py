@@ -44,7 +44,7 @@ def run_job(path: Path, output: Path | None, as_json: bool) -> None:
         except TrueloopError as error:
             raise error.in_file(str(job.file_behind(error.code))) from error
         suffix = job.finish.suffix
-        files = write_all(output or _from_here(job.output_folder), _contents(correction, suffix), job.files)
+        files = write_all(output or _from_here(job.output_folder), _contents(correction, suffix).items(), job.files)
     to_run = Path(program_to_run(correction)).with_suffix(suffix).name
     if as_json:
         print_json(summary.as_dict(correction, to_run, files))

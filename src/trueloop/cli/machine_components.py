@@ -40,7 +40,7 @@ def decompose(
         "components.csv": components_csv(points, parts).encode(),
         "components.html": components_page(points, parts, frame).encode(),
     }
-    write_all(out, contents, inputs=(inspections, model, *logs_of([*cutting, *probing])))
+    write_all(out, contents.items(), inputs=(inspections, model, *logs_of([*cutting, *probing])))
     if frame is not None:
         typer.echo(f"part frame: shift {1e3 * frame.shift_mm} µm, turn {1e6 * frame.turn_rad} µrad taken out")
     typer.echo(f"{len(points)} points; written: {out / 'components.csv'}, {out / 'components.html'}")

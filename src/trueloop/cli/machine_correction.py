@@ -72,7 +72,7 @@ def compensate(
         extrapolate=extrapolate or (),
         model_sha256=sha256_of(model.read_bytes()),
     )
-    contents = {file.name: done.source, f"{file.stem}.record.json": done.record.to_json().encode()}
+    contents = [(file.name, done.source), (f"{file.stem}.record.json", done.record.to_json().encode())]
     write_all(out, contents, inputs=(file, model))
     if as_json:
         print_json({"record": done.record.id, "largest_mm": done.largest_mm, "blocks": done.blocks_after})
@@ -108,10 +108,10 @@ def export(
     known = read_model(model)
     base, signals = parameters_of(at, "--at"), signals_of(known, temperatures)
     table = axis_table(known, axis, error_of or axis, count, base, signals, extrapolate=extrapolate or ())
-    files = {out.name: _table_text(control, table, opposite_sign)}
+    files = [(out.name, _table_text(control, table, opposite_sign))]
     if control == "heidenhain":
-        files[out.with_suffix(".cma").name] = control_tables.heidenhain_cma(axis, out.name)
-    write_all(out.parent, {name: text.encode() for name, text in files.items()}, inputs=(model, *logs_of(temperatures)))
+        files.append((out.with_suffix(".cma").name, control_tables.heidenhain_cma(axis, out.name)))
+    write_all(out.parent, [(name, text.encode()) for name, text in files], inputs=(model, *logs_of(temperatures)))
     typer.echo(
         f"{len(table.position_mm)} entries; off the model by {1e3 * table.deviation_mm:.3f} µm along the table, "
         f"up to {1e3 * table.elsewhere_mm:.1f} µm elsewhere in the travel"

@@ -53,7 +53,7 @@ def fit(
     made_from = {path.name: sha256_of(path.read_bytes()) for path in sources}
     page = machine_page(found, chosen, data.with_lags(found.model.lags), held)
     contents = {"model.json": model_to_json(found.model, made_from).encode(), "machine.html": page.encode()}
-    write_all(out, contents, inputs=sources)
+    write_all(out, contents.items(), inputs=sources)
     if as_json:
         constants = {lag.name: [lag.constant_s, lag.u_relative * lag.constant_s] for lag in found.model.lags}
         scatter = {"scatter": found.scatter, "readings": len(data), "findings": [f.message for f in found.findings]}

@@ -29,7 +29,7 @@ def positioning(
 
     found = read_positioning(test)
     if out is not None:
-        write_all(out.parent, {out.name: positioning_page(test.stem, found).encode()}, inputs=(test,))
+        write_all(out.parent, [(out.name, positioning_page(test.stem, found).encode())], inputs=(test,))
     scale, unit = scale_of(found)
     values = [(symbol, meaning, scale * np.array(astuple(value))) for symbol, meaning, value in values_of(found)]
     if as_json:
@@ -62,7 +62,7 @@ def drift(
     test = read_drift(log)
     found = [analysed(test.time_s, values, name, 3600 * window_h) for name, values in test.displacement_mm.items()]
     if out is not None:
-        write_all(out.parent, {out.name: drift_page(log.stem, test, found).encode()}, inputs=(log,))
+        write_all(out.parent, [(out.name, drift_page(log.stem, test, found).encode())], inputs=(log,))
     if as_json:
         print_json({"channels": [item.__dict__ for item in found]})
         return

@@ -58,7 +58,7 @@ def translate_program_file(
             place=errors[0].place,
             override="--accept-losses",
         )
-    write_all(out.parent, {out.name: made.source}, inputs=(file,))
+    write_all(out.parent, [(out.name, made.source)], inputs=(file,))
     if as_json:
         print_json({name: value for name, value in asdict(made).items() if name != "source"} | {"file": str(out)})
         return

@@ -108,4 +108,4 @@ def _hand_over(name: str, profile: "Profile", notes: "Sequence[str]", output: Pa
     if output is None:
         typer.echo(table, nl=False)
     else:
-        write_all(output.parent, {output.name: table.encode()}, [source])
+        write_all(output.parent, [(output.name, table.encode())], [source])

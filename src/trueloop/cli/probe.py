@@ -111,5 +111,5 @@ def _put(text: str, output: Path | None, inputs: tuple[Path, ...]) -> None:
         return
     from trueloop.formats.outputs import write_all
 
-    (written,) = write_all(output.parent, {output.name: text.encode()}, inputs)
+    (written,) = write_all(output.parent, [(output.name, text.encode())], inputs)
     typer.echo(f"written: {written}", err=True)

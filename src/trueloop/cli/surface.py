@@ -10,6 +10,7 @@ from trueloop.cli.surface_simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 if TYPE_CHECKING:
+    from trueloop.formats.outputs import Named
     from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel
     from trueloop.loops.surface_inputs import SurfaceInputs
 
@@ -44,7 +45,7 @@ def deviations(
         found = deviations_of(
             inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, workers=workers, scheduler=scheduler
         )
-    files = _write(inputs, output, {f"{d.name}-deviations.csv": deviations_to_csv(d) for d in found})
+    files = _write(inputs, output, [(f"{d.name}-deviations.csv", deviations_to_csv(d)) for d in found])
     if as_json:
         print_json({"files": files})
     else:
@@ -62,10 +63,8 @@ def model(
 
     inputs = _read(job)
     parts = _parts(inputs, workers, scheduler)
-    named = {p.deviations.name: p.separation for p in parts}
-    files = _write(
-        inputs, output, {f"{name}-model.csv": separation_to_csv(name, apart) for name, apart in named.items()}
-    )
+    named = [(part.deviations.name, part.separation) for part in parts]
+    files = _write(inputs, output, [(f"{name}-model.csv", separation_to_csv(name, apart)) for name, apart in named])
     say_parts(parts, files, as_json)
 
 
@@ -125,34 +124,33 @@ def run_surface_job(job: Path, output: Path | None, workers: int, scheduler: str
     with busy(f"correcting by {len(inputs.parts)} parts"):
         done = correct_job(inputs, workers=workers, scheduler=scheduler)
         correction, record = done.correction, done.record
-        contents = {}
+        contents: list[Named] = []
         if inputs.cad_file != "none":
             from trueloop.formats.cad import surface_to_bytes
 
             mark = f"{MARK}: record {record.id}"
-            contents[f"corrected.{inputs.cad_file}"] = surface_to_bytes(
-                correction.surface.surface, inputs.cad_file, mark
-            )
+            cad_file = surface_to_bytes(correction.surface.surface, inputs.cad_file, mark)
+            contents.append((f"corrected.{inputs.cad_file}", cad_file))
         if correction.program is not None and inputs.program is not None:
-            contents[f"corrected{Path(str(inputs.program.file)).suffix}"] = correction.program.source
-        contents |= _pattern_files(inputs, correction.model, correction)
-        contents["record.json"] = record.to_json().encode()
+            contents.append((f"corrected{Path(str(inputs.program.file)).suffix}", correction.program.source))
+        contents += _pattern_files(inputs, correction.model, correction)
+        contents.append(("record.json", record.to_json().encode()))
     say_pattern(correction.model, _write(inputs, output, contents), as_json, record.id, done.notes)
 
 
 def _pattern_files(
     inputs: "SurfaceInputs", found: "SurfaceModel", correction: "SurfaceCorrection | None" = None
-) -> dict[str, bytes]:
+) -> "list[Named]":
     from trueloop.formats.surface_csv import maps_to_csv, pattern_to_json
     from trueloop.loops.surface import maps_of
     from trueloop.report.surface_page import maps_picture, surface_page
 
-    return {
-        "pattern.json": pattern_to_json(found.pattern),
-        "pattern.html": surface_page(inputs.name, found, correction).encode(),
-        "maps.svg": maps_picture(found).encode(),
-        **{f"{maps.name}-maps.csv": maps_to_csv(maps, normal) for maps, normal in maps_of(found)},
-    }
+    return [
+        ("pattern.json", pattern_to_json(found.pattern)),
+        ("pattern.html", surface_page(inputs.name, found, correction).encode()),
+        ("maps.svg", maps_picture(found).encode()),
+        *((f"{maps.name}-maps.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(found)),
+    ]
 
 
 def _read(job: Path) -> "SurfaceInputs":
@@ -171,7 +169,7 @@ def _parts(inputs: "SurfaceInputs", workers: int, scheduler: str | None) -> "lis
         )
 
 
-def _write(inputs: "SurfaceInputs", output: Path | None, contents: dict[str, bytes]) -> list[str]:
+def _write(inputs: "SurfaceInputs", output: Path | None, contents: "list[Named]") -> list[str]:
     from trueloop.formats.outputs import write_all
 
     return [str(file) for file in write_all(output or inputs.output_folder, contents, inputs.files)]

@@ -10,62 +10,98 @@ renames (well under a millisecond) can leave the first files new and the rest ol
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
 
+Named: TypeAlias = tuple[str, bytes]
+"""A file's name and what it shall hold."""
 
-def write_all(folder: Path, contents: Mapping[str, bytes], inputs: Iterable[Path] = ()) -> list[Path]:
-    """Writes `contents` (file name → bytes) into `folder`, made if missing, and returns the paths in their order.
 
-    Raises OUT-INPUT when a file to be written is one of `inputs`, and OUT-FOLDER when the system refuses; in both
-    cases nothing is written, and a folder made for it is removed again.
+def write_all(folder: Path, contents: Iterable[Named], inputs: Iterable[Path] = ()) -> list[Path]:
+    """Writes files of these names into `folder`, made if missing, and returns the paths in their order.
+
+    Raises OUT-INPUT when a file to be written is one of `inputs`, OUT-TWICE when two have one name, and OUT-FOLDER when
+    the system refuses; then nothing is written, and a folder made for it is removed again.
     """
-    _require_no_input(folder, contents, inputs)
-    made: list[Path] = []
-    try:
-        _make(folder, made)
-        _write(folder, contents)
-    except BaseException as error:
-        for path in reversed(made):
-            path.rmdir()
-        if isinstance(error, OSError):
-            raise _refusal(folder, contents, error) from error
-        raise
-    return [folder / name for name in contents]
+    files = list(contents)
+    _require_different(folder, [name for name, _ in files], inputs)
+    needed = sum(len(content) for _, content in files)
+    with _folder_made(folder, needed), _refusing(folder, needed):
+        _write(folder, files)
+    return [folder / name for name, _ in files]
+
+
+class Output:
+    """A file that is being written. Raises OUT-FOLDER when the system refuses to write, and lets through all else."""
+
+    def __init__(self, file: BinaryIO, folder: Path) -> None:
+        self._file, self._folder = file, folder
+
+    def write(self, piece: bytes) -> None:
+        """Adds a piece."""
+        with _refusing(self._folder):
+            self._file.write(piece)
+
+    def writelines(self, pieces: Iterable[bytes]) -> None:
+        """Adds pieces as they come."""
+        for piece in pieces:
+            self.write(piece)
 
 
 @contextmanager
-def written_as_it_comes(path: Path, inputs: Iterable[Path] = ()) -> Iterator[BinaryIO]:
+def written_as_it_comes(path: Path, inputs: Iterable[Path] = ()) -> Iterator[Output]:
     """A file for what is too large to be held: written beside `path`, synced and renamed to it at the end.
 
     After any error there is what was there before. Raises OUT-INPUT and OUT-FOLDER as `write_all`.
     """
-    _require_no_input(path.parent, {path.name: b""}, inputs)
-    made: list[Path] = []
-    part: Path | None = None
-    try:
-        _make(path.parent, made)
-        handle, name = tempfile.mkstemp(prefix=".trueloop-", dir=path.parent)
-        part = Path(name)
-        with os.fdopen(handle, "wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        part.chmod(0o666 & ~_umask())
-        part.replace(path)
-        _sync(path.parent)
-    except BaseException as error:
-        if part is not None:
+    folder = path.parent
+    _require_different(folder, [path.name], inputs)
+    with _folder_made(folder):
+        with _refusing(folder):
+            handle, name = tempfile.mkstemp(prefix=".trueloop-", dir=folder)
+        part, file = Path(name), os.fdopen(handle, "wb")
+        try:
+            yield Output(file, folder)
+            with _refusing(folder):
+                file.flush()
+                os.fsync(file.fileno())
+                file.close()
+                part.chmod(0o666 & ~_umask())
+                part.replace(path)
+                _sync(folder)
+        except BaseException:
+            with suppress(OSError):  # writes what is still held, once more: the first error is the one to tell
+                file.close()
             part.unlink(missing_ok=True)
-        for folder in reversed(made):
-            folder.rmdir()
-        if isinstance(error, OSError):
-            raise _refusal(path.parent, {}, error) from error
+            raise
+
+
+@contextmanager
+def _folder_made(folder: Path, needed: int | None = None) -> Iterator[None]:
+    """The folder is there; after any error it is as it was."""
+    made: list[Path] = []
+    try:
+        with _refusing(folder, needed):
+            _make(folder, made)
+        yield
+    except BaseException:
+        for path in reversed(made):
+            with suppress(OSError):  # others may have put something there meanwhile
+                path.rmdir()
         raise
+
+
+@contextmanager
+def _refusing(folder: Path, needed: int | None = None) -> Iterator[None]:
+    """What the system refuses, in words."""
+    try:
+        yield
+    except OSError as error:
+        raise _refusal(folder, needed, error) from error
 
 
 def _umask() -> int:
@@ -75,13 +111,21 @@ def _umask() -> int:
     return mask
 
 
-def _require_no_input(folder: Path, contents: Mapping[str, bytes], inputs: Iterable[Path]) -> None:
+def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path]) -> None:
+    """No file to be written is another one, nor one that was read."""
     resolved = {path.resolve(): path for path in inputs}
-    for name in contents:
+    for name in names:
+        if names.count(name) > 1:
+            raise TrueloopError(
+                Code.OUT_TWICE,
+                f"{names.count(name)} of {len(names)} files to be written have the name {name!r}",
+                hint="name the output otherwise",
+                place=Place(str(folder / name)),
+            )
         if (source := resolved.get((folder / name).resolve())) is not None:
             raise TrueloopError(
                 Code.OUT_INPUT,
-                f"{name!r} ({len(contents[name])} bytes) would overwrite the input {str(source)!r}",
+                f"{name!r} would overwrite the input {str(source)!r}",
                 hint="write to another folder: `--output`, or `output.folder` in the job",
                 place=Place(str(folder / name)),
             )
@@ -95,27 +139,28 @@ def _make(folder: Path, made: list[Path]) -> None:
         made.append(folder)
 
 
-def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
+def _write(folder: Path, files: Sequence[Named]) -> None:
     staging = Path(tempfile.mkdtemp(prefix=".trueloop-", dir=folder))
+    names = [name for name, _ in files]
     try:
-        for name, content in contents.items():
+        for name, content in files:
             _write_synced(staging / f"{name}.new", content)
             if (folder / name).exists():
                 shutil.copy2(folder / name, staging / f"{name}.old")
         try:
-            for name in contents:
+            for name in names:
                 (staging / f"{name}.new").replace(folder / name)
         except BaseException:
-            _put_back(folder, staging, contents)
+            _put_back(folder, staging, names)
             raise
         _sync(folder)
     finally:
         shutil.rmtree(staging, ignore_errors=True)
 
 
-def _put_back(folder: Path, staging: Path, contents: Mapping[str, bytes]) -> None:
+def _put_back(folder: Path, staging: Path, names: Iterable[str]) -> None:
     """Undoes the renames that happened: those whose new file has left the staging folder."""
-    for name in contents:
+    for name in names:
         if (staging / f"{name}.new").exists():
             continue
         if (staging / f"{name}.old").exists():
@@ -141,12 +186,11 @@ def _sync(folder: Path) -> None:
             os.close(handle)
 
 
-def _refusal(folder: Path, contents: Mapping[str, bytes], error: OSError) -> TrueloopError:
-    needed = sum(map(len, contents.values()))
+def _refusal(folder: Path, needed: int | None, error: OSError) -> TrueloopError:
+    wanted = "" if needed is None else f"{needed} bytes were needed, "
     return TrueloopError(
         Code.OUT_FOLDER,
-        f"nothing was written to {str(folder)!r}: {error.strerror or error}; {needed} bytes were needed, "
-        f"{_free_bytes(folder)} are free",
+        f"nothing was written to {str(folder)!r}: {error.strerror or error}; {wanted}{_free_bytes(folder)} are free",
         hint="name a folder you may write to, on a disk with room: `--output`, or `output.folder` in the job",
         place=Place(str(folder)),
     )
@@ -156,5 +200,5 @@ def _free_bytes(folder: Path) -> str:
     """Free space where the folder is or would be made."""
     for path in (folder, *folder.absolute().parents):
         with suppress(OSError):
-            return str(shutil.disk_usage(path).free)
+            return f"{shutil.disk_usage(path).free} bytes"
     return "an unknown number"

@@ -4,7 +4,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from trueloop.formats.job import read_job_file
 from trueloop.formats.tables import NotNegative, Positive, Table
@@ -87,6 +87,12 @@ class SurfaceJobFile(Table):
     program: SurfaceProgramTable | None = None
     compensation: SurfaceCompensationTable = SurfaceCompensationTable()
     output: SurfaceOutputTable = SurfaceOutputTable()
+
+    @model_validator(mode="after")
+    def _program_with_its_cutter(self) -> "SurfaceJobFile":
+        if self.program is not None and self.cutter is None:
+            raise ValueError("a [program] needs its [cutter]: `cutter.radius_mm`")
+        return self
 
 
 def read_surface_job(path: Path) -> SurfaceJobFile:

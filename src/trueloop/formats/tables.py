@@ -76,7 +76,8 @@ def _said(mistake: ErrorDetails, model: type[BaseModel]) -> tuple[str, str | Non
         near = difflib.get_close_matches(str(location[-1]), _table_at(model, location).model_fields, n=1)
         return f"{key!r} is no key of this file", f"did you mean {near[0]!r}?" if near else None
     given = f", given {mistake['input']!r}" if not isinstance(mistake["input"], dict) else ""
-    return f"{key!r}: {mistake['msg'].removeprefix('Value error, ')}{given}", None
+    where = f"{key!r}: " if key else ""
+    return f"{where}{mistake['msg'].removeprefix('Value error, ')}{given}", None
 
 
 def _table_at(model: type[BaseModel], location: Location) -> type[BaseModel]:

@@ -1,8 +1,10 @@
 """A surface's job read from its files."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from difflib import get_close_matches
+from glob import glob
 from pathlib import Path
 
 from trueloop.compensation.cutter import Cutter
@@ -143,18 +145,51 @@ def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
 
 
 def _point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
-    """The files named, patterns like parts/*.csv filled in, in the order of their names."""
+    """The files named, patterns like parts/*.csv filled in, in the order of their names.
+
+    Raises SRF-FILE for a pattern that no file is like, SRF-TWICE for two files of one name: parts go by it.
+    """
     found: list[Path] = []
-    for name in job.gauging.points:
-        found += sorted(path.parent.glob(str(name))) if "*" in str(name) else [path.parent / name]
-    if not found:
-        raise TrueloopError(
-            Code.SRF_FILE,
-            f"no file is like {', '.join(repr(str(name)) for name in job.gauging.points)}",
-            hint="gauging.points names the files of the measured parts, relative to the job",
-            place=Place(str(path)),
-        )
+    for name in map(str, job.gauging.points):
+        # Not `Path.glob`, which takes no absolute pattern.
+        matching = sorted(glob(name, root_dir=path.parent, recursive=True)) if "*" in name else [name]  # noqa: PTH207
+        if not matching:
+            raise TrueloopError(
+                Code.SRF_FILE,
+                f"no file is like {name!r}",
+                hint="gauging.points names the files of the measured parts, relative to the job",
+                place=Place(str(path)),
+            )
+        found += [path.parent / file for file in matching]
+    _require_different(found, path)
+    _require_parts(job.model.exclude, [file.stem for file in found], path)
     return found
+
+
+def _require_different(files: Sequence[Path], path: Path) -> None:
+    by_name: dict[str, Path] = {}
+    for file in files:
+        if file.stem in by_name:
+            raise TrueloopError(
+                Code.SRF_TWICE,
+                f"two of {len(files)} parts are called {file.stem!r}: {str(by_name[file.stem])!r} and {str(file)!r}",
+                hint="name every part's file once in gauging.points, and no two alike: results go by their names",
+                place=Place(str(path)),
+            )
+        by_name[file.stem] = file
+
+
+def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) -> None:
+    """Raises JOB-KEY for a part to leave out that is not there: mistyped, it would be left in."""
+    for name in excluded:
+        if name not in names:
+            near = get_close_matches(name, names, n=1)
+            raise TrueloopError(
+                Code.JOB_KEY,
+                f"'model.exclude' names {name!r}, which is none of the {len(names)} parts",
+                hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
+                place=Place(str(path)),
+            )
 
 
 def _part(path: Path, ball_radius_mm: float) -> MeasuredPoints:

@@ -151,6 +151,14 @@ def test_tables_beyond_the_data_or_the_travel(said: Said) -> None:
     assert CliRunner().invoke(app, [*command, *["-t", "T1=45", "--extrapolate", "T1"]]).exit_code == 0
 
 
+def test_a_table_named_as_the_file_that_assigns_it_is_not_lost_to_it(said: Said) -> None:
+    said(status=0)
+    command = "machine export out/model.json --control heidenhain --axis X -t T1=21 -o t.cma"
+    result = CliRunner().invoke(app, command.split())
+    assert result.exit_code == 4 and "t.cma: OUT-TWICE" in result.output
+    assert not Path("t.cma").exists()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [

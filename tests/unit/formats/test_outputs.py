@@ -3,12 +3,14 @@
 import resource
 import subprocess
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
+from tests.support.refusals import refused
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.outputs import write_all
+from trueloop.formats.outputs import write_all, written_as_it_comes
 
 OLD = {"corrected.nc": b"old program\n", "table.csv": b"old table\n"}
 NEW = {"corrected.nc": b"new program\n", "table.csv": b"new table\n", "record.json": b"{}\n"}
@@ -23,22 +25,20 @@ def _fill(folder: Path) -> None:
         (folder / name).write_bytes(content)
 
 
-def _refused(folder: Path, **kwargs: list[Path]) -> TrueloopError:
-    with pytest.raises(TrueloopError) as refusal:
-        write_all(folder, NEW, **kwargs)
-    return refusal.value
+def _refused(folder: Path, inputs: Sequence[Path] = ()) -> TrueloopError:
+    return refused(write_all, folder, NEW.items(), inputs)
 
 
 def test_a_missing_folder_is_made_and_the_paths_come_back_in_order(tmp_path: Path) -> None:
     folder = tmp_path / "a" / "b"
-    assert write_all(folder, NEW) == [folder / name for name in NEW]
+    assert write_all(folder, NEW.items()) == [folder / name for name in NEW]
     assert _holds(folder) == NEW
 
 
 def test_old_files_of_the_set_are_replaced_and_others_left(tmp_path: Path) -> None:
     _fill(tmp_path)
     (tmp_path / "notes.txt").write_bytes(b"mine")
-    write_all(tmp_path, NEW)
+    write_all(tmp_path, NEW.items())
     assert _holds(tmp_path) == NEW | {"notes.txt": b"mine"}
 
 
@@ -62,7 +62,7 @@ def test_a_failure_at_any_rename_leaves_what_was_there(
 
     monkeypatch.setattr(Path, "replace", failing_rename)
     with pytest.raises(TrueloopError if isinstance(error, OSError) else KeyboardInterrupt):
-        write_all(tmp_path, NEW)
+        write_all(tmp_path, NEW.items())
     assert count > failing
     assert _holds(tmp_path) == OLD
 
@@ -72,7 +72,7 @@ def test_a_disk_without_room_leaves_what_was_there_and_no_new_folder(tmp_path: P
     _fill(tmp_path)
     program = (
         "import sys\nfrom pathlib import Path\nfrom trueloop.formats.outputs import write_all\n"
-        "contents = {'a.nc': b'x' * 1000, 'b.nc': b'x' * 100_000}\n"
+        "contents = [('a.nc', b'x' * 1000), ('b.nc', b'x' * 100_000)]\n"
         "write_all(Path(sys.argv[1]), contents)"
     )
     for folder in (tmp_path, tmp_path / "new" / "folder"):
@@ -121,3 +121,56 @@ def test_an_input_is_never_overwritten_by_whatever_name(tmp_path: Path) -> None:
         assert refusal.code is Code.OUT_INPUT
         assert str(source) in refusal.message
     assert (tmp_path / "corrected.nc").read_bytes() == OLD["corrected.nc"]
+
+
+def test_two_files_of_one_name_are_refused_before_anything_is_written(tmp_path: Path) -> None:
+    refusal = refused(write_all, tmp_path / "out", [*NEW.items(), ("table.csv", b"another\n")])
+    assert refusal.code is Code.OUT_TWICE
+    assert "2 of 4 files" in refusal.message and "'table.csv'" in refusal.message
+    assert _holds(tmp_path) == {}
+
+
+def test_pieces_are_written_as_they_come_and_become_the_file_at_the_end(tmp_path: Path) -> None:
+    _fill(tmp_path)
+    with written_as_it_comes(tmp_path / "corrected.nc") as out:
+        out.write(b"new ")
+        out.writelines([b"pro", b"gram\n"])
+        assert (tmp_path / "corrected.nc").read_bytes() == OLD["corrected.nc"]
+    assert _holds(tmp_path) == OLD | {"corrected.nc": NEW["corrected.nc"]}
+
+
+@pytest.mark.parametrize("error", [OSError(5, "Input/output error"), KeyboardInterrupt()], ids=["reading", "Ctrl-C"])
+def test_what_fails_while_the_pieces_are_made_is_no_failure_to_write(tmp_path: Path, error: BaseException) -> None:
+    """The program that is read may lie on a disk that fails: that is not said of the folder written to."""
+    _fill(tmp_path)
+
+    def pieces() -> Iterator[bytes]:
+        yield b"new"
+        raise error
+
+    for folder in (tmp_path, tmp_path / "new"):
+        with pytest.raises(type(error)) as told, written_as_it_comes(folder / "corrected.nc") as out:
+            out.writelines(pieces())
+        assert told.value is error
+        assert _holds(tmp_path) == OLD
+
+
+def test_a_full_disk_met_by_a_piece_or_at_the_end_leaves_what_was_there(tmp_path: Path) -> None:
+    """Small pieces wait in a buffer: the system refuses them at the end, and again as the file is closed."""
+    program = (
+        "import sys\nfrom pathlib import Path\nfrom trueloop.formats.outputs import written_as_it_comes\n"
+        "with written_as_it_comes(Path(sys.argv[1]) / 'a.nc') as out:\n"
+        "    out.write(b'x' * int(sys.argv[2]))"
+    )
+    for size in ("3000", "100000"):
+        run = subprocess.run(
+            [sys.executable, "-c", program, str(tmp_path / "new"), size],
+            capture_output=True,
+            text=True,
+            check=False,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2_000, 2_000)),
+        )
+        assert run.returncode == 1
+        assert run.stderr.splitlines()[-2].startswith("trueloop.errors.TrueloopError: "), run.stderr
+        assert "OUT-FOLDER" in run.stderr and "File too large" in run.stderr
+        assert _holds(tmp_path) == {}
