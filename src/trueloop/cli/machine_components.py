@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.machine_options import ModelOption, logs_of, signals_of
+from trueloop.cli.machine_options import Extrapolate, ModelOption, logs_of, signals_of
 from trueloop.cli.program_file import vector_of
 
 
@@ -22,8 +22,10 @@ def decompose(
     probe: Annotated[str, typer.Option(metavar="X,Y,Z", help="Probe stylus, mm.")] = "0,0,0",
     compensated: Annotated[bool, typer.Option(help="The model was in force during cutting.")] = True,
     new_frame: Annotated[bool, typer.Option(help="Take out the part coordinate system discrepancy.")] = False,
+    extrapolate: Extrapolate = None,
 ) -> None:
     """Take the errors of a part apart: what the machine did, what the process, what the model left."""
+    from trueloop.formats.input_file import in_file
     from trueloop.formats.inspections_csv import components_csv, read_inspections, states_of
     from trueloop.formats.model_file import read_model
     from trueloop.formats.outputs import write_all
@@ -35,7 +37,11 @@ def decompose(
     zero = vector_of(work_zero, "--work-zero")
     cut = states_of(known, seen, zero, vector_of(tool, "--tool"), signals_of(known, cutting))
     touched = states_of(known, seen, zero, vector_of(probe, "--probe"), signals_of(known, probing))
-    parts, frame = decompose_part(known, seen, cut, touched, compensated=compensated, new_frame=new_frame)
+    allowed = extrapolate or ()
+    with in_file(inspections):
+        parts, frame = decompose_part(
+            known, seen, cut, touched, compensated=compensated, new_frame=new_frame, extrapolate=allowed
+        )
     contents = {
         "components.csv": components_csv(points, parts).encode(),
         "components.html": components_page(points, parts, frame).encode(),

@@ -14,6 +14,7 @@ from trueloop.cli.machine_options import (
     Temperatures,
     logs_of,
     numbered,
+    positions_of,
     signals_of,
 )
 from trueloop.cli.program_file import DialectName, ProgramFile, Settings, parameters_of, read_program_file
@@ -92,7 +93,7 @@ def export(
         str | None, typer.Option(metavar="Y", help="Axis that is corrected.  [default: the same]")
     ] = None,
     count: Annotated[int, typer.Option(help="Entries.", min=2)] = 101,
-    at: Annotated[list[str] | None, typer.Option(metavar="Y=V", help="Position of another axis, mm.")] = None,
+    at: Annotated[list[str] | None, typer.Option(metavar="Y=V", help="Position of another axis, mm or °.")] = None,
     opposite_sign: Annotated[
         bool, typer.Option(help="All values with the other sign, where trying it says so.")
     ] = False,
@@ -101,13 +102,15 @@ def export(
 ) -> None:
     """Write a control's compensation table and print how far it is from the model."""
     from trueloop.formats import control_tables
+    from trueloop.formats.input_file import in_file
     from trueloop.formats.model_file import read_model
     from trueloop.formats.outputs import write_all
     from trueloop.machine.axis_table import axis_table
 
     known = read_model(model)
-    base, signals = parameters_of(at, "--at"), signals_of(known, temperatures)
-    table = axis_table(known, axis, error_of or axis, count, base, signals, extrapolate=extrapolate or ())
+    base, signals = positions_of(known, at), signals_of(known, temperatures)
+    with in_file(model):
+        table = axis_table(known, axis, error_of or axis, count, base, signals, extrapolate=extrapolate or ())
     files = [(out.name, _table_text(control, table, opposite_sign))]
     if control == "heidenhain":
         files.append((out.with_suffix(".cma").name, control_tables.heidenhain_cma(axis, out.name)))

@@ -76,13 +76,20 @@ def fit(
 
 
 @guarded
-def show(model: ModelFile, temperatures: Temperatures = None, as_json: AsJson = False) -> None:
+def show(
+    model: ModelFile, temperatures: Temperatures = None, extrapolate: Extrapolate = None, as_json: AsJson = False
+) -> None:
     """Print every error of a model: its range over the travel and its largest standard uncertainty."""
+    from trueloop.formats.input_file import in_file
     from trueloop.formats.model_file import read_model
     from trueloop.machine.overview import overview
+    from trueloop.machine.validity import check_signals
 
     known = read_model(model)
-    rows = overview(known, signals_of(known, temperatures))
+    signals = signals_of(known, temperatures)
+    with in_file(model):
+        check_signals(known, signals, extrapolate or ())
+        rows = overview(known, signals)
     if as_json:
         print_json({"terms": [row.__dict__ for row in rows], "lags": [lag.__dict__ for lag in known.lags]})
         return

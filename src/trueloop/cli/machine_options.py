@@ -1,5 +1,6 @@
 """What the commands of `trueloop machine` take, and reading it."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -70,6 +71,16 @@ def signals_of(model: "MachineModel", given: "Sequence[str] | None") -> "dict[st
 def logs_of(given: "Sequence[str] | None") -> list[Path]:
     """What of the values given are files: without an equals sign."""
     return [Path(text) for text in given or () if "=" not in text]
+
+
+def positions_of(model: "MachineModel", given: "Sequence[str] | None") -> dict[str, float]:
+    """`["Y=12", "A=30"]` as mm and rad. Raises MCH-AXIS for an axis that the machine does not have."""
+    from trueloop.machine.chain import AxisKind
+
+    chain = model.machine.chain
+    rotary = {axis.name for axis in chain.axes if axis.kind is not AxisKind.LINEAR}
+    values = parameters_of(given, "--at")
+    return {chain.axis(name).name: math.radians(v) if name in rotary else v for name, v in values.items()}
 
 
 def lag_text(lag: "Lag") -> str:

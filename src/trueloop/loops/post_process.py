@@ -1,5 +1,7 @@
 """The post-process loop's first step: one part's inspections taken apart into machine, process and what was left."""
 
+from collections.abc import Collection
+
 from trueloop.diagnosis.components import Components, Inspections, error_components
 from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
 from trueloop.machine.model import MachineModel, State
@@ -7,14 +9,22 @@ from trueloop.machine.validity import check_state
 
 
 def decompose_part(
-    model: MachineModel, seen: Inspections, cutting: State, probing: State, *, compensated: bool, new_frame: bool
+    model: MachineModel,
+    seen: Inspections,
+    cutting: State,
+    probing: State,
+    *,
+    compensated: bool,
+    new_frame: bool,
+    extrapolate: Collection[str] = (),
 ) -> tuple[Components, FrameDiscrepancy | None]:
     """Components at each gauging point; with `new_frame` after the part coordinate system discrepancy is taken out.
 
-    Raises MCH-TRAVEL and MCH-RANGE for states at which the model is not known to hold.
+    Raises MCH-TRAVEL and MCH-RANGE for states at which the model is not known to hold; `extrapolate` names what may
+    leave the range of the data.
     """
-    check_state(model, cutting)
-    check_state(model, probing)
+    check_state(model, cutting, extrapolate)
+    check_state(model, probing, extrapolate)
     found = error_components(model, seen, cutting, probing, compensated=compensated)
     if not new_frame:
         return found, None

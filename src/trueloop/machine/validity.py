@@ -68,7 +68,7 @@ def _check_range(name: str, values: Array, known: tuple[float, float], shown: Ca
         low, high, *ends = map(shown, (float(values.min()), float(values.max()), *known))
         raise TrueloopError(
             Code.MCH_RANGE,
-            f"{name} is {low} to {high}; the model was found from {ends[0]} to {ends[1]}",
+            f"{name} is {low if low == high else f'{low} to {high}'}; the model was found from {ends[0]} to {ends[1]}",
             hint="warm the machine up, or characterize it over that range",
             override=f"--extrapolate {name}",
         )

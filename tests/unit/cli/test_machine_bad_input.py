@@ -145,6 +145,10 @@ def test_tables_beyond_the_data_or_the_travel(said: Said) -> None:
         ("-t T1=45", "MCH-RANGE"),
         ("-t T1=21 --at Y=900", "MCH-TRAVEL"),
         ("-t T1=nan", "--temperatures"),
+        ("-t T1=21 --axis Z", "out/model.json: MCH-TRAVEL: Z travels from -inf to inf mm"),
+        ("-t T1=21 --error-of S", "out/model.json: MCH-AXIS: the table corrects S"),
+        ("-t T1=21 --at A=3", "MCH-AXIS"),
+        ("", "out/model.json: MCH-SIGNAL"),
     ):
         result = CliRunner().invoke(app, [*command, *more.split()])
         assert result.exit_code in (2, 3) and code in result.output
@@ -157,6 +161,26 @@ def test_a_table_named_as_the_file_that_assigns_it_is_not_lost_to_it(said: Said)
     result = CliRunner().invoke(app, command.split())
     assert result.exit_code == 4 and "t.cma: OUT-TWICE" in result.output
     assert not Path("t.cma").exists()
+
+
+KINDS = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm"))
+POINT = "P1,3,4,5,0,0,1,3,4,5,3,4,5\n"
+INSPECTED = ",".join(["point", *(f"{kind}_{c}{unit}" for kind, unit in KINDS for c in "xyz")])
+
+
+def test_temperatures_beyond_the_data_are_used_by_name_only(said: Said) -> None:
+    said(status=0)
+    Path("i.csv").write_text(f"{INSPECTED}\n{POINT}")
+    decompose = "decompose i.csv -m out/model.json --work-zero 0,0,0 --cutting T1=21 --probing T1={} -o x"
+    for command in ("show out/model.json -t T1={}", decompose):
+        at = ["machine", *command.format(45).split()]
+        answer = CliRunner().invoke(app, at)
+        assert answer.exit_code == 3
+        assert "MCH-RANGE: T1 is 45; the model was found from 20 to 24" in answer.output
+        assert ("--extrapolate T1" in answer.output and ".json:" in answer.output) or "i.csv:" in answer.output
+        assert CliRunner().invoke(app, [*at, "--extrapolate", "X"]).exit_code == 3
+        assert CliRunner().invoke(app, [*at, "--extrapolate", "T1"]).exit_code == 0
+        assert CliRunner().invoke(app, ["machine", *command.format(22).split()]).exit_code == 0
 
 
 @pytest.mark.parametrize(
@@ -177,9 +201,7 @@ def test_a_table_named_as_the_file_that_assigns_it_is_not_lost_to_it(said: Said)
 )
 def test_inspections(said: Said, old: str, new: str, expected: tuple[str, ...]) -> None:
     said(status=0)
-    kinds = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm"))
-    header = ",".join(["point", *(f"{kind}_{c}{unit}" for kind, unit in kinds for c in "xyz")])
-    Path("i.csv").write_text(f"{header}\nP1,3,4,5,0,0,1,3,4,5,3,4,5\n".replace(old, new))
+    Path("i.csv").write_text(f"{INSPECTED}\n{POINT}".replace(old, new))
     command = "machine decompose i.csv -m out/model.json --work-zero 0,0,0 --cutting T1=21 --probing T1=21 -o x"
     answer = CliRunner().invoke(app, command.split())
     assert answer.exit_code == 3

@@ -1,6 +1,8 @@
 """Tables read back by readers of their own: a control that adds their values to commands goes where it should."""
 
 import re
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,48 +49,67 @@ def _read_com(text: str) -> dict[str, Array]:
     return dict(zip(lines[1].split(), rows.T, strict=True))
 
 
-def _added(text: str, output: str, way: float) -> Array:
+def _read_cma(path: Path) -> dict[str, Path]:
+    """The tables in force by the axis whose position they run over: those of the one line that is active."""
+    lines = path.read_text().splitlines()
+    assert lines[0].split()[0] == "BEGIN" and lines[0].endswith(".CMA") and lines[-1] == "[END]"
+    columns, *rows = [line.split() for line in lines[1:-1]]
+    assert columns[:2] == ["NR", "ACTIVE"] and [row[0] for row in rows] == [str(n) for n in range(len(rows))]
+    (active,) = [row for row in rows if row[1] == "*"]
+    return {axis: path.with_name(name) for axis, name in zip(columns[2:], active[2:], strict=True)}
+
+
+def _siemens(folder: Path, table: AxisTable, *, opposite: bool = False) -> None:
+    (folder / "cec.ini").write_text(siemens_cec(table, opposite=opposite))
+
+
+def _heidenhain(folder: Path, table: AxisTable, *, opposite: bool = False) -> None:
+    (folder / "x.com").write_text(heidenhain_com(table, opposite=opposite))
+    (folder / "axes.cma").write_text(heidenhain_cma(table.input_axis, "x.com"))
+
+
+def _added(folder: Path, output: str, way: float) -> Array:
     """What the control adds to `output` at AT, X having come that way."""
-    if text.startswith("%_N_NC_CEC_INI"):
+    if (folder / "cec.ini").exists():
         numbered = {"X": "AX1", "Y": "AX2"}
         return sum(
             (
                 np.interp(AT, at, values)
-                for axis, to, direction, at, values in _read_cec(text)
+                for axis, to, direction, at, values in _read_cec((folder / "cec.ini").read_text())
                 if axis == "AX1" and to == numbered[output] and direction in (0, way)
             ),
             np.zeros(len(AT)),
         )
-    table = _read_com(text)
+    table = _read_com(_read_cma(folder / "axes.cma")["X"].read_text())
     column = table["BACKLASH"] if way < 0 and "BACKLASH" in table else table[output]
     return np.interp(AT, table["AXISPOS"], column)
 
 
-@pytest.mark.parametrize("write", [siemens_cec, heidenhain_com])
+@pytest.mark.parametrize("write", [_siemens, _heidenhain])
 @pytest.mark.parametrize(("error", "output"), [("EXX", "X"), ("EYX", "Y")])
 @pytest.mark.parametrize("both_ways", [False, True])
 def test_what_the_control_adds_undoes_the_error_up_to_the_table(
-    write: object, error: str, output: str, both_ways: bool
+    tmp_path: Path, write: Callable[..., None], error: str, output: str, both_ways: bool
 ) -> None:
     model = _model(error, both_ways)
     table = axis_table(model, "X", output, 101, {})
-    text: str = write(table)  # type: ignore[operator]
-    for way in (1.0, -1.0):
-        added = _added(text, output, way)
-        command = AT + (added if output == "X" else 0.0)
+    write(tmp_path, table)
+    added = {way: _added(tmp_path, output, way) for way in (1.0, -1.0)}
+    for way, values in added.items():
+        command = AT + (values if output == "X" else 0.0)
         state = State(MILL.chain.positions({"X": command}), way)
         error_mm = model.error_mm(state)[:, "XY".index(output)]
-        left = np.abs(added + error_mm).max()
+        left = np.abs(values + error_mm).max()
         # its five or six digits, and the slope of the error over the correction
         assert left < table.deviation_mm + 1e-5 < 0.01 * np.abs(error_mm).max()
-    assert np.allclose(_added(write(table, opposite=True), output, 1.0), -_added(text, output, 1.0))  # type: ignore[operator]
+    write(tmp_path, table, opposite=True)
+    assert np.allclose(_added(tmp_path, output, 1.0), -added[1.0])
 
 
 def test_files_say_that_their_sign_was_not_tried() -> None:
     table = AxisTable("X", "X", np.arange(3.0), np.arange(3.0) / 1000, np.arange(3.0) / 1000, 0.0, 0.0)
     assert all(words in siemens_cec(table) for words in CAUTION)
     assert "TRY-SIGN-FIRST" in heidenhain_com(table)
-    assert heidenhain_cma("X", "x.com").splitlines()[1:3] == ["NR      ACTIVE  X", "0       *       x.com"]
 
 
 def test_the_stated_deviation_is_the_largest_between_entries() -> None:

@@ -1,0 +1,53 @@
+"""What a control's table of one axis holds, and what it says of itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.machines import chain_with_travel
+from trueloop.errors import Code, TrueloopError
+from trueloop.machine.axis_table import axis_table
+from trueloop.machine.model import Machine, MachineModel
+from trueloop.machine.names import error_name
+from trueloop.machine.position_basis import CONSTANT
+from trueloop.machine.structure import chain_of
+from trueloop.machine.term import Part, Term
+
+CHAIN = chain_with_travel("mill-gantry")
+PUSHED_BY_Z = MachineModel(
+    Machine("mill", CHAIN),
+    (Term(error_name("EXZ"), (Part(CONSTANT),), both_ways=True),),
+    np.array([0.005, -0.005]),
+    np.zeros((2, 2)),
+)
+"""X stands 5 µm off to the side that Z came from."""
+
+
+def test_backlash_of_another_axis_is_no_part_of_the_table_but_told() -> None:
+    """The table does not know how Z came: it holds the mean, which is nothing, and says that 5 µm are left."""
+    table = axis_table(PUSHED_BY_Z, "X", "X", 5, {})
+    np.testing.assert_array_equal([table.forward_mm, table.reverse_mm], np.zeros((2, 5)))
+    assert table.deviation_mm == table.elsewhere_mm == 0.005
+
+
+def test_backlash_of_the_axis_itself_is() -> None:
+    table = axis_table(PUSHED_BY_Z, "Z", "X", 5, {})
+    np.testing.assert_array_equal([table.forward_mm, table.reverse_mm], [[0.005] * 5, [-0.005] * 5])
+    assert table.deviation_mm == table.elsewhere_mm == 0.0
+
+
+@pytest.mark.parametrize(
+    ("structure", "axis", "output", "code"),
+    [
+        ("mill-gantry", "X", "X", Code.MCH_TRAVEL),
+        ("five-axis-table-table-ac", "X", "A", Code.MCH_AXIS),
+        ("five-axis-table-table-ac", "C", "X", Code.MCH_AXIS),
+        ("mill-gantry", "U", "X", Code.MCH_AXIS),
+    ],
+)
+def test_tables_that_cannot_be(structure: str, axis: str, output: str, code: Code) -> None:
+    model = replace(PUSHED_BY_Z, machine=Machine("any", chain_of(structure)))
+    with pytest.raises(TrueloopError) as refusal:
+        axis_table(model, axis, output, 5, {})
+    assert refusal.value.code is code
