@@ -125,6 +125,8 @@ def test_a_table_is_the_model_at_its_entries(structure: str, seed: int, count: i
     base = {name: float(rng.uniform(*chain.axis(name).travel)) for name in chain.order if name != axis}
     table = axis_table(model, axis, output, count, base)
     for way in (1.0, -1.0):
-        state = State(chain.positions({**base, axis: table.position_mm}), way)
+        travel = np.where(np.array(chain.order) == axis, way, 0.0)
+        placed = chain.positions({**base, axis: table.position_mm})
+        state = State(placed, np.broadcast_to(travel, placed.shape))
         expected = model.error_mm(state)[:, "XYZ".index(output)]
         np.testing.assert_allclose(table.error_mm(table.position_mm, way), expected, rtol=0, atol=1e-15)
