@@ -25,7 +25,7 @@ def decompose(
     extrapolate: Extrapolate = None,
 ) -> None:
     """Take the errors of a part apart: what the machine did, what the process, what the model left."""
-    from trueloop.formats.input_file import in_file
+    from trueloop.errors import in_file
     from trueloop.formats.inspections_csv import components_csv, read_inspections, states_of
     from trueloop.formats.model_file import read_model
     from trueloop.formats.outputs import write_all

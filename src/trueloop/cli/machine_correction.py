@@ -101,8 +101,8 @@ def export(
     extrapolate: Extrapolate = None,
 ) -> None:
     """Write a control's compensation table and print how far it is from the model."""
+    from trueloop.errors import in_file
     from trueloop.formats import control_tables
-    from trueloop.formats.input_file import in_file
     from trueloop.formats.model_file import read_model
     from trueloop.formats.outputs import write_all
     from trueloop.machine.axis_table import axis_table

@@ -80,7 +80,7 @@ def show(
     model: ModelFile, temperatures: Temperatures = None, extrapolate: Extrapolate = None, as_json: AsJson = False
 ) -> None:
     """Print every error of a model: its range over the travel and its largest standard uncertainty."""
-    from trueloop.formats.input_file import in_file
+    from trueloop.errors import in_file
     from trueloop.formats.model_file import read_model
     from trueloop.machine.overview import overview
     from trueloop.machine.validity import check_signals
