@@ -71,8 +71,9 @@ class NcProgram:
         inch: bool | None = None,
         diameter: bool | None = None,
         plane: int | None = None,
-        tools: list[tuple[int | None, float, int | None]] = ...,
+        tools: list[tuple[int | None, float, int | None, float | None]] = ...,
         trace: bool = ...,
+        work_offsets: list[tuple[int, tuple[float, float, float]]] = ...,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]]]:
         """Columns of the moves, columns of the modal states, findings."""
 

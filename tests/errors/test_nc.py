@@ -63,7 +63,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         linuxcnc("G21 G18 G8 F1\nG0 X20 Z0\nG1 X0\nG0 Z1\nG0 X10\nG1 Z-20\nG1 X12\nG0 Z-10\nG0 X8\nG0 X20")
     ),
     Code.NC_BLEND: lambda: check(linuxcnc("G21 G64 F1 S1\nG1 X10")),
-    Code.NC_OPAQUE: lambda: linuxcnc("G21 G76 P1 Z-5 I1 J1 K1").run().findings,
+    Code.NC_OPAQUE: lambda: linuxcnc("G21 G72 Q1 X1 Z1 D1").run().findings,
     Code.NC_UNIT: lambda: linuxcnc("G0 X1").run().findings,
     Code.NC_FLOW: lambda: linuxcnc("o100 while [1]\nM2").run(),
     Code.NC_LIMIT: lambda: linuxcnc("o100 while [1]\nG91\no100 endwhile\nM2").run(block_limit=1000),

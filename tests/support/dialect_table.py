@@ -104,20 +104,24 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Blocks called by number (M97)": _for(
         haas_lathe="M97 P9 L2\nM30\nN9 G21\nM99", haas_mill="M97 P9\nM30\nN9 G21\nM99"
     ),
-    "Macro calls (G65)": _for(lathe="G65 P9810 Z5.", mill="G65 P9810 Z5."),
+    "Macro calls with arguments (G65)": _for(
+        lathe="G65 P2 Z5.\nM30\nO2 G21\nG00 Z#26\nM99", mill="G65 P2 Z5.\nM30\nO2 G21\nG00 Z#26\nM99"
+    ),
+    "Macros called after each move (G66)": _for(lathe="G66 P2 Z5.\nM30\nO2 M99", mill="G66 P2 Z5.\nM30\nO2 M99"),
     "Contours of the finishing cycle (G70)": _for(lathe="G21\nG70 P1 Q2\nM30\nN1 G00 X1.\nN2 Z1."),
     "Roughing cycles (G71–G73)": _for(
         siemens='CYCLE95("PART",1,0.1,0.1,,0.2,0.1,0.1,9)', lathe="G71 P1 Q2 U.1 W.1\nN1 G00 X1.\nN2 Z1."
     ),
-    "Grooving, threading cycles (G74–G76)": _for(
+    "Grooving cycles (G74, G75)": _for(siemens="CYCLE93(20,-5,3,2)", lathe="G75 R.1\nG75 X1. Z-5. P100 Q100"),
+    "Threads in passes (G76)": _for(
         siemens="CYCLE97(1.5,,0,-20,20,20,3,1,0.9,0.1,30,0,6,2,1,1)",
-        linuxcnc="G21 G76 P1 Z-5 I1 J1 K1",
-        lathe="G76 X1. Z-5. K.1 D.1 F1.",
+        linuxcnc="G21 G18 G0 X9\nG76 P1 Z-5 I-1 J.5 K1",
+        lathe="G21 G00 X9.\nG76 X1. Z-5. K.1 D.1 F1.",
     ),
     "Simple turning cycles": _for(
         ge2000t="G70\nG00 X6.0 Z.1\nG81 X5.0 Z-4.0 P1=0.2 P2=-3.0 F.01",
-        lathe="G90 X10. Z-5. F.1",
-        fanuc_lathe_b="G77 X10. Z-5. F.1",
+        lathe="G21 G90 X10. Z-5. F.1\nX9.\nG94 X8. Z-3.",
+        fanuc_lathe_b="G21 G77 X10. Z-5. F.1\nX9.",
     ),
     "Threads in one pass": _for(
         siemens="G71 G33 Z-5 K1", linuxcnc="G21 G33 Z-5 K1", lathe="G21 G32 Z-5. F1.", fanuc_lathe_b="G21 G33 Z-5. F1."
@@ -126,7 +130,8 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         heidenhain="1 CYCL DEF 200 DRILLING",
         siemens="MCALL CYCLE81(10,0,2,-5)",
         linuxcnc="G21 G81 X1 Z-1 R1",
-        lathe="G83 Z-5. Q1. F.1",
+        lathe="G21 G83 Z-5. R-1. F.1",
+        haas_lathe="G21 G81 Z-5. R-1. F.1",
         mill="G21 G81 X1. Z-1. R1. F9.",
     ),
     "Corners between two blocks (,R ,C)": _for(
@@ -163,9 +168,16 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Reference point (G28)": _for(
         siemens="G74 X1=0", linuxcnc="G21 G28", lathe="G21 G28 U0. W0.", mill="G21 G91 G28 Z0."
     ),
-    "Offsets of the tool table": _for(linuxcnc="G43 H1", lathe="T0101", mill="G43 H01"),
+    "Lengths of tools that are given (G43)": _for(linuxcnc="G43 H1", mill="G43 H01"),
+    "Offsets of the tool table (T0101)": _for(lathe="T0101"),
+    "Further work offsets (G54.1 P1)": _for(mill="G54.1 P1", haas_mill="G154 P1", haas_lathe="G154 P1"),
     "Offset data (G10)": _for(linuxcnc="G10 L1 P1 X1", lathe="G10 P1 X.01", mill="G10 L10 P1 R1."),
-    "Further axes, polar coordinates": _for(
+    "Polar coordinates in the plane": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 CC X+0 Y+0\n2 LP PR+5 PA+30 F9",
+        siemens="G71 G111 X0 Y0\nG1 AP=30 RP=5 F9",
+        linuxcnc="G21 G0 @5 ^30",
+    ),
+    "Further axes, polar interpolation": _for(
         heidenhain="0 BEGIN PGM A MM\n1 L C+90 F100",
         siemens="G71 G1 C90 F1",
         lathe="G12.1\nG01 C90. F1.",
@@ -179,7 +191,7 @@ def outcome(text: str, dialect: str) -> str:
     if not text:
         return NONE
     program = read_program(text.encode(), dialect)
-    path = program.run(strict=False, tools=[CutterTool(0.4, tip=0)])
+    path = program.run(strict=False, tools=[CutterTool(0.4, tip=0, length_mm=1.0)])
     codes = {finding.code for finding in (*program.findings, *path.findings)}
     if codes & {Code.NC_WORD, Code.NC_CODE}:
         return NOT_YET

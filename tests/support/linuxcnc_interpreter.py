@@ -34,7 +34,7 @@ class Canon:
         self.line = 0
         self.axes = PLANE_AXES[1]
         self.position_mm: Vector = (0.0, 0.0, 0.0)
-        self.offset_mm: dict[str, Vector] = {"g5x": (0.0, 0.0, 0.0), "g92": (0.0, 0.0, 0.0)}
+        self.offset_mm: dict[str, Vector] = {"g5x": (0.0, 0.0, 0.0), "g92": (0.0, 0.0, 0.0), "tool": (0.0, 0.0, 0.0)}
         self.moves: list[dict[str, Any]] = []
 
     def next_line(self, state: Any) -> None:
@@ -69,6 +69,9 @@ class Canon:
 
     def set_g92_offset(self, *words: float) -> None:
         self._shift_origin("g92", to_mm(words[:3]))
+
+    def tool_offset(self, *words: float) -> None:
+        self._shift_origin("tool", to_mm(words[:3]))
 
     def _shift_origin(self, name: str, offset_mm: Vector) -> None:
         """The tool stands still while the coordinates it is told in change."""
@@ -105,7 +108,7 @@ class Canon:
     def ignored(self, *_: object) -> None:
         """Nothing of these shows in the path."""
 
-    check_abort = comment = dwell = message = tool_offset = user_defined_function = ignored
+    check_abort = comment = dwell = message = user_defined_function = ignored
     set_feed_rate = set_spindle_rate = set_traverse_rate = ignored
 
 

@@ -1,17 +1,19 @@
 """The programs that Debian installs with LinuxCNC, each run by its own interpreter and by ours."""
 
 import math
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 from tests.support.linuxcnc import Move, ProgramRefusedError, Tool, interpret
 from tests.support.nc_judge import assert_same_moves, kind_of
 from trueloop.errors import Severity
 from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.program import read_program
+from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Motion, ToolPath
 
 FOLDER: Final = Path("/usr/share/linuxcnc/ncfiles")
@@ -22,6 +24,8 @@ CENTRE: Final = 9
 """The tip's orientation: the controlled point is the nose's centre, as a milling cutter's."""
 TOOLS: Final = [Tool(number, RADIUS_MM, CENTRE) for number in range(1, 100)]
 SAME: Final = "the same moves to 1e-9 in"
+STANDS: Final = "with a straight move of no length before each tool change"
+CHANGE: Final = re.compile(r"^(.*\bm6\b)", re.IGNORECASE | re.MULTILINE)
 NO_CUT: Final = "no cut: a subroutine, or a program that only sets things"
 OTHER: Final = "other moves"
 REFUSED: Final = "refused by LinuxCNC's interpreter as it stands here"
@@ -58,14 +62,38 @@ def _outcome(file: Path) -> Outcome:
     if not any(move.kind in ("line", "arc") for move in judged):
         return Outcome(name, NO_CUT)
     program = read_program(file.read_bytes(), "linuxcnc", name)
-    path = program.run(inch=False, plane=17, strict=False, tools=[CutterTool(RADIUS_MM, CENTRE)])
+    path = _path(program)
     try:
         assert_same_moves(path, judged)
     except AssertionError:
+        if _same_with_a_move_before_tool_changes(file):
+            return Outcome(name, SAME, STANDS)
         said = sorted([*program.findings, *path.findings], key=lambda finding: finding.severity is not Severity.ERROR)
         why = f"line {said[0].place.line}: {said[0].message}" if said else _first_difference(path, judged)
         return Outcome(name, OTHER, why)
     return Outcome(name, SAME)
+
+
+def _path(program: Program) -> ToolPath:
+    return program.run(inch=False, plane=17, strict=False, tools=[CutterTool(RADIUS_MM, CENTRE)])
+
+
+def _same_with_a_move_before_tool_changes(file: Path) -> bool:
+    """After a tool change the interpreter asks where the tool stands. The module that answers here does not note where
+    an arc ended; and where G40 left the tool beside its programmed place the program's own idea of it is another.
+    A straight move of no length before the change makes both agree."""
+    text, changes = CHANGE.subn(r"g91 g1 x0 y0 z0\ng90\n\1", file.read_text(encoding="latin-1"))
+    if not changes:
+        return False
+    with TemporaryDirectory() as folder:
+        mended = Path(folder) / file.name
+        mended.write_text(text, encoding="latin-1")
+        try:
+            judged = interpret(mended, tools=TOOLS, startup=STARTUP)
+            assert_same_moves(_path(read_program(mended.read_bytes(), "linuxcnc")), judged)
+        except (ProgramRefusedError, AssertionError):
+            return False
+    return True
 
 
 def _first_difference(path: ToolPath, judged: Sequence[Move]) -> str:

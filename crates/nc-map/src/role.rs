@@ -32,7 +32,9 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
             Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
             Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset) => Role::Register,
             Some(G::ToolOffset | G::Dwell) => Role::Data,
-            Some(G::OpaqueCycle | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle) => Role::Cycle,
+            Some(G::OpaqueCycle | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle | G::Thread | G::Pass(_)) => {
+                Role::Cycle
+            }
             _ => continue,
         };
         let block = program.block_at(word.start as usize);

@@ -26,6 +26,8 @@ enum Action {
     HomeNamed(u8),
     Contour(bool, i32),
     TurningCycle,
+    Thread(i32),
+    CallMacro(i32),
     Nothing,
 }
 
@@ -33,7 +35,9 @@ impl Runner<'_> {
     /// Does what the block asks for: modes first, then feed, speed and tool, then parameters, then its action.
     pub(crate) fn execute(&mut self, request: &mut Request) {
         let action = self.apply_codes(request);
-        self.apply_feed_speed_tool(request, action);
+        if !matches!(action, Action::CallMacro(_)) {
+            self.apply_feed_speed_tool(request, action);
+        }
         if action != Action::TurningCycle {
             for (key, value) in request.assignments.drain(..) {
                 self.state.store.set(key, value);
@@ -57,6 +61,8 @@ impl Runner<'_> {
             Action::HomeNamed(number) => self.home_named(request, usize::from(number)),
             Action::Contour(finish, word) => self.contour(request, finish, word),
             Action::TurningCycle => self.turning_cycle(request),
+            Action::CallMacro(word) => self.call_macro(request, word),
+            Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
         }
         self.jump(request);
@@ -67,6 +73,12 @@ impl Runner<'_> {
         for (code, word) in request.codes() {
             if let G::Compensation(side) | G::CompensationGiven(side) = *code {
                 self.compensate(request, side, *code == G::CompensationGiven(side), *word as i32);
+            }
+            match *code {
+                G::Dwell | G::Pause => self.dwell(request),
+                G::ExtendedOffset => self.extended_offset(request, *word as i32),
+                G::ToolTableOffset(adds) => self.length_offset(request, adds, *word as i32),
+                _ => {}
             }
             action = self.apply_code(*code, *word as i32).unwrap_or(action);
         }
@@ -102,7 +114,7 @@ impl Runner<'_> {
     }
 
     /// Number of the tool in the spindle; on a lathe with offsets in T, of the offset.
-    fn tool_in_use(&self) -> i32 {
+    pub(crate) fn tool_in_use(&self) -> i32 {
         let called = if self.state.spindle_tool >= 0 { self.state.spindle_tool } else { self.state.modal.tool.max(0) };
         if self.program.dialect().tool_has_offset {
             called % 100
@@ -120,7 +132,12 @@ impl Runner<'_> {
                 self.state.unit_is_known = true;
             }
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
-            G::Drill(drill) => self.start_holes(drill, word),
+            G::Drill(drill) => self.start_holes(drill, None, word),
+            G::DrillAlong(drill, axis) => self.start_holes(drill, Some(usize::from(axis)), word),
+            G::Pass(pass) => {
+                modal.motion = Motion::Pass;
+                self.start_passes(pass, word);
+            }
             G::RetractToPlane(plane) => self.state.retracts_to_plane = plane,
             G::NoMotion => modal.motion = Motion::None,
             G::Plane(plane) => modal.plane = plane,
@@ -140,13 +157,9 @@ impl Runner<'_> {
             }
             G::Feed(mode) => self.set_feed_mode(mode),
             G::Spindle(mode) => modal.spindle_mode = mode,
-            G::WorkOffset(number) => {
-                modal.work_offset = number;
-                self.reframe(|frame| frame.active = usize::from(number));
-            }
+            G::WorkOffset(number) => self.use_offset(number),
             G::StoreHome(number) => self.store_home(usize::from(number)),
             G::NoToolOffset => self.reframe(|frame| frame.tool = [0.0; 3]),
-            G::ToolTableOffset => self.note_opaque(word, "the tool table's length offset is taken as zero"),
             G::OpaqueCycle => {
                 modal.motion = Motion::None;
                 self.note_opaque(word, "the cycle's own moves are not in the path");
@@ -169,17 +182,13 @@ impl Runner<'_> {
     }
 
     /// A drilling cycle comes into force; one that follows another goes on with its series.
-    fn start_holes(&mut self, drill: Drill, word: i32) {
-        let (_, _, third) = self.state.modal.plane.axes();
+    fn start_holes(&mut self, drill: Drill, along: Option<usize>, word: i32) {
+        let third = along.unwrap_or(self.state.modal.plane.axes().2);
         let goes_on = self.state.hole.filter(|_| self.state.modal.motion == Motion::Drill);
         let initial = goes_on.map_or(self.state.position[third], |hole| hole.initial);
-        let same = goes_on.filter(|hole| hole.drill == drill);
-        self.state.hole = Some(same.unwrap_or(Hole::new(drill, initial)));
+        let same = goes_on.filter(|hole| (hole.drill, hole.along) == (drill, along));
+        self.state.hole = Some(same.unwrap_or(Hole::new(drill, along, word, initial)));
         self.state.modal.motion = Motion::Drill;
-        let pecks = matches!(drill, Drill::Peck | Drill::Chip);
-        if pecks && self.program.dialect().flow == FlowStyle::Macro {
-            self.note_opaque(word, "how far it goes back is the control's; taken as 0.254 mm");
-        }
     }
 
     /// A feed in another unit has to be given anew.
@@ -197,13 +206,15 @@ impl Runner<'_> {
     }
 
     fn apply_feed_speed_tool(&mut self, request: &Request, action: Action) {
-        if let Some(feed) = request.get(b'F').filter(|_| !self.is_corner(request)) {
+        if let Some(feed) = request.get(b'F').filter(|_| !(self.is_corner(request) || action == Action::Nothing)) {
             let unit = if self.state.modal.feed_mode == FeedMode::InverseTime { 1.0 } else { self.state.modal.mm() };
             self.state.modal.feed = feed * unit;
         }
-        // With the position register S is the greatest speed, not the one to run at.
-        if let Some(speed) = request.get(b'S').filter(|_| action != Action::SetRegister) {
-            self.state.modal.spindle_speed = speed;
+        match request.get(b'S') {
+            // With the position register S is the greatest speed, not the one to run at.
+            Some(limit) if action == Action::SetRegister => self.state.modal.spindle_limit = limit,
+            Some(speed) => self.state.modal.spindle_speed = speed,
+            None => {}
         }
         if let Some(tool) = request.get(b'T') {
             self.state.modal.tool = tool.round() as i32;
@@ -235,6 +246,8 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::FinishContour => Some(Action::Contour(true, word)),
         G::RoughContour => Some(Action::Contour(false, word)),
         G::TurningCycle => Some(Action::TurningCycle),
+        G::Thread => Some(Action::Thread(word)),
+        G::CallMacro => Some(Action::CallMacro(word)),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         _ => None,
     }

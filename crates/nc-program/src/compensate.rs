@@ -11,7 +11,7 @@ use crate::arc::{self, Point};
 use crate::finding::{self, Finding, Severity};
 use crate::modal::{Compensation, Modal, Plane};
 use crate::offset::{dot, minus, plus};
-use crate::path::{Arc, ToolPath, INHERITED};
+use crate::path::{Arc, Caller, ToolPath, INHERITED};
 use crate::program::Program;
 use crate::tool::{self, Cutter, Tool};
 
@@ -20,15 +20,22 @@ pub(crate) const NO_CORNER: f64 = 0.05;
 
 /// The path of the controlled point: the tool's centre, or the imaginary tip that its orientation says.
 pub fn compensated(path: &ToolPath, program: &Program, tools: &[Tool]) -> (ToolPath, Vec<Finding>) {
-    let out = ToolPath { states: path.states.clone(), ..ToolPath::default() };
+    let (states, calls) = (path.states.clone(), path.calls.clone());
+    let out = ToolPath { states, calls, ..ToolPath::default() };
     let mut work =
         Compensator { path, program, tools, out, findings: Vec::new(), lead: [0.0; 3], active: None, last: 0 };
     let mut arcs = path.arcs.iter().peekable();
+    let mut dwells = path.dwells.iter().copied().peekable();
     for index in 0..path.len() {
+        while let Some((_, time)) = dwells.next_if(|(before, _)| *before <= index) {
+            work.out.dwells.push((work.out.len(), time));
+        }
         let arc = arcs.next_if(|arc| arc.of_move == index);
         work.add(index, arc);
     }
     work.finish();
+    let after = work.out.len();
+    work.out.dwells.extend(dwells.map(|(_, time)| (after, time)));
     (work.out, work.findings)
 }
 
@@ -321,12 +328,11 @@ impl Compensator<'_> {
             (MoveKind::Arc, None) => MoveKind::Line,
             (kind, None) => kind,
         };
-        self.out.kind.push(kind);
-        self.out.start.push(start);
-        self.out.end.push(end);
-        self.out.words.push(self.path.words.get(index).copied().unwrap_or([INHERITED; 3]));
-        self.out.block.push(self.path.block.get(index).copied().unwrap_or(0));
-        self.out.state.push(self.path.state.get(index).copied().unwrap_or(0));
+        let words = self.path.words.get(index).copied().unwrap_or([INHERITED; 3]);
+        let block = self.path.block.get(index).copied().unwrap_or(0);
+        let state = self.path.state.get(index).copied().unwrap_or(0);
+        self.out.caller = Caller(self.path.call.get(index).copied().unwrap_or(INHERITED));
+        self.out.push(kind, start, end, words, block, state);
         self.out.arcs.extend(arc);
     }
 

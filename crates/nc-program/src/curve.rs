@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::arc::{self, Circle, Point};
+use crate::dialect::FlowStyle;
 use crate::finding;
 use crate::modal::{Motion, Plane};
 use crate::offset::{meeting, Piece};
@@ -61,8 +62,9 @@ impl Runner<'_> {
             self.state.position[second] - self.state.pole[second],
         ];
         let (radius, angle) = (from[0].hypot(from[1]), from[1].atan2(from[0]));
+        let increments = self.state.modal.incremental && self.program.dialect().flow == FlowStyle::OWords;
         let value = |letter: u8, now: f64, unit: f64| match request.get(letter).map(|value| value * unit) {
-            Some(value) if request.reference(letter).unwrap_or(false) => now + value,
+            Some(value) if request.reference(letter).unwrap_or(increments) => now + value,
             Some(value) => value,
             None => now,
         };

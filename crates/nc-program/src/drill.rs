@@ -2,6 +2,7 @@
 
 use crate::dialect::FlowStyle;
 use crate::finding;
+use crate::motion::POLAR;
 use crate::path::{MoveKind, INHERITED};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
@@ -22,7 +23,7 @@ pub enum Drill {
     Chip,
     /// Down and out to R at feed, on at rapid (G85, G89).
     Ream,
-    /// Down and out all the way at feed (G89 of LinuxCNC).
+    /// Down and out all the way at feed (G74, G84 and G89 of LinuxCNC).
     Bore,
     /// Down and out at feed, the spindle the other way round (G84, G74).
     Tap,
@@ -32,6 +33,10 @@ pub enum Drill {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hole {
     pub drill: Drill,
+    /// The axis drilled along, where it is not the third of the plane.
+    pub along: Option<usize>,
+    /// The word that called it.
+    word: i32,
     /// The words Z and R, program units turned to mm; NaN where not given yet.
     pub bottom: f64,
     pub plane: f64,
@@ -41,8 +46,8 @@ pub(crate) struct Hole {
 }
 
 impl Hole {
-    pub const fn new(drill: Drill, initial: f64) -> Self {
-        Self { drill, bottom: f64::NAN, plane: f64::NAN, peck: f64::NAN, initial }
+    pub const fn new(drill: Drill, along: Option<usize>, word: i32, initial: f64) -> Self {
+        Self { drill, along, word, bottom: f64::NAN, plane: f64::NAN, peck: f64::NAN, initial }
     }
 }
 
@@ -58,17 +63,12 @@ struct Heights {
 impl Runner<'_> {
     /// A block under a drilling cycle.
     pub(crate) fn drill(&mut self, request: &Request) {
-        let (first, second, third) = self.state.modal.plane.axes();
         let Some(mut hole) = self.state.hole else { return };
-        let mm = self.state.modal.mm();
-        hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| z * self.state.modal.axis_mm(third));
-        hole.plane = request.get(b'R').map_or(hole.plane, |r| r * mm);
-        hole.peck = request.get(b'Q').map_or(hole.peck, |q| q * mm);
+        let (first, second, third) = self.hole_axes(&hole);
+        self.read_hole(request, &mut hole, third);
         self.state.hole = Some(hole);
         let repeats = request.get(b'L').or(request.get(b'K')).unwrap_or(1.0).round();
-        let base = if self.state.modal.incremental { hole.initial } else { 0.0 };
-        let plane = hole.plane + base;
-        let bottom = hole.bottom + if self.state.modal.incremental { plane } else { 0.0 };
+        let (plane, bottom) = self.heights(&hole);
         if let Some(what) = unfit(&hole, plane, bottom, repeats) {
             let hint = "a drilling cycle wants Z and R, with Z the lower, and with pecks Q";
             return self.refuse(finding::MISPLACED, self.block_start(), what, hint);
@@ -93,10 +93,49 @@ impl Runner<'_> {
                 target[axis] = if self.state.modal.incremental { target[axis] + value } else { value };
                 words[axis] = request.word(AXES[axis]);
             }
+            if request.any(&POLAR) {
+                self.polar_target(request, &mut target, &mut words);
+            }
             self.emit(MoveKind::Rapid, target, words);
             self.one_hole(&hole, &heights, target);
             target[third] = self.state.position[third];
         }
+    }
+
+    /// First and second axis of the hole's place, and the one drilled along.
+    fn hole_axes(&self, hole: &Hole) -> (usize, usize, usize) {
+        match hole.along {
+            Some(0) => (1, 2, 0),
+            Some(_) => (0, 1, 2),
+            None => self.state.modal.plane.axes(),
+        }
+    }
+
+    /// What the block changes of the hole.
+    fn read_hole(&mut self, request: &Request, hole: &mut Hole, third: usize) {
+        let (mm, axis_mm) = (self.state.modal.mm(), self.state.modal.axis_mm(third));
+        hole.plane = request.get(b'R').map_or(hole.plane, |r| r * mm);
+        hole.peck = request.get(b'Q').map_or(hole.peck, |q| q * mm);
+        hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| z * axis_mm);
+        if self.program.dialect().rules.drills_from_start {
+            hole.plane = if hole.plane.is_nan() { 0.0 } else { hole.plane };
+            hole.drill = if hole.drill == Drill::Peck && hole.peck.is_nan() { Drill::Plain } else { hole.drill };
+        }
+        if let Some(depth) = self.dialect_increments().and_then(|letters| request.get(letters[third])) {
+            let from = if self.state.modal.incremental { 0.0 } else { self.heights(hole).0 };
+            hole.bottom = from + depth * axis_mm;
+        }
+        if matches!(hole.drill, Drill::Peck | Drill::Chip) && self.program.dialect().flow == FlowStyle::Macro {
+            self.note_opaque(hole.word, "how far it goes back is the control's; taken as 0.254 mm");
+        }
+    }
+
+    /// Heights of the plane R and of the hole's bottom, mm.
+    fn heights(&self, hole: &Hole) -> (f64, f64) {
+        let incremental = self.state.modal.incremental;
+        let from_start = incremental || self.program.dialect().rules.drills_from_start;
+        let plane = hole.plane + if from_start { hole.initial } else { 0.0 };
+        (plane, hole.bottom + if incremental { plane } else { 0.0 })
     }
 
     fn one_hole(&mut self, hole: &Hole, heights: &Heights, at: [f64; 3]) {

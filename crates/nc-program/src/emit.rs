@@ -3,7 +3,7 @@
 use crate::arc::Circle;
 use crate::contouring::Turn;
 use crate::finding;
-use crate::modal::Plane;
+use crate::modal::{FeedMode, Modal, Plane};
 use crate::path::{Arc, MoveKind, INHERITED};
 use crate::run::Runner;
 
@@ -30,7 +30,12 @@ impl Runner<'_> {
             (centre[first], centre[second]) = (turn.centre[0], turn.centre[1]);
             self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep: turn.sweep, radius: turn.radius });
         }
-        let state = self.path.state_index(&self.state.modal);
+        let state = if kind == MoveKind::Thread {
+            let feed = if self.lead_mm.is_nan() { self.state.modal.feed } else { self.lead_mm };
+            self.path.state_index(&Modal { feed, feed_mode: FeedMode::PerRevolution, ..self.state.modal })
+        } else {
+            self.path.state_index(&self.state.modal)
+        };
         self.path.push(kind, self.state.position, end, words, self.block as i32, state);
         self.state.position = end;
     }

@@ -102,6 +102,7 @@ impl Runner<'_> {
         let arguments = self.arguments(statement.arguments);
         self.state.store.enter(&arguments);
         self.returns.push(next);
+        self.path.enter_call(self.block);
         block + 1
     }
 
@@ -142,6 +143,7 @@ impl Runner<'_> {
             self.state.modal = self.state.saved.pop().map_or(self.state.modal, |(modal, _)| modal);
         }
         self.state.store.leave();
+        self.path.leave_call();
         self.state.store.set(Key::Name("_value".into()), result.unwrap_or(0.0));
         self.state.store.set(Key::Name("_value_returned".into()), f64::from(u8::from(result.is_some())));
         next

@@ -1,14 +1,19 @@
 //! What a position is called: work offset, position register and tool offset over the machine position, mm.
 
+use std::collections::HashMap;
+
 use crate::finding::{self, Severity};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
 
+/// Number of G54.1 P1 less 1: no other work offset is as high.
+const EXTENDED: f64 = 100.0;
+
 /// Offsets in force. machine = program + work + register + tool.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
-    /// Work offsets, from 1; index 0 is not used.
-    pub work: [[f64; 3]; 10],
+    /// Work offsets by number, from 1; what is not there is zero. Those of G54.1 P1 … stand from `EXTENDED` on.
+    pub work: HashMap<usize, [f64; 3]>,
     /// The one in force.
     pub active: usize,
     /// Offset made by setting the position register.
@@ -22,10 +27,10 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// No offsets.
-    pub const fn new() -> Self {
+    /// The work offsets given, and no others.
+    pub fn new(work: &[(usize, [f64; 3])]) -> Self {
         Self {
-            work: [[0.0; 3]; 10],
+            work: work.iter().copied().collect(),
             active: 1,
             register: [0.0; 3],
             set_aside: [0.0; 3],
@@ -36,7 +41,7 @@ impl Frame {
 
     /// Machine position minus program position.
     pub fn total(&self) -> [f64; 3] {
-        let work = self.work.get(self.active).copied().unwrap_or_default();
+        let work = self.work.get(&self.active).copied().unwrap_or_default();
         [0, 1, 2].map(|axis| work[axis] + self.register[axis] + self.tool[axis])
     }
 }
@@ -125,7 +130,7 @@ impl Runner<'_> {
         let (given, position, total) = (self.given(request), self.state.position, self.state.frame.total());
         self.reframe(|frame| {
             let others = [0, 1, 2].map(|axis| frame.register[axis] + frame.tool[axis]);
-            let Some(offsets) = frame.work.get_mut(system) else { return };
+            let offsets = frame.work.entry(system).or_default();
             *offsets = [0, 1, 2].map(|axis| match given[axis] {
                 Some(value) if level == 2 => value,
                 Some(value) => position[axis] + total[axis] - others[axis] - value,
@@ -152,6 +157,33 @@ impl Runner<'_> {
         let (position, total) = (self.state.position, self.state.frame.total());
         if let Some(home) = self.state.frame.home.get_mut(number) {
             *home = [0, 1, 2].map(|axis| position[axis] + total[axis]);
+        }
+    }
+
+    /// G54.1 P1 …: a work offset of the further ones.
+    pub(crate) fn extended_offset(&mut self, request: &Request, word: i32) {
+        let Some(number) = request.get(b'P').filter(|number| (1.0..=300.0).contains(number)) else {
+            let message = format!("{} without P1 to P300", self.word_text(word));
+            return self.warn(finding::MISPLACED, self.word_start(word), message, "name the offset: G54.1 P1");
+        };
+        self.use_offset((EXTENDED + number.round()) as u16);
+    }
+
+    pub(crate) fn use_offset(&mut self, number: u16) {
+        self.state.modal.work_offset = number;
+        self.reframe(|frame| frame.active = usize::from(number));
+    }
+
+    /// G43: the length of the tool of H, or of the one in use; said where it is not known. G44 takes it away.
+    pub(crate) fn length_offset(&mut self, request: &Request, adds: bool, word: i32) {
+        let number = request.get(b'H').map_or(self.tool_in_use(), |number| number.round() as i32);
+        let tools = &self.options.tools;
+        let named = tools.iter().find(|tool| tool.number == Some(number));
+        let length = named.or(tools.iter().find(|tool| tool.number.is_none())).and_then(|tool| tool.length);
+        match length {
+            _ if number == 0 => self.reframe(|frame| frame.tool = [0.0; 3]),
+            Some(length) => self.reframe(|frame| frame.tool = [0.0, 0.0, if adds { length } else { -length }]),
+            None => self.note_opaque(word, "the tool table's length offset is taken as zero"),
         }
     }
 

@@ -42,10 +42,10 @@ pub(crate) const MACRO: [Operator; 10] = [
     Operator { text: b"or", strength: 3, apply: |a, b| bits(a, b, |a, b| a | b) },
     Operator { text: b"eq", strength: 1, apply: |a, b| truth(same(a, b)) },
     Operator { text: b"ne", strength: 1, apply: |a, b| truth(!same(a, b)) },
-    Operator { text: b"gt", strength: 1, apply: |a, b| truth(a > b) },
-    Operator { text: b"ge", strength: 1, apply: |a, b| truth(a >= b) },
-    Operator { text: b"lt", strength: 1, apply: |a, b| truth(a < b) },
-    Operator { text: b"le", strength: 1, apply: |a, b| truth(a <= b) },
+    Operator { text: b"gt", strength: 1, apply: |a, b| logical(a, b, a > b) },
+    Operator { text: b"ge", strength: 1, apply: |a, b| logical(a, b, a >= b) },
+    Operator { text: b"lt", strength: 1, apply: |a, b| logical(a, b, a < b) },
+    Operator { text: b"le", strength: 1, apply: |a, b| logical(a, b, a <= b) },
 ];
 
 /// Those of Sinumerik, in the order of its manual: comparisons bind least, so that `(R1>0) AND (R2>0)` needs its brackets.

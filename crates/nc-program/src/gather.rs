@@ -22,7 +22,14 @@ impl Runner<'_> {
             let value = match word.kind {
                 WordKind::Number => word.value,
                 WordKind::Expression if self.is_null(word) => continue,
-                WordKind::Expression => self.value(program.value_start(word)).0,
+                WordKind::Expression => {
+                    let value = self.value(program.value_start(word)).0;
+                    if value.is_nan() && self.in_macro() && self.is_parameter(program.value_start(word), word.end()) {
+                        continue;
+                    }
+                    self.require_value(value, program.value_start(word));
+                    value
+                }
                 WordKind::Assignment => {
                     self.gather_assignment(word, request);
                     continue;
@@ -124,6 +131,9 @@ impl Runner<'_> {
             return self.value(at).0;
         }
         let (value, after) = self.computed(at, expression::formula);
+        if !self.is_parameter(at, end) {
+            self.require_value(value, at);
+        }
         let rest = self.program.source().get(after..end).unwrap_or(&[]);
         if value.is_finite() && !rest.trim_ascii().is_empty() {
             let what = "an operator is missing".to_owned();
@@ -165,6 +175,7 @@ impl Runner<'_> {
             position: self.state.position,
             unset_is_zero: self.program.dialect().parameters.unset_is_zero,
             has_null: self.program.dialect().flow == FlowStyle::Macro,
+            in_macro: self.in_macro(),
             undefined,
         }
     }

@@ -1,5 +1,6 @@
 //! The lexer: lays blocks and words over the bytes in one pass. Every byte belongs to a word or to what lies between.
 
+use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{Class, Dialect, FlowStyle, Naming};
 use crate::macros;
 use crate::names::{self, Name};
@@ -79,10 +80,14 @@ impl Lexer<'_> {
         self.word_slowly(start, letter);
     }
 
-    /// The letter at which a word starts, in upper case.
+    /// The letter at which a word starts, in upper case; that of a polar coordinate for its mark.
     #[inline]
     fn letter(&self) -> u8 {
-        self.source.get(self.at).map_or(0, u8::to_ascii_uppercase)
+        match self.source.get(self.at) {
+            Some(b'@') => POLAR_RADIUS,
+            Some(b'^') => POLAR_ANGLE,
+            byte => byte.map_or(0, u8::to_ascii_uppercase),
+        }
     }
 
     /// `12` at a line's start.

@@ -8,6 +8,7 @@
 //! Units inside are millimetres, X is a radius. No input makes this crate panic; loops, depth and sizes are bounded.
 
 mod arc;
+mod arguments;
 mod codes;
 mod compensate;
 mod contouring;
@@ -16,6 +17,7 @@ mod curve;
 mod cycle;
 pub mod dialect;
 mod drill;
+mod dwell;
 mod emit;
 mod expression;
 pub mod finding;
@@ -37,6 +39,7 @@ mod number;
 mod offset;
 mod operand;
 mod parameters;
+mod pass;
 mod path;
 mod program;
 mod request;
@@ -49,6 +52,7 @@ mod session;
 mod state;
 mod statement;
 mod structured;
+mod thread;
 mod tool;
 mod trace;
 mod uses;

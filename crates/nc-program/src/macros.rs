@@ -101,7 +101,9 @@ impl Runner<'_> {
         } else if let Some(at) = keyword(b"GOTO") {
             self.go_to(at);
         } else if let Some(at) = keyword(b"WHILE") {
-            if !is_true(self.value(at).0) {
+            let value = self.value(at).0;
+            self.require_value(value, at);
+            if !is_true(value) {
                 self.next = self.table.macros.partners.get(&self.block).map_or(self.next, |found| found + 1);
             }
         } else if keyword(b"END").is_some() {
@@ -111,6 +113,7 @@ impl Runner<'_> {
 
     fn conditional(&mut self, at: usize, end: usize) {
         let (value, rest) = self.value(at);
+        self.require_value(value, at);
         let source = self.program.source();
         let (then, go) = (after(source, rest, b"THEN"), after(source, rest, b"GOTO"));
         match (then, go) {

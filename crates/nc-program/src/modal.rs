@@ -24,6 +24,8 @@ pub enum Motion {
     Thread,
     /// A drilling cycle.
     Drill,
+    /// A simple turning cycle.
+    Pass,
     /// A cycle that is not taken apart.
     Opaque,
     /// None: a coordinate alone does nothing.
@@ -112,6 +114,8 @@ pub struct Modal {
     pub spindle_mode: SpindleMode,
     /// The S word as programmed; negative before the first.
     pub spindle_speed: f64,
+    /// The greatest speed that the program allows with constant surface speed, 1/min; negative before the first.
+    pub spindle_limit: f64,
     /// The T word as programmed; −1 before the first.
     pub tool: i32,
     /// Cutter compensation.
@@ -119,7 +123,7 @@ pub struct Modal {
     /// What the program said of the tool where it switched compensation on.
     pub called: Called,
     /// Work offset, from 1.
-    pub work_offset: u8,
+    pub work_offset: u16,
 }
 
 impl Modal {
@@ -135,6 +139,7 @@ impl Modal {
         feed: -1.0,
         spindle_mode: SpindleMode::Revolutions,
         spindle_speed: -1.0,
+        spindle_limit: -1.0,
         tool: -1,
         compensation: Compensation::Off,
         called: NONE_CALLED,

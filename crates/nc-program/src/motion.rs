@@ -11,7 +11,7 @@ use crate::run::{Runner, AXES};
 
 /// Offsets of the arc centre, in order of axis index.
 const CENTRES: [u8; 3] = *b"IJK";
-const POLAR: [u8; 2] = [POLAR_RADIUS, POLAR_ANGLE];
+pub(crate) const POLAR: [u8; 2] = [POLAR_RADIUS, POLAR_ANGLE];
 
 impl Runner<'_> {
     /// Moves to the block's coordinates by the motion in force.
@@ -22,8 +22,10 @@ impl Runner<'_> {
         if !(self.names_axis(request) || is_arc(self.state.modal.motion) && request.any(&CENTRES)) {
             return self.warn_no_target(request);
         }
-        if self.state.modal.motion == Motion::Drill {
-            return self.drill(request);
+        match self.state.modal.motion {
+            Motion::Drill => return self.drill(request),
+            Motion::Pass => return self.pass(request),
+            _ => {}
         }
         let (mut end, mut words) = self.target(request, in_machine);
         self.angled_target(request, &mut end, &mut words);
@@ -40,9 +42,12 @@ impl Runner<'_> {
                 let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(INHERITED);
                 return self.note_opaque(word, "the moves of the cycle in force are not in the path");
             }
-            Motion::Drill => return,
+            Motion::Drill | Motion::Pass => return,
             Motion::None => return self.warn_no_motion(request),
         };
+        if kind == MoveKind::Thread {
+            self.lead_mm = self.lead(request);
+        }
         self.emit(kind, end, words);
         if request.any(b"R") {
             let word = request.word(b'R');
@@ -50,6 +55,12 @@ impl Runner<'_> {
             let hint = "a block may have lost its G02 or G03";
             self.warn(finding::MISPLACED, self.word_start(word), message, hint);
         }
+    }
+
+    /// Lead of a thread, mm: beside the axis, but where it is written as the feed.
+    fn lead(&self, request: &Request) -> f64 {
+        let beside = CENTRES.iter().find_map(|letter| request.get(*letter));
+        beside.map_or(f64::NAN, |lead| lead * self.state.modal.mm())
     }
 
     /// End of the move that the block asks for, and the words that set it.

@@ -11,6 +11,8 @@ use crate::number;
 const LAST_NUMBER: u32 = 100_000;
 /// RS-274: #1 to #30 are local to a subroutine.
 const LAST_LOCAL: usize = 30;
+/// Custom macro B: #1 to #33 are local to a macro.
+pub(crate) const LAST_MACRO_LOCAL: u32 = 33;
 
 /// The name of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -120,14 +122,24 @@ impl Store {
 
     /// Enters a subroutine: the arguments become #1, #2, …, the rest of #1 to #30 zero; the other local parameters are put away.
     pub fn enter(&mut self, arguments: &[f64]) {
-        self.numbered.resize(self.numbered.len().max(LAST_LOCAL + 1), None);
-        let saved = self.numbered.iter_mut().take(LAST_LOCAL + 1).map(Option::take).collect();
-        self.callers.push((saved, std::mem::take(&mut self.local)));
+        self.put_locals_away(LAST_LOCAL);
         for (index, value) in arguments.iter().chain(std::iter::repeat(&0.0)).enumerate().take(LAST_LOCAL) {
-            if let Some(slot) = self.numbered.get_mut(index + 1) {
-                *slot = Some(*value);
-            }
+            self.set(Key::Number(index as u32 + 1), *value);
         }
+    }
+
+    /// Enters a macro: the arguments get their numbers, the rest of #1 to #33 has no value.
+    pub fn enter_macro(&mut self, arguments: &[(u32, f64)]) {
+        self.put_locals_away(LAST_MACRO_LOCAL as usize);
+        for (number, value) in arguments {
+            self.set(Key::Number(*number), *value);
+        }
+    }
+
+    fn put_locals_away(&mut self, last: usize) {
+        self.numbered.resize(self.numbered.len().max(last + 1), None);
+        let saved = self.numbered.iter_mut().take(last + 1).map(Option::take).collect();
+        self.callers.push((saved, std::mem::take(&mut self.local)));
     }
 
     /// Leaves it: the caller's local parameters come back.

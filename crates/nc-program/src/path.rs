@@ -53,12 +53,30 @@ pub struct ToolPath {
     pub block: Vec<i32>,
     /// Index into `states`.
     pub state: Vec<i32>,
+    /// Index into `calls` of the call it is made in, −1 outside any.
+    pub call: Vec<i32>,
     /// Circles of those moves that have one, in order.
     pub arcs: Vec<Arc>,
     /// Modal states, each once for a run of moves that share it.
     pub states: Vec<Modal>,
     /// The blocks executed, where the run was asked to trace them.
     pub executed: Vec<Executed>,
+    /// Calls of subprograms and contours, in order: the block that calls, and the call it is in itself.
+    pub calls: Vec<[i32; 2]>,
+    /// Dwells: the move that comes next, and the time, s; NaN where the program counts revolutions.
+    pub dwells: Vec<(usize, f64)>,
+    /// The call under way.
+    pub(crate) caller: Caller,
+}
+
+/// The call in which the next move is made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Caller(pub i32);
+
+impl Default for Caller {
+    fn default() -> Self {
+        Self(INHERITED)
+    }
 }
 
 impl ToolPath {
@@ -98,6 +116,19 @@ impl ToolPath {
         self.words.push(words);
         self.block.push(block);
         self.state.push(state);
+        self.call.push(self.caller.0);
+    }
+
+    /// A block calls others.
+    pub(crate) fn enter_call(&mut self, block: usize) {
+        self.calls.push([block as i32, self.caller.0]);
+        self.caller = Caller(self.calls.len() as i32 - 1);
+    }
+
+    /// The call is over.
+    pub(crate) fn leave_call(&mut self) {
+        let call = usize::try_from(self.caller.0).ok().and_then(|call| self.calls.get(call));
+        self.caller = Caller(call.map_or(INHERITED, |call| call[1]));
     }
 
     /// Index of the state, noting it when it is not the last one.

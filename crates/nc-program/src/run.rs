@@ -36,6 +36,8 @@ pub struct Options {
     pub position: [f64; 3],
     /// Tools for compensation: with them the path is that of the controlled point, not the contour.
     pub tools: Vec<Tool>,
+    /// Work offsets by their number, from 1 (G54): machine position of the zero, mm, X a radius.
+    pub work_offsets: Vec<(usize, [f64; 3])>,
     /// Most blocks to execute, every turn of a loop counted, and most moves.
     pub block_limit: usize,
     /// Note every block executed in the path.
@@ -52,6 +54,7 @@ impl Default for Options {
             diameter_is_known: false,
             position: [0.0; 3],
             tools: Vec::new(),
+            work_offsets: Vec::new(),
             block_limit: 10_000_000,
             trace: false,
         }
@@ -95,6 +98,8 @@ pub(crate) struct Runner<'a> {
     pub returns: Vec<usize>,
     /// Repeat loops under way: their first block and the turns left.
     pub counters: Vec<(usize, u64)>,
+    /// Lead of the thread being cut, mm; NaN where it is the feed.
+    pub lead_mm: f64,
 }
 
 impl<'a> Runner<'a> {
@@ -113,6 +118,7 @@ impl<'a> Runner<'a> {
             findings,
             returns: Vec::new(),
             counters: Vec::new(),
+            lead_mm: f64::NAN,
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::expression::Values;
 use crate::frame::Frame;
 use crate::modal::Modal;
-use crate::parameters::{Key, Store};
+use crate::parameters::{Key, Store, LAST_MACRO_LOCAL};
 
 /// Everything an expression can ask for.
 pub(crate) struct Scope<'a> {
@@ -14,6 +14,8 @@ pub(crate) struct Scope<'a> {
     pub unset_is_zero: bool,
     /// #0 is the parameter that never has a value.
     pub has_null: bool,
+    /// Local parameters may be without a value as well: arguments that were left out.
+    pub in_macro: bool,
     pub undefined: &'a mut Vec<(Key, usize)>,
 }
 
@@ -24,6 +26,9 @@ impl Values for Scope<'_> {
         }
         if let Some(value) = self.store.get(key).or_else(|| self.system(key)) {
             return value;
+        }
+        if self.in_macro && matches!(key, Key::Number(1..=LAST_MACRO_LOCAL)) {
+            return f64::NAN;
         }
         self.undefined.push((key.clone(), at));
         if self.unset_is_zero && matches!(key, Key::Number(_)) {
@@ -60,7 +65,7 @@ impl Scope<'_> {
             Key::Number(5400) => Some(f64::from(self.modal.tool.max(0))),
             Key::Number(number @ 5221..=5400) => {
                 let (system, axis) = ((number - 5221) / 20, (number - 5221) % 20);
-                let offsets = self.frame.work.get(system as usize + 1)?;
+                let offsets = self.frame.work.get(&(system as usize + 1)).copied().unwrap_or_default();
                 Some(offsets.get(axis as usize).map_or(0.0, |offset| offset / mm))
             }
             Key::Number(5061..=5070 | 5161..=5189 | 5210..=5219 | 5404..=5429) => Some(0.0),

@@ -5,8 +5,10 @@ use crate::drill::Hole;
 use crate::frame::Frame;
 use crate::modal::Modal;
 use crate::parameters::{Key, Store};
+use crate::pass::Passes;
 use crate::program::Program;
 use crate::run::Options;
+use crate::thread::ThreadData;
 
 /// The state of the control; and what was met or said already.
 #[derive(Debug)]
@@ -32,6 +34,10 @@ pub(crate) struct State {
     pub spindle_tool: i32,
     /// The drilling cycle in force.
     pub hole: Option<Hole>,
+    /// The simple turning cycle in force.
+    pub passes: Option<Passes>,
+    /// What the first block of a threading cycle said.
+    pub thread: ThreadData,
     /// Drilling cycles retract to the plane R.
     pub retracts_to_plane: bool,
     /// Block of the O number of the program being run; `None` before the first.
@@ -50,7 +56,7 @@ impl State {
             saved: Vec::new(),
             unit_is_known: options.unit_is_known,
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
-            frame: Frame::new(),
+            frame: Frame::new(&options.work_offsets),
             position: options.position,
             contouring: Contouring::default(),
             pole: [0.0; 3],
@@ -59,6 +65,8 @@ impl State {
             tape_marks: 0,
             spindle_tool: -1,
             hole: None,
+            passes: None,
+            thread: ThreadData::NONE,
             retracts_to_plane: dialect.rules.retracts_to_plane,
             program_start: None,
         }

@@ -12,6 +12,8 @@ pub struct Tool {
     pub radius: f64,
     /// The control's number of the tip's orientation, 0 to 9; 0 and 9 are the nose's centre.
     pub tip: Option<u8>,
+    /// Length, mm, which G43 adds along Z.
+    pub length: Option<f64>,
 }
 
 /// What the program says of the tool where it switches compensation on.

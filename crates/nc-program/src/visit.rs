@@ -13,8 +13,8 @@ const DEPTH: usize = 64;
 /// Somewhere to come back from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Visit {
-    /// A subprogram: its first block, the runs left, and the block to go on with.
-    Program { start: usize, left: u64, back: usize },
+    /// A subprogram: its first block, the runs left, and the block to go on with; whether it has parameters of its own.
+    Program { start: usize, left: u64, back: usize, own: bool },
     /// A contour: its last block, the block to go on with, and the machine position to return to.
     Contour { last: usize, back: usize, from: [f64; 3] },
 }
@@ -80,8 +80,21 @@ impl Runner<'_> {
         if left == 0 || self.too_deep() {
             return;
         }
-        self.visits.push(Visit::Program { start, left, back: self.next });
+        self.path.enter_call(self.block);
+        self.visits.push(Visit::Program { start, left, back: self.next, own: false });
         (self.state.program_start, self.next) = (Some(start), start);
+    }
+
+    /// Whether a call under way has parameters of its own.
+    pub(crate) fn in_macro(&self) -> bool {
+        self.visits.iter().any(|visit| matches!(visit, Visit::Program { own: true, .. }))
+    }
+
+    /// The call just made has parameters of its own.
+    pub(crate) fn owns_parameters(&mut self) {
+        if let Some(Visit::Program { own, .. }) = self.visits.last_mut() {
+            *own = true;
+        }
     }
 
     fn too_deep(&mut self) -> bool {
@@ -96,11 +109,19 @@ impl Runner<'_> {
     /// Ends the innermost call, or starts its next run. False when there is none.
     pub(crate) fn go_back(&mut self) -> bool {
         while let Some(visit) = self.visits.pop() {
-            let Visit::Program { start, left, back } = visit else { continue };
+            let Visit::Program { start, left, back, own } = visit else {
+                self.path.leave_call();
+                continue;
+            };
             (self.state.program_start, self.next) = (Some(usize::MAX), back);
             if left > 1 {
-                self.visits.push(Visit::Program { start, left: left - 1, back });
+                self.visits.push(Visit::Program { start, left: left - 1, back, own });
                 (self.state.program_start, self.next) = (Some(start), start);
+            } else {
+                self.path.leave_call();
+                if own {
+                    self.state.store.leave();
+                }
             }
             return true;
         }
@@ -134,6 +155,7 @@ impl Runner<'_> {
         } else if !self.too_deep() {
             let total = self.state.frame.total();
             let from = [0, 1, 2].map(|axis| self.state.position[axis] + total[axis]);
+            self.path.enter_call(self.block);
             self.visits.push(Visit::Contour { last, back: self.next, from });
             self.next = first;
         }
@@ -146,6 +168,7 @@ impl Runner<'_> {
             return;
         }
         self.visits.pop();
+        self.path.leave_call();
         self.next = back;
         let total = self.state.frame.total();
         let end = [0, 1, 2].map(|axis| from[axis] - total[axis]);
@@ -183,6 +206,6 @@ impl Runner<'_> {
 }
 
 /// L: how often; once without it.
-fn times(request: &Request) -> u64 {
+pub(crate) fn times(request: &Request) -> u64 {
     request.get(b'L').map_or(1, |times| times.round().max(0.0) as u64)
 }

@@ -37,6 +37,9 @@ type DialectTuple = (
     bool,
 );
 
+/// Number, radius, tip, length.
+type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>);
+
 /// A program as read.
 #[pyclass(frozen)]
 struct NcProgram {
@@ -138,7 +141,7 @@ impl NcProgram {
     }
 
     /// Runs it: the columns of the tool path, those of its modal states, and the findings.
-    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false))]
+    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new()))]
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
         &self,
@@ -150,8 +153,9 @@ impl NcProgram {
         inch: Option<bool>,
         diameter: Option<bool>,
         plane: Option<u8>,
-        tools: Vec<(Option<i32>, f64, Option<u8>)>,
+        tools: Vec<ToolTuple>,
         trace: bool,
+        work_offsets: Vec<(usize, [f64; 3])>,
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>, Vec<FindingTuple>)> {
         let dialect = self.program.dialect();
         let mut initial = dialect.initial;
@@ -159,10 +163,11 @@ impl NcProgram {
         initial.diameter = diameter.unwrap_or(initial.diameter);
         initial.plane = plane.map_or(Ok(initial.plane), plane_of)?;
         let tools = tools.into_iter();
-        let tools = tools.map(|(number, radius, tip)| Tool {
+        let tools = tools.map(|(number, radius, tip, length)| Tool {
             number,
             radius,
             tip,
+            length,
         });
         let options = Options {
             tools: tools.collect(),
@@ -172,6 +177,7 @@ impl NcProgram {
             unit_is_known: inch.is_some(),
             diameter_is_known: diameter.is_some(),
             position,
+            work_offsets,
             block_limit,
             trace,
         };
@@ -245,14 +251,14 @@ fn finding_tuple(finding: Finding) -> FindingTuple {
     )
 }
 
-/// An array of (n, 3) that takes the values over without copying them.
-fn triples<'py, T: numpy::Element>(
+/// An array of (n, N) that takes the values over without copying them.
+fn rows<'py, T: numpy::Element, const N: usize>(
     py: Python<'py>,
-    values: Vec<[T; 3]>,
+    values: Vec<[T; N]>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let count = values.len();
     Ok(PyArray1::from_vec(py, values.into_flattened())
-        .reshape([count, 3])?
+        .reshape([count, N])?
         .into_any())
 }
 
@@ -287,21 +293,26 @@ fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bo
         "motion",
         column(py, path.kind.iter().map(|kind| *kind as u8)),
     )?;
-    columns.set_item("start_mm", triples(py, path.start)?)?;
-    columns.set_item("end_mm", triples(py, path.end)?)?;
-    columns.set_item("centre_mm", triples(py, centre)?)?;
+    columns.set_item("start_mm", rows(py, path.start)?)?;
+    columns.set_item("end_mm", rows(py, path.end)?)?;
+    columns.set_item("centre_mm", rows(py, centre)?)?;
     columns.set_item("sweep_rad", column(py, sweep))?;
     columns.set_item("programmed_radius_mm", column(py, radius))?;
     columns.set_item("block", column(py, path.block))?;
-    columns.set_item("word", triples(py, path.words)?)?;
+    columns.set_item("word", rows(py, path.words)?)?;
     columns.set_item("state", column(py, path.state))?;
     let executed = path.executed;
-    let rows = executed.iter().map(|row| [row.block, row.moves, row.state]);
-    columns.set_item("executed", triples(py, rows.collect())?)?;
+    let blocks = executed.iter().map(|row| [row.block, row.moves, row.state]);
+    columns.set_item("executed", rows(py, blocks.collect())?)?;
     let positions = executed.iter().map(|row| row.position);
-    columns.set_item("executed_at_mm", triples(py, positions.collect())?)?;
+    columns.set_item("executed_at_mm", rows(py, positions.collect())?)?;
     let offsets = executed.iter().map(|row| row.offset);
-    columns.set_item("executed_offset_mm", triples(py, offsets.collect())?)?;
+    columns.set_item("executed_offset_mm", rows(py, offsets.collect())?)?;
+    columns.set_item("call", column(py, path.call))?;
+    columns.set_item("calls", rows(py, path.calls)?)?;
+    let (before, seconds): (Vec<usize>, Vec<f64>) = path.dwells.into_iter().unzip();
+    columns.set_item("dwell_before", column(py, before))?;
+    columns.set_item("dwell_s", column(py, seconds))?;
     Ok(columns)
 }
 
@@ -330,29 +341,18 @@ fn states<'py>(py: Python<'py>, states: &[Modal]) -> PyResult<Bound<'py, PyDict>
     )?;
     columns.set_item(
         "feed",
-        column(
-            py,
-            states.iter().map(|state| {
-                if state.feed < 0.0 {
-                    f64::NAN
-                } else {
-                    state.feed
-                }
-            }),
-        ),
+        column(py, states.iter().map(|state| not_yet(state.feed))),
     )?;
     columns.set_item(
         "spindle_mode",
         column(py, states.iter().map(|state| state.spindle_mode as u8)),
     )?;
-    let speed = |state: &Modal| {
-        if state.spindle_speed < 0.0 {
-            f64::NAN
-        } else {
-            state.spindle_speed
-        }
-    };
+    let speed = |state: &Modal| not_yet(state.spindle_speed);
     columns.set_item("spindle_speed", column(py, states.iter().map(speed)))?;
+    columns.set_item(
+        "spindle_limit",
+        column(py, states.iter().map(|state| not_yet(state.spindle_limit))),
+    )?;
     columns.set_item("tool", column(py, states.iter().map(|state| state.tool)))?;
     columns.set_item(
         "compensation",
@@ -363,6 +363,15 @@ fn states<'py>(py: Python<'py>, states: &[Modal]) -> PyResult<Bound<'py, PyDict>
         column(py, states.iter().map(|state| state.work_offset)),
     )?;
     Ok(columns)
+}
+
+/// NaN for a value that the program has not given yet.
+fn not_yet(value: f64) -> f64 {
+    if value < 0.0 {
+        f64::NAN
+    } else {
+        value
+    }
 }
 
 /// Every dialect as a writer of programs needs it.

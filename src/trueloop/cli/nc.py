@@ -9,13 +9,16 @@ import typer
 from trueloop.cli.failure import ExitStatus, guarded, say
 from trueloop.cli.nc_features import features_of_job
 from trueloop.cli.nc_map import map_program_file
+from trueloop.cli.nc_time import time_of_program
 from trueloop.cli.nc_translate import translate_program_file
 from trueloop.cli.program_file import (
     DialectName,
+    Offsets,
     ProgramFile,
     Settings,
     SkippedBlocks,
     Tools,
+    offsets_of,
     parameters_of,
     read_program_file,
     tools_of,
@@ -31,6 +34,7 @@ app = typer.Typer(
 )
 app.command("features")(features_of_job)
 app.command("map")(map_program_file)
+app.command("time")(time_of_program)
 app.command("translate")(translate_program_file)
 
 
@@ -42,6 +46,7 @@ def path_of_program(
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
     tools: Tools = None,
+    offsets: Offsets = None,
     form: Annotated[Literal["csv", "json"], typer.Option("--format", "-f", help="How to print it.")] = "csv",
 ) -> None:
     """Print the tool path: a row a move with its line and column, mm, x as a radius.
@@ -50,7 +55,13 @@ def path_of_program(
     """
     with busy(f"running {file}"):
         program = read_program_file(file, dialect)
-        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, tools=tools_of(tools), strict=False)
+        path = program.run(
+            parameters_of(settings),
+            skipped_blocks=skipped_blocks,
+            tools=tools_of(tools),
+            work_offsets_mm=offsets_of(offsets),
+            strict=False,
+        )
     if form == "csv":
         _print_csv(path)
     else:

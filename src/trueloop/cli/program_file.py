@@ -29,13 +29,24 @@ Tools = Annotated[
     typer.Option(
         "--tool",
         "-t",
-        metavar="[N=]R[,Q]",
-        help="A tool for G41 and G42, as 2=R0.4,Q3: number, radius in mm, tip on a lathe; may be repeated. "
+        metavar="[N=]R[,Q][,L]",
+        help="A tool for G41, G42 and G43, as 2=R0.4,Q3 or 2=R5,L120: number, radius in mm, tip on a lathe, length; "
+        "may be repeated. "
         "The path is then that of the controlled point.  [default: the programmed contour]",
     ),
 ]
 
-TOOL = re.compile(r"\s*(?:T?(\d+)\s*=)?\s*R([\d.]+)\s*(?:,\s*Q(\d))?\s*", re.IGNORECASE)
+Offsets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--offset",
+        metavar="G=X,Y,Z",
+        help="Where the zero of a work offset is, as G54=0,0,-120 or G54.1P2=…: machine coordinates in mm, x a radius; "
+        "may be repeated.  [default: 0,0,0]",
+    ),
+]
+
+TOOL = re.compile(r"\s*(?:T?(\d+)\s*=)?\s*R([\d.]+)\s*(?:,\s*Q(\d))?\s*(?:,\s*L(-?[\d.]+))?\s*", re.IGNORECASE)
 SETTING = re.compile(r"\s*([^=\s]+)\s*=\s*([^=]+?)\s*")
 
 
@@ -76,10 +87,26 @@ def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
         found = TOOL.fullmatch(text)
         try:
             number, radius, tip = (found[1], float(found[2]), found[3]) if found else (None, float(""), None)
+            length = float(found[4]) if found and found[4] else None
         except ValueError:
             raise typer.BadParameter(f"{text!r} is no tool, such as 2=R0.4,Q3", param_hint="--tool") from None
-        tools.append(CutterTool(radius, None if tip is None else int(tip), None if number is None else int(number)))
+        whole = (None if text is None else int(text) for text in (tip, number))
+        tools.append(CutterTool(radius, *whole, length))
     return tools
+
+
+def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, float]]:
+    """`["G54=0,0,-120"]` as zeros by the number of the work offset; anything else is a fault of the command line."""
+    from trueloop.nc.work_offset import offset_number
+
+    offsets = {}
+    for text in texts or ():
+        name, equals, place = text.partition("=")
+        number = offset_number(name.strip())
+        if number is None or not equals:
+            raise typer.BadParameter(f"{text!r} is no work offset, such as G54=0,0,-120", param_hint="--offset")
+        offsets[number] = vector_of(place, "--offset")
+    return offsets
 
 
 def vector_of(text: str, option: str) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""Tools as cutter compensation (G41, G42) needs them."""
+"""Tools as cutter compensation (G41, G42) and length offsets (G43) need them."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,10 @@ class CutterTool:
 
     `tip` is the control's number of a lathe tool's orientation: where the controlled point lies from the nose's centre,
     0 and 9 being the centre itself. `number` is D, or that of the offset or the tool; None for whichever is called.
+    `length_mm` is what G43 adds along Z; None where it is not known.
     """
 
     radius_mm: float
     tip: int | None = None
     number: int | None = None
+    length_mm: float | None = None

@@ -54,6 +54,8 @@ class ToolPath:
     `block` (n,) from 0, `line` and `column` from 1: of the first word that set a coordinate. `word` (n, 3): index of
     the word that set X, Y, Z of the end, −1 when it was inherited or came from a cycle. `state` (n,) indexes the
     columns of `states`, reached through the properties below, each (n,).
+    `call` (n,) indexes `calls` (k, 2): the block that calls, and the call that one is in itself, −1 outside any. Before
+    move `dwell_before` (m,) the tool dwells for `dwell_s` (m,), NaN where the program counts revolutions.
 
     Of a traced run also the m blocks executed, in order: `executed` (m, 3), block, number of moves and state after it;
     `executed_at_mm` (m, 3), where the tool was then; `executed_offset_mm` (m, 3), machine less program position then,
@@ -70,6 +72,10 @@ class ToolPath:
     column: Integers
     word: Integers
     state: Integers
+    call: Integers
+    calls: Integers
+    dwell_before: Integers
+    dwell_s: Array
     states: dict[str, NDArray[Any]]
     executed: Integers = field(default_factory=lambda: np.empty((0, 3), dtype=np.int32))
     executed_at_mm: Array = field(default_factory=lambda: np.empty((0, 3)))
@@ -130,6 +136,11 @@ class ToolPath:
         return self._of_state("spindle_speed")
 
     @property
+    def spindle_limit(self) -> Array:
+        """Greatest speed under constant surface speed, 1/min, where the program says it (G50 S, G92 S); else NaN."""
+        return self._of_state("spindle_limit")
+
+    @property
     def tool(self) -> Integers:
         """The T word as programmed, −1 before the first."""
         return self._of_state("tool")
@@ -143,6 +154,15 @@ class ToolPath:
     def work_offset(self) -> Integers:
         """Work offset in force, from 1 (G54)."""
         return self._of_state("work_offset")
+
+    def call_stack(self, move: int) -> tuple[int, ...]:
+        """Lines of the calls in which that move is made, from 1, the outermost first."""
+        lines: list[int] = []
+        call = int(self.call[move])
+        while call >= 0:
+            block, call = (int(value) for value in self.calls[call])
+            lines.insert(0, block + 1)
+        return tuple(lines)
 
     def coordinate_state(self, move: int) -> CoordinateState:
         """How the coordinates of that move are written."""

@@ -6,12 +6,14 @@
 use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::pass::Pass;
 
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
 pub const FANUC_LATHE: Dialect = Dialect {
     name: "fanuc-lathe",
     letters: b"ACDEFGHIJKLMNOPQRSTUVWXYZ",
     line_angle: b"Aa",
+    rules: Rules { drills_from_start: true, ..Rules::USUAL },
     increments: Some(*b"UVW"),
     tool_has_offset: true,
     other_axes: b"CH",
@@ -73,8 +75,9 @@ pub(super) fn common(tenths: u16) -> Option<G> {
         420 => G::Compensation(Compensation::Right),
         520 => G::OffsetRegister,
         530 => G::MachineCoordinates,
-        540 | 550 | 560 | 570 | 580 | 590 => G::WorkOffset(((tenths - 530) / 10) as u8),
-        650 | 660 => G::OpaqueBlock,
+        540 | 550 | 560 | 570 | 580 | 590 => G::WorkOffset(((tenths - 530) / 10) as u16),
+        650 => G::CallMacro,
+        660 => G::OpaqueBlock,
         680 | 121 | 1120 => G::OpaqueMode,
         960 => G::Spindle(SpindleMode::SurfaceSpeed),
         970 => G::Spindle(SpindleMode::Revolutions),
@@ -89,9 +92,15 @@ fn lathe(tenths: u16) -> Option<G> {
         320 | 330 => G::Motion(Motion::Thread),
         700 => G::FinishContour,
         710 | 720 | 730 => G::RoughContour,
-        740 | 750 | 760 => G::OpaqueBlock,
-        800 => G::Inert,
-        830 | 840 | 850 | 870 | 880 | 890 => G::OpaqueMotion,
+        740 | 750 => G::OpaqueBlock,
+        760 => G::Thread,
+        800 => G::NoMotion,
+        830 => G::DrillAlong(Drill::Peck, 2),
+        840 => G::DrillAlong(Drill::Tap, 2),
+        850 => G::DrillAlong(Drill::Ream, 2),
+        870 => G::DrillAlong(Drill::Peck, 0),
+        880 => G::DrillAlong(Drill::Tap, 0),
+        890 => G::DrillAlong(Drill::Ream, 0),
         _ => return common(tenths),
     })
 }
@@ -100,7 +109,9 @@ pub(super) fn lathe_a(tenths: u16) -> Option<G> {
     Some(match tenths {
         330 => return None,
         500 => G::SetRegister,
-        900 | 920 | 940 => G::OpaqueMotion,
+        900 => G::Pass(Pass::Along),
+        920 => G::Pass(Pass::Thread),
+        940 => G::Pass(Pass::Face),
         980 => G::Feed(FeedMode::PerMinute),
         990 => G::Feed(FeedMode::PerRevolution),
         _ => return lathe(tenths),
@@ -110,13 +121,16 @@ pub(super) fn lathe_a(tenths: u16) -> Option<G> {
 fn lathe_b(tenths: u16) -> Option<G> {
     Some(match tenths {
         320 => return None,
-        770 | 780 | 790 => G::OpaqueMotion,
+        770 => G::Pass(Pass::Along),
+        780 => G::Pass(Pass::Thread),
+        790 => G::Pass(Pass::Face),
         900 => G::Incremental(false),
         910 => G::Incremental(true),
         920 => G::SetRegister,
         940 => G::Feed(FeedMode::PerMinute),
         950 => G::Feed(FeedMode::PerRevolution),
-        980 | 990 => G::Inert,
+        980 => G::RetractToPlane(false),
+        990 => G::RetractToPlane(true),
         _ => return lathe(tenths),
     })
 }
@@ -124,12 +138,13 @@ fn lathe_b(tenths: u16) -> Option<G> {
 pub(super) fn mill(tenths: u16) -> Option<G> {
     Some(match tenths {
         330 => G::Motion(Motion::Thread),
-        430 | 440 => G::ToolTableOffset,
+        430 => G::ToolTableOffset(true),
+        440 => G::ToolTableOffset(false),
         490 => G::NoToolOffset,
         500 => G::Inert,
         510 | 160 => G::OpaqueMode,
         150 => G::Inert,
-        541 => G::OpaqueMode,
+        541 => G::ExtendedOffset,
         600 => G::OpaqueBlock,
         730 => G::Drill(Drill::Chip),
         740 | 840 => G::Drill(Drill::Tap),

@@ -1,10 +1,12 @@
 //! Haas: what differs from Fanuc. G28 alone sends every axis home; M97 calls blocks of the same program.
 
 use super::fanuc::{lathe_a, m_code, mill, FANUC_LATHE, FANUC_MILL};
-use super::{Dialect, G, M};
+use super::{Dialect, Rules, G, M};
+use crate::drill::Drill;
 
 /// Turning.
-pub const HAAS_LATHE: Dialect = Dialect { name: "haas-lathe", g: lathe_code, m: haas_m_code, ..FANUC_LATHE };
+pub const HAAS_LATHE: Dialect =
+    Dialect { name: "haas-lathe", g: lathe_code, m: haas_m_code, rules: Rules::USUAL, ..FANUC_LATHE };
 
 /// Milling.
 pub const HAAS_MILL: Dialect = Dialect { name: "haas-mill", g: mill_code, m: haas_m_code, ..FANUC_MILL };
@@ -12,8 +14,11 @@ pub const HAAS_MILL: Dialect = Dialect { name: "haas-mill", g: mill_code, m: haa
 fn lathe_code(tenths: u16) -> Option<G> {
     Some(match tenths {
         280 => G::Home(0),
-        810 | 820 | 860 => G::OpaqueMotion,
-        140 | 1540 | 2000 => G::OpaqueMode,
+        810 | 820 | 860 => G::DrillAlong(Drill::Plain, 2),
+        890 => G::DrillAlong(Drill::Ream, 2),
+        870 | 880 => G::OpaqueMotion,
+        1540 => G::ExtendedOffset,
+        140 | 2000 => G::OpaqueMode,
         150 | 1870 => G::Inert,
         _ => return lathe_a(tenths),
     })
@@ -23,7 +28,7 @@ fn mill_code(tenths: u16) -> Option<G> {
     Some(match tenths {
         280 => G::Home(0),
         120 | 130 | 470 | 700 | 710 | 720 | 1500 => G::OpaqueBlock,
-        1540 => G::OpaqueMode,
+        1540 => G::ExtendedOffset,
         1870 => G::Inert,
         _ => return mill(tenths),
     })

@@ -12,6 +12,7 @@ pub(crate) use crate::names::{Name, Names};
 
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::pass::Pass;
 
 pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
 pub use ge2000t::GE2000T;
@@ -67,6 +68,12 @@ pub enum G {
     Fast,
     /// A drilling cycle, until another motion code.
     Drill(Drill),
+    /// A lathe's drilling cycle along that axis (0 is X, 2 is Z), until another motion code.
+    DrillAlong(Drill, u8),
+    /// A simple turning cycle, until another motion code.
+    Pass(Pass),
+    /// A thread cut in passes.
+    Thread,
     /// Drilling cycles retract to the plane R (true) or to where they began (false).
     RetractToPlane(bool),
     /// No motion until the next motion code.
@@ -104,13 +111,15 @@ pub enum G {
     /// Puts a cancelled register setting back.
     RestoreRegister,
     /// Selects a work offset, from 1.
-    WorkOffset(u8),
+    WorkOffset(u16),
+    /// Selects the one of P among the further ones.
+    ExtendedOffset,
     /// This block is in machine coordinates.
     MachineCoordinates,
     /// Tool length offset given in this block.
     ToolOffset,
-    /// Tool length offset from the tool table, which a program does not carry.
-    ToolTableOffset,
+    /// Tool length offset from the tool table, which a program does not carry: added (true) or taken away.
+    ToolTableOffset(bool),
     /// No tool length offset.
     NoToolOffset,
     /// Sets offsets by L and P.
@@ -125,8 +134,10 @@ pub enum G {
     StoreHome(u8),
     /// Longitudinal turning cycle: X, Z, P1 depth of cut, P2 start of the exit taper.
     TurningCycle,
-    /// A dwell whose time is written as a coordinate.
+    /// A dwell whose time may be written as a coordinate.
     Dwell,
+    /// A dwell of P seconds beside a move.
+    Pause,
     /// A cycle that the runner knows but does not take apart: it ends where it began.
     OpaqueCycle,
     /// Such a cycle that stays in force: later coordinates call it again.
@@ -135,6 +146,8 @@ pub enum G {
     OpaqueBlock,
     /// Changes where later positions are in a way that the runner does not follow.
     OpaqueMode,
+    /// Calls the program of P with arguments.
+    CallMacro,
     /// Runs the blocks from N of P to N of Q, then goes back to where it began.
     FinishContour,
     /// Roughs out the contour between N of P and N of Q: not taken apart, and these blocks are passed over.
@@ -227,6 +240,8 @@ pub struct Rules {
     pub tip_in_front: bool,
     /// Compensation begins square to the second move's start; else square to the first move's end.
     pub enters_beside_next: bool,
+    /// R of a drilling cycle counts from where the cycle begins, and one without Q makes no pecks.
+    pub drills_from_start: bool,
     /// Drilling cycles retract to the plane R (G99) from the start on; else to where they began (G98).
     pub retracts_to_plane: bool,
     /// Whether X is a diameter at the start is machine data: a turning program has to say it.
@@ -238,6 +253,7 @@ impl Rules {
     pub const USUAL: Self = Self {
         tip_in_front: false,
         enters_beside_next: true,
+        drills_from_start: false,
         retracts_to_plane: false,
         diameter_is_machine_data: false,
     };

@@ -1,0 +1,42 @@
+//! Macros called with arguments (G65): letters become local parameters.
+
+use crate::finding;
+use crate::request::Request;
+use crate::run::Runner;
+use crate::visit::times;
+
+/// Letters in order of the parameter that each becomes, from #1; a space where there is none.
+const LETTERS: &[u8; 26] = b"ABCIJKDEF H M   QRSTUVWXYZ";
+
+impl Runner<'_> {
+    /// G65 P, L times. What is not in this file is not followed.
+    pub(crate) fn call_macro(&mut self, request: &Request, word: i32) {
+        let number = request.get(b'P').filter(|p| (0.0..=99_999_999.0).contains(p)).map(|p| p.round() as u32);
+        let Some(start) = number.and_then(|number| self.labels().program(number)) else {
+            return self.note_opaque(word, "what it does is not in the path");
+        };
+        let numbered = LETTERS.iter().enumerate();
+        let given = numbered.filter_map(|(place, letter)| Some((place as u32 + 1, request.get(*letter)?)));
+        let arguments: Vec<_> = given.collect();
+        let depth = self.visits.len();
+        self.visit(start, times(request));
+        if self.visits.len() > depth {
+            self.state.store.enter_macro(&arguments);
+            self.owns_parameters();
+        }
+    }
+
+    /// Whether a value at a byte is nothing but a parameter: one that was left out makes a word as good as not written.
+    pub(crate) fn is_parameter(&self, at: usize, end: usize) -> bool {
+        let text = self.program.source().get(at..end).unwrap_or(&[]).trim_ascii();
+        text.split_first().is_some_and(|(mark, digits)| *mark == b'#' && digits.iter().all(u8::is_ascii_digit))
+    }
+
+    /// Reports a value that an argument left out would decide: the control may take it as zero.
+    pub(crate) fn require_value(&mut self, value: f64, at: usize) {
+        if value.is_nan() && self.in_macro() {
+            let message = "an argument that was left out is part of this value".to_owned();
+            self.refuse(finding::EXPRESSION, at, message, "give the argument where the macro is called");
+        }
+    }
+}

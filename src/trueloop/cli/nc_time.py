@@ -1,0 +1,59 @@
+"""`trueloop nc time`: how long a program takes."""
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.program_file import (
+    DialectName,
+    ProgramFile,
+    Settings,
+    SkippedBlocks,
+    parameters_of,
+    read_program_file,
+)
+from trueloop.cli.terminal import AsJson, busy, print_json
+
+if TYPE_CHECKING:
+    from trueloop.nc.machining_time import MachiningTime
+    from trueloop.nc.tool_path import ToolPath
+
+
+@guarded
+def time_of_program(
+    file: ProgramFile,
+    rapid_mm_min: Annotated[float, typer.Option("--rapid-mm-min", min=1.0, help="Rate of rapid moves, mm/min.")],
+    max_rpm: Annotated[float | None, typer.Option("--max-rpm", min=1.0, help="The spindle's greatest speed.")] = None,
+    dialect: DialectName = None,
+    settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
+    as_json: AsJson = False,
+) -> None:
+    """Print how long a program takes: cuts at their feed, rapid moves at a stated rate, dwells. Accelerations and tool
+    changes are left out.
+    """
+    from trueloop.nc.machining_time import machining_time
+
+    with busy(f"running {file}"):
+        program = read_program_file(file, dialect)
+        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks)
+        time = machining_time(path, rapid_mm_min, max_rpm)
+    parts = {"cutting": time.cutting_s, "rapid": time.rapid_s, "dwell": time.dwell_s, "total": time.total_s}
+    tools = _by_tool(path, time)
+    if as_json:
+        print_json({"file": str(file), "seconds": parts, "seconds_by_tool": tools})
+        return
+    for name, seconds in parts.items():
+        print(f"{name:8} {seconds:10.1f} s")
+    for tool, seconds in tools.items():
+        print(f"  tool {tool}: {seconds:.1f} s at feed")
+
+
+def _by_tool(path: "ToolPath", time: "MachiningTime") -> dict[str, float]:
+    """Seconds at feed of each tool, in the order of first use."""
+    seconds: dict[str, float] = {}
+    for tool, move_s in zip(path.tool[~time.rapid].tolist(), time.move_s[~time.rapid].tolist(), strict=True):
+        name = str(tool) if tool >= 0 else "none"
+        seconds[name] = seconds.get(name, 0.0) + move_s
+    return seconds

@@ -1,0 +1,117 @@
+"""Macros with arguments, where moves come from, the state at every block, and offsets that the user gives."""
+
+import math
+
+import pytest
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.work_offset import offset_number
+
+
+def run(text: str, dialect: str = "fanuc-mill", **options: object) -> ToolPath:
+    return read_program(text.encode(), dialect).run(**options)  # type: ignore[arg-type]
+
+
+def test_letters_become_local_parameters_and_the_caller_keeps_its_own() -> None:
+    """A #1, B #2, C #3, D #7, I #4, X #24, Z #26; #1 of the caller is 5 before and after."""
+    path = run(
+        "G21 #1=5.\nG65 P100 A1. B2. C3. I4. D7. X24. Z26. L2\nG00 X#1\nM30\n"
+        "O100\nG00 X#24 Z#26\nX#1 Y#2 Z#3\nX#4 Y#7\nM99"
+    )
+    once = [[24, 0, 26], [1, 2, 3], [4, 7, 3]]
+    again = [[24, 7, 26], [1, 2, 3], [4, 7, 3]]
+    assert path.end_mm.tolist() == [*once, *again, [5, 7, 3]]
+
+
+def test_words_of_a_macro_call_set_no_feed_and_no_speed() -> None:
+    path = run("G21 G01 X1. F10. S100\nG65 P100 F77. S88. T9\nX2.\nM30\nO100\nM99")
+    assert (path.feed.tolist(), path.spindle_speed.tolist(), path.tool.tolist()) == ([10, 10], [100, 100], [-1, -1])
+
+
+def test_an_argument_left_out_makes_its_word_vacant() -> None:
+    path = run("G21 G00 Y9.\nG65 P100 X1.\nM30\nO100\nIF[#25EQ#0]GOTO5\nX99.\nN5 X#24 Y#25\nM99")
+    assert path.end_mm.tolist() == [[0, 9, 0], [1, 9, 0]]
+
+
+@pytest.mark.parametrize("line", ["X[#25+1.]", "#30=#25+1.", "IF[#25LT1.]GOTO5", "WHILE[#25LT1.]DO1\nEND1"])
+def test_a_value_that_a_missing_argument_decides_is_refused(line: str) -> None:
+    with pytest.raises(TrueloopError, match="an argument that was left out"):
+        run(f"G21 G00 Y9.\nG65 P100 X1.\nM30\nO100\n{line}\nN5 M99")
+
+
+def test_a_macro_that_is_elsewhere_is_said() -> None:
+    (found,) = run("G21 G65 P9810 Z5.").findings
+    assert (found.code, found.message) == (Code.NC_OPAQUE, "G65: what it does is not in the path")
+
+
+def test_calls_of_a_move_the_outermost_first() -> None:
+    path = run("G21\nG00 X1.\nM98 P10\nG65 P20\nX9.\nM30\nO10\nX2.\nM98 P20 L2\nX3.\nM99\nO20\nX4.\nM99")
+    stacks = [path.call_stack(move) for move in range(len(path))]
+    assert path.end_mm[:, 0].tolist() == [1, 2, 4, 4, 3, 4, 9]
+    assert stacks == [(), (3,), (3, 9), (3, 9), (3,), (4,), ()]
+
+
+def test_calls_by_o_words_labels_names_and_contours() -> None:
+    path = run("G21\no1 sub\nG0 X2\no1 endsub\no2 sub\no1 call\nG0 X3\no2 endsub\no2 call\nG0 X4", "linuxcnc")
+    assert [path.call_stack(move) for move in range(3)] == [(9, 6), (9,), ()]
+    path = run("1 BEGIN PGM A MM\n2 CALL LBL 1\n3 L X+9\n4 M30\n5 LBL 1\n6 L X+1\n7 LBL 0", "heidenhain")
+    assert [path.call_stack(move) for move in range(2)] == [(2,), ()]
+    path = run("%_N_A_MPF\nG71\nPART\nG0 X9\nM30\n%_N_PART_SPF\nG0 X1\nM17", "siemens")
+    assert [path.call_stack(move) for move in range(2)] == [(3,), ()]
+    path = run("G21 G00 X9.\nG70 P1 Q2\nX8.\nM30\nN1 G00 X1.\nN2 Z1.", "fanuc-lathe")
+    assert [path.call_stack(move) for move in range(5)] == [(), (2,), (2,), (), ()]
+
+
+def test_the_state_at_every_block_executed() -> None:
+    path = run("G20\nM98 P10 L2\nG21\nM30\nO10\nG01 F5.\nM99", trace=True)
+    state = path.executed[:, 2]
+    assert (path.executed[:, 0] + 1).tolist() == [1, 2, 5, 6, 7, 5, 6, 7, 3, 4]
+    assert path.states["inch"][state].tolist() == [True] * 8 + [False] * 2
+    assert path.states["feed"][state][-1] == 5 * 25.4
+    assert run("G21").executed.shape == (0, 3)
+
+
+def test_zeros_of_work_offsets_that_the_user_gives() -> None:
+    """The tool stands at machine x = 1: in G54 at 1, in G55, whose zero is at 10, at -9; G53 takes it to 0."""
+    path = run("G21 G00 X1.\nG55 X2.\nG53 G00 X0.\nG54.1 P2\nX1.", work_offsets_mm={2: (10, 0, 0), 102: (-3, 0, 0)})
+    assert path.start_mm[:, 0].tolist() == [0, -9, 2, 3]
+    assert path.end_mm[:, 0].tolist() == [1, 2, -10, 1]
+    assert path.work_offset.tolist() == [1, 2, 2, 102]
+
+
+def test_g52_is_added_to_the_offset_in_force_and_stays_when_it_changes() -> None:
+    path = run("G21 G52 X1.\nG00 X0.\nG55 X0.\nG52 X0.\nX0.", work_offsets_mm={2: (10, 0, 0)})
+    machine = path.end_mm[:, 0] + [1, 11, 10]
+    assert machine.tolist() == [1, 11, 10]
+    assert path.start_mm[:, 0].tolist() == [-1, -10, 1]
+
+
+def test_lengths_of_tools() -> None:
+    from trueloop.nc.cutter_tool import CutterTool
+
+    tools = [CutterTool(5, number=3, length_mm=80.0)]
+    path = run("G21 G00 Z100.\nG43 H3 Z20.\nG49\nG44 H3\nX1.\nG43 H4", tools=tools)
+    assert path.start_mm[:, 2].tolist() == [0, 20, 180]
+    assert [found.message for found in path.findings] == ["G43: the tool table's length offset is taken as zero"]
+
+
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [
+        ("G54", 1), ("g59", 6), ("G59.1", 7), ("G59.3", 9), ("G54.1P1", 101), ("G154 P99", 199), ("G505", 5),
+        ("G53", None), ("G54.2", None), ("G54.1", None), ("G54.1P0", None), ("G500", None), ("X", None),
+    ],
+)  # fmt: skip
+def test_names_of_work_offsets(name: str, number: int | None) -> None:
+    assert offset_number(name) == number
+
+
+def test_a_dwell_is_between_two_moves() -> None:
+    path = run("G21 G00 X1.\nG04 P500\nG04 X2.5\nG00 X2.\nG04 P1.")
+    assert (path.dwell_before.tolist(), path.dwell_s.tolist()) == ([1, 1, 2], [0.5, 2.5, 1.0])
+    assert run("G21 G0 X1\nG4 P.5 X3\nG4 P1", "linuxcnc").dwell_s.tolist() == [0.5, 1.0]
+    path = run("G71 G1 X1 F100\nG4 F2\nX2\nG4 S30", "siemens")
+    assert path.feed.tolist() == [100, 100]
+    assert path.dwell_s[0] == 2 and math.isnan(path.dwell_s[1])
