@@ -12,9 +12,10 @@ trueloop: the same kind of move, ends, centre and sweep for every move, from the
 with the same tools. A motion program is one of which LinuxCNC itself makes cuts here. Written by
 `python -m scripts.linuxcnc_programs`; a test holds the table to what is true today.
 
-After a tool change the interpreter asks where the tool stands. LinuxCNC's module `gcode`, which answers for the machine here,
-does not note where an arc ended; and trueloop goes by the programmed place where G40 has left the tool beside it. Programs
-in which that matters are compared with a straight move of no length written before each tool change, and the table says so.
+After a tool change the interpreter asks where the tool stands. LinuxCNC's module `gcode`, which answers for the machine
+here, does not note where an arc ended; and trueloop goes by the programmed place where G40 has left the tool beside it.
+Programs in which that matters are compared with a straight move of no length written before each tool change, and the
+table says so.
 
 {table}
 """

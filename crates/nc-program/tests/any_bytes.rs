@@ -89,6 +89,17 @@ fn near_programs() -> impl Strategy<Value = Vec<u8>> {
         "M99",
         "M97P10",
         ",R1.",
+        "G76 P1 Z-9 I-1 J.1 K1",
+        "G76 X1. Z-9. P1000 Q9",
+        "G90 X1. Z-2.",
+        "G92 U1. W-2. R9.",
+        "G87 X1. R-1.",
+        "G65 P20 X1.",
+        "G54.1 P2",
+        "G43 H1",
+        "@5",
+        "^30",
+        "G4 P1.",
         ",C1",
         "A30.",
         "RNDM=1",
@@ -201,7 +212,11 @@ fn everything(source: &[u8], dialect: &'static Dialect) -> Result<(), TestCaseEr
     parameters_used(&program);
     offset_statements(&program);
     for optional_blocks in [false, true] {
-        let tools = if optional_blocks { vec![Tool { number: None, radius: 1.5, tip: Some(3) }] } else { Vec::new() };
+        let tools = if optional_blocks {
+            vec![Tool { number: None, radius: 1.5, tip: Some(3), length: Some(9.0) }]
+        } else {
+            Vec::new()
+        };
         let options = Options { optional_blocks, tools, block_limit: 2000, ..Options::default() };
         let (path, findings) = run(&program, &options);
         prop_assert!(findings.iter().all(|finding| finding.at <= source.len()));

@@ -90,8 +90,8 @@ def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
             length = float(found[4]) if found and found[4] else None
         except ValueError:
             raise typer.BadParameter(f"{text!r} is no tool, such as 2=R0.4,Q3", param_hint="--tool") from None
-        whole = (None if text is None else int(text) for text in (tip, number))
-        tools.append(CutterTool(radius, *whole, length))
+        tip, number = (None if text is None else int(text) for text in (tip, number))
+        tools.append(CutterTool(radius, tip, number, length))
     return tools
 
 

@@ -19,6 +19,7 @@ COMMANDS = (
     "part from-program",
     "part from-dxf",
     "nc path",
+    "nc time",
     "nc check",
     "nc diff",
     "nc features",

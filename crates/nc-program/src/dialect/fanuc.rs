@@ -75,7 +75,7 @@ pub(super) fn common(tenths: u16) -> Option<G> {
         420 => G::Compensation(Compensation::Right),
         520 => G::OffsetRegister,
         530 => G::MachineCoordinates,
-        540 | 550 | 560 | 570 | 580 | 590 => G::WorkOffset(((tenths - 530) / 10) as u16),
+        540 | 550 | 560 | 570 | 580 | 590 => G::WorkOffset((tenths - 530) / 10),
         650 => G::CallMacro,
         660 => G::OpaqueBlock,
         680 | 121 | 1120 => G::OpaqueMode,
