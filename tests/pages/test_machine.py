@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
@@ -9,14 +10,23 @@ from typer.testing import CliRunner
 
 from tests.support.chromium import console_errors, dump_dom
 from trueloop.cli.main import app
+from trueloop.diagnosis.components import Components, Inspections, error_components
+from trueloop.machine.model import Machine, MachineModel, State
+from trueloop.machine.names import error_name
+from trueloop.machine.position_basis import CONSTANT
+from trueloop.machine.structure import chain_of
+from trueloop.machine.term import Part, Term
+from trueloop.report.machine_components import components_page, surface_error_diagram
 from trueloop.report.machine_positioning import drift_figure
+from trueloop.report.still import svg
 
 TARGETS, CYCLES = 6, 5
 
 
-def _page(arguments: list[str], page: Path) -> str:
-    result = CliRunner().invoke(app, ["machine", *arguments, "-o", str(page)])
+def _page(arguments: list[str], out: Path, name: str = "") -> str:
+    result = CliRunner().invoke(app, ["machine", *arguments, "-o", str(out)])
     assert result.exit_code == 0, result.output
+    page = out / name
     assert console_errors(page) == []
     return dump_dom(page)
 
@@ -58,3 +68,51 @@ def test_names_at_the_ends_of_lines_that_meet_do_not_overlap() -> None:
     heights = sorted(note["y"] for note in figure["layout"]["annotations"])
     low, high = figure["layout"]["yaxis"]["range"]
     assert min(np.diff(heights)) > 0.04 * (high - low)
+
+
+def test_model_page_draws_every_motion_and_the_residuals(tmp_path: Path) -> None:
+    readings = tmp_path / "r.csv"
+    rows = "".join(f"{50 * k},X,{k * k},0.5,{20 + (k * 7) % 5}\n" for k in range(10))
+    readings.write_text(f"X_mm,along,reading_um,u_um,T1_degC\n{rows}")
+    machine = tmp_path / "m.toml"
+    machine.write_text(
+        '[machine]\nname = "VMC 3"\nstructure = "mill-gantry"\n[axes.X]\ntravel_mm = [0, 500]\n'
+        '[[term]]\nerror = "EXX"\nzero_at = [0]\n[[term]]\nerror = "EX0S"\nsignals = { T1 = 20.0 }\n'
+    )
+    dom = _page(["fit", str(machine), str(readings)], tmp_path, "machine.html")
+    assert dom.count('class="plot js-plotly-plot"') == 2
+    assert all(words in dom for words in ("X (mm)", "EXX (µm)", "VMC 3", "What the model leaves"))
+
+
+def test_diagrams_of_components_are_whole_and_their_names_apart() -> None:
+    """Surfaces at one height, as where a model left nothing, keep names that can be read; the drawing is sound XML."""
+    figure = surface_error_diagram(_components(), 0)
+    fromstring(svg(figure, "P1"))
+    notes = figure["layout"]["annotations"]
+    low, high = figure["layout"]["yaxis"]["range"]
+    heights = sorted(note["y"] for note in notes if note["x"] > 9)
+    assert len(heights) == 6 and min(np.diff(heights)) > 0.04 * (high - low)
+    assert low < min(note["y"] for note in notes) and max(note["y"] for note in notes) < high
+
+
+def test_components_page_has_a_diagram_a_point(tmp_path: Path) -> None:
+    page = tmp_path / "components.html"
+    page.write_text(components_page(("P1", "P2"), _components(), None))
+    assert console_errors(page) == []
+    dom = dump_dom(page)
+    assert dom.count('class="plot js-plotly-plot"') == 2
+    assert dom.count("ERROR_MTG,RESID") >= 4 and "<br>+" not in dom
+
+
+def _components() -> Components:
+    """Two points of a machine that errs by 9 µm along x and a process that leaves 10 µm, both known."""
+    normal = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    nominal = 10.0 * normal
+    chain = chain_of("mill-gantry")
+    model = MachineModel(
+        Machine("mill", chain), (Term(error_name("EX0S"), (Part(CONSTANT),)),), np.array([0.009]), np.zeros((1, 1))
+    )
+    cut = nominal + 0.01 * normal
+    state = State(chain.positions({name: nominal[:, k] for k, name in enumerate("XYZ")}))
+    seen = Inspections(nominal, normal, cut - model.error_mm(state), cut, 5e-4, 5e-4)
+    return error_components(model, seen, state, state, compensated=True)

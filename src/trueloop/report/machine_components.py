@@ -14,6 +14,7 @@ from trueloop.report.style import (
     SOFT,
     TAKEN,
     Figure,
+    apart,
     axis,
     dots,
     label,
@@ -21,6 +22,7 @@ from trueloop.report.style import (
     lines,
     note,
     padded,
+    plain,
     signed,
 )
 
@@ -36,7 +38,7 @@ FIGURES = 12
 """Points that get a figure of their own, those of the largest ERROR_PP first."""
 
 
-def surface_error_diagram(point: str, parts: Components, k: int) -> Figure:
+def surface_error_diagram(parts: Components, k: int) -> Figure:
     """One gauging point: surfaces as lines at their height, vectors as arrows between them, µm."""
     heights = {name: 0.0 if field is None else 1e3 * float(getattr(parts, field)[k]) for name, field in SURFACES}
     nominal_mt, free_mt = heights[SURFACES[1][0]], heights[SURFACES[2][0]]
@@ -51,19 +53,24 @@ def surface_error_diagram(point: str, parts: Components, k: int) -> Figure:
         ("ERROR_PROC,RESID", nominal_mt, detected, TAKEN),
         ("COMP_MTG + COMP_PROC", free, detected, AFTER),
     )
+    low, high = padded([*heights.values()], share=0.35)
+    row = 0.06 * (high - low)
+    places = apart(heights, row)
     traces = [lines([0.0, 9.0], [height, height], SOFT, 1, line={"dash": "dot"}) for height in heights.values()]
-    notes = [note(9.1, height, label(f"{name} {signed(height)}"), xanchor="left") for name, height in heights.items()]
+    notes = [note(9.1, places[name], label(f"{name} {signed(h)}"), xanchor="left") for name, h in heights.items()]
     for column, (name, start, end, colour) in enumerate(vectors, 1):
         traces.append(lines([column, column], [start, end], colour, 3))
         head = "triangle-up" if end >= start else "triangle-down"
         traces.append(dots([column], [end], [f"{name} {signed(end - start)} µm"], color=colour, symbol=head, size=9))
-        notes.append(note(column, max(start, end), f"{name}<br>{signed(end - start)}", yanchor="bottom"))
-    low, high = padded([*heights.values()], share=0.35)
+        notes.append(note(column, max(start, end) + row, signed(end - start)))
+        # names are wider than columns: they take turns in three rows
+        notes.append(note(column, low - row * (1 + column % 3), name))
     axes = {
-        "xaxis": axis("", 0, 14, visible=False),
-        "yaxis": axis("along the outward normal (µm)", low, high),
+        "xaxis": axis("", 0, 15.5, visible=False),
+        "yaxis": axis(
+            "along the outward normal (µm)", min(low - 4 * row, *places.values()), max(high, *places.values())
+        ),
         "annotations": notes,
-        "title": {"text": label(point)},
     }
     return {"data": traces, "layout": layout(980, 420, **axes)}
 
@@ -80,13 +87,18 @@ def components_page(points: tuple[str, ...], parts: Components, frame: FrameDisc
         "u_error_proc",
     )
     rows = [
-        (esc(point), *(signed(1e3 * float(getattr(parts, name)[k]), 2) for name in columns))
+        (
+            esc(point),
+            *(
+                (plain if name.startswith("u_") else signed)(1e3 * float(getattr(parts, name)[k]), 2)
+                for name in columns
+            ),
+        )
         for k, point in enumerate(points)
     ]
     furthest = sorted(range(len(points)), key=lambda k: -abs(float(parts.error_pp[k])))[:FIGURES]
     figures = [
-        figure_block(f"point-{k}", surface_error_diagram(points[k], parts, k), f"<b>{esc(points[k])}</b>")
-        for k in furthest
+        figure_block(f"point-{k}", surface_error_diagram(parts, k), f"<b>{esc(points[k])}</b>") for k in furthest
     ]
     body = (
         '<header><p class="kicker">trueloop · error components at gauging points</p><h1>Machine, process, and the rest'

@@ -54,14 +54,15 @@ RESIDUALS = "Reading minus model in order of the readings; red: outliers that th
 
 def term_figure(curve: TermCurve) -> Figure:
     """One error along its axis with its 95 % band; return travel dashed where it differs."""
-    at = curve.position.tolist()
+    turns = curve.error[2] in "ABC"
+    at = (np.degrees(curve.position) if turns else curve.position).tolist()
     band = [*(curve.forward + 2 * curve.u).tolist(), *(curve.forward - 2 * curve.u).tolist()[::-1]]
     traces = [area([*at, *at[::-1]], band, BAND), lines(at, curve.forward.tolist(), INK)]
     if not np.allclose(curve.forward, curve.reverse):
         traces.append(lines(at, curve.reverse.tolist(), AFTER, line={"dash": "dash"}))
     low, high = padded([*band, *curve.reverse.tolist()])
     axes = {
-        "xaxis": axis("position", at[0], at[-1]),
+        "xaxis": axis(f"{curve.error[2]} ({'°' if turns else 'mm'})", at[0], at[-1]),
         "yaxis": axis(f"{curve.error} ({curve.unit})", low, high),
     }
     return {"data": traces, "layout": layout(WIDTH, 300, **axes)}

@@ -18,6 +18,7 @@ from trueloop.report.style import (
     SOFT,
     TAKEN,
     Figure,
+    apart,
     area,
     axis,
     dots,
@@ -160,7 +161,7 @@ def drift_figure(time_s: Array, channels: Mapping[str, Array], title: str, every
     hours = time_s / 3600
     low, high = padded_around(np.concatenate(list(channels.values())))
     traces, notes = [], []
-    places = _apart({name: float(values[-1]) for name, values in channels.items()}, 0.045 * (high - low))
+    places = apart({name: float(values[-1]) for name, values in channels.items()}, 0.045 * (high - low))
     for k, (name, values) in enumerate(channels.items()):
         colour = COLOURS[k % len(COLOURS)]
         traces.append(lines(hours[::every].tolist(), values[::every].tolist(), colour))
@@ -178,13 +179,3 @@ def padded_around(values: Array) -> tuple[float, float]:
     middle = 0.5 * float(values.min() + values.max())
     low, high = padded((values - middle).tolist(), share=0.05)
     return middle + low, middle + high
-
-
-def _apart(ends: Mapping[str, float], least: float) -> dict[str, float]:
-    """Places for names at their lines' ends, in the same order, `least` apart, shifted as a whole to their middle."""
-    order = sorted(ends, key=lambda name: ends[name])
-    places: list[float] = []
-    for name in order:
-        places.append(max(ends[name], places[-1] + least) if places else ends[name])
-    shift = float(np.mean([ends[name] for name in order])) - float(np.mean(places)) if places else 0.0
-    return {name: place + shift for name, place in zip(order, places, strict=True)}

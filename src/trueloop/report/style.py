@@ -6,7 +6,8 @@ because Plotly reads tags and entities in it.
 
 import html
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from statistics import fmean
 from typing import Any, Final, TypeAlias
 
 Figure: TypeAlias = dict[str, Any]
@@ -130,3 +131,13 @@ def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:
     return {"x": x, "y": y, "text": text, "showarrow": False, "xanchor": "center", "yanchor": "middle"} | {
         "font": font, **more,
     }  # fmt: skip
+
+
+def apart(ends: Mapping[str, float], least: float) -> dict[str, float]:
+    """Places for names at their lines' ends, in the same order, `least` apart, shifted as a whole to their middle."""
+    order = sorted(ends, key=lambda name: ends[name])
+    places: list[float] = []
+    for name in order:
+        places.append(max(ends[name], places[-1] + least) if places else ends[name])
+    shift = fmean(ends.values()) - fmean(places) if places else 0.0
+    return {name: place + shift for name, place in zip(order, places, strict=True)}
