@@ -25,6 +25,7 @@ from trueloop.report.style import (
     plain,
     signed,
 )
+from trueloop.units import UM_PER_MM
 
 SURFACES = (
     ("NOMINALSURFACE CMM", None),
@@ -86,16 +87,7 @@ def components_page(points: tuple[str, ...], parts: Components, frame: FrameDisc
         "u_error_mtg",
         "u_error_proc",
     )
-    rows = [
-        (
-            esc(point),
-            *(
-                (plain if name.startswith("u_") else signed)(1e3 * float(getattr(parts, name)[k]), 2)
-                for name in columns
-            ),
-        )
-        for k, point in enumerate(points)
-    ]
+    rows = [(esc(point), *(_cell(parts, name, k) for name in columns)) for k, point in enumerate(points)]
     furthest = sorted(range(len(points)), key=lambda k: -abs(float(parts.error_pp[k])))[:FIGURES]
     figures = [
         figure_block(f"point-{k}", surface_error_diagram(parts, k), f"<b>{esc(points[k])}</b>") for k in furthest
@@ -108,6 +100,12 @@ def components_page(points: tuple[str, ...], parts: Components, frame: FrameDisc
         + section("diagrams", "Surface/error diagrams", *figures)
     )
     return html_page("Error components", body)
+
+
+def _cell(parts: Components, name: str, k: int) -> str:
+    """µm; an uncertainty has no sign."""
+    value = UM_PER_MM * float(getattr(parts, name)[k])
+    return plain(value, 2) if name.startswith("u_") else signed(value, 2)
 
 
 def _frame(frame: FrameDiscrepancy | None) -> str:
