@@ -50,7 +50,7 @@ def match_touches(
             Code.PRB_CALIBRATION,
             f"the probe of {plan.stylus.ball_radius_mm:.3f} mm ball radius is not calibrated: {len(logged_mm)} touches "
             "cannot be corrected for ball, pre-travel and lobing",
-            hint="touch a sphere or ring of known size, run `trueloop probe calibrate`, put the result into the job",
+            hint="touch a sphere or ring of known size, put what `trueloop probe calibrate` prints into the probe file",
         )
     normal = np.array([touch.normal for touch in plan.touches])
     ball = np.zeros(len(normal)) if calibration is None or reports_surface else calibration.radius_mm(normal)

@@ -20,17 +20,20 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.loops.job_inputs import ReadPart, read_part
 
+REPORTING_SURFACES: Final = ("renishaw",)
+"""Controls whose probing macros take the ball off by themselves."""
 CLEAR_OF_ENDS: Final = 1.0
 """The first and last point of a feature lie this many ball radii from what the nose reaches of it."""
 
 
 @dataclass(frozen=True)
 class ProbingJob:
-    """A job's part, its probe and the plan that touches it; `files` are what part and probe were read from."""
+    """A job's part, its probe, the plan that touches it, the probe's file; `files` are all that was read."""
 
     part: ReadPart
     probe: ReadProbe
     plan: ProbePlan
+    probe_file: Path
     files: tuple[Path, ...]
 
 
@@ -46,23 +49,25 @@ def read_probing(path: Path) -> ProbingJob:
         )
     probe_file = path.parent / job.gauging.probe
     probe = read_probe(probe_file, job.programs.semifinish_allowance_mm or 0.0)
-    points, names = _points(path, job, part, probe)
     obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
-    plan = probe_plan(part.profile, points, obstacle, probe.stylus, probe.approach, names)
-    return ProbingJob(part, probe, plan, (*part.files, probe_file))
+    with in_file(path):
+        points, names = _points(path, job, part, probe)
+        plan = probe_plan(part.profile, points, obstacle, probe.stylus, probe.approach, names)
+    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file))
 
 
 def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
     """The touches of a log as part errors of the job's plan. Raises PRB errors that name the log and its line."""
     program = probing.probe.program
     logged = read_probe_log(log, control, inch=program.unit == "inch", diameter=program.x_is == "diameter")
-    with in_file(log):
+    surfaces = control in REPORTING_SURFACES
+    with in_file(log if surfaces or probing.probe.calibration is not None else probing.probe_file):
         matched = match_touches(
             probing.plan,
             [touch.position_mm for touch in logged],
             [touch.line for touch in logged],
             probing.probe.calibration,
-            reports_surface=control == "renishaw",
+            reports_surface=surfaces,
         )
     return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
 

@@ -14,8 +14,8 @@ EXTREME_OF_625: Final = 3.08
 
 @dataclass(frozen=True, eq=False)
 class SurfaceProcess:
-    """`pattern` is what every part gets. Parts differ from it by smooth surfaces whose standard deviation grows from
-    `least_mm` in the middle to `most_mm` at the edges; `noise_mm` is the standard deviation at one touch.
+    """`pattern` is what every part gets. Parts differ from it by smooth surfaces of a size growing from `least_mm` in
+    the middle to `most_mm` at the edges, the standard deviation about half of it; `noise_mm` is that of one touch.
     """
 
     pattern: SplineSurface
@@ -24,9 +24,9 @@ class SurfaceProcess:
     noise_mm: float
 
     def variation(self, rng: np.random.Generator) -> "Variation":
-        """How one part differs from the pattern: six smooth curves along u, each times one along v."""
+        """How one part differs from the pattern: waves along u, each times the same one along v."""
         waves = rng.normal(size=(6, 2, 6))
-        return Variation(self.least_mm, self.most_mm, waves[:, 0].T @ waves[:, 1] / np.sqrt(6.0))
+        return Variation(self.least_mm, self.most_mm, np.sum(waves[:, 0] * waves[:, 1], axis=0) / np.sqrt(6.0))
 
     def part_mm(self, rng: np.random.Generator, u: Array, v: Array, correction_mm: Array | float = 0.0) -> Array:
         """Measured deviations of one new part, machined with a correction taken off the surface."""
@@ -36,10 +36,10 @@ class SurfaceProcess:
 
 @dataclass(frozen=True, eq=False)
 class Variation:
-    """A smooth surface over [0, 1] × [0, 1] in mm: waves whose standard deviation grows from the middle to the edges.
+    """A smooth surface over [0, 1] × [0, 1] in mm: waves whose size grows from the middle to the edges.
 
-    `waves` (6, 6): the weight of each product of a wave along u with one along v. Drawn with unit variance, the sum has
-    unit variance everywhere, because the squares of the waves along each side add up to one.
+    `waves` (6,): the weight of each product of a wave along u with the same one along v. Drawn with unit variance, they
+    make a standard deviation of √Σ H(u)²H(v)² of that size, H the waves: about half of it, by place.
     """
 
     least_mm: float
@@ -48,11 +48,11 @@ class Variation:
 
     def value_mm(self, u: Array, v: Array) -> Array:
         """Values at pairs of parameters."""
-        return self._scaled(u, v, np.sum(_harmonics(u) @ self.waves * _harmonics(v), axis=1))
+        return self._scaled(u, v, np.sum(_harmonics(u) * self.waves * _harmonics(v), axis=1))
 
     def grid_mm(self, u: Array, v: Array) -> Array:
         """Values at every u with every v."""
-        return self._scaled(u[:, None], v[None, :], _harmonics(u) @ self.waves @ _harmonics(v).T)
+        return self._scaled(u[:, None], v[None, :], (_harmonics(u) * self.waves) @ _harmonics(v).T)
 
     def _scaled(self, u: Array, v: Array, field: Array) -> Array:
         edge = np.maximum(np.abs(2 * u - 1), np.abs(2 * v - 1))

@@ -87,3 +87,57 @@ def test_truth_and_estimate_stand_side_by_side() -> None:
 def test_a_study_tells_of_every_way_of_correcting() -> None:
     told = json.loads(run("simulate", JOB, "--parts", "2", "--json"))
     assert told["parts"] == 2 and told["uncorrected_rms_um"] > 20 * told["loop_rms_um"]
+
+
+@pytest.fixture
+def loop(tmp_path: Path) -> Path:
+    """The example's folder, to be edited."""
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    return tmp_path / "examples" / "loop"
+
+
+def edited(file: Path, old: str, new: str) -> None:
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+
+
+def test_a_probe_that_is_not_calibrated_is_told_with_the_probe_s_file(loop: Path) -> None:
+    probing = read_probing(loop / "modbas2.toml")
+    (loop / "log.txt").write_text(log_of(probing.plan, np.array([t.contact_mm for t in probing.plan.touches])))
+    text = (loop / "probe.toml").read_text()
+    (loop / "probe.toml").write_text(text[: text.index("[calibration]")])
+    said = run("probe", "read", loop / "modbas2.toml", loop / "log.txt", "--control", "fanuc", status=3)
+    assert said.startswith(f"{loop / 'probe.toml'}: PRB-CALIBRATION: the probe of 1.500 mm ball radius")
+    assert "trueloop probe calibrate" in said
+
+
+def test_a_ball_too_large_for_a_corner_is_told_with_job_point_and_feature(loop: Path) -> None:
+    edited(loop / "probe.toml", "ball_radius_mm = 1.5", "ball_radius_mm = 15.0")
+    said = run("probe", "plan", loop / "modbas2.toml", status=3)
+    assert said.startswith(f"{loop / 'modbas2.toml'}: PRB-BALL: at point '1' on 'cone' a ball of 30.000 mm overlaps")
+    assert "smaller ball" in said
+
+
+def test_touches_where_the_approaches_began_are_told_with_file_and_line(loop: Path) -> None:
+    probing = read_probing(loop / "modbas2.toml")
+    (loop / "log.txt").write_text(log_of(probing.plan, np.array([t.start_mm for t in probing.plan.touches])))
+    said = run("probe", "read", loop / "modbas2.toml", loop / "log.txt", "--control", "fanuc", status=3)
+    assert said.startswith(
+        f"{loop / 'log.txt'}:1: PRB-RETRACT: 32 of 32 touches are where the approach began, 2.000 mm"
+    )
+
+
+def test_a_missing_linuxcnc_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "/nowhere")
+    said = run("linuxcnc", "loop", JOB, status=3)
+    assert "CTL-LINUXCNC: 4 programs of LinuxCNC are missing" in said
+    assert "apt-get install -y --no-install-recommends linuxcnc-uspace linuxcnc-uspace-dev" in said
+
+
+def test_a_program_that_linuxcnc_stops_is_told_with_file_line_and_block(loop: Path) -> None:
+    (loop / "bad.ngc").write_text("G18 G21 G8 G40 G54 G90 G94\nG0 X90 Z5\nG1 X80 F500\nG1 X99999\nM2\n")
+    edited(loop / "modbas2.toml", 'finish = "', 'semifinish = "bad.ngc"\nfinish = "')
+    said = run("linuxcnc", "loop", loop / "modbas2.toml", status=3)
+    assert said.startswith(f"{loop / 'bad.ngc'}:4: CTL-PROGRAM: LinuxCNC stopped: ")
+    assert "positive limit" in said and "'G1 X99999'" in said

@@ -15,7 +15,7 @@ from trueloop.controllers.linuxcnc.contour_program import contour_program
 from trueloop.controllers.linuxcnc.session import ProbedPart, Progress, cut, probe
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.probe_log import parse_probe_log
 from trueloop.gauging.calibration import BallCalibration, calibrate
 from trueloop.gauging.error_vectors import ErrorVectors
@@ -84,14 +84,15 @@ def drive_part(
     """One part through the loop with LinuxCNC as its controller.
 
     Raises CTL-DIALECT for a job in another dialect, CTL-LINUXCNC where LinuxCNC is missing, CTL-PROGRAM where it stops
-    a program with an error.
+    a program with an error, told with that program's file.
     """
     inputs, machine = trial.inputs, workshop.machine
     _require_dialect(inputs)
     rng = random_of(seed, 0)
     roughed = machine.cut(Stock(), trial.rough, rng, workshop.temperatures_c[0])
     say("LinuxCNC runs the semi-finish program")
-    driven = cut(_semifinish_program(inputs), feed_override, _telling(say, "semi-finish"))
+    with in_file(inputs.semifinish.file if inputs.semifinish is not None else "semi-finish program of the profile"):
+        driven = cut(_semifinish_program(inputs), feed_override, _telling(say, "semi-finish"))
     near = paths_near_part(driven, inputs.profile, inputs.nose_radius_mm + inputs.allowance_mm)
     semifinished = machine.cut(roughed, near, rng, workshop.temperatures_c[0])
     say("LinuxCNC calibrates the probe on a sphere")
@@ -100,12 +101,14 @@ def drive_part(
     plan = _plan(inputs, workshop.probe)
     program = probing_program(plan, SETTINGS)
     surface = surface_mm(inputs.profile, inputs.nose_radius_mm, semifinished, inputs.allowance_mm)
-    log = probe(program.encode(), _probed(surface, workshop.probe), SETTINGS.log, _telling(say, "probing"))
+    with in_file("probing program of the job"):
+        log = probe(program.encode(), _probed(surface, workshop.probe), SETTINGS.log, _telling(say, "probing"))
     touches = _touches(trial, plan, log, calibration)
     say("trueloop corrects the finish program")
     correction = compensate(replace(inputs, touches=touches))
     say("LinuxCNC runs the corrected finish program")
-    finishing = cut(_finish_program(inputs, correction), feed_override, _telling(say, "finish"))
+    with in_file(f"{inputs.program.file}, corrected"):
+        finishing = cut(_finish_program(inputs, correction), feed_override, _telling(say, "finish"))
     paths = paths_near_part(finishing, inputs.profile, inputs.nose_radius_mm)
     finished = finish_along(workshop, finishing_machine(workshop, correction), paths, semifinished, seed)
     part = measured_part(trial, workshop, correction, touches, semifinished, finished, seed)
