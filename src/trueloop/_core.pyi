@@ -79,8 +79,10 @@ class NcProgram:
 
 # nc-map: a field applied to a program
 
-def nc_jumps(source: bytes, dialect: str) -> bool:
-    """Whether a block of the program may send its run elsewhere: a loop, a call, a contour by number."""
+def nc_survey(source: bytes, dialect: str) -> tuple[bool, tuple[bool, bool, bool], dict[str, int]]:
+    """Of whole lines: whether a block may send its run elsewhere (a loop, a call, a contour by number), which of X, Y
+    and Z are named, and the byte at which each letter is first met.
+    """
 
 @final
 class NcField:
@@ -95,8 +97,10 @@ class NcField:
         """Linear between nodes; displacements (n, 3) with z fastest. Raises ValueError where they do not fit."""
 
     @staticmethod
-    def function(function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> NcField:
-        """Positions (n, 3) to displacements (n, 3)."""
+    def function(function: Callable[..., NDArray[np.float64]], knows_travel: bool | None = None) -> NcField:
+        """Positions (n, 3) to displacements (n, 3). With `knows_travel` given the function gets work offsets (n,),
+        tools (n,) and the way of travel (n, 3) too; True: it differs by that way.
+        """
 
     def displacements(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """At (n, 3) positions. Raises ValueError with the index of a point outside."""
@@ -112,10 +116,15 @@ class NcMapper:
         parameters: list[tuple[str, float]],
         optional_blocks: bool,
         whole: bool,
+        named: tuple[bool, bool, bool],
         tolerance_mm: float,
         size_mm: float,
         slope: float,
     ) -> NcMapper: ...
+    @property
+    def failed_at(self) -> tuple[int, int]:
+        """Line and column at which the field's own function failed."""
+
     def push(self, bytes: bytes) -> tuple[bytes, tuple[str, str, str, int, int] | None]:
         """What the next bytes give; code, message, hint, line, column of what it is refused for."""
 

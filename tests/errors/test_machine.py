@@ -14,7 +14,6 @@ from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.control_tables import linuxcnc_comp
 from trueloop.formats.positioning_data import read_positioning
 from trueloop.machine.axis_table import AxisTable
-from trueloop.machine.commanded_path import Setup, commanded_path
 from trueloop.machine.history import Lag, check_lags_given
 from trueloop.machine.identify import identify
 from trueloop.machine.model import Machine, MachineModel, State
@@ -23,9 +22,11 @@ from trueloop.machine.observations import Observations
 from trueloop.machine.planar_field import QuadrupoleField
 from trueloop.machine.point_program import displace_points
 from trueloop.machine.position_basis import CONSTANT, PositionBasis, polynomial
+from trueloop.machine.setup import Setup, state_at
 from trueloop.machine.structure import chain_of
 from trueloop.machine.term import Part, Term
 from trueloop.machine.time_constants import at_bounds
+from trueloop.machine.validity import check_state
 from trueloop.nc.program import read_program
 
 MILL = Machine("mill", chain_of("mill-gantry"))
@@ -53,7 +54,10 @@ def _placed(source: str, **signals: float) -> object:
     known = {"X": (0.0, 500.0), "T1": (20.0, 30.0)}
     model = MachineModel(Machine("mill", chain), (term,), np.zeros(4), np.zeros((4, 4)), known)
     setup = Setup({1: (0.0, 0.0, 0.0)}, signals=signals or {"T1": 25.0})
-    return commanded_path(model, setup, read_program(source.encode(), "linuxcnc").run())
+    path = read_program(source.encode(), "linuxcnc").run()
+    state = state_at(model, setup, path.end_mm, path.work_offset, path.tool, np.zeros((len(path), 3)))
+    check_state(model, state)
+    return state
 
 
 def _positioning(text: str) -> object:

@@ -14,8 +14,8 @@ from tests.support.machined_path import (
     run_points,
 )
 from tests.support.machines import chain_with_travel, random_model
-from trueloop.machine.commanded_path import Setup
 from trueloop.machine.model import Machine, MachineModel
+from trueloop.machine.setup import Setup
 from trueloop.machine.standard import mill_terms, turning_terms
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))

@@ -112,6 +112,59 @@ def test_the_size_of_the_parts_does_not_show(tmp_path: Path, monkeypatch: pytest
         assert mapped(tmp_path, PART, MIXED)[0] == once
 
 
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        # Z has no position at the first rapid: it is not driven to 0 and its displacement waits for its own word
+        ("G54\nG0 X100 Y50\nG43 H1 Z50\nG1 Z2 F1", "G0 X100.10000 Y50.10000\nG43 H1 Z50.10000\nG1 Z2.10000 F1"),
+        ("G91 G28 Z0\nG90\nG0 X10 Y5\nZ5", "G91 G28 Z0\nG90\nG0 X10 Y5\nX10.10000 Y5.10000 Z5.10000"),
+        # the first cut arrives from an unknown height: it is not divided
+        ("G0 X10 Y5\nG1 Z5 F1\nX20", "G0 X10.10000 Y5.10000\nG1 Z5.10000 F1\nX20.10000"),
+    ],
+)
+def test_an_axis_of_which_nobody_knows_where_it_stands_is_not_driven(tmp_path: Path, before: str, after: str) -> None:
+    up = function_field(lambda p: np.full_like(p, 0.1), "a tenth in all directions")
+    written, _ = mapped(tmp_path, f"G21 G90\n{before}\nM2\n", up)
+    lines = written.splitlines()
+    wanted = after.splitlines()
+    assert lines[-1 - len(wanted) : -1] == wanted
+
+
+def test_an_axis_that_the_machine_may_not_have_is_not_named(tmp_path: Path) -> None:
+    turn = similarity_field(rotation_rad=0.0003, axis="Z")
+    with pytest.raises(TrueloopError, match=r"Y is displaced by 0\.00900 mm"):
+        mapped(tmp_path, "G21 F1\nG0 X30. Z1.\nG1 Z-20.\n", turn, "fanuc-mill")
+
+
+def test_the_limits_hold_within_a_move_too(tmp_path: Path) -> None:
+    bump = table_field(
+        np.array([0.0, 50.0, 100.0]), np.array([0.0]), np.array([0.0]), np.array([[0.0, 0, 0], [0, 5.0, 0], [0, 0, 0]])
+    )
+    source = "G21 F1\nG0 X0 Y0\nG1 X100\n"
+    with pytest.raises(TrueloopError, match=r"reaches 5.0000 mm .* limit is 0.15") as refused:
+        mapped(tmp_path, source, bump, options=MapOptions(slope=1.0))
+    assert (refused.value.code, refused.value.place.line) == (Code.CMP_SIZE, 3)
+    with pytest.raises(TrueloopError, match=r"100.0 µm/mm") as refused:
+        mapped(tmp_path, source, bump, options=MapOptions(limit_mm=10.0))
+    assert refused.value.code == Code.CMP_SLOPE
+    assert mapped(tmp_path, source, bump)[1].largest_mm[1] == pytest.approx(5.0)
+
+
+def test_the_mark_stands_after_the_percent_sign_wherever_that_is(tmp_path: Path) -> None:
+    still = affine_field(np.eye(3), (0.0, 0.0, 0.0))
+    text, _ = mapped(tmp_path, "\n%\nG21 G0 X1\nM2\n%\n", still)
+    assert text.splitlines()[:2] == ["", "%"]
+    assert text.splitlines()[2].startswith("(trueloop corrected ")
+
+
+def test_what_the_parameters_were_is_part_of_the_record(tmp_path: Path) -> None:
+    source, grown = tmp_path / "p.ngc", similarity_field(scale=1.1)
+    source.write_text("G21\nG0 X#2\nM2\n")
+    done = [map_program(source, tmp_path / "o.ngc", grown, FREE, parameters={"2": value}) for value in (1.0, 5.0)]
+    assert done[0].record != done[1].record
+    assert "holds for 2=5.0 only" in (tmp_path / "o.ngc").read_text()
+
+
 def test_functions_and_matrices_are_the_same_field(tmp_path: Path) -> None:
     turn = similarity_field(rotation_rad=0.3, about_mm=(3.0, 4.0, 0.0), shift_mm=(0.0, 1.0, 2.0), scale=1.01)
     flat = PART[: PART.index("N160")] + "M2\n"
@@ -173,12 +226,17 @@ def test_places_of_the_machine_stay_and_need_no_field(tmp_path: Path) -> None:
     [
         ("G21\nG0 X1\nG87 X2 Z-3 R1 F1\n", Code.NC_OPAQUE, 3, "G87"),
         ("G21\nG0 X1 Z5\nG81 X2 Z-3 R1 F1\n", Code.NC_MAP, 3, "several times"),
-        ("G21 G91 F1\no1 repeat [3]\nG1 X10\no1 endrepeat\n", Code.NC_MAP, 3, "several times"),
+        ("G21 F1 G0 X0 Y0\no1 repeat [3]\nG91 G1 X10\no1 endrepeat\n", Code.NC_MAP, 3, "several times"),
         ("G21 F1\nG0 X10\nG92 X0\nG1 X5\n", Code.NC_MAP, 3, "set anew"),
+        ("G21 G91 F1\nG1 X10\n", Code.NC_MAP, 2, "X has no position yet in the cut"),
+        ("G21 F1\nG1 X10\nG1 Y2\n", Code.NC_MAP, 2, "Y has no position yet in the cut"),
+        ("G21 F1\nG0 X1 Y1 Z1\nG28 Z5\nG1 X10\n", Code.NC_MAP, 4, "Z stands at a place of the machine in the cut"),
+        ("G21 F1\nG1 X10\n", Code.NC_MAP, 2, "Y is displaced by 0.00100 mm, but the program never says where"),
+        ("G21 F1\nG0 X1 Y1\nG2 X3 Y1 Z2 I1 J0\n", Code.NC_MAP, 3, "Z has no position yet"),
         ("G21 F1 ??\n", Code.NC_WORD, 1, "??"),
         ("G21 F1\nG0 X#<no>\n", Code.NC_PARAMETER, 2, "no"),
-        ("G21 F1\nG1 X0\nG1 X200 M1\n", Code.NC_MAP, 3, "M1"),
-        ("G21 F1\nG1 X0\nG93 G1 X200 F2\n", Code.NC_MAP, 3, "G93"),
+        ("G21 F1\nG1 X0 Y0\nG1 X200 M1\n", Code.NC_MAP, 3, "M1"),
+        ("G21 F1\nG1 X0 Y0\nG93 G1 X200 F2\n", Code.NC_MAP, 3, "G93"),
         ("G21 F1\nG0 X10\nG3 I-5 J0 P4\n", Code.NC_MAP, 3, "more than 1 turn"),
         ("G21\n(trueloop corrected 12)\nG0 X10\n", Code.CMP_TWICE, 2, "corrected already"),
     ],
@@ -227,7 +285,7 @@ def test_what_a_function_raises_reaches_its_author(tmp_path: Path) -> None:
 
     with pytest.raises(ZeroDivisionError, match="mine"):
         mapped(tmp_path, "G21 F1\nG0 X1\n", function_field(broken, "broken"))
-    with pytest.raises(TypeError, match=r"answered \[2, 2\] to 2 positions"):
+    with pytest.raises(TypeError, match=r"answered \[(\d), 2\] to \1 positions"):
         mapped(tmp_path, "G21 F1\nG0 X1\nX2\nX3\n", function_field(lambda p: p[:, :2], "flat"))
 
 

@@ -1,28 +1,53 @@
 """Where a machine with known errors really takes the tool along a program, and how far that is from where it should."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from tests.support.linuxcnc import Move, interpret
+from trueloop.compensation.record import MARK
 from trueloop.geometry.feature import Array
-from trueloop.machine.commanded_path import Setup, commanded_path
+from trueloop.loops.mapped_program import MapOptions, map_program
 from trueloop.machine.model import MachineModel, State
-from trueloop.machine.program_edits import compensation_edits
-from trueloop.nc.edit import apply_edits
+from trueloop.machine.setup import Setup, compensation_field
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import Motion
 
 STARTUP = "G17 G21 G40 G49 G54 G64 G80 G90 G91.1 G94"
 
 
-def corrected(source: str, model: MachineModel, setup: Setup, tolerance_mm: float = 0.0002) -> str:
-    """The program with the model's correction written in."""
-    program = read_program(source.encode(), "linuxcnc")
-    placed = commanded_path(model, setup, program.run())
-    return apply_edits(program, compensation_edits(program, placed, tolerance_mm)).decode()
+FREE: Final = MapOptions(limit_mm=np.inf, slope=np.inf)
+"""No limit: what is looked at is where the path goes."""
+
+
+def corrected(
+    source: str,
+    model: MachineModel,
+    setup: Setup,
+    tolerance_mm: float = 0.0002,
+    *,
+    dialect: str = "linuxcnc",
+    skipped_blocks: bool = False,
+) -> str:
+    """The program with the model's correction written in, without the mark."""
+    with TemporaryDirectory() as folder:
+        program, target = Path(folder) / "program.ngc", Path(folder) / "corrected.ngc"
+        program.write_text(source)
+        field = compensation_field(model, setup, {})
+        map_program(
+            program,
+            target,
+            field,
+            replace(FREE, tolerance_mm=tolerance_mm, skipped_blocks=skipped_blocks),
+            dialect=dialect,
+        )
+        lines = target.read_text().splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith(f"({MARK}"))
 
 
 def interpreted_points(source: str, folder: Path, name: str, step_mm: float) -> tuple[Array, Array]:

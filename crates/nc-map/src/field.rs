@@ -19,10 +19,26 @@ pub enum Trouble {
     Failed(Box<dyn Error + Send + Sync>),
 }
 
+/// What a field of the machine has to know beside the position, which is the program's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Number of the work offset in force.
+    pub work_offset: u8,
+    /// The T word in force; −1 before the first.
+    pub tool: i32,
+    /// The way each axis goes there, or went last: +1, −1; 0 before its first move.
+    pub travel: [i8; 3],
+}
+
 /// A displacement for every position.
 pub trait Field {
     /// Displacements at points, in their order: `found` is cleared and filled.
-    fn displacements(&mut self, points: &[Vector], found: &mut Vec<Vector>) -> Result<(), Trouble>;
+    fn displacements(&mut self, points: &[Vector], places: &[Place], found: &mut Vec<Vector>) -> Result<(), Trouble>;
+
+    /// Whether it differs by the way of travel, as backlash does.
+    fn knows_travel(&self) -> bool {
+        false
+    }
 
     /// Whether lines stay lines: their inner points need not be looked at.
     fn keeps_lines(&self) -> bool {
@@ -40,7 +56,7 @@ pub struct Affine {
 }
 
 impl Field for Affine {
-    fn displacements(&mut self, points: &[Vector], found: &mut Vec<Vector>) -> Result<(), Trouble> {
+    fn displacements(&mut self, points: &[Vector], _: &[Place], found: &mut Vec<Vector>) -> Result<(), Trouble> {
         found.clear();
         found.extend(points.iter().map(|point| {
             [0, 1, 2].map(|axis| {
@@ -113,7 +129,7 @@ fn cell(axis: &[f64], position: f64) -> Option<(usize, f64)> {
 }
 
 impl Field for Grid {
-    fn displacements(&mut self, points: &[Vector], found: &mut Vec<Vector>) -> Result<(), Trouble> {
+    fn displacements(&mut self, points: &[Vector], _: &[Place], found: &mut Vec<Vector>) -> Result<(), Trouble> {
         found.clear();
         for (index, point) in points.iter().enumerate() {
             found.push(self.at(point).ok_or(Trouble::Outside(index))?);
@@ -128,7 +144,7 @@ mod tests {
 
     fn at(field: &mut dyn Field, point: [f64; 3]) -> Option<[f64; 3]> {
         let mut found = Vec::new();
-        match field.displacements(&[point], &mut found) {
+        match field.displacements(&[point], &[], &mut found) {
             Ok(()) => found.first().copied(),
             Err(Trouble::Outside(0)) => None,
             Err(other) => panic!("{other:?}"),

@@ -12,13 +12,17 @@ mod part;
 mod pieces;
 mod refusal;
 mod role;
+mod standing;
 mod text;
 mod writer;
 
 use nc_program::{Dialect, Options, Program, Session};
 
-pub use field::{Affine, Field, Grid, Trouble, Vector};
+use standing::Standing;
+
+pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
 pub use refusal::Refusal;
+pub use role::named_axes;
 
 /// What is accepted.
 #[derive(Clone, Copy, Debug)]
@@ -60,14 +64,15 @@ pub struct Mapper {
     /// The program jumps: it is dealt with in one part.
     whole: bool,
     carried: Vector,
-    /// Axes that stand at a place of the machine, not of the program.
-    away: [bool; 3],
+    standing: [Standing; 3],
+    /// The way each axis went last.
+    travel: [i8; 3],
     summary: Summary,
 }
 
 impl Mapper {
-    /// Before the first bytes. `whole` for programs with a block that `nc_program::jumps`.
-    pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, whole: bool) -> Self {
+    /// Before the first bytes. `whole` for programs with a block that `nc_program::jumps`; `named` as [`named_axes`] says.
+    pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, whole: bool, named: [bool; 3]) -> Self {
         Self {
             dialect,
             limits,
@@ -75,7 +80,8 @@ impl Mapper {
             waiting: Vec::new(),
             whole,
             carried: [0.0; 3],
-            away: [false; 3],
+            standing: standing::at_start(named),
+            travel: [0; 3],
             summary: Summary::default(),
         }
     }

@@ -35,7 +35,8 @@ fn numbers(program: &Program, block: usize, count: usize) -> Option<(usize, usiz
     Some((own, usize::from(word.length) - 1, if space == 0 { b" " } else { rest.get(..space)? }))
 }
 
-fn line_ending(source: &[u8]) -> &'static [u8] {
+/// That of the source.
+pub(crate) fn line_ending(source: &[u8]) -> &'static [u8] {
     match memchr::memchr(b'\n', source) {
         Some(at) if at > 0 && source.get(at - 1) == Some(&b'\r') => b"\r\n",
         _ => b"\n",

@@ -8,12 +8,10 @@ use crate::edits::Edits;
 use crate::field::{Field, Trouble, Vector};
 use crate::pieces::{pieces, Fault, Geometry, Piece};
 use crate::refusal::{self, Refused};
-use crate::role::{names, names_axis, roles, Role};
+use crate::role::{names_axis, roles, Role};
+use crate::standing::{self, leaves, Standing};
 use crate::writer::Writer;
 use crate::Mapper;
-
-/// Two positions are one below this, mm.
-const SAME_MM: f64 = 1e-6;
 
 /// What becomes of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,6 +22,21 @@ enum Fate {
     Returns,
     /// Its end is displaced.
     Displaced,
+    /// A cut from a place that the program has not said: it goes straight to its displaced end.
+    Arrives,
+}
+
+/// A move on its way through the mapping: what becomes of it, and where the axes stand before it.
+pub(crate) struct Course {
+    fate: Fate,
+    pub standing: [Standing; 3],
+}
+
+impl Course {
+    /// Whether the way to its end is not known.
+    pub fn arrives(&self) -> bool {
+        self.fate == Fate::Arrives
+    }
 }
 
 impl Mapper {
@@ -40,15 +53,26 @@ impl Mapper {
         let roles = roles(program);
         let moved = moved(program, &path);
         require_known(program, findings, &moved, &roles, end)?;
-        let fates = self.fates(program, &path, &roles);
-        let displaced: Vec<usize> = (0..path.len()).filter(|index| fates[*index] != Fate::Stays).collect();
-        let geometry = Geometry::new(&path);
-        let found = pieces(&geometry, &displaced, field, self.limits.tolerance_mm);
+        let courses = self.courses(program, &path, &roles)?;
+        let displaced: Vec<usize> = (0..path.len()).filter(|index| courses[*index].fate != Fate::Stays).collect();
+        let geometry = Geometry::new(&path, &mut self.travel, field.knows_travel());
+        let arrives = |index: usize| courses[index].fate == Fate::Arrives;
+        let found = pieces(&geometry, &displaced, field, self.limits.tolerance_mm, arrives);
         let found = found.map_err(|fault| told(fault, program, &path))?;
-        self.check_limits(program, &path, &found, field)?;
+        self.check_limits(program, &path, &found)?;
         let edits = Edits::new(program.blocks().len());
-        let mut writer = Writer { program, path: &path, geometry: &geometry, edits, carried: self.carried, added: 0 };
-        self.write(&mut writer, &fates, &roles, &found)?;
+        let tolerance_mm = field.knows_travel().then_some(self.limits.tolerance_mm);
+        let mut writer = Writer {
+            program,
+            path: &path,
+            geometry: &geometry,
+            edits,
+            carried: self.carried,
+            added: 0,
+            tolerance_mm,
+            whole: self.whole,
+        };
+        self.write(&mut writer, &courses, &roles, &found)?;
         self.note_not_run(program, &moved, until, &roles);
         self.summary.moves += displaced.len();
         self.summary.edits += writer.edits.len();
@@ -59,31 +83,31 @@ impl Mapper {
     }
 
     /// What becomes of each move. A rapid move while an axis stands at a place of the machine stays as it is: the field
-    /// need not reach there.
-    fn fates(&mut self, program: &Program, path: &ToolPath, roles: &HashMap<usize, Role>) -> Vec<Fate> {
-        let fate = |index: usize| {
-            let block = path.block[index] as usize;
-            let role = roles.get(&block);
-            if matches!(role, Some(Role::Machine | Role::Home)) {
-                self.away = [0, 1, 2].map(|axis| self.away[axis] || leaves(program, path, index, axis));
-                return Fate::Stays;
+    /// need not reach there. A cut needs to know where every axis stands.
+    fn courses(
+        &mut self,
+        program: &Program,
+        path: &ToolPath,
+        roles: &HashMap<usize, Role>,
+    ) -> Result<Vec<Course>, Refused> {
+        let mut courses = Vec::with_capacity(path.len());
+        for index in 0..path.len() {
+            let role = roles.get(&(path.block[index] as usize));
+            let before = self.standing;
+            self.standing = standing::after(before, program, path, index, role);
+            let fate = fate(path, index, role, before, self.standing);
+            if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
+                require_said(program, path, index, before, self.standing)?;
             }
-            self.away = [0, 1, 2].map(|axis| self.away[axis] && path.words[index][axis] < 0);
-            let wordless = path.words[index].iter().all(|word| *word < 0);
-            match path.kind[index] {
-                MoveKind::Probe => Fate::Stays,
-                MoveKind::Rapid if self.away.contains(&true) => Fate::Stays,
-                MoveKind::Rapid if wordless => Fate::Returns,
-                _ => Fate::Displaced,
-            }
-        };
-        (0..path.len()).map(fate).collect()
+            courses.push(Course { fate, standing: before });
+        }
+        Ok(courses)
     }
 
     fn write(
         &mut self,
         writer: &mut Writer,
-        fates: &[Fate],
+        courses: &[Course],
         roles: &HashMap<usize, Role>,
         pieces: &[Piece],
     ) -> Result<(), Refused> {
@@ -93,15 +117,15 @@ impl Mapper {
             roles.iter().filter(|(_, role)| **role == Role::Register).map(|(block, _)| *block).collect();
         registers.sort_unstable();
         let mut registers = registers.into_iter().peekable();
-        for (index, fate) in fates.iter().enumerate() {
+        for (index, course) in courses.iter().enumerate() {
             while let Some(register) = registers.next_if(|block| *block <= path.block[index] as usize) {
                 require_on_position(program, register, &writer.carried)?;
             }
             let own = rest.iter().take_while(|piece| piece.of_move == index).count();
             let (here, after) = rest.split_at(own);
             rest = after;
-            match fate {
-                Fate::Displaced => writer.write(index, here)?,
+            match course.fate {
+                Fate::Displaced | Fate::Arrives => writer.write(index, here, course)?,
                 Fate::Returns => {
                     let end = here.last().map_or(path.end[index], |piece| piece.end);
                     writer.carried = [0, 1, 2].map(|axis| end[axis] - path.end[index][axis]);
@@ -113,52 +137,32 @@ impl Mapper {
         Ok(())
     }
 
-    /// Refuses displacements that are too large, or change too much over a cut.
-    fn check_limits(
-        &mut self,
-        program: &Program,
-        path: &ToolPath,
-        pieces: &[Piece],
-        field: &mut dyn Field,
-    ) -> Result<(), Refused> {
-        let mut before: Option<(usize, Vector)> = None;
-        for piece in pieces.iter().filter(|piece| piece.share == 1.0) {
+    /// Refuses displacements that are too large, or change too much over a cut, at whatever point was looked at.
+    fn check_limits(&mut self, program: &Program, path: &ToolPath, pieces: &[Piece]) -> Result<(), Refused> {
+        for piece in pieces {
             let index = piece.of_move;
-            let (start, end) = (path.start[index], path.end[index]);
-            let by = [0, 1, 2].map(|axis| piece.end[axis] - end[axis]);
-            let at = || program.blocks().get(path.block[index] as usize).map_or(0, |block| block.start as usize);
-            let size = by.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-            if by.iter().any(|value| !value.is_finite()) {
-                let message = format!("the field has no displacement at {}", position(&end));
-                return Err(Refused::new(refusal::FIELD, at(), message, "look at the field there"));
+            let there = position(&path.end[index]);
+            let at = program.blocks().get(path.block[index] as usize).map_or(0, |block| block.start as usize);
+            let size = piece.largest.iter().fold(0.0, |most: f64, value| most.max(*value));
+            if piece.end.iter().any(|value| !value.is_finite()) {
+                let message = format!("the field has no displacement at {there}");
+                return Err(Refused::new(refusal::FIELD, at, message, "look at the field there"));
             }
             if size > self.limits.size_mm {
-                let (limit, there) = (self.limits.size_mm, position(&end));
-                let message = format!("the displacement reaches {size:.4} mm at {there}; the limit is {limit} mm");
-                return Err(Refused::new(refusal::SIZE, at(), message, "check the field's unit and sign first"));
+                let limit = self.limits.size_mm;
+                let message =
+                    format!("the displacement reaches {size:.4} mm on the way to {there}; the limit is {limit} mm");
+                return Err(Refused::new(refusal::SIZE, at, message, "check the field's unit and sign first"));
             }
-            let known = before.filter(|(other, _)| other + 1 == index && path.end[*other] == start);
-            let length = path.kind[index] != MoveKind::Rapid;
-            let (u, v, w) = (end[0] - start[0], end[1] - start[1], end[2] - start[2]);
-            let length = if length { (u * u + v * v + w * w).sqrt() } else { 0.0 };
-            if length > SAME_MM && self.limits.slope.is_finite() {
-                let from = match known {
-                    Some((_, from)) => from,
-                    None => one(field, start, program, path, index)?,
-                };
-                let change = [0, 1, 2].map(|axis| by[axis] - from[axis]).iter().map(|c| c * c).sum::<f64>().sqrt();
-                if change > self.limits.slope * length {
-                    let (slope, limit) = (1e3 * change / length, 1e3 * self.limits.slope);
-                    let there = position(&end);
-                    let message = format!(
-                        "the displacement changes by {slope:.1} µm/mm on the way to {there}; the limit is {limit} µm/mm"
-                    );
-                    return Err(Refused::new(refusal::SLOPE, at(), message, "look for an outlier in the field there"));
-                }
+            if piece.slope > self.limits.slope {
+                let (slope, limit) = (1e3 * piece.slope, 1e3 * self.limits.slope);
+                let message = format!(
+                    "the displacement changes by {slope:.1} µm/mm on the way to {there}; the limit is {limit} µm/mm"
+                );
+                return Err(Refused::new(refusal::SLOPE, at, message, "look for an outlier in the field there"));
             }
             let largest = &mut self.summary.largest_mm;
-            *largest = [0, 1, 2].map(|axis| largest[axis].max(by[axis].abs()));
-            before = Some((index, by));
+            *largest = [0, 1, 2].map(|axis| largest[axis].max(piece.largest[axis]));
         }
         Ok(())
     }
@@ -192,10 +196,44 @@ fn moved(program: &Program, path: &ToolPath) -> Vec<bool> {
     moved
 }
 
-/// Whether a move to a place of the machine takes that axis there.
-fn leaves(program: &Program, path: &ToolPath, index: usize, axis: usize) -> bool {
-    let block = path.block[index] as usize;
-    names(program, block, axis) || !names_axis(program, block)
+/// What becomes of a move, by where its axes stand before it and after.
+fn fate(path: &ToolPath, index: usize, role: Option<&Role>, before: [Standing; 3], after: [Standing; 3]) -> Fate {
+    if matches!(role, Some(Role::Machine | Role::Home)) {
+        return Fate::Stays;
+    }
+    let wordless = path.words[index].iter().all(|word| *word < 0);
+    match path.kind[index] {
+        MoveKind::Probe => Fate::Stays,
+        MoveKind::Rapid if after.contains(&Standing::Machine) => Fate::Stays,
+        MoveKind::Rapid if wordless => Fate::Returns,
+        MoveKind::Line | MoveKind::Thread if before.iter().any(|axis| axis.is_unknown()) => Fate::Arrives,
+        _ => Fate::Displaced,
+    }
+}
+
+/// A cut ends at a position of the program along every axis, and an arc starts at one too.
+fn require_said(
+    program: &Program,
+    path: &ToolPath,
+    index: usize,
+    before: [Standing; 3],
+    after: [Standing; 3],
+) -> Result<(), Refused> {
+    let needed = if path.kind[index] == MoveKind::Arc { before } else { after };
+    let Some(axis) = (0..3).find(|axis| needed[*axis].is_unknown()) else { return Ok(()) };
+    let letter = ["X", "Y", "Z"][axis];
+    let why = match needed[axis] {
+        Standing::Machine => "stands at a place of the machine",
+        _ => "has no position yet",
+    };
+    let at = program.blocks().get(path.block[index] as usize).map_or(0, |block| block.start as usize);
+    let end = position(&path.end[index]);
+    let message = format!("{letter} {why} in the cut to {end}: how far it is displaced there is not known");
+    Err(Refused::block(
+        at,
+        message,
+        "name X, Y and Z by absolute positions before the first cut, and after each way home",
+    ))
 }
 
 /// A move that stays: the axes it takes to a place of the machine, or to a position, are there without displacement.
@@ -277,20 +315,6 @@ fn told(fault: Fault, program: &Program, path: &ToolPath) -> Refused {
             Refused::block(at(index), message, "write it turn by turn")
         }
     }
-}
-
-/// The displacement of the start of a move.
-fn one(
-    field: &mut dyn Field,
-    start: Vector,
-    program: &Program,
-    path: &ToolPath,
-    index: usize,
-) -> Result<Vector, Refused> {
-    let mut found = Vec::new();
-    let asked = field.displacements(&[start], &mut found);
-    asked.map_err(|trouble| told(Fault::Field(trouble, vec![index]), program, path))?;
-    Ok(found.first().copied().unwrap_or_default())
 }
 
 fn position(point: &Vector) -> String {

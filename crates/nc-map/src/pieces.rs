@@ -4,13 +4,17 @@ use std::f64::consts::TAU;
 
 use nc_program::{Arc, MoveKind, Plane, ToolPath};
 
-use crate::field::{sum, Field, Trouble, Vector};
+use crate::field::{sum, Field, Place, Trouble, Vector};
 
 /// Pieces of one move: more would mean that the field jumps there.
 const MOST: f64 = 4096.0;
 /// Intervals between the points at which a straight piece is looked at, and those of one turn of an arc.
 const LINE_PROBES: usize = 4;
 const ARC_PROBES: usize = 8;
+/// An axis that goes less than this stands, mm.
+const STANDS_MM: f64 = 1e-9;
+/// Over less than this no slope is looked at, mm.
+const SAME_MM: f64 = 1e-6;
 
 /// A piece of a displaced move.
 #[derive(Clone, Copy, Debug)]
@@ -19,10 +23,16 @@ pub(crate) struct Piece {
     pub of_move: usize,
     /// Share of the move at which it ends: 1 for the last.
     pub share: f64,
+    /// Where it starts, displaced as the piece itself is: off the end of the one before where an axis turned round.
+    pub start: Vector,
     /// Where it ends, displaced.
     pub end: Vector,
     /// Its centre, for a piece of an arc; along the third axis that of its start.
     pub centre: Option<Vector>,
+    /// Largest displacement along each axis, wherever it was looked at.
+    pub largest: Vector,
+    /// Steepest change of the displacement over its length; 0 for a rapid.
+    pub slope: f64,
 }
 
 /// Why a move has no pieces: a field's trouble, or no number of pieces that would do.
@@ -46,17 +56,29 @@ pub(crate) struct Geometry<'a> {
     path: &'a ToolPath,
     /// Index into the path's arcs, for each move.
     arc_of: Vec<u32>,
+    /// The way each axis went last before the end of each move; empty for a field to which it is all one.
+    travel: Vec<[i8; 3]>,
 }
 
 impl<'a> Geometry<'a> {
-    pub fn new(path: &'a ToolPath) -> Self {
+    /// `travel` is that before the first move, and is taken on to the last's where the field asks for it.
+    pub fn new(path: &'a ToolPath, travel: &mut [i8; 3], knows_travel: bool) -> Self {
         let mut arc_of = vec![u32::MAX; path.len()];
         for (index, arc) in path.arcs.iter().enumerate() {
             if let Some(slot) = arc_of.get_mut(arc.of_move) {
                 *slot = index as u32;
             }
         }
-        Self { path, arc_of }
+        let mut geometry = Self { path, arc_of, travel: Vec::new() };
+        if knows_travel {
+            geometry.travel = (0..path.len()).map(|index| geometry.goes_on(index, travel)).collect();
+        }
+        geometry
+    }
+
+    fn goes_on(&self, of_move: usize, travel: &mut [i8; 3]) -> [i8; 3] {
+        *travel = turned(*travel, self.way(of_move, 1.0 - 1e-6));
+        *travel
     }
 
     pub fn arc(&self, of_move: usize) -> Option<&'a Arc> {
@@ -86,41 +108,142 @@ impl<'a> Geometry<'a> {
         point
     }
 
-    fn whole(&self, of_move: usize) -> Stretch {
-        let turns = self.arc(of_move).map(|arc| (arc.sweep.abs() / TAU - 1e-9).ceil().max(1.0) as usize);
-        let probes = turns.map_or(LINE_PROBES, |turns| turns * ARC_PROBES);
-        Stretch { of_move, from: 0.0, to: 1.0, probes }
+    /// The way that each axis goes at a share of the move, mm a share; only its sign is of use.
+    fn way(&self, of_move: usize, share: f64) -> Vector {
+        let (start, end) = (self.path.start[of_move], self.path.end[of_move]);
+        let mut way = [0, 1, 2].map(|axis| end[axis] - start[axis]);
+        if let Some(arc) = self.arc(of_move) {
+            let (first, second, _) = self.plane(of_move).axes();
+            let (u, v) = (start[first] - arc.centre[first], start[second] - arc.centre[second]);
+            let angle = v.atan2(u) - arc.sweep * share;
+            (way[first], way[second]) = (arc.sweep * u.hypot(v) * angle.sin(), -arc.sweep * u.hypot(v) * angle.cos());
+        }
+        way
+    }
+
+    /// What a field has to know of a stretch: the way is that of its middle, for no axis turns round within it.
+    fn place(&self, of_move: usize, middle: f64) -> Place {
+        let state = &self.path.states[self.path.state[of_move] as usize];
+        let travel = self.travel.get(of_move).map(|travel| turned(*travel, self.way(of_move, middle)));
+        Place { work_offset: state.work_offset, tool: state.tool, travel: travel.unwrap_or_default() }
+    }
+
+    /// The stretches to begin with: the whole move, or an arc from quadrant to quadrant where the way of travel counts.
+    fn stretches(&self, of_move: usize) -> Result<Vec<Stretch>, Fault> {
+        let Some(arc) = self.arc(of_move) else {
+            return Ok(vec![Stretch { of_move, from: 0.0, to: 1.0, probes: LINE_PROBES }]);
+        };
+        let turns = (arc.sweep.abs() / TAU - 1e-9).ceil().max(1.0) as usize;
+        if self.travel.is_empty() {
+            return Ok(vec![Stretch { of_move, from: 0.0, to: 1.0, probes: turns * ARC_PROBES }]);
+        }
+        if turns > 1 {
+            return Err(Fault::Turns(of_move));
+        }
+        let mut ends = self.quadrants(of_move, arc);
+        ends.push(1.0);
+        let starts = std::iter::once(0.0).chain(ends.iter().copied());
+        Ok(starts.zip(ends.iter()).map(|(from, to)| Stretch { of_move, from, to: *to, probes: ARC_PROBES }).collect())
+    }
+
+    /// Shares at which an axis of the arc's plane turns round.
+    fn quadrants(&self, of_move: usize, arc: &Arc) -> Vec<f64> {
+        let (first, second, _) = self.plane(of_move).axes();
+        let start = self.path.start[of_move];
+        let from = (start[second] - arc.centre[second]).atan2(start[first] - arc.centre[first]);
+        let share = |quarter: i32| (from - f64::from(quarter) * TAU / 4.0) / arc.sweep;
+        let mut found: Vec<f64> = (-8..=8).map(share).filter(|share| (1e-6..1.0 - 1e-6).contains(share)).collect();
+        found.sort_by(f64::total_cmp);
+        found
     }
 }
 
-/// The pieces of the moves of those indices, in order. Moves not at feed, and threads, go straight to the displaced end.
+/// The way of travel after going that way: an axis that stands keeps the way it came.
+fn turned(travel: [i8; 3], way: Vector) -> [i8; 3] {
+    [0, 1, 2].map(|axis| match way[axis] {
+        along if along > STANDS_MM => 1,
+        along if along < -STANDS_MM => -1,
+        _ => travel[axis],
+    })
+}
+
+/// The pieces of the moves of those indices, in order. Moves not at feed, threads, and those that arrive from a place
+/// that is not known, go straight to the displaced end.
 pub(crate) fn pieces(
     geometry: &Geometry,
     moves: &[usize],
     field: &mut dyn Field,
     tolerance_mm: f64,
+    arrives: impl Fn(usize) -> bool,
 ) -> Result<Vec<Piece>, Fault> {
     let path = geometry.path;
-    let straight = |of_move: &usize| match path.kind[*of_move] {
+    let is_straight = |of_move: usize| match path.kind[of_move] {
         MoveKind::Arc => false,
-        MoveKind::Line => field.keeps_lines(),
+        MoveKind::Line => field.keeps_lines() || arrives(of_move),
         MoveKind::Rapid | MoveKind::Probe | MoveKind::Thread => true,
     };
-    let (ends, others): (Vec<_>, Vec<_>) = moves.iter().copied().partition(straight);
-    let points: Vec<_> = ends.iter().map(|of_move| path.end[*of_move]).collect();
-    let mut found = Vec::new();
-    if !points.is_empty() {
-        field.displacements(&points, &mut found).map_err(|trouble| Fault::Field(trouble, ends.clone()))?;
+    let (ends, others): (Vec<_>, Vec<_>) = moves.iter().copied().partition(|of_move| is_straight(*of_move));
+    let mut pieces = straight(geometry, &ends, field, &arrives)?;
+    let mut stretches = Vec::new();
+    for of_move in others {
+        stretches.extend(geometry.stretches(of_move)?);
     }
-    let displaced = points.iter().zip(&found).map(|(point, by)| sum(point, by));
-    let piece = |(of_move, end): (&usize, Vector)| Piece { of_move: *of_move, share: 1.0, end, centre: None };
-    let mut pieces: Vec<Piece> = ends.iter().zip(displaced).map(piece).collect();
-    let mut stretches: Vec<_> = others.into_iter().map(|of_move| geometry.whole(of_move)).collect();
     while !stretches.is_empty() {
         stretches = round(geometry, stretches, field, tolerance_mm, &mut pieces)?;
     }
     pieces.sort_by(|a, b| a.of_move.cmp(&b.of_move).then(a.share.total_cmp(&b.share)));
     Ok(pieces)
+}
+
+/// Moves that go straight to their displaced end. Where a cut starts is looked at for its slope alone.
+fn straight(
+    geometry: &Geometry,
+    moves: &[usize],
+    field: &mut dyn Field,
+    arrives: &impl Fn(usize) -> bool,
+) -> Result<Vec<Piece>, Fault> {
+    let path = geometry.path;
+    let points: Vec<_> = moves
+        .iter()
+        .flat_map(|of_move| {
+            let comes = path.kind[*of_move] == MoveKind::Rapid || arrives(*of_move);
+            [if comes { path.end[*of_move] } else { path.start[*of_move] }, path.end[*of_move]]
+        })
+        .collect();
+    let owners: Vec<_> = moves.iter().flat_map(|of_move| [*of_move; 2]).collect();
+    let places: Vec<_> = owners.iter().map(|of_move| geometry.place(*of_move, 0.5)).collect();
+    let mut found = Vec::new();
+    if !points.is_empty() {
+        field.displacements(&points, &places, &mut found).map_err(|trouble| Fault::Field(trouble, owners))?;
+    }
+    let pairs = points.chunks_exact(2).zip(found.chunks_exact(2));
+    Ok(moves
+        .iter()
+        .zip(pairs)
+        .map(|(of_move, (points, by))| {
+            let (start, end) = (sum(&path.start[*of_move], &by[0]), sum(&points[1], &by[1]));
+            let (largest, slope) = size(points, by);
+            Piece { of_move: *of_move, share: 1.0, start, end, centre: None, largest, slope }
+        })
+        .collect())
+}
+
+/// Largest displacement along each axis, and its steepest change from point to point.
+fn size(points: &[Vector], by: &[Vector]) -> (Vector, f64) {
+    let larger = |most: Vector, by: &Vector| [0, 1, 2].map(|axis| most[axis].max(by[axis].abs()));
+    let steep = |pair: (&[Vector], &[Vector])| {
+        let length = apart(&pair.0[0], &pair.0[1]);
+        if length > SAME_MM {
+            apart(&pair.1[0], &pair.1[1]) / length
+        } else {
+            0.0
+        }
+    };
+    (by.iter().fold([0.0; 3], larger), points.windows(2).zip(by.windows(2)).map(steep).fold(0.0, f64::max))
+}
+
+fn apart(a: &Vector, b: &Vector) -> f64 {
+    ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }
 
 /// Looks at every stretch once: those that will do become pieces, the halves of the others are returned.
@@ -131,28 +254,31 @@ fn round(
     tolerance_mm: f64,
     pieces: &mut Vec<Piece>,
 ) -> Result<Vec<Stretch>, Fault> {
-    let mut points = Vec::new();
+    let (mut points, mut places) = (Vec::new(), Vec::new());
     for s in &stretches {
         let share = |probe: usize| s.from + (s.to - s.from) * probe as f64 / s.probes as f64;
         points.extend((0..=s.probes).map(|probe| geometry.point(s.of_move, share(probe))));
+        places.extend(std::iter::repeat_n(geometry.place(s.of_move, 0.5 * (s.from + s.to)), s.probes + 1));
     }
     let mut found = Vec::new();
     let owners = || stretches.iter().flat_map(|s| std::iter::repeat_n(s.of_move, s.probes + 1)).collect();
-    field.displacements(&points, &mut found).map_err(|trouble| Fault::Field(trouble, owners()))?;
-    for (point, by) in points.iter_mut().zip(&found) {
-        *point = sum(point, by);
-    }
-    let (mut rest, mut halves) = (points.as_slice(), Vec::new());
+    field.displacements(&points, &places, &mut found).map_err(|trouble| Fault::Field(trouble, owners()))?;
+    let displaced: Vec<_> = points.iter().zip(&found).map(|(point, by)| sum(point, by)).collect();
+    let (mut first, mut halves) = (0, Vec::new());
     for s in stretches {
-        let (here, after) = rest.split_at(s.probes + 1);
-        rest = after;
-        let (of_move, share, end) = (s.of_move, s.to, here[s.probes]);
+        let all = first..first + s.probes + 1;
+        first = all.end;
+        let here = &displaced[all.clone()];
+        let (of_move, share, start, end) = (s.of_move, s.to, here[0], here[s.probes]);
         let fitted = match geometry.arc(of_move) {
             None => (chord_error(here) <= tolerance_mm).then_some(None),
             Some(_) => circle(here, geometry.plane(of_move), tolerance_mm).map(Some),
         };
         match fitted {
-            Some(centre) => pieces.push(Piece { of_move, share, end, centre }),
+            Some(centre) => {
+                let (largest, slope) = size(&points[all.clone()], &found[all]);
+                pieces.push(Piece { of_move, share, start, end, centre, largest, slope });
+            }
             None if s.probes > ARC_PROBES => return Err(Fault::Turns(of_move)),
             None if (s.to - s.from) * MOST < 1.0 => return Err(Fault::Jump(of_move)),
             None => {

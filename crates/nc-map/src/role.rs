@@ -8,6 +8,9 @@ use nc_program::{Program, WordKind};
 /// Letters of positions and increments.
 pub(crate) const COORDINATES: &[u8] = b"XYZUVW";
 
+/// Those of each axis.
+const AXIS_LETTERS: [&[u8]; 3] = [b"XU", b"YV", b"ZW"];
+
 /// What such a block's coordinates are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
@@ -52,6 +55,16 @@ pub(crate) fn names_axis(program: &Program, block: usize) -> bool {
 
 /// Whether a block names that axis, by position or increment.
 pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
-    let letters = [b"XU", b"YV", b"ZW"][axis];
-    program.words_of(block).iter().any(|word| letters.contains(&word.letter))
+    program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].contains(&word.letter))
+}
+
+/// Which of X, Y, Z any block names.
+pub fn named_axes(program: &Program) -> [bool; 3] {
+    let mut named = [false; 3];
+    for word in program.words() {
+        for (axis, letters) in AXIS_LETTERS.iter().enumerate() {
+            named[axis] |= letters.contains(&word.letter);
+        }
+    }
+    named
 }

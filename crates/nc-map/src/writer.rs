@@ -9,9 +9,11 @@ use nc_program::{Arc, FeedMode, Modal, MoveKind, Program, ToolPath, Word, WordKi
 
 use crate::edits::{is_value, Edits};
 use crate::field::{sum, Vector};
-use crate::lines::new_lines;
+use crate::lines::{line_ending, new_lines};
+use crate::part::Course;
 use crate::pieces::{Geometry, Piece};
 use crate::refusal::Refused;
+use crate::standing::Standing;
 use crate::text::Step;
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -31,6 +33,10 @@ pub(crate) struct Writer<'a> {
     pub carried: Vector,
     /// Blocks written in addition.
     pub added: usize,
+    /// A start further off than this is gone to first, where the field differs by the way of travel.
+    pub tolerance_mm: Option<f64>,
+    /// The blocks may run in any order.
+    pub whole: bool,
 }
 
 /// How an axis is written in a block.
@@ -57,14 +63,27 @@ struct Here<'a> {
 
 impl<'a> Writer<'a> {
     /// Writes a move as its pieces.
-    pub fn write(&mut self, index: usize, pieces: &[Piece]) -> Result<(), Refused> {
+    pub fn write(&mut self, index: usize, pieces: &[Piece], course: &Course) -> Result<(), Refused> {
         let here = self.here(index)?;
         let from = self.edits.len();
+        let mut before = sum(&self.path.start[index], &self.carried);
+        let live = self.live(&here, before, pieces, &course.standing)?;
+        let turned = pieces.first().filter(|first| !course.arrives() && self.is_off(&here, &before, &first.start));
+        let mut with_start = Vec::new();
+        match turned {
+            Some(first) if self.path.kind[index] == MoveKind::Arc => {
+                before = self.go_before(&here, before, first.start, live)?
+            }
+            Some(first) => {
+                with_start.push(Piece { end: first.start, ..*first });
+                with_start.extend_from_slice(pieces);
+            }
+            None => {}
+        }
+        let pieces = if with_start.is_empty() { pieces } else { &with_start };
         if pieces.len() > 1 {
             self.require_divisible(&here)?;
         }
-        let before = sum(&self.path.start[index], &self.carried);
-        let live = self.live(&here, before, pieces);
         let actual = self.first(&here, before, live, pieces)?;
         let texts = self.following(&here, actual, live, pieces);
         if !texts.is_empty() {
@@ -77,6 +96,53 @@ impl<'a> Writer<'a> {
         }
         self.added += texts.len();
         Ok(())
+    }
+
+    /// Whether the tool has to go to a start first: an axis turned round, or what the field depends on changed.
+    fn is_off(&self, here: &Here, actual: &Vector, start: &Vector) -> bool {
+        let off = (0..3).map(|axis| (start[axis] - actual[axis]).abs()).fold(0.0, f64::max);
+        self.path.kind[here.index] != MoveKind::Rapid && self.tolerance_mm.is_some_and(|tolerance| off > tolerance)
+    }
+
+    /// Goes straight to an arc's start in a block before its own, which then has to say G02 or G03 itself.
+    fn go_before(&mut self, here: &Here, before: Vector, start: Vector, live: [bool; 3]) -> Result<Vector, Refused> {
+        let block = self.program.blocks().get(here.block).copied();
+        let Some(block) = block.filter(|block| !block.optional && !self.whole) else {
+            return Err(self.unreachable(here));
+        };
+        let mut actual = before;
+        let mut text = self.straight(here, start, live, &mut actual);
+        if let Some(feed) = here.words.iter().find(|word| word.letter == b'F') {
+            separate(&mut text);
+            text.extend(self.program.text(feed));
+        }
+        let (at, ending) = (block.start as usize, line_ending(self.program.source()));
+        self.edits.replace(at, at, |out| out.extend(text.iter().chain(ending)));
+        self.added += 1;
+        if self.motion_words(here).is_empty() {
+            let code = self.arc_code(here);
+            self.edits.insert(self.program, here.block, b'G', |text| text.extend(&code[1..]));
+        }
+        Ok(actual)
+    }
+
+    /// A straight block to a point.
+    fn straight(&self, here: &Here, to: Vector, live: [bool; 3], actual: &mut Vector) -> Vec<u8> {
+        let (before, mut text) = (*actual, b"G01".to_vec());
+        for axis in here.axes.iter().filter(|axis| live[axis.index]) {
+            separate(&mut text);
+            actual[axis.index] = self.new_coordinate(here, axis, before, to[axis.index], false, &mut text);
+        }
+        text
+    }
+
+    fn arc_code(&self, here: &Here) -> &'static [u8] {
+        let clockwise = self.geometry.arc(here.index).is_some_and(|arc| arc.sweep > 0.0);
+        if clockwise {
+            b"G02"
+        } else {
+            b"G03"
+        }
     }
 
     fn here(&self, index: usize) -> Result<Here<'a>, Refused> {
@@ -125,16 +191,30 @@ impl<'a> Writer<'a> {
         Err(Refused::block(word.start as usize, message, hint))
     }
 
-    /// The axes to be written: those named, and those whose displacement changes by more than half a step.
-    fn live(&self, here: &Here, before: Vector, pieces: &[Piece]) -> [bool; 3] {
+    /// The axes to be written: those named, and those whose displacement changes by more than half a step. One that
+    /// stands where the program has not said is never written: its displacement waits for its own next word.
+    fn live(
+        &self,
+        here: &Here,
+        before: Vector,
+        pieces: &[Piece],
+        standing: &[Standing; 3],
+    ) -> Result<[bool; 3], Refused> {
         let half = here.step.unit / 2.0;
-        let start = self.path.start[here.index];
-        here.axes.map(|axis| {
+        let mut live = [false; 3];
+        for axis in &here.axes {
             let k = axis.index;
-            let moves = |piece: &Piece| (piece.end[k] - before[k]).abs() > half * axis.unit;
+            let off =
+                pieces.iter().map(|piece| (piece.end[k] - before[k]).abs().max((piece.start[k] - before[k]).abs()));
             // Displaced by nothing but the rounding that it carries already it stays.
-            axis.word.is_some() || pieces.iter().any(moves) && start[k].is_finite()
-        })
+            let off = off.fold(0.0, f64::max);
+            let moves = axis.word.is_none() && off > half * axis.unit && self.path.start[here.index][k].is_finite();
+            if moves && standing[k] == Standing::Never && self.path.kind[here.index] != MoveKind::Rapid {
+                return Err(self.nowhere(here, axis, off));
+            }
+            live[k] = axis.word.is_some() || moves && standing[k] == Standing::Said;
+        }
+        Ok(live)
     }
 
     /// The block itself: the first piece. Gives where the tool then is.
@@ -256,7 +336,14 @@ impl<'a> Writer<'a> {
     fn following(&mut self, here: &Here, mut actual: Vector, live: [bool; 3], pieces: &[Piece]) -> Vec<Vec<u8>> {
         let mut texts = Vec::new();
         for (number, piece) in pieces.iter().enumerate().skip(1) {
+            let turned = piece.centre.is_some() && self.is_off(here, &actual, &piece.start);
+            if turned {
+                texts.push(self.straight(here, piece.start, live, &mut actual));
+            }
             let (before, mut text) = (actual, self.motion_words(here));
+            if turned && text.is_empty() {
+                text.extend(self.arc_code(here));
+            }
             for axis in here.axes.iter().filter(|axis| live[axis.index]) {
                 let last = number + 1 == pieces.len();
                 separate(&mut text);
@@ -344,8 +431,21 @@ impl<'a> Writer<'a> {
         Err(Refused::block(self.block_start(here.block), message, hint))
     }
 
+    fn nowhere(&self, here: &Here, axis: &Axis, off_mm: f64) -> Refused {
+        let letter = char::from(axis.letter);
+        let message = format!("{letter} is displaced by {off_mm:.5} mm, but the program never says where it stands");
+        let hint = "name the axis before the first cut, or leave its displacement out of the field";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    fn unreachable(&self, here: &Here) -> Refused {
+        let message = "an axis turns round before this arc, whose block may not be the next that is run".to_owned();
+        let hint = "write loops and calls out, and arcs in blocks that are not optional";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
     fn open_circle(&self, here: &Here) -> Refused {
-        let message = format!("the full circle of block {} would not close after rounding", here.block + 1);
+        let message = "this full circle would not close after rounding".to_owned();
         let hint = "write it as two half circles, its start reached by absolute coordinates";
         Refused::block(self.block_start(here.block), message, hint)
     }

@@ -1,7 +1,9 @@
 //! Binds `nc-map`.
 
+use std::collections::BTreeMap;
+
 use nc_map::field::Trouble;
-use nc_map::{Affine, Field, Grid, Limits, Mapper, Refusal, Vector};
+use nc_map::{named_axes, Affine, Field, Grid, Limits, Mapper, Place, Refusal, Vector};
 use nc_program::{jumps, Options, Program};
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -13,14 +15,49 @@ use crate::nc::{dialect_of, parameters_of};
 /// Code, message, hint, line, column.
 type RefusalTuple = (&'static str, String, String, usize, usize);
 
-/// A function of Python: positions (n, 3) to displacements (n, 3), mm.
-struct Function(Py<PyAny>);
+/// A function of Python: positions (n, 3) to displacements (n, 3), mm. One that is told more gets, beside them, work
+/// offsets and tools (n,), and the way of travel (n, 3).
+struct Function {
+    function: Py<PyAny>,
+    told: Told,
+}
+
+/// What a function is told beside the positions.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Told {
+    Nothing,
+    Places,
+    PlacesAndTravel,
+}
 
 impl Field for Function {
-    fn displacements(&mut self, points: &[Vector], found: &mut Vec<Vector>) -> Result<(), Trouble> {
+    fn knows_travel(&self) -> bool {
+        self.told == Told::PlacesAndTravel
+    }
+
+    fn displacements(
+        &mut self,
+        points: &[Vector],
+        places: &[Place],
+        found: &mut Vec<Vector>,
+    ) -> Result<(), Trouble> {
         let asked = Python::attach(|py| {
             let flat = points.as_flattened().to_vec().into_pyarray(py);
-            let answer = self.0.call1(py, (flat.reshape([points.len(), 3])?,))?;
+            let rows = flat.reshape([points.len(), 3])?;
+            let answer = if self.told == Told::Nothing {
+                self.function.call1(py, (rows,))?
+            } else {
+                let work: Vec<_> = places.iter().map(|p| i64::from(p.work_offset)).collect();
+                let tool: Vec<_> = places.iter().map(|p| i64::from(p.tool)).collect();
+                let travel: Vec<_> = places
+                    .iter()
+                    .flat_map(|p| p.travel.map(f64::from))
+                    .collect();
+                let travel = travel.into_pyarray(py).reshape([places.len(), 3])?;
+                let beside = (work.into_pyarray(py), tool.into_pyarray(py), travel);
+                self.function
+                    .call1(py, (rows, beside.0, beside.1, beside.2))?
+            };
             let answer: PyReadonlyArray2<f64> = answer.extract(py).map_err(|_| {
                 PyTypeError::new_err(
                     "a field answers an array of floats (n, 3) to positions (n, 3)",
@@ -48,6 +85,8 @@ impl Field for Function {
 struct NcMapper {
     mapper: Mapper,
     field: Box<dyn Field + Send + Sync>,
+    /// Where the field's own function failed, line and column; 0 before.
+    failed_at: (usize, usize),
 }
 
 #[pymethods]
@@ -60,6 +99,7 @@ impl NcMapper {
         parameters: Vec<(String, f64)>,
         optional_blocks: bool,
         whole: bool,
+        named: [bool; 3],
         tolerance_mm: f64,
         size_mm: f64,
         slope: f64,
@@ -83,8 +123,9 @@ impl NcMapper {
             slope,
         };
         Ok(Self {
-            mapper: Mapper::new(dialect, options, limits, whole),
+            mapper: Mapper::new(dialect, options, limits, whole, named),
             field: field.kind.made(py),
+            failed_at: (0, 0),
         })
     }
 
@@ -97,7 +138,7 @@ impl NcMapper {
         let mut out = Vec::with_capacity(bytes.len() + bytes.len() / 8);
         let (mapper, field) = (&mut self.mapper, self.field.as_mut());
         let done = py.detach(|| mapper.push(bytes, field, &mut out));
-        Ok((PyBytes::new(py, &out), told(done)?))
+        Ok((PyBytes::new(py, &out), self.told(done)?))
     }
 
     /// What is left gives.
@@ -108,7 +149,7 @@ impl NcMapper {
         let mut out = Vec::new();
         let (mapper, field) = (&mut self.mapper, self.field.as_mut());
         let done = py.detach(|| mapper.finish(field, &mut out));
-        Ok((PyBytes::new(py, &out), told(done)?))
+        Ok((PyBytes::new(py, &out), self.told(done)?))
     }
 
     /// Blocks, moves, edits, blocks added, largest displacement (3,), blocks not run, line of the first.
@@ -124,30 +165,39 @@ impl NcMapper {
             s.first_not_run,
         )
     }
+
+    /// Line and column at which the field's own function failed.
+    #[getter]
+    fn failed_at(&self) -> (usize, usize) {
+        self.failed_at
+    }
 }
 
-/// A refusal as a tuple; what the field's own function raised is raised again.
-fn told(done: Result<(), Refusal>) -> PyResult<Option<RefusalTuple>> {
-    let Err(refusal) = done else { return Ok(None) };
-    if let Some(cause) = refusal.cause {
-        return Err(match cause.downcast::<PyErr>() {
-            Ok(error) => *error,
-            Err(other) => PyValueError::new_err(other.to_string()),
-        });
+impl NcMapper {
+    /// A refusal as a tuple; what the field's own function raised is raised again.
+    fn told(&mut self, done: Result<(), Refusal>) -> PyResult<Option<RefusalTuple>> {
+        let Err(refusal) = done else { return Ok(None) };
+        if let Some(cause) = refusal.cause {
+            self.failed_at = (refusal.line, refusal.column);
+            return Err(match cause.downcast::<PyErr>() {
+                Ok(error) => *error,
+                Err(other) => PyValueError::new_err(other.to_string()),
+            });
+        }
+        Ok(Some((
+            refusal.code,
+            refusal.message,
+            refusal.hint,
+            refusal.line,
+            refusal.column,
+        )))
     }
-    Ok(Some((
-        refusal.code,
-        refusal.message,
-        refusal.hint,
-        refusal.line,
-        refusal.column,
-    )))
 }
 
 enum Kind {
     Affine(Affine),
     Grid(Grid),
-    Function(Py<PyAny>),
+    Function(Py<PyAny>, Told),
 }
 
 impl Kind {
@@ -155,7 +205,10 @@ impl Kind {
         match self {
             Self::Affine(affine) => Box::new(*affine),
             Self::Grid(grid) => Box::new(grid.clone()),
-            Self::Function(function) => Box::new(Function(function.clone_ref(py))),
+            Self::Function(function, told) => Box::new(Function {
+                function: function.clone_ref(py),
+                told: *told,
+            }),
         }
     }
 }
@@ -194,11 +247,18 @@ impl NcField {
         })
     }
 
-    /// A function of positions (n, 3) that answers displacements (n, 3).
+    /// A function of positions (n, 3) that answers displacements (n, 3). With `knows_travel` given it is asked with
+    /// work offsets, tools and travel too; True: it differs by the way of travel.
     #[staticmethod]
-    fn function(function: Py<PyAny>) -> Self {
+    #[pyo3(signature = (function, knows_travel=None))]
+    fn function(function: Py<PyAny>, knows_travel: Option<bool>) -> Self {
+        let told = match knows_travel {
+            None => Told::Nothing,
+            Some(false) => Told::Places,
+            Some(true) => Told::PlacesAndTravel,
+        };
         Self {
-            kind: Kind::Function(function),
+            kind: Kind::Function(function, told),
         }
     }
 
@@ -216,7 +276,8 @@ impl NcField {
             .collect();
         let mut found = Vec::new();
         let mut field = self.kind.made(py);
-        match field.displacements(&points, &mut found) {
+        let places = vec![NOWHERE; points.len()];
+        match field.displacements(&points, &places, &mut found) {
             Ok(()) => {
                 let count = found.len();
                 Ok(PyArray1::from_vec(py, found.into_flattened())
@@ -229,16 +290,32 @@ impl NcField {
     }
 }
 
-/// Whether a block of the program may send its run elsewhere.
+/// A position that is asked for outside of a program: G54, no tool, no way of travel.
+const NOWHERE: Place = Place {
+    work_offset: 1,
+    tool: -1,
+    travel: [0; 3],
+};
+
+/// Of some lines of a program: whether a block may send its run elsewhere, which of X, Y, Z are named, and the bytes at
+/// which each letter is first met.
 #[pyfunction]
-fn nc_jumps(source: &[u8], dialect: &str) -> PyResult<bool> {
-    let program = Program::read(source.to_vec(), dialect_of(dialect)?);
-    Ok(program.map_or(true, |program| jumps(&program)))
+fn nc_survey(source: &[u8], dialect: &str) -> PyResult<(bool, [bool; 3], BTreeMap<char, usize>)> {
+    let Ok(program) = Program::read(source.to_vec(), dialect_of(dialect)?) else {
+        return Ok((true, [true; 3], BTreeMap::new()));
+    };
+    let mut letters = BTreeMap::new();
+    for word in program.words().iter().filter(|word| word.letter != 0) {
+        letters
+            .entry(char::from(word.letter))
+            .or_insert(word.start as usize);
+    }
+    Ok((jumps(&program), named_axes(&program), letters))
 }
 
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<NcMapper>()?;
     module.add_class::<NcField>()?;
-    module.add_function(wrap_pyfunction!(nc_jumps, module)?)
+    module.add_function(wrap_pyfunction!(nc_survey, module)?)
 }

@@ -1,6 +1,7 @@
 """`trueloop machine compensate` and `export`: a machine's errors out of programs, into controls' tables."""
 
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -17,8 +18,9 @@ from trueloop.cli.machine_options import (
     positions_of,
     signals_of,
 )
-from trueloop.cli.program_file import DialectName, ProgramFile, Settings, parameters_of, read_program_file
-from trueloop.cli.terminal import AsJson, print_json
+from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of
+from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.machine.axis_table import AxisTable
@@ -42,19 +44,23 @@ def compensate(
         typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
     ] = None,
     temperatures: Temperatures = None,
-    tolerance_um: Annotated[float, typer.Option(help="How far a block may leave the corrected path.")] = 0.5,
+    tolerance_um: Annotated[float, typer.Option(min=0.001, help="How far a block may leave the corrected path.")] = 0.5,
+    limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
+    slope: Annotated[float, typer.Option(min=0.0, help="Steepest change of it accepted in a cut, µm/mm.")] = 40.0,
     extrapolate: Extrapolate = None,
     serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None,
     dialect: DialectName = None,
     settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
     as_json: AsJson = False,
 ) -> None:
     """Take the machine's error out of a program: every position moved by COMP_MTG."""
-    from trueloop.compensation.record import sha256_of
+    from trueloop.cli.nc_map import tell_mapped
     from trueloop.formats.model_file import read_model
-    from trueloop.formats.outputs import write_all
-    from trueloop.loops.machine_program import compensate_program
-    from trueloop.machine.commanded_path import Setup
+    from trueloop.loops.job_inputs import user_name
+    from trueloop.loops.machine_program import ModelFile, compensate_program
+    from trueloop.loops.mapped_program import MapOptions
+    from trueloop.machine.setup import Setup
 
     known = read_model(model)
     _require_machine(known, serial)
@@ -64,23 +70,23 @@ def compensate(
         signals_of(known, temperatures),
         {axis: math.radians(angle) for axis, angle in parameters_of(at, "--at").items()},
     )
-    done = compensate_program(
-        read_program_file(file, dialect),
-        known,
-        setup,
-        tolerance_mm=tolerance_um * 1e-3,
-        parameters=parameters_of(settings),
-        extrapolate=extrapolate or (),
-        model_sha256=sha256_of(model.read_bytes()),
-    )
-    contents = [(file.name, done.source), (f"{file.stem}.record.json", done.record.to_json().encode())]
-    write_all(out, contents, inputs=(file, model))
+    with busy(f"correcting {file}"):
+        done = compensate_program(
+            file,
+            out / file.name,
+            ModelFile(known, model),
+            setup,
+            MapOptions(tolerance_um / UM_PER_MM, limit_um / UM_PER_MM, slope / UM_PER_MM, skipped_blocks),
+            dialect=dialect,
+            parameters=parameters_of(settings),
+            extrapolate=extrapolate or (),
+            inputs=logs_of(temperatures),
+            made_by=user_name(),
+        )
     if as_json:
-        print_json({"record": done.record.id, "largest_mm": done.largest_mm, "blocks": done.blocks_after})
+        print_json(asdict(done))
         return
-    x, y, z = (1e3 * value for value in done.largest_mm)
-    typer.echo(f"largest correction X {x:.1f} Y {y:.1f} Z {z:.1f} µm; {done.blocks_before} → {done.blocks_after} lines")
-    typer.echo(f"written: {out / file.name}, record {done.record.id}")
+    tell_mapped(file, out / file.name, done)
 
 
 @guarded

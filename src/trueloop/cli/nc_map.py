@@ -9,8 +9,10 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of, vector_of
 from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
+    from trueloop.loops.mapped_program import Mapped
     from trueloop.nc.field import Field
 
 
@@ -50,17 +52,30 @@ def map_program_file(
     usual = MapOptions()
     none = float("inf")
     options = MapOptions(
-        tolerance_mm=1e-3 * tolerance_um,
-        limit_mm=1e-3 * limit_um if limit_um is not None else usual.limit_mm if table else none,
-        slope=1e-3 * slope if slope is not None else usual.slope if table else none,
+        tolerance_mm=tolerance_um / UM_PER_MM,
+        limit_mm=limit_um / UM_PER_MM if limit_um is not None else usual.limit_mm if table else none,
+        slope=slope / UM_PER_MM if slope is not None else usual.slope if table else none,
         skipped_blocks=skipped_blocks,
     )
     with busy(f"mapping {file}"):
-        done = map_program(file, out, field, options, dialect=dialect, parameters=parameters_of(settings))
+        done = map_program(
+            file,
+            out,
+            field,
+            options,
+            dialect=dialect,
+            parameters=parameters_of(settings),
+            inputs=[table] if table else (),
+        )
     if as_json:
         print_json(asdict(done) | {"file": str(out)})
         return
-    x, y, z = (1e3 * value for value in done.largest_mm)
+    tell_mapped(file, out, done)
+
+
+def tell_mapped(file: Path, out: Path, done: "Mapped") -> None:
+    """What was done to a program, for people; what was not run is a warning on stderr."""
+    x, y, z = (UM_PER_MM * value for value in done.largest_mm)
     typer.echo(f"largest displacement X {x:.1f} Y {y:.1f} Z {z:.1f} µm over {done.moves} moves")
     typer.echo(f"{done.edits} edits, {done.added_blocks} blocks added to {done.blocks}")
     if done.not_run:

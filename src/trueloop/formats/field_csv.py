@@ -6,6 +6,7 @@ their names say: dx_mm or dx_um (one that is missing is zero). Lines that start 
 
 import math
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Final, TypeAlias
 
@@ -41,7 +42,8 @@ def read_field(path: Path) -> Field:
         axis, unit = _DISPLACEMENTS[name]
         displacement[:, axis] = rows.numbers(name) * _UNITS[unit]
     field = _on_grid(rows, position, displacement)
-    return replace(field, told=field.told | {"table": path.name})
+    content = np.hstack([position, displacement]).tobytes()
+    return replace(field, told=field.told | {"table": sha256(content).hexdigest()})
 
 
 def _on_grid(rows: Rows, position: Array, displacement: Array) -> Field:

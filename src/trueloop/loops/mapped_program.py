@@ -5,15 +5,15 @@ their blocks may run in any order.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from trueloop._core import NcMapper, nc_jumps
+from trueloop._core import NcMapper, nc_survey
 from trueloop.compensation.record import MARK, check_uncorrected, record_id
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.outputs import written_as_it_comes
+from trueloop.formats.outputs import Named, write_all, written_as_it_comes
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.field import Field
 from trueloop.nc.guess import guess_dialect
@@ -44,6 +44,7 @@ class Mapped:
 
     record: str
     dialect: str
+    source_sha256: str
     blocks: int
     moves: int
     edits: int
@@ -55,11 +56,13 @@ class Mapped:
 
 @dataclass(frozen=True)
 class _Survey:
-    """What one look at the whole file tells."""
+    """What one look at the whole file tells: which of X, Y, Z are named, and the line of each letter's first word."""
 
     dialect: str
     sha256: str
     jumps: bool
+    named: tuple[bool, bool, bool]
+    letters: Mapping[str, int]
 
 
 def map_program(
@@ -70,18 +73,38 @@ def map_program(
     *,
     dialect: str | None = None,
     parameters: Mapping[str, float] | None = None,
+    inputs: Sequence[Path] = (),
+    beside: Callable[[Mapped], Sequence[Named]] | None = None,
 ) -> Mapped:
     """Writes `source` to `target` with the field's displacement added to every position.
 
     Words keep their style, expressions get a term, increments carry the rounding on, and a move that the displaced
     path leaves by more than the tolerance becomes several. Rapid moves go straight to the displaced end. Touches, and
-    positions in machine coordinates, stay. A comment says that the program is corrected and from what.
+    positions in machine coordinates, stay; so does an axis until a position names it, since nobody knows where it
+    stands. A comment says that the program is corrected and from what. `inputs` are further files that must not be
+    overwritten; `beside` gives files that are written with the program, into its folder.
 
     Raises NC-FILE, NC-DIALECT, CMP-TWICE (corrected before), CMP-SIZE, CMP-SLOPE, NC-FIELD (not known at a position),
-    NC-MAP (a cycle, a block run several times at different places, …) and what reading and running the program raise;
-    nothing is written then.
+    NC-MAP (a cycle, a block run several times at different places, a cut before every axis has a position, …) and what
+    reading and running the program raise; nothing is written then.
     """
-    survey = _survey(source, dialect)
+    survey, values = _survey(source, dialect), dict(parameters or {})
+    _require_followed(source, survey, field)
+    mapper = _mapper(field, survey, options, values)
+    identity = record_id({"program": survey.sha256}, {"field": field.told, "parameters": values, **vars(options)})
+    mark = _mark(identity, survey, values)
+    with written_as_it_comes(target, inputs=(source, *inputs)) as out:
+        written = filter(None, _pieces(source, mapper, CHUNK))
+        out.write(_marked(next(written, b""), mark))
+        out.writelines(written)
+        blocks, moves, edits, added, largest, not_run, first = mapper.summary()
+        done = Mapped(identity, survey.dialect, survey.sha256, blocks, moves, edits, added, largest, not_run, first)
+        if beside is not None:
+            write_all(target.parent, beside(done), inputs=(source, *inputs))
+    return done
+
+
+def _require_followed(source: Path, survey: _Survey, field: Field) -> None:
     if dialect_named(survey.dialect).formulas:
         raise TrueloopError(
             Code.NC_MAP,
@@ -89,15 +112,20 @@ def map_program(
             hint="have the program written for another control, map that",
             place=Place(str(source)),
         )
-    mapper = _mapper(field, survey, options, parameters or {})
-    identity = record_id({"program": survey.sha256}, {"field": field.told, **vars(options)})
-    mark = dialect_named(survey.dialect).comment(f"{MARK} {identity} by a field, source {survey.sha256[:16]}")
-    with written_as_it_comes(target, inputs=(source,)) as out:
-        written = filter(None, _pieces(source, mapper, CHUNK))
-        out.write(_marked(next(written, b""), mark))
-        out.writelines(written)
-    blocks, moves, edits, added, largest, not_run, first = mapper.summary()
-    return Mapped(identity, survey.dialect, blocks, moves, edits, added, largest, not_run, first)
+    if turning := sorted(field.still & survey.letters.keys()):
+        raise TrueloopError(
+            Code.NC_MAP,
+            f"{turning[0]} turns in this program, which the field takes to stand still",
+            hint="leave the word out, say with --at where the axis stands, and correct one program a position",
+            place=Place(str(source), survey.letters[turning[0]]),
+        )
+
+
+def _mark(identity: str, survey: _Survey, parameters: Mapping[str, float]) -> str:
+    """The comment of a corrected program: what holds for some values of parameters only says so."""
+    given = ", ".join(f"{name}={value!r}" for name, value in sorted(parameters.items()))
+    only = f", holds for {given} only" if given else ""
+    return dialect_named(survey.dialect).comment(f"{MARK} {identity} by a field, source {survey.sha256[:16]}{only}")
 
 
 def _mapper(field: Field, survey: _Survey, options: MapOptions, parameters: Mapping[str, float]) -> NcMapper:
@@ -108,6 +136,7 @@ def _mapper(field: Field, survey: _Survey, options: MapOptions, parameters: Mapp
             list(parameters.items()),
             options.skipped_blocks,
             survey.jumps,
+            survey.named,
             options.tolerance_mm,
             options.limit_mm,
             options.slope,
@@ -117,9 +146,16 @@ def _mapper(field: Field, survey: _Survey, options: MapOptions, parameters: Mapp
 
 
 def _pieces(source: Path, mapper: NcMapper, size: int) -> Iterator[bytes]:
-    for chunk in _chunks(source, size):
-        yield _accepted(source, mapper.push(chunk))
-    yield _accepted(source, mapper.finish())
+    try:
+        for chunk in _chunks(source, size):
+            yield _accepted(source, mapper.push(chunk))
+        yield _accepted(source, mapper.finish())
+    except TrueloopError as error:
+        if error.place.line is not None:
+            raise
+        # The field itself refused: the block that asked it is where to look.
+        place = Place(str(source), *mapper.failed_at)
+        raise TrueloopError(error.code, error.message, hint=error.hint, place=place, override=error.override) from error
 
 
 def _accepted(source: Path, done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:
@@ -145,15 +181,23 @@ def _chunks(path: Path, size: int) -> Iterator[bytes]:
 
 
 def _survey(path: Path, dialect: str | None) -> _Survey:
-    """Hash, dialect, whether it jumps; refuses a program that was corrected before."""
-    digest, jumps, line = hashlib.sha256(), False, 0
+    """Hash, dialect, whether it jumps, what it names; refuses a program that was corrected before."""
+    digest, jumps, line, named = hashlib.sha256(), False, 0, (False, False, False)
+    letters: dict[str, int] = {}
     for lines in _whole_lines(path):
         digest.update(lines)
         dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
-        jumps = jumps or nc_jumps(lines, dialect)
+        jumps_here, named_here, letters_here = nc_survey(lines, dialect)
+        jumps, named = jumps or jumps_here, _any(named, named_here)
+        for letter, at in letters_here.items():
+            letters.setdefault(letter, line + 1 + lines.count(b"\n", 0, at))
         _require_uncorrected(path, lines, line)
         line += lines.count(b"\n")
-    return _Survey(dialect or guess_dialect(b"", str(path)), digest.hexdigest(), jumps)
+    return _Survey(dialect or guess_dialect(b"", str(path)), digest.hexdigest(), jumps, named, letters)
+
+
+def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
+    return (one[0] or other[0], one[1] or other[1], one[2] or other[2])
 
 
 def _whole_lines(path: Path) -> Iterator[bytes]:
@@ -176,6 +220,7 @@ def _require_uncorrected(path: Path, lines: bytes, lines_before: int) -> None:
 
 def _marked(source: bytes, comment: str) -> bytes:
     """The mark on a line of its own: after a leading % line, else first."""
-    at = source.find(b"\n") + 1 if source.lstrip().startswith(b"%") else 0
+    first = len(source) - len(source.lstrip())
+    at = source.find(b"\n", first) + 1 if source.startswith(b"%", first) else 0
     ending = b"\r\n" if b"\r\n" in source else b"\n"
-    return source[:at] + comment.encode("latin-1") + ending + source[at:]
+    return source[:at] + comment.encode("latin-1", "replace") + ending + source[at:]

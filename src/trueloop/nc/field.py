@@ -7,18 +7,27 @@ import numpy as np
 
 from trueloop._core import NcField
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.tool_path import Array
+from trueloop.nc.tool_path import Array, Integers
 
 Displace = Callable[[Array], Array]
 """Positions (n, 3) to displacements (n, 3), both X (a radius on a lathe), Y, Z in mm."""
 
 
+DisplaceInMachine = Callable[[Array, Integers, Integers, Array], Array]
+"""The same of a machine: it is told, beside positions, the work offset and tool in force (n,), and which way each axis
+goes there or went last, (n, 3): +1, −1, or 0 before its first move."""
+
+
 @dataclass(frozen=True)
 class Field:
-    """A displacement for every position, in the program's coordinates. `told` identifies it in a corrected program."""
+    """A displacement for every position, in the program's coordinates. `told` identifies it in a corrected program.
+
+    `still` are letters of axes that it takes to stand: a program that names one is refused.
+    """
 
     told: dict[str, object]
     core: NcField = field(repr=False, compare=False)
+    still: frozenset[str] = frozenset()
 
     def displacement_mm(self, points_mm: Array) -> Array:
         """At (n, 3) positions. Raises NC-FIELD for one outside of where the field is known."""
@@ -38,6 +47,13 @@ class Field:
 def function_field(displace: Displace, name: str) -> Field:
     """Any function of position, asked for many positions at once; what it raises ends the mapping."""
     return Field({"function": name}, NcField.function(displace))
+
+
+def machine_field(
+    displace: DisplaceInMachine, told: dict[str, object], *, knows_travel: bool, still: frozenset[str] = frozenset()
+) -> Field:
+    """A machine's: with `knows_travel` arcs are cut where an axis turns round, and a start that jumped is gone to."""
+    return Field(told, NcField.function(displace, knows_travel), still)
 
 
 def affine_field(matrix: Array, shift_mm: Sequence[float]) -> Field:

@@ -1,4 +1,6 @@
-"""How corrections are written: rapids, backlash at quadrants, loops, cycles, probing, machine coordinates."""
+"""How a machine's corrections are written: backlash at quadrants, loops, cycles, probing, machine coordinates."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,11 +8,11 @@ import pytest
 from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.commanded_path import Setup, commanded_path
+from trueloop.loops.mapped_program import map_program
 from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.names import error_name
 from trueloop.machine.position_basis import CONSTANT, polynomial
-from trueloop.machine.program_edits import compensation_edits
+from trueloop.machine.setup import Setup, compensation_field
 from trueloop.machine.term import Part, Term
 from trueloop.nc.program import read_program
 
@@ -40,8 +42,8 @@ def test_backlash_is_put_in_where_the_axis_turns_round() -> None:
     assert after.splitlines() == [
         "G21 G1 X10. Y5. F100",
         "X20.",
-        "X20.00000 Y4.99000 Z0.00000",
-        "X20.00000 Y1.99000 Z0.00000",
+        "Y4.99000",
+        "Y1.99000",
         "X30.",
     ]
 
@@ -50,8 +52,67 @@ def test_an_arc_is_cut_where_an_axis_turns_round() -> None:
     after = corrected("G21 G1 X20. Y-9. F100\nY0.\nG3 X-20. Y0. I-20. J0.\n", BACKLASH, SETUP)
     to_top, backlash, down = after.splitlines()[-3:]
     assert to_top.startswith("G3 X0.00000 Y20.00000")
-    assert backlash == "G1 X0.00000 Y19.99000 Z0.00000"
+    assert backlash == "G01 X0.00000 Y19.99000"
     assert down.startswith("G3 X-20.00000 Y-0.01000")
+
+
+def test_backlash_before_an_arc_is_taken_up_in_a_block_before_it() -> None:
+    """Y comes up to 0 and goes down in the arc, which inherits its G2."""
+    source = "G21 G1 X0. Y-5. F100\nY0.\nG2 X10. Y-10. I0. J-10.\nX0. Y-20. I-10. J0. F50\nG1 Y-25.\n"
+    assert corrected(source, BACKLASH, SETUP).splitlines()[3:] == [
+        "G01 X0.00000 Y-0.01000",
+        "G2 X10. Y-10.01000 I0. J-10.",
+        "X0. Y-20.01000 I-10. J0. F50",
+        "G1 Y-25.01000",
+    ]
+    inherits = "G21 G2 X5. Y5. Z0. R5. F100\nG1 Y9.\nG2 X14. Y4. I0. J-5.\n"
+    with pytest.raises(TrueloopError, match="has no position yet"):
+        corrected(inherits, BACKLASH, SETUP)
+
+
+def test_an_optional_arc_is_not_moved_by_a_block_that_is_always_run() -> None:
+    source = "G21 G1 X0. Y-5. F100\nY0.\n/G2 X10. Y-10. I0. J-10.\n"
+    with pytest.raises(TrueloopError, match="3:1: NC-MAP: an axis turns round before this arc"):
+        corrected(source, BACKLASH, SETUP, skipped_blocks=True)
+
+
+@pytest.mark.parametrize("late", ["M30", "M5", "M1"])
+def test_a_code_that_comes_at_the_end_is_not_put_in_the_middle(late: str) -> None:
+    source = f"G21 G1 X10. Y5. F100\nX20.\nY2. {late}\n"
+    with pytest.raises(TrueloopError, match=late):
+        corrected(source, BACKLASH, SETUP)
+
+
+def test_a_lathe_is_given_no_y() -> None:
+    lathe = Machine("lathe", chain_with_travel("turning"))
+    terms = tuple(Term(error_name(name), (Part(CONSTANT),)) for name in ("EXZ", "EYZ"))
+    model = MachineModel(lathe, terms, np.array([0.02, 0.05]), np.zeros((2, 2)))
+    setup = Setup({1: (60.0, 0.0, -60.0)}, {-1: (20.0, 0.0, 25.0)})
+    after = corrected("G18 G21 G8\nG0 X20 Z1\nG1 Z-80 F100\n", model, setup)
+    assert after == "G18 G21 G8\nG0 X19.98000 Z1\nG1 Z-80 F100\n"
+
+
+def test_a_correction_larger_than_the_limit_is_refused(tmp_path: Path) -> None:
+    """3 mm of EXX: X goes too far by what nobody's machine errs."""
+    source = tmp_path / "part.ngc"
+    source.write_text("G21\nG0 X30 Y0 Z0\nM2\n")
+    field = compensation_field(_model(Term(error_name("EXX"), (Part(CONSTANT),)), 3.0), SETUP, {})
+    with pytest.raises(TrueloopError) as refusal:
+        map_program(source, tmp_path / "out.ngc", field, dialect="linuxcnc")
+    assert refusal.value.code is Code.CMP_SIZE
+    assert not (tmp_path / "out.ngc").exists()
+
+
+@pytest.mark.parametrize("text", ["G68 X0 Y0 R90\nG0 X10 Y0 Z0", "G0 X10 Y0 Z0 G987", "G16 G0 X10 Y45 Z0"])
+def test_what_is_not_understood_is_not_corrected(text: str) -> None:
+    with pytest.raises(TrueloopError):
+        corrected(f"G21\n{text}\n", STRETCHED, SETUP, dialect="fanuc-mill")
+
+
+def test_an_unknown_offset_is_told_with_its_line() -> None:
+    with pytest.raises(TrueloopError, match="work offset 2 is used") as refusal:
+        corrected("G21 G0 X1 Y0 Z0\nG55\nG0 X2\n", STRETCHED, SETUP)
+    assert (refusal.value.code, refusal.value.place.line) == (Code.MCH_FRAME, 3)
 
 
 @pytest.mark.parametrize("radius", ["R-6.", "R6."])
@@ -73,10 +134,10 @@ def test_an_arc_by_its_radius_keeps_to_the_displaced_circle(radius: str) -> None
 
 @pytest.mark.parametrize("dialect", ["siemens", "heidenhain"])
 def test_frames_that_are_no_g_codes_are_refused(dialect: str) -> None:
-    program = read_program(b"L X+1 Y+1 F100\n" if dialect == "heidenhain" else b"G1 X1 F100\n", dialect)
+    source = "L X+1 Y+1 F100\n" if dialect == "heidenhain" else "G1 X1 F100\n"
     with pytest.raises(TrueloopError) as refusal:
-        compensation_edits(program, commanded_path(STRETCHED, SETUP, program.run(), ()), 0.001)
-    assert refusal.value.code is Code.MCH_PROGRAM
+        corrected(source, STRETCHED, SETUP, dialect=dialect)
+    assert refusal.value.code is Code.NC_MAP
 
 
 def test_machine_coordinates_and_probing_stay() -> None:
@@ -91,14 +152,13 @@ def test_a_loop_at_several_places_is_refused_and_at_one_place_is_not() -> None:
     assert "G1 X19.97300 Z1." in same
     with pytest.raises(TrueloopError) as refusal:
         corrected(loop.format("[10*#1]"), STRETCHED, SETUP)
-    assert refusal.value.code is Code.MCH_PROGRAM
-    assert "block 4" in refusal.value.message
+    assert (refusal.value.code, refusal.value.place.line) == (Code.NC_MAP, 4)
 
 
 def test_a_cycle_is_refused() -> None:
     with pytest.raises(TrueloopError) as refusal:
         corrected("G21 G0 X0 Y0 Z10\nG81 X10 Y5 Z-3 R2 F100\n", STRETCHED, SETUP)
-    assert refusal.value.code is Code.MCH_PROGRAM
+    assert refusal.value.code is Code.NC_MAP
     assert refusal.value.place.line == 2
 
 
@@ -122,9 +182,9 @@ def test_the_error_of_x_is_taken_out_of_x_however_the_table_is_turned(turned: fl
 def test_a_program_that_turns_a_rotary_axis_is_refused() -> None:
     with pytest.raises(TrueloopError) as refusal:
         corrected("G21 G1 X20. Y5. F100\nG0 A30.\nX30.\n", PUSHED, SETUP)
-    assert refusal.value.code is Code.MCH_PROGRAM
+    assert refusal.value.code is Code.NC_MAP
     assert refusal.value.place.line == 2
-    assert "A30." in refusal.value.message
+    assert refusal.value.message.startswith("A turns")
 
 
 def test_a_turned_head_is_refused() -> None:

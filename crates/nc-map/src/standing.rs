@@ -1,0 +1,61 @@
+//! What a program says of where each axis stands: a run takes an axis for 0 until it is named, the machine does not.
+
+use nc_program::{Program, ToolPath};
+
+use crate::role::{names, names_axis, Role};
+
+/// What is known of an axis before a move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Standing {
+    /// Nothing: no position has named it yet.
+    Unsaid,
+    /// It is at a place of the machine: home, or a machine position.
+    Machine,
+    /// It is at a position of the program.
+    Said,
+    /// The program never names it: the machine may not have it.
+    Never,
+}
+
+impl Standing {
+    /// Whether a position of the program is yet to come.
+    pub fn is_unknown(self) -> bool {
+        matches!(self, Self::Unsaid | Self::Machine)
+    }
+}
+
+/// Before the first block, by the axes that the program names.
+pub(crate) fn at_start(named: [bool; 3]) -> [Standing; 3] {
+    named.map(|named| if named { Standing::Unsaid } else { Standing::Never })
+}
+
+/// After a move. An increment from an unknown place leads to another.
+pub(crate) fn after(
+    before: [Standing; 3],
+    program: &Program,
+    path: &ToolPath,
+    index: usize,
+    role: Option<&Role>,
+) -> [Standing; 3] {
+    let to_machine = matches!(role, Some(Role::Machine | Role::Home));
+    [0, 1, 2].map(|axis| match before[axis] {
+        Standing::Never => Standing::Never,
+        _ if to_machine && leaves(program, path, index, axis) => Standing::Machine,
+        _ if !to_machine && is_position(program, path, index, axis) => Standing::Said,
+        known => known,
+    })
+}
+
+/// Whether a move to a place of the machine takes that axis there.
+pub(crate) fn leaves(program: &Program, path: &ToolPath, index: usize, axis: usize) -> bool {
+    let block = path.block[index] as usize;
+    names(program, block, axis) || !names_axis(program, block)
+}
+
+/// Whether a word of the move names the axis by where it goes, not by how far.
+fn is_position(program: &Program, path: &ToolPath, index: usize, axis: usize) -> bool {
+    let word = usize::try_from(path.words[index][axis]).ok().and_then(|word| program.words().get(word));
+    let increments = program.dialect().increments.unwrap_or([0; 3]);
+    let incremental = path.states[path.state[index] as usize].incremental;
+    word.is_some_and(|word| word.letter != increments[axis] && !incremental)
+}
