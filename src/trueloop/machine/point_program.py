@@ -79,7 +79,7 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
         words = {word.letter: word for word in block.words if word.letter in ("X", "Y")}
         if not words or codes & no_positions:
             continue
-        state = CoordinateState(inch=inch, diameter=True)
+        state = CoordinateState(inch=inch, diameter=False)
         for word in words.values():
             if incremental or word.kind != "number":
                 raise _no_point(program, word, "an increment" if incremental else "computed when the program runs")
