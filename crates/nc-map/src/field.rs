@@ -23,7 +23,7 @@ pub enum Trouble {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Number of the work offset in force.
-    pub work_offset: u8,
+    pub work_offset: u16,
     /// The T word in force; −1 before the first.
     pub tool: i32,
     /// The way each axis goes there, or went last: +1, −1; 0 before its first move.
