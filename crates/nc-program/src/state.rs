@@ -8,7 +8,7 @@ use crate::parameters::{Key, Store};
 use crate::pass::Passes;
 use crate::program::Program;
 use crate::run::Options;
-use crate::thread::ThreadData;
+use crate::thread_cycle::ThreadData;
 
 /// The state of the control; and what was met or said already.
 #[derive(Debug)]

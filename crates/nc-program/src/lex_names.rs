@@ -1,0 +1,110 @@
+//! Words of more than a letter, as the lexer meets them: names of the dialect's list, variables, labels, calls.
+
+use crate::dialect::{FlowStyle, Naming};
+use crate::lex::Lexer;
+use crate::names::{self, Name};
+use crate::number;
+use crate::program::WordKind;
+
+impl Lexer<'_> {
+    /// A word of more than a letter, or a letter with an equals sign; false where there is none.
+    pub(crate) fn named_word(&mut self, start: usize, letter: u8) -> bool {
+        if let Some((index, end)) = names::find(self.source, start, self.dialect) {
+            self.listed(start, end, index);
+            return true;
+        }
+        if self.dialect.parameters.named != Naming::Plain {
+            return false;
+        }
+        let Some(end) = names::name_end(self.source, start) else { return false };
+        let bracket = self.source.get(end) == Some(&b'[');
+        let Some(closed) = (if bracket { self.closing(end, b']') } else { Some(end) }) else {
+            self.unknown(start);
+            return true;
+        };
+        let after = self.scanner.skip_space(closed);
+        match self.source.get(after) {
+            Some(b'=') if end == start + 1 && !bracket => self.address(start, after + 1, letter),
+            Some(b'=') => self.plain_assignment(start, after + 1),
+            Some(b':') if self.dialect.flow == FlowStyle::Structured => {
+                self.push(start, after + 1, 0, WordKind::Label, f64::NAN);
+            }
+            _ if self.dialect.flow == FlowStyle::Structured && end > start + 1 => match self.arguments_end(end) {
+                Some(end) => self.push(start, end, 0, WordKind::Call, f64::NAN),
+                None => self.unknown(start),
+            },
+            _ => return false,
+        }
+        true
+    }
+
+    /// A word of the dialect's list, that ends at a byte but for its value.
+    fn listed(&mut self, start: usize, end: usize, index: usize) {
+        let name = self.dialect.names.get(index).unwrap_or(Name::Inert);
+        let end = match name {
+            Name::Address(letter) | Name::Increment(letter) => {
+                let equals = self.scanner.skip_space(end);
+                let value = if self.source.get(equals) == Some(&b'=') { equals + 1 } else { end };
+                return self.address(start, value, letter);
+            }
+            Name::Flow(_) => return self.push(start, self.text_end(end), 0, WordKind::Flow, f64::NAN),
+            Name::Text(_) => self.text_end(end),
+            Name::Code(_) | Name::Function(_) => end,
+            Name::Inert => match self.arguments_end(end) {
+                Some(end) => end,
+                None => return self.unknown(start),
+            },
+        };
+        self.push(start, end, 0, WordKind::Name, index as f64);
+    }
+
+    /// A value after an address: a plain number, or something to be computed.
+    fn address(&mut self, start: usize, value: usize, letter: u8) {
+        let value = self.scanner.skip_space(value);
+        let Some(end) = self.scanner.value_end(value) else { return self.unknown(start) };
+        match number::read(self.source, value) {
+            Some((number, after)) if after == end => self.push(start, end, letter, WordKind::Number, number),
+            _ => self.push(start, end, letter, WordKind::Expression, f64::NAN),
+        }
+    }
+
+    fn plain_assignment(&mut self, start: usize, value: usize) {
+        match self.scanner.value_end(value) {
+            Some(end) => self.push(start, end, self.dialect.parameters.mark, WordKind::Assignment, f64::NAN),
+            None => self.unknown(start),
+        }
+    }
+
+    /// One past what may follow a word that takes arguments: `=5`, `("a;b", 3)`, `[1]=2`.
+    fn arguments_end(&mut self, end: usize) -> Option<usize> {
+        let open = self.scanner.skip_space(end);
+        match self.source.get(open) {
+            Some(b'(') => self.closing(open, b')'),
+            Some(b'=') => self.scanner.value_end(open + 1),
+            _ => Some(end),
+        }
+    }
+
+    /// One past the bracket that closes the one at a byte, on the same line; texts between marks are passed over.
+    fn closing(&mut self, open: usize, close: u8) -> Option<usize> {
+        let opening = *self.source.get(open)?;
+        let (mut depth, mut text) = (0usize, false);
+        for (offset, &byte) in self.source.get(open..)?.iter().enumerate() {
+            match byte {
+                b'\n' => break,
+                b'"' => text = !text,
+                _ if text => {}
+                _ if byte == opening => depth += 1,
+                _ if byte == close => {
+                    depth -= 1;
+                    if depth == 0 {
+                        return Some(open + offset + 1);
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.scanner.gave_up_at = Some(self.scanner.line_end(open));
+        None
+    }
+}
