@@ -75,7 +75,7 @@ def codes(program: Program) -> list[tuple[int | None, int | None, str]]:
         ("(not closed", "linuxcnc", [(1, 1, "NC-WORD")]),
         ("G1 X", "linuxcnc", [(1, 4, "NC-WORD")]),
         ("#1 #2=", "linuxcnc", [(1, 1, "NC-WORD"), (1, 4, "NC-WORD")]),
-        ("G1 X1 @2", "linuxcnc", [(1, 7, "NC-WORD")]),
+        ("G1 X1 ?2", "linuxcnc", [(1, 7, "NC-WORD")]),
         ("G99.9 M999", "linuxcnc", [(1, 1, "NC-CODE"), (1, 7, "NC-CODE")]),
         ("G1 X1.5.5", "linuxcnc", [(1, 4, "NC-WORD")]),
         ("G0 G90 M3 M8 X1", "linuxcnc", []),
