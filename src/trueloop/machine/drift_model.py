@@ -42,7 +42,6 @@ class Member:
     ladder_s: tuple[float, ...]
     weights: Array
     constant: float
-    left_out_rms: float
 
 
 @dataclass(frozen=True)
@@ -130,7 +129,7 @@ def _member(
     """The heat of the spindle first; then inputs one by one, the best first, while the blocks left out gain by it."""
     chosen = [name for name in columns if name.endswith(SQUARE)]
     best = _left_out(columns, chosen, drift, strength, blocks) if chosen else float(np.var(drift))
-    while len(chosen) < MOST_INPUTS:
+    while len(chosen) < min(MOST_INPUTS, len(columns)):
         others = [name for name in columns if name not in chosen]
         error, name = min((_left_out(columns, [*chosen, name], drift, strength, blocks), name) for name in others)
         if chosen and error > best * (1 - GAIN):
@@ -140,7 +139,7 @@ def _member(
     design = _with_constant(np.hstack([columns[name] for name in chosen]))
     solution = np.linalg.solve(design.T @ design + _ridge(design, strength), design.T @ drift)
     weights = np.asarray(solution[1:], dtype=np.float64)
-    return Member(tuple(chosen), ladder, weights, float(solution[0]), float(np.sqrt(best)))
+    return Member(tuple(chosen), ladder, weights, float(solution[0]))
 
 
 def _left_out(columns: Mapping[str, Array], names: Sequence[str], drift: Array, strength: float, blocks: int) -> float:

@@ -42,3 +42,14 @@ def test_a_machine_with_known_constants_is_predicted_and_its_sensor_found() -> N
     rest = (model.predict(time_s, signals) - drift)[~known]
     assert np.sqrt(np.mean(rest**2)) < 0.05 * np.std(drift)
     assert "T2" in model.inputs
+
+
+@pytest.mark.parametrize("name", ["T1", "spindle_rpm"])
+def test_one_signal_alone_is_a_model_too(name: str) -> None:
+    time_s = np.arange(0.0, 12 * 3600.0, 60.0)
+    swing = np.sin(time_s / 2500.0)
+    signal = np.where(swing > 0, 1000.0, 0.0) if name == "spindle_rpm" else 20.0 + swing
+    felt = lagged(time_s, signal[:, None], np.array([600.0]))[:, 0, 0]
+    model = fit_drift(time_s, {name: signal}, felt)
+    assert model.inputs and all(name in used for used in model.inputs)
+    assert np.std(model.predict(time_s, {name: signal}) - felt) < 0.2 * np.std(felt)
