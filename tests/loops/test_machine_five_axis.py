@@ -9,10 +9,10 @@ from tests.support.machined_path import corrected, run_points
 from tests.support.machines import set_back_chain
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import AxisKind
-from trueloop.machine.commanded_path import Setup
 from trueloop.machine.kinematics import bed_to_work
 from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.position_basis import CONSTANT, polynomial
+from trueloop.machine.setup import Setup
 from trueloop.machine.structure import PRESETS
 from trueloop.machine.term import Part, Term
 
