@@ -1,6 +1,5 @@
 """Every way in which a machine model or its data is refused."""
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.files import read_as_file
 from trueloop.cli.machine_correction import _require_machine
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
@@ -61,10 +61,7 @@ def _placed(source: str, **signals: float) -> object:
 
 
 def _positioning(text: str) -> object:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "test.csv"
-        path.write_text(text)
-        return read_positioning(path)
+    return read_as_file(text, read_positioning)
 
 
 def _outlier() -> object:

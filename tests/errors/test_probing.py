@@ -1,11 +1,10 @@
 """Every way in which probing is refused."""
 
-import tempfile
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
+from tests.support.files import read_as_file
 from tests.support.probing import APPROACH, STEP, plan_of
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Code
@@ -40,17 +39,11 @@ def _match(rows: Sequence[int], moved_mm: float = 0.0) -> object:
 
 
 def _log(text: str) -> object:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "touches.txt"
-        path.write_text(text)
-        return read_probe_log(path, "linuxcnc")
+    return read_as_file(text, lambda path: read_probe_log(path, "linuxcnc"))
 
 
 def _probe_file(text: str) -> object:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "probe.toml"
-        path.write_text(text)
-        return read_probe(path)
+    return read_as_file(text, read_probe)
 
 
 def _circle(degrees: Array, radius_mm: float = 14.0) -> Array:

@@ -1,11 +1,10 @@
 """Every way in which the simulator and controls refuse."""
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from unittest import mock
 
+from tests.support.files import read_as_file
 from tests.support.probing import EXAMPLES
 from trueloop.controllers.linuxcnc import session
 from trueloop.controllers.linuxcnc.loop import drive_part
@@ -20,10 +19,7 @@ LOOP = EXAMPLES / "loop"
 
 
 def _machine(text: str) -> object:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "machine.toml"
-        path.write_text(text)
-        return read_virtual_machine(path)
+    return read_as_file(text, read_virtual_machine)
 
 
 def _without_linuxcnc() -> None:
