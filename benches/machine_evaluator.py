@@ -18,7 +18,8 @@ TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 POINTS = 1_000_000
 
 
-def _model(rng: np.random.Generator) -> MachineModel:
+def mill_model(rng: np.random.Generator) -> MachineModel:
+    """A three-axis mill with errors of some 0.01 mm in all 21 terms."""
     chain = chain_of("w b X Y Z t")
     chain = chain.with_axes({a.name: replace(a, travel=TRAVEL[a.name]) for a in chain.axes})
     terms = mill_terms(chain)
@@ -70,7 +71,7 @@ def _plain_error(cubics: list[list[float]], square: list[float], q: tuple[float,
 def main() -> None:
     """Both tables, the same numbers checked first."""
     rng = np.random.default_rng(1)
-    model = _model(rng)
+    model = mill_model(rng)
     compiled = compile_model(model, {})
     cubics, square = _cubics(model)
     points = np.stack([rng.uniform(*TRAVEL[axis], POINTS) for axis in "XYZ"], axis=1)

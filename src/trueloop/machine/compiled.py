@@ -50,9 +50,13 @@ class CompiledModel:
 
     def error_mm(self, positions: Array, travel: Array | None = None, threads: int = 1) -> Array:
         """E at (n, 3) positions of X, Y, Z; `travel` (n, 3) as in `State`."""
-        ways = None if travel is None else np.ascontiguousarray(travel, dtype=np.float64)
-        error = self.core.error(np.ascontiguousarray(positions, dtype=np.float64), ways, threads)
+        error = self.bed_error_mm(positions, travel, threads)
         return error if np.array_equal(self.bed_to_work, np.eye(3)) else error @ self.bed_to_work
+
+    def bed_error_mm(self, positions: Array, travel: Array | None = None, threads: int = 1) -> Array:
+        """The same along the machine's own X, Y, Z, however the table is turned."""
+        ways = None if travel is None else np.ascontiguousarray(travel, dtype=np.float64)
+        return self.core.error(np.ascontiguousarray(positions, dtype=np.float64), ways, threads)
 
 
 def compile_model(
@@ -68,7 +72,7 @@ def compile_model(
         raise TrueloopError(
             Code.MCH_STRUCTURE,
             f"axes {' '.join(other)} are not X, Y, Z: {len(other)} too many for the evaluator",
-            hint="evaluate such a machine with `MachineModel.error_mm`",
+            hint="describe the machine by X, Y, Z and rotary axes that stand",
         )
     parts = _Parts(model, signals, tool_mm, dict(fixed or {}))
     bodies = tuple(body for axis in chain.axes for body in parts.bodies(axis.name))
@@ -188,7 +192,7 @@ class _Parts:
             raise TrueloopError(
                 Code.MCH_STRUCTURE,
                 f"a rotary axis carries the axis whose errors are {names[0]} to {names[-1]}, and is turned",
-                hint="evaluate such a machine with `MachineModel.error_mm`",
+                hint="describe the machine by X, Y, Z and rotary axes that stand",
             )
         carries = np.asarray(np.round(np.diag(moves)), dtype=np.float64)
         return arms[0], carries

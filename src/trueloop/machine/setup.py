@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import AxisKind, Vector
-from trueloop.machine.kinematics import bed_to_work
+from trueloop.machine.compiled import CompiledModel, compile_model
 from trueloop.machine.model import MachineModel, State
 from trueloop.machine.term import Signals
 from trueloop.machine.validity import check_state
@@ -54,8 +55,7 @@ def state_at(
 ) -> State:
     """Axis positions at program points (n, 3): point + work zero − tool vector; travel (n, 3) along X, Y, Z."""
     chain = model.machine.chain
-    tools = np.where(np.isin(tool, list(setup.tool_mm)), tool, ANY_TOOL)
-    tool_mm = _looked_up(tools, setup.tool_mm, "tool")
+    tool_mm = _looked_up(_known_tools(setup, tool), setup.tool_mm, "tool")
     axes = points_mm + _looked_up(work, setup.work_zero_mm, "work offset") - tool_mm
     given: dict[str, Array | float] = dict(setup.fixed)
     given |= {name: axes[:, k] for k, name in enumerate(AXES) if name in chain.order}
@@ -64,17 +64,32 @@ def state_at(
 
 
 def _displacement(model: MachineModel, setup: Setup, extrapolate: Collection[str]) -> DisplaceInMachine:
-    # A turned table carries no coordinates with it: the program's axes are those of the machine.
-    to_axes = bed_to_work(model.machine.chain, setup.fixed).T
+    """−E along the machine's own axes, which are the program's: a turned table carries no coordinates with it."""
     there = np.array([name in model.machine.chain.order for name in AXES])
 
+    @cache
+    def compiled(tool: int) -> CompiledModel:
+        return compile_model(model, setup.signals, setup.tool_mm[tool], setup.fixed)
+
     def displace(points_mm: Array, work: Integers, tool: Integers, travel: Array) -> Array:
-        state = state_at(model, setup, points_mm, work, tool, travel)
-        check_state(model, state, extrapolate)
-        compensation: Array = np.where(there, -(model.error_mm(state) @ to_axes), 0.0)
+        check_state(model, state_at(model, setup, points_mm, work, tool, travel), extrapolate)
+        zero_mm = _looked_up(work, setup.work_zero_mm, "work offset")
+        compensation = np.empty_like(points_mm)
+        known = _known_tools(setup, tool)
+        for number in np.unique(known):
+            own = known == number
+            axes = points_mm[own] + zero_mm[own] - np.array(setup.tool_mm[int(number)])
+            compensation[own] = np.where(there, -compiled(int(number)).bed_error_mm(axes, travel[own]), 0.0)
         return compensation
 
     return displace
+
+
+def _known_tools(setup: Setup, tool: Integers) -> Integers:
+    """T words with a length of their own, −1 for the others. Raises MCH-FRAME where that is not given either."""
+    known = np.where(np.isin(tool, list(setup.tool_mm)), tool, ANY_TOOL)
+    _looked_up(known, setup.tool_mm, "tool")
+    return known
 
 
 def _check_head_upright(model: MachineModel, setup: Setup) -> None:
