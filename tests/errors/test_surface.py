@@ -124,6 +124,13 @@ def _points_of(path: Path, text: str) -> object:
     return read_points(path)
 
 
+def _lines(rows: int, columns: int) -> Places:
+    """A part measured in lines along a grid."""
+    at = np.linspace(0.05, 0.95, rows), np.linspace(0.05, 0.95, columns)
+    u, v = (a.ravel() for a in np.meshgrid(*at, indexing="ij"))
+    return Places(SURFACE.point_mm(u, v), u, v, *at)
+
+
 def _part_twice(path: Path) -> object:
     path.write_text('name = "W"\n[surface]\nfile = "w.csv"\n[gauging]\npoints = ["S01.csv", "again/S01.csv"]\n')
     return read_surface_inputs(path)
@@ -190,6 +197,8 @@ def test_refusal_names_code_values_and_hint(code: Code) -> None:
         (Code.SRF_GRID, lambda: fit_grid(np.zeros((5, 5, 3)))),
         (Code.SRF_MODEL, lambda: of_size(Places(SQUARE.points_mm[:60], U[:60], V[:60]), np.zeros(60), Size(9, 9))),
         (Code.SRF_MODEL, lambda: separate(SQUARE, np.zeros(625))),
+        (Code.SRF_POINTS, lambda: separate(_lines(3, 40), np.random.default_rng(1).normal(0, 1, 120), name="S1")),
+        (Code.SRF_POINTS, lambda: separate(_lines(3, 3), np.random.default_rng(1).normal(0, 1, 9), name="S1")),
         (Code.SRF_FILE, lambda: _written("a.csv", lambda path: _points_of(path, "x_mm,y_mm\n1,2\n"))),
         (Code.SRF_FILE, lambda: _written("a.csv", lambda path: _points_of(path, "x_mm,y_mm,z_mm\n1,2\n"))),
         (Code.SRF_FILE, lambda: _written("a.csv", lambda path: _points_of(path, "x_mm,y_mm,z_mm\n"))),

@@ -26,10 +26,10 @@ def decompose(
 ) -> None:
     """Take the errors of a part apart: what the machine did, what the process, what the model left."""
     from trueloop.errors import in_file
-    from trueloop.formats.inspections_csv import components_csv, read_inspections, states_of
+    from trueloop.formats.inspections_csv import components_csv, read_inspections
     from trueloop.formats.model_file import read_model
     from trueloop.formats.outputs import write_all
-    from trueloop.loops.post_process import decompose_part
+    from trueloop.loops.post_process import decompose_part, states_of
     from trueloop.report.machine_components import components_page
 
     known = read_model(model)

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
 from trueloop.cli.terminal import AsJson, print_json
 
 Page = Annotated[Path | None, typer.Option("--out", "-o", metavar="PAGE.html", help="Page with the plots.")]
@@ -50,7 +51,9 @@ def positioning(
 def drift(
     log: Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")],
     out: Page = None,
-    window_h: Annotated[float, typer.Option(help="Time over which the largest drift is looked for, h.")] = 1.0,
+    window_h: Annotated[
+        float, typer.Option(callback=positive, help="Time over which the largest drift is looked for, h.")
+    ] = 1.0,
     as_json: AsJson = False,
 ) -> None:
     """Analyse a drift test after ISO 230-3: ranges over all and within a time, plots beside the temperatures."""

@@ -11,6 +11,7 @@ from trueloop.cli.nc_features import features_of_job
 from trueloop.cli.nc_map import map_program_file
 from trueloop.cli.nc_time import time_of_program
 from trueloop.cli.nc_translate import translate_program_file
+from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import (
     DialectName,
     Offsets,
@@ -117,7 +118,8 @@ def difference_of_programs(
     tools: Tools = None,
     rapids: Annotated[bool, typer.Option("--rapids", help="Compare rapid moves as well as cuts.")] = False,
     tolerance_mm: Annotated[
-        float | None, typer.Option("--tolerance-mm", min=0.0, help="Exit status 1 when they lie further apart.")
+        float | None,
+        typer.Option("--tolerance-mm", callback=not_negative, help="Exit status 1 when they lie further apart."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import (
     DialectName,
     ProgramFile,
@@ -58,7 +59,9 @@ def show(
 @guarded
 def from_program(
     file: ProgramFile,
-    nose_radius_mm: Annotated[float, typer.Option("--nose-radius-mm", min=0, help="Radius of the tool nose.")],
+    nose_radius_mm: Annotated[
+        float, typer.Option("--nose-radius-mm", callback=not_negative, help="Radius of the tool nose.")
+    ],
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,

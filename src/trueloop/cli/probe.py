@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
 from trueloop.cli.terminal import AsJson, print_json
 
 app = typer.Typer(no_args_is_help=True, help="Plan touches, write probing programs, read what the control logged.")
@@ -87,7 +88,7 @@ def read(
 def calibrate(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Touches on the sphere or ring, as logged.")],
     control: OfControl,
-    radius_mm: Annotated[float, typer.Option("--radius-mm", help="Radius of the sphere or ring.", min=0.0)],
+    radius_mm: Annotated[float, typer.Option("--radius-mm", callback=positive, help="Radius of the sphere or ring.")],
     ring: Annotated[bool, typer.Option("--ring", help="A ring, touched from inside.")] = False,
     lobes: Annotated[int, typer.Option("--lobes", help="Legs of the probe's switch.", min=1)] = 3,
     inch: Annotated[bool, typer.Option("--inch", help="The log is in inches.")] = False,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
 from trueloop.cli.surface_simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json
 
@@ -95,12 +96,16 @@ def compensate(
 @guarded
 def path(
     nominal: Annotated[Path, typer.Argument(metavar="SURFACE", help="STEP, IGES, or a CSV grid of points.")],
-    radius_mm: Annotated[float, typer.Option("--radius-mm", help="Radius of the ball-end cutter.")],
+    radius_mm: Annotated[float, typer.Option("--radius-mm", callback=positive, help="Radius of the ball-end cutter.")],
     face: Annotated[int | None, typer.Option("--face", help="Which face of the CAD file, from 1.")] = None,
     flip: Annotated[bool, typer.Option("--flip", help="Turn the normals over.")] = False,
-    scallop_um: Annotated[float, typer.Option("--scallop-um", help="Height of the ridges between passes.")] = 2.0,
-    chord_um: Annotated[float, typer.Option("--chord-um", help="Chord tolerance along a pass.")] = 1.0,
-    feed: Annotated[float, typer.Option("--feed", help="Feed in mm/min.")] = 300.0,
+    scallop_um: Annotated[
+        float, typer.Option("--scallop-um", callback=positive, help="Height of the ridges between passes.")
+    ] = 2.0,
+    chord_um: Annotated[
+        float, typer.Option("--chord-um", callback=positive, help="Chord tolerance along a pass.")
+    ] = 1.0,
+    feed: Annotated[float, typer.Option("--feed", callback=positive, help="Feed in mm/min.")] = 300.0,
     dialect: Annotated[Literal["linuxcnc"], typer.Option("--dialect", help="How to write it.")] = "linuxcnc",
 ) -> None:
     """Print a plain zig-zag program for a ball-end cutter, its tip programmed, in mm."""

@@ -5,6 +5,7 @@ A least-squares spline surface follows what machining repeats; what it leaves sh
 residuals so: fewest control points first.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
@@ -12,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.error_surface.candidates import DEGREES, climbed, most_likely, sizes, thinner
+from trueloop.error_surface.candidates import DEGREES, FULLEST, climbed, most_likely, sizes, thinner
 from trueloop.error_surface.likelihood import log_likelihood
 from trueloop.error_surface.moran import Null
 from trueloop.error_surface.neighbourhood import Neighbourhood, permutation_p_value, residual_null
@@ -95,12 +96,26 @@ def separate(
     stand in the trial that is chosen, and what they reject is among the findings.
     """
     near = near or Neighbourhood(places)
-    candidates, likely = list(sizes(places, degrees)), cache(partial(log_likelihood, places, errors_mm))
+    candidates, likely = _sizes(places, degrees, name), cache(partial(log_likelihood, places, errors_mm))
     if criterion == "likelihood":
         chosen = _trial(near, errors_mm, most_likely(candidates, likely))
     else:
         chosen = _until_random(near, errors_mm, candidates, likely, confidence, name)
     return _taken_apart(near, errors_mm, chosen, criterion, tuple(_findings(chosen, confidence, name)))
+
+
+def _sizes(places: Places, degrees: Sequence[int], name: str) -> list[Size]:
+    if found := list(sizes(places, degrees)):
+        return found
+    given = f"{len(places.u)} points"
+    if places.rows is not None and places.columns is not None:
+        given = f"{len(places.rows)} rows and {len(places.columns)} columns"
+    least = math.ceil((min(degrees) + 1) / FULLEST)
+    raise TrueloopError(
+        Code.SRF_POINTS,
+        f"{name!r} was measured in {given}: too few for any surface",
+        hint=f"{least} rows and {least} columns are the least",
+    )
 
 
 def of_size(places: Places, errors_mm: Array, size: Size, near: Neighbourhood | None = None) -> Separation:

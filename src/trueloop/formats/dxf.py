@@ -7,6 +7,7 @@ lines on the axis are left out, so that a closed outline of the half section wor
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.dxf_chain import Segment, chains_of
 from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.validate import from_chuck
 from trueloop.units import MM_PER_INCH
 
 if TYPE_CHECKING:
@@ -26,6 +28,9 @@ UNIT_CODES: Final = {"mm": 4, "inch": 1}
 
 CHAIN_WITHIN_MM: Final = 1e-3
 """Ends of drawn entities that lie closer are one point."""
+
+MOST_MM: Final = 1e9
+"""No part lies as far from its zero; beyond, a point is damage."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +55,11 @@ def read_dxf(
     `name_by` layer, after the layers they are drawn on. Raises GEO-DXF (unreadable, nothing to read, arcs in a drawing
     of diameters), GEO-DXF-UNIT, GEO-DXF-CHOICE (several chains, or a branch), GEO-GAP.
     """
-    drawing = _open(path)
-    mm_per_unit, unit_note = _scale(drawing, unit, path)
-    entities = [entity for entity in drawing.modelspace() if layer is None or entity.dxf.layer == layer]
-    segments = list(_segments(entities, mm_per_unit, 0.5 if x_is == "diameter" else 1.0, path))
+    with _refusing_damage(path):
+        drawing = _open(path)
+        mm_per_unit, unit_note = _scale(drawing, unit, path)
+        entities = [entity for entity in drawing.modelspace() if layer is None or _layer(entity) == layer]
+        segments = list(_segments(entities, mm_per_unit, 0.5 if x_is == "diameter" else 1.0, path))
     off_axis = [segment for segment in segments if not _on_axis(segment.feature)]
     notes = [unit_note, *_left_out(entities, len(segments) - len(off_axis))]
     chain = _only_chain(chains_of(off_axis, CHAIN_WITHIN_MM, path), layer, drawing, path)
@@ -63,11 +69,19 @@ def read_dxf(
 def _open(path: Path) -> "Drawing":
     # ezdxf takes a tenth of a second to import, and most jobs have no drawing.
     from ezdxf.filemanagement import readfile
+
+    return readfile(path)
+
+
+@contextmanager
+def _refusing_damage(path: Path) -> Iterator[None]:
+    """What ezdxf raises over a damaged file, while it is opened or as its entities are asked, in words."""
     from ezdxf.lldxf.const import DXFError
 
+    damage = (OSError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RecursionError, DXFError)
     try:
-        return readfile(path)
-    except (OSError, UnicodeError, DXFError) as error:
+        yield
+    except damage as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise _refusal(path, f"the drawing cannot be read: {reason}", "save it again as DXF R12 or later") from error
 
@@ -89,7 +103,7 @@ def _scale(drawing: "Drawing", unit: str | None, path: Path) -> tuple[float, str
 
 def _segments(entities: Sequence[Any], mm_per_unit: float, x_factor: float, path: Path) -> Iterator[Segment]:
     for entity in entities:
-        kind, layer = entity.dxftype(), str(entity.dxf.layer)
+        kind, layer = entity.dxftype(), _layer(entity)
         if kind in ("LWPOLYLINE", "POLYLINE"):
             for part in _segments(list(entity.virtual_entities()), mm_per_unit, x_factor, path):
                 yield replace(part, layer=layer)
@@ -117,7 +131,15 @@ def _arc(entity: Any, mm_per_unit: float) -> Arc:
 
 
 def _point(vector: Any, mm_per_unit: float, x_factor: float = 1.0) -> Point:
-    return float(vector.y) * mm_per_unit * x_factor, float(vector.x) * mm_per_unit
+    point = float(vector.y) * mm_per_unit * x_factor, float(vector.x) * mm_per_unit
+    if not all(abs(value) <= MOST_MM for value in point):
+        raise ValueError(f"a point at {vector}")
+    return point
+
+
+def _layer(entity: Any) -> str:
+    """The layer it is on; 0, as the format has it, where it names none."""
+    return str(entity.dxf.get("layer", "0"))
 
 
 def _on_axis(feature: Feature) -> bool:
@@ -146,7 +168,7 @@ def _only_chain(
             place=Place(str(path)),
         )
     where = f"layer '{layer}'" if layer else "the model space"
-    layers = sorted({str(entity.dxf.layer) for entity in drawing.modelspace()})
+    layers = sorted({_layer(entity) for entity in drawing.modelspace()})
     raise _refusal(
         path,
         f"0 lines, arcs and polylines off the axis in {where}",
@@ -161,8 +183,7 @@ def _described(chain: Sequence[Segment]) -> str:
 
 def _from_chuck(chain: Sequence[Segment]) -> Sequence[Segment]:
     """The chain in the direction in which z grows; a chain of faces only, inwards."""
-    (x0, z0), (x1, z1) = chain[0].feature.start_mm, chain[-1].feature.end_mm
-    forwards = z1 > z0 if abs(z1 - z0) > CHAIN_WITHIN_MM else x1 < x0
+    forwards = from_chuck(chain[0].feature.start_mm, chain[-1].feature.end_mm, CHAIN_WITHIN_MM)
     return chain if forwards else [segment.reversed() for segment in reversed(chain)]
 
 

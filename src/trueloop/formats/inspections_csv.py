@@ -11,15 +11,10 @@ import re
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
 from trueloop.diagnosis.components import Components, Inspections
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.measured_rows import read_measured, vectors
 from trueloop.formats.rows import CsvFile
-from trueloop.machine.chain import Vector
-from trueloop.machine.model import MachineModel, State
-from trueloop.machine.term import Signals
 from trueloop.units import UM_PER_MM
 
 KINDS: Final = {"nominal": "_mm", "normal": "", "controller": "_mm", "cmm": "_mm"}
@@ -46,14 +41,6 @@ def read_inspections(path: Path) -> tuple[tuple[str, ...], Inspections]:
     names = tuple(name or str(k) for k, name in enumerate(rows.texts("point"), 1))
     places = (seen["nominal"], seen["normal"], seen["controller"], seen["cmm"])
     return names, Inspections(*places, touch_u_mm, cmm_u_mm, comp_mm)
-
-
-def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Vector, signals: Signals) -> State:
-    """Axis positions that bring the tool point to each gauging point: part + zero − tool."""
-    axes = seen.nominal_mm + np.array(zero) - np.array(tool)
-    chain = model.machine.chain
-    given = {name: axes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
-    return State(chain.positions(given), 0.0, signals, tool)
 
 
 def components_csv(points: tuple[str, ...], parts: Components) -> str:

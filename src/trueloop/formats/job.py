@@ -4,14 +4,13 @@ Lengths carry their unit in the key, or, for the profile's coordinates, in `part
 file. Unknown keys are refused: a mistyped option must not be an option ignored.
 """
 
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from trueloop.errors import Code
-from trueloop.formats.tables import Finite, NotNegative, Positive, T, Table, read_tables
+from trueloop.formats.tables import Count, Finite, Moment, NotNegative, Positive, Share, T, Table, read_tables
 
 Point = tuple[Finite, Finite]
 
@@ -61,7 +60,7 @@ class ToolTable(Table):
 
     nose_radius_mm: NotNegative | None = None
     nose_radius_in: NotNegative | None = None
-    number: int = 1
+    number: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] = 1
 
     @model_validator(mode="after")
     def _one_unit(self) -> "ToolTable":
@@ -75,10 +74,10 @@ class ProgramsTable(Table):
 
     dialect: str
     finish: Path
-    finish_lines: tuple[int, int] | None = None
+    finish_lines: tuple[Count, Count] | None = None
     semifinish: Path | None = None
     semifinish_allowance_mm: NotNegative | None = None
-    parameters: dict[str, float] = Field(default_factory=dict)
+    parameters: dict[str, Finite] = Field(default_factory=dict)
     resolution_mm: Positive | None = None
     offset_x_is: Literal["radius", "diameter"] | None = None
     execute_deleted_blocks: bool = False
@@ -90,14 +89,14 @@ class GaugingTable(Table):
 
     touches: Path
     probe: Path | None = None
-    points: dict[str, Annotated[int, Field(ge=1)]] = Field(default_factory=dict)
+    points: dict[str, Count] = Field(default_factory=dict)
     spacing_mm: Positive | None = None
     ball_radius_mm: NotNegative = 0.0
     repeatability_diameter_um: NotNegative = 1.5
     repeatability_face_um: NotNegative = 0.5
     z_reference: str | None = None
-    measured_allowance_mm: float = 0.0
-    measured_at: datetime | None = None
+    measured_allowance_mm: Finite = 0.0
+    measured_at: Moment | None = None
     program_sha256: str | None = None
     finish_touches: Path | None = None
 
@@ -105,9 +104,9 @@ class GaugingTable(Table):
 class CompensationTable(Table):
     """How much of the error to take out, how, and what to refuse."""
 
-    weight: Annotated[float, Field(gt=0, le=1)] = 1.0
+    weight: Share = 1.0
     junctions: Literal["part", "path"] = "part"
-    knot_every: Annotated[int, Field(ge=1)] | None = None
+    knot_every: Count | None = None
     nose_from: tuple[Path, ...] = ()
     chord_tolerance_um: Positive = 0.5
     arcs: Literal["auto", "lines", "arcs"] = "auto"

@@ -38,7 +38,7 @@ from typing import Annotated, Final, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.tables import Finite, Positive, Table, placed_at, read_tables
+from trueloop.formats.tables import Count, Finite, Located, Positive, Table, read_located
 from trueloop.machine.chain import ZERO, Axis, AxisKind, Chain
 from trueloop.machine.choice import Choice
 from trueloop.machine.form import Form
@@ -53,8 +53,7 @@ from trueloop.machine.term import Part, Term
 STANDARDS: Final = {"mill": mill_terms, "turning": turning_terms}
 
 Vector = tuple[Finite, Finite, Finite]
-Degree = Annotated[int, Field(ge=0, le=5)]
-Count = Annotated[int, Field(ge=1)]
+Degree = Annotated[int, Field(ge=0, le=5, strict=True)]
 Signals = dict[str, Finite]
 """Reference value by signal."""
 
@@ -136,19 +135,17 @@ def read_machine(path: Path) -> tuple[Machine, Form]:
 
     Raises MCH-FILE (unreadable, a key unknown or missing), MCH-STRUCTURE, MCH-AXIS, MCH-UNIT, MCH-NAME and MCH-BASIS.
     """
-    file = read_tables(
-        path, MachineFile, Code.MCH_FILE, hint="docs/machine.md shows every table and key of a machine file"
-    )
-    with placed_at(path, "machine", "structure"):
-        chain = chain_of(file.machine.structure)
+    hint = "docs/machine.md shows every table and key of a machine file"
+    file = read_located(path, MachineFile, Code.MCH_FILE, hint=hint)
+    with file.at("machine", "structure"):
+        chain = chain_of(file.model.machine.structure)
     changed = {}
-    for name, axis in file.axes.items():
-        with placed_at(path, "axes", name):
+    for name, axis in file.model.axes.items():
+        with file.at("axes", name):
             changed[name] = _axis(chain.axis(name), axis)
     chain = chain.with_axes(changed)
-    lags = tuple(_lag(name, table) for name, table in file.lags.items())
-    machine = Machine(file.machine.name, chain, file.machine.serial)
-    return machine, Form(_terms(file, chain, path), lags, _choices(file))
+    machine = Machine(file.model.machine.name, chain, file.model.machine.serial)
+    return machine, Form(_terms(file, chain), _lags(file), _choices(file.model))
 
 
 def _axis(axis: Axis, table: AxisTable) -> Axis:
@@ -166,17 +163,17 @@ def _axis(axis: Axis, table: AxisTable) -> Axis:
     return replace(axis, travel=(scale * low, scale * high), offset_mm=table.offset_mm)
 
 
-def _terms(file: MachineFile, chain: Chain, path: Path) -> tuple[Term, ...]:
-    table = file.terms
+def _terms(file: Located[MachineFile], chain: Chain) -> tuple[Term, ...]:
+    table = file.model.terms
     found: dict[str, Term] = {}
     if table.standard is not None:
-        with placed_at(path, "terms", "standard"):
+        with file.at("terms", "standard"):
             standard = STANDARDS[table.standard](
                 chain, degree=table.degree, count=table.segments, datum=table.datum, both_ways=table.both_ways
             )
         found = {str(term.name): term for term in standard}
-    for k, own in enumerate(file.term):
-        with placed_at(path, "term", k, "error"):
+    for k, own in enumerate(file.model.term):
+        with file.at("term", k, "error"):
             found[own.error] = _own_term(own, chain)
     return tuple(found.values())
 
@@ -190,10 +187,13 @@ def _own_term(table: TermTable, chain: Chain) -> Term:
     return Term(name, (*parts, *_signal_parts(table.signals)), table.both_ways)
 
 
-def _lag(name: str, table: LagTable) -> Lag:
-    low, high = table.constant_s
-    between = (low, high) if low < high else None
-    return Lag(name, table.of, math.sqrt(low * high), table.power, between)
+def _lags(file: Located[MachineFile]) -> tuple[Lag, ...]:
+    found = []
+    for name, table in file.model.lags.items():
+        low, high = table.constant_s
+        with file.at("lags", name):
+            found.append(Lag(name, table.of, math.sqrt(low * high), table.power, (low, high) if low < high else None))
+    return tuple(found)
 
 
 def _choices(file: MachineFile) -> tuple[Choice, ...]:

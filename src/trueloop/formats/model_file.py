@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.machine.chain import Axis, AxisKind, Chain
 from trueloop.machine.history import Lag
@@ -45,11 +45,12 @@ def read_model(path: Path) -> MachineModel:
     """Reads a model file. Raises MCH-FILE for what is none."""
     text = read_text(path, Code.MCH_FILE, hint=HINT)
     try:
-        content = json.loads(text)
-        if content["format"] != FORMAT:
-            raise ValueError(f"format {content['format']!r} is not {FORMAT!r}")
-        return _model(content)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        with in_file(path):
+            content = json.loads(text)
+            if content["format"] != FORMAT:
+                raise ValueError(f"format {content['format']!r} is not {FORMAT!r}")
+            return _model(content)
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         raise TrueloopError(
             Code.MCH_FILE,
             f"{path.name!r} is no machine model of format 1: {type(error).__name__}: {error}",
@@ -65,11 +66,13 @@ def _model(content: dict[str, Any]) -> MachineModel:
     terms = tuple(
         Term(error_name(t["error"]), tuple(_read_part(p) for p in t["parts"]), t["both_ways"]) for t in content["terms"]
     )
-    coefficients, covariance = np.array(content["coefficients"]), np.array(content["covariance"])
+    coefficients, covariance = (np.array(content[name], dtype=np.float64) for name in ("coefficients", "covariance"))
     lags = tuple(Lag(between_s=_pair(lag.pop("between_s")), **lag) for lag in content.get("lags", []))
     size = sum(term.size for term in terms)
     if coefficients.shape != (size,) or covariance.shape != (size + len(lags),) * 2:
         raise ValueError(f"{size} coefficients are needed, {coefficients.shape} and {covariance.shape} are there")
+    if not (np.isfinite(coefficients).all() and np.isfinite(covariance).all()):
+        raise ValueError(f"some of {size} coefficients and their covariance are no numbers")
     identified = {name: (float(low), float(high)) for name, (low, high) in content["identified"].items()}
     return MachineModel(machine, terms, coefficients, covariance, identified, lags)
 
@@ -79,7 +82,10 @@ def _lag(lag: Lag) -> dict[str, Any]:
 
 
 def _pair(ends: list[float] | None) -> tuple[float, float] | None:
-    return (ends[0], ends[1]) if ends else None
+    if not ends:
+        return None
+    low, high = map(float, ends)
+    return low, high
 
 
 def _axis(axis: Axis) -> dict[str, Any]:

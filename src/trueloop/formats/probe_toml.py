@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from trueloop.errors import Code
-from trueloop.formats.tables import Finite, NotNegative, Positive, Table, read_tables
+from trueloop.formats.tables import Count, Finite, NotNegative, Positive, Table, read_tables
 from trueloop.gauging.calibration import BallCalibration
 from trueloop.gauging.probe_plan import Approach
 from trueloop.gauging.stylus import Stylus
@@ -40,8 +40,8 @@ class ProgramTable(Table):
     x_is: Literal["radius", "diameter"] = "diameter"
     probe_feed_mm_per_min: Positive = 60.0
     position_feed_mm_per_min: Positive = 2000.0
-    tool: Annotated[int, Field(ge=1)] = 9
-    work_offset: Annotated[int, Field(ge=54, le=59)] = 54
+    tool: Count = 9
+    work_offset: Annotated[int, Field(ge=54, le=59, strict=True)] = 54
     log: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "touches.txt"
 
 
@@ -51,7 +51,7 @@ class CalibrationTable(Table):
     effective_radius_mm: Positive
     cosine_um: Finite = 0.0
     sine_um: Finite = 0.0
-    lobes: Annotated[int, Field(ge=1)] = 3
+    lobes: Count = 3
     scatter_um: NotNegative = 0.0
 
 

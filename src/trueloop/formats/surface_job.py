@@ -1,20 +1,21 @@
 """The job file of a surface (TOML): its nominal, its measured parts, how to model, what to correct."""
 
-from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from trueloop.formats.job import read_job_file
-from trueloop.formats.tables import NotNegative, Positive, Table
+from trueloop.formats.tables import Count, Finite, Moment, NotNegative, Positive, Share, Table
+
+Cells = Annotated[int, Field(ge=8, le=1000, strict=True)]
 
 
 class SurfaceTable(Table):
     """The nominal surface: a STEP or IGES file with the number of the face, or a CSV grid of points."""
 
     file: Path
-    face: Annotated[int, Field(ge=1)] | None = None
+    face: Count | None = None
     flip: bool = False
 
 
@@ -25,7 +26,7 @@ class SurfaceGaugingTable(Table):
     ball_radius_mm: NotNegative = 0.0
     alignment: Literal["datum", "best-fit"] = "datum"
     farthest_mm: Positive = 1.0
-    measured_at: datetime | None = None
+    measured_at: Moment | None = None
     program_sha256: str | None = None
 
 
@@ -33,9 +34,9 @@ class ModelTable(Table):
     """How deviations are taken apart. `cells`: average scattered points or scans over a grid of so many cells."""
 
     criterion: Literal["likelihood", "randomness"] = "likelihood"
-    confidence: Annotated[float, Field(gt=0.5, lt=1)] = 0.99
+    confidence: Annotated[float, Field(gt=0.5, lt=1, strict=True)] = 0.99
     exponent: Positive = 3.0
-    cells: tuple[Annotated[int, Field(ge=8)], Annotated[int, Field(ge=8)]] | None = None
+    cells: tuple[Cells, Cells] | None = None
     exclude: tuple[str, ...] = ()
     target_um: Positive = 1.0
 
@@ -45,7 +46,7 @@ class CutterTable(Table):
 
     radius_mm: Positive
     corner_mm: NotNegative | None = None
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    axis: tuple[Finite, Finite, Finite] = (0.0, 0.0, 1.0)
     rotary: Literal["", "A", "B", "CA", "CB", "AB", "BA", "IJK"] = ""
 
 
@@ -59,7 +60,7 @@ class SurfaceProgramTable(Table):
 class SurfaceCompensationTable(Table):
     """How much to correct, how exactly, and what is refused."""
 
-    weight: Annotated[float, Field(gt=0, le=1)] = 1.0
+    weight: Share = 1.0
     tolerance_um: Positive = 0.1
     chord_um: Positive = 0.5
     gouge_um: Positive = 5.0

@@ -4,19 +4,38 @@ import difflib
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Final, TypeVar, get_args
+from typing import Annotated, Final, Generic, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+MOST: Final = 1e15
+"""No length, time or temperature is as large; its square is still a number."""
+
+Finite = Annotated[float, Field(ge=-MOST, le=MOST, strict=True)]
+Positive = Annotated[float, Field(gt=0, le=MOST, strict=True)]
+NotNegative = Annotated[float, Field(ge=0, le=MOST, strict=True)]
+Share = Annotated[float, Field(gt=0, le=1, strict=True)]
+Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
+
+
+def _zoned(moment: datetime) -> datetime:
+    """A time without a zone is the clock on the wall here."""
+    try:
+        return moment.astimezone()
+    except (OverflowError, ValueError, OSError) as error:
+        raise ValueError(f"no time of day is known there: {error}") from error
+
+
+Moment = Annotated[datetime, Field(strict=True), AfterValidator(_zoned)]
+"""A date with a time, in some zone."""
 
 Location = tuple[int | str, ...]
 """Keys and places in arrays from the file down to one value."""
@@ -28,7 +47,10 @@ KEY: Final = re.compile(r"\s*[\"']?([\w-]+)[\"']?\s*[=.]")
 
 
 class Table(BaseModel):
-    """A table whose unknown keys are refused: a mistyped option must not be an option ignored."""
+    """A table whose unknown keys are refused: a mistyped option must not be an option ignored.
+
+    Its numbers are of the types above, which take neither texts nor truth values for numbers.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
 
@@ -36,17 +58,36 @@ class Table(BaseModel):
 T = TypeVar("T", bound=Table)
 
 
+@dataclass(frozen=True)
+class Located(Generic[T]):
+    """A file as a model, and where in the file what stands."""
+
+    path: Path
+    model: T
+    text: str = field(repr=False)
+
+    def at(self, *location: int | str) -> AbstractContextManager[None]:
+        """Refusals from inside get the file and the line where that location of it stands."""
+        return in_file(self.path, _line_of(self.text, location))
+
+
 def read_tables(
     path: Path, model: type[T], code: Code, *, hint: str, missing: Code | None = None, syntax: Code | None = None
 ) -> T:
+    """The model alone of `read_located`."""
+    return read_located(path, model, code, hint=hint, missing=missing, syntax=syntax).model
+
+
+def read_located(
+    path: Path, model: type[T], code: Code, *, hint: str, missing: Code | None = None, syntax: Code | None = None
+) -> Located[T]:
     """The file as a model. Raises `code`, with the line, for a key that is wrong; `missing` for a file that cannot be
     read and `syntax` for one that is no TOML, where they are to be told apart. `hint` says where the keys are listed.
     """
     text = read_text(path, missing or code, hint=hint)
+    content = _parsed(text, path, syntax or code)
     try:
-        return model.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise _syntax_error(path, syntax or code, error) from error
+        return Located(path, model.model_validate(content), text)
     except ValidationError as error:
         first = _first(error)
         location = first["loc"]
@@ -55,7 +96,15 @@ def read_tables(
         raise TrueloopError(code, message, hint=better_hint or hint, place=place) from error
 
 
-def _syntax_error(path: Path, code: Code, error: tomllib.TOMLDecodeError) -> TrueloopError:
+def _parsed(text: str, path: Path, code: Code) -> dict[str, object]:
+    """Raises `code` also for brackets without end and numbers of thousands of digits, which Python does not read."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise _syntax_error(path, code, error) from error
+
+
+def _syntax_error(path: Path, code: Code, error: ValueError | RecursionError) -> TrueloopError:
     where = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
     line, column = (int(where[1]), int(where[2])) if where else (None, None)
     message = f"not a TOML file: {str(error).split(' (at ')[0]!r}"
@@ -94,14 +143,6 @@ def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
         yield annotation
     for inner in get_args(annotation):
         yield from _models_in(inner)
-
-
-@contextmanager
-def placed_at(path: Path, *location: int | str) -> Iterator[None]:
-    """Refusals from inside get the file and the line where that location of it stands."""
-    line = _line_of(read_text(path, Code.MCH_FILE, hint=SYNTAX_HINT), location)
-    with in_file(path, line):
-        yield
 
 
 def _line_of(text: str, location: Location) -> int | None:

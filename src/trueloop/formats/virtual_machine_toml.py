@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from trueloop.errors import Code
-from trueloop.formats.tables import Finite, NotNegative, Positive, Table, read_tables
+from trueloop.errors import Code, in_file
+from trueloop.formats.tables import Count, Finite, NotNegative, Positive, Table, read_tables
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.machine_error import REFERENCE_C, ErrorTerm, MachineError
@@ -18,7 +18,7 @@ from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.units import UM_PER_MM
 
-Power = Annotated[int, Field(ge=0, le=6)]
+Power = Annotated[int, Field(ge=0, le=6, strict=True)]
 
 
 class NoseTable(Table):
@@ -81,7 +81,7 @@ class ProbeTable(Table):
     ball_radius_mm: Positive
     pre_travel_um: NotNegative = 0.0
     lobing_um: NotNegative = 0.0
-    lobes: Annotated[int, Field(ge=1)] = 3
+    lobes: Count = 3
     lobing_phase_deg: Finite = 0.0
     range_x_um: NotNegative = 0.0
     range_z_um: NotNegative = 0.0
@@ -120,7 +120,9 @@ class VirtualMachineFile(Table):
 def read_virtual_machine(path: Path) -> Workshop:
     """The workshop of a machine file. Raises SIM-FILE and SIM-NOSE."""
     hint = "docs/simulator.md lists every table and key of a machine file"
-    return workshop_of(read_tables(path, VirtualMachineFile, Code.SIM_FILE, hint=hint))
+    file = read_tables(path, VirtualMachineFile, Code.SIM_FILE, hint=hint)
+    with in_file(path):
+        return workshop_of(file)
 
 
 def workshop_of(file: VirtualMachineFile) -> Workshop:

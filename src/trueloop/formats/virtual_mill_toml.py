@@ -6,22 +6,22 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from trueloop.errors import Code
+from trueloop.errors import Code, in_file
 from trueloop.formats.tables import Finite, NotNegative, Table, read_tables
 from trueloop.formats.virtual_machine_toml import CmmTable, cmm_of
 from trueloop.simulator.surface_process import SurfaceProcess, published_process
 from trueloop.simulator.virtual_mill import VirtualMill
 from trueloop.units import UM_PER_MM
 
-Side = Annotated[int, Field(ge=8, le=200)]
+Side = Annotated[int, Field(ge=8, le=200, strict=True)]
 
 
 class MilledProcessTable(Table):
     """What repeats, by how much parts differ in the middle and at the edges, and what a single touch scatters."""
 
     pattern_um: NotNegative = 8.0
-    pattern_controls: Annotated[int, Field(ge=4, le=40)] = 9
-    pattern_seed: Annotated[int, Field(ge=0)] = 0
+    pattern_controls: Annotated[int, Field(ge=4, le=40, strict=True)] = 9
+    pattern_seed: Annotated[int, Field(ge=0, strict=True)] = 0
     least_um: NotNegative | None = None
     most_um: NotNegative | None = None
     noise_um: NotNegative | None = None
@@ -52,7 +52,9 @@ class VirtualMillFile(Table):
 def read_virtual_mill(path: Path) -> VirtualMill:
     """The mill of a file. Raises SIM-FILE."""
     hint = "docs/simulator.md lists every table and key of a mill's file"
-    return mill_of(read_tables(path, VirtualMillFile, Code.SIM_FILE, hint=hint))
+    file = read_tables(path, VirtualMillFile, Code.SIM_FILE, hint=hint)
+    with in_file(path):
+        return mill_of(file)
 
 
 def mill_of(file: VirtualMillFile) -> VirtualMill:

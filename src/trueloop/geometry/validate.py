@@ -100,6 +100,15 @@ def _lowest_x_mm(feature: Feature) -> float:
     return lowest
 
 
+def from_chuck(start_mm: Point, end_mm: Point, within_mm: float) -> bool:
+    """Whether a chain with these ends runs as profiles do: z grows, or, of a face alone, x falls.
+
+    Only then is the outward normal on its left, for a face that is cut from the free end.
+    """
+    (x0, z0), (x1, z1) = start_mm, end_mm
+    return z1 > z0 if abs(z1 - z0) > within_mm else x1 < x0
+
+
 def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
     for before, after in pairwise(features):
         if (gap := math.dist(before.end_mm, after.start_mm)) > gap_mm:
@@ -109,11 +118,14 @@ def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
                 f"{_at(after.start_mm)}",
                 hint="let each feature start where the one before it ends",
             )
-    if features[-1].end_mm[1] < features[0].start_mm[1] - gap_mm:
+    start, end = features[0].start_mm, features[-1].end_mm
+    if not from_chuck(start, end, gap_mm):
+        way = "towards the chuck" if end[1] < start[1] - gap_mm else "outwards along a face"
         raise TrueloopError(
             Code.GEO_ORDER,
-            f"the profile runs from {_at(features[0].start_mm)} to {_at(features[-1].end_mm)}, towards the chuck",
-            hint="order the features from chuck end to free end, z growing: normals and error signs hang on it",
+            f"the profile runs from {_at(start)} to {_at(end)}, {way}",
+            hint="order the features from chuck end to free end, z growing, or along a face alone inwards: "
+            "normals and error signs hang on it",
         )
     for i, j, place in _all_crossings(features, gap_mm):
         raise TrueloopError(

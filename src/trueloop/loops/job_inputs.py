@@ -110,8 +110,7 @@ def read_inputs(path: Path) -> ReadJob:
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
         lines=job.programs.finish_lines,
-        # A time without a zone is the clock on the wall here.
-        measured_at=job.gauging.measured_at.astimezone() if job.gauging.measured_at else None,
+        measured_at=job.gauging.measured_at,
         program_sha256=job.gauging.program_sha256,
         finish_touches=_touches(finish_touches, job, profile) if finish_touches else None,
         nose=nose,

@@ -2,10 +2,22 @@
 
 from collections.abc import Collection
 
+import numpy as np
+
 from trueloop.diagnosis.components import Components, Inspections, error_components
 from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
+from trueloop.machine.chain import Vector
 from trueloop.machine.model import MachineModel, State
+from trueloop.machine.term import Signals
 from trueloop.machine.validity import check_state
+
+
+def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Vector, signals: Signals) -> State:
+    """Axis positions that bring the tool point to each gauging point: part + zero − tool."""
+    axes = seen.nominal_mm + np.array(zero) - np.array(tool)
+    chain = model.machine.chain
+    given = {name: axes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
+    return State(chain.positions(given), 0.0, signals, tool)
 
 
 def decompose_part(

@@ -72,8 +72,7 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
         sha256={_named(file, path.parent): sha256_of(file.read_bytes()) for file in files},
         nominal=nominal,
         trim=trim,
-        # A time without a zone is the clock on the wall here.
-        measured_at=job.gauging.measured_at.astimezone() if job.gauging.measured_at else None,
+        measured_at=job.gauging.measured_at,
         program_sha256=job.gauging.program_sha256,
         made_by=user_name(),
     )

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from tests.support.profiles import facetst, modbas2, piecs11, polyline
@@ -95,3 +96,10 @@ def test_reversed_profile_is_refused() -> None:
         Line(f.name, f.end_mm, f.start_mm) for f in reversed(facetst().features) if isinstance(f, Line)
     ]
     assert _refused(reversed_lines) is Code.GEO_ORDER
+
+
+def test_a_face_alone_runs_inwards_so_that_its_normal_points_out_of_the_material() -> None:
+    inwards = checked_profile([Line("face", (20.0, 0.0), (0.0, 0.0))])
+    np.testing.assert_allclose(inwards.features[0].outward_normal(5.0), (0.0, 1.0))
+    assert _refused([Line("face", (0.0, 0.0), (20.0, 0.0))]) is Code.GEO_ORDER
+    assert _refused([Line("a", (5.0, 0.0), (12.0, 3.0)), Line("b", (12.0, 3.0), (20.0, 0.0))]) is Code.GEO_ORDER
