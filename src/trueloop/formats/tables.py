@@ -19,9 +19,9 @@ from trueloop.formats.input_file import read_text
 MOST: Final = 1e15
 """No length, time or temperature is as large; its square is still a number."""
 
-Finite = Annotated[float, Field(ge=-MOST, le=MOST, strict=True)]
-Positive = Annotated[float, Field(gt=0, le=MOST, strict=True)]
-NotNegative = Annotated[float, Field(ge=0, le=MOST, strict=True)]
+Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False, strict=True)]
+Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False, strict=True)]
+NotNegative = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False, strict=True)]
 Share = Annotated[float, Field(gt=0, le=1, strict=True)]
 Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
 
