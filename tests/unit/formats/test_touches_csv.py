@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.refusals import refused
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.touches_csv import ERROR_COLUMNS, X_SUFFIXES, Z_SUFFIXES, read_touches
 from trueloop.gauging.touch import Touch
@@ -25,9 +26,7 @@ def _read(path: Path, text: str) -> list[Touch]:
 
 
 def _refusal(path: Path, text: str) -> TrueloopError:
-    with pytest.raises(TrueloopError) as refusal:
-        _read(path, text)
-    return refusal.value
+    return refused(_read, path, text)
 
 
 @given(
@@ -119,9 +118,7 @@ def test_a_header_that_does_not_say_all_is_refused_at_line_1(path: Path, header:
 @pytest.mark.parametrize("content", [b"", b"\n# nothing\n", b"\xff\xfe\x00\x01"])
 def test_a_file_without_rows_or_not_of_text_is_refused(path: Path, content: bytes) -> None:
     path.write_bytes(content)
-    with pytest.raises(TrueloopError) as refusal:
-        read_touches(path)
-    assert refusal.value.code is Code.TCH_FILE
+    assert refused(read_touches, path).code is Code.TCH_FILE
 
 
 @given(st.text(max_size=200))
