@@ -13,6 +13,7 @@ import numpy as np
 from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.program import changes
 from trueloop.compensation.record import MARK, ChangedWord, check_uncorrected, sha256_of
+from trueloop.compensation.surface_lead import held_starts, require_arcs_stay
 from trueloop.compensation.surface_points import CUTS_MM, check_gouges, moved_locations
 from trueloop.compensation.tool_axis import ToolAxes, check_tool_axes, tool_axes
 from trueloop.errors import Code, TrueloopError
@@ -26,6 +27,7 @@ from trueloop.nc.edit import (
     insert_blocks_after,
     insert_heading,
     insert_word,
+    line_texts,
 )
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import require_own_shape
@@ -37,6 +39,7 @@ Waypoint: TypeAlias = tuple[float, Array]
 """Share of a move, and where the tip is to be there."""
 
 AXES: Final = ((0, "X"), (1, "Y"), (2, "Z"))
+SWITCHES: Final = frozenset("MST")
 UP: Final = (0.0, 0.0, 1.0)
 TURN_DEG: Final = 1.0
 """The tool turns no more than this between two places that are looked at."""
@@ -113,6 +116,7 @@ def corrected_program(
     ends, between = _targets(path, samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_own_shape(program, path, sorted(touched & set(range(len(path)))))
+    require_arcs_stay(program, path, ends)
     edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
     source = apply_edits(program, edits)
     _read_back(program, path, source, ends, between, samples.axes)
@@ -137,20 +141,19 @@ def _sampled(program: Program, path: ToolPath, nominal: Surface, corrected: Surf
 
 def _check(program: Program, path: ToolPath, samples: _Samples) -> None:
     cutting = samples.cutting_moves
+    if not len(cutting):
+        hint = "look at frame, tool radius and face"
+        raise TrueloopError(Code.SRF_PROGRAM, "0 moves of the program come near the surface", hint=hint)
+    arcs, lines = path.motion[cutting] == Motion.ARC, "have the finish pass, and the way in and out, written as lines"
     wrong = [
-        (not len(cutting), "no move of the program comes near the surface", "look at frame, tool radius and face"),
-        (
-            np.any(path.motion[cutting] == Motion.ARC),
-            "an arc cuts the surface",
-            "have the finish pass written as lines",
-        ),
-        (np.any(path.compensation[cutting] != 40), "G41 or G42 is on", "write the pass as the path of the tool's tip"),
-        (np.any(path.incremental[cutting]), "coordinates are increments", "write the pass in absolute coordinates"),
+        (arcs, "arcs begin, end or run on the surface", lines),
+        (path.compensation[cutting] != 40, "moves cut it under G41 or G42", "write the path of the tool's tip"),
+        (path.incremental[cutting], "moves cut it by increments", "write the pass in absolute coordinates"),
     ]
-    for is_so, what, hint in wrong:
-        if is_so:
-            place = program.place(program.block(int(path.block[cutting[0]])).start) if len(cutting) else None
-            raise TrueloopError(Code.SRF_PROGRAM, f"{what}: {len(cutting)} moves cut it", hint=hint, place=place)
+    for here, what, hint in wrong:
+        if np.any(here):
+            place = program.place(program.block(int(path.block[cutting[here][0]])).start)
+            raise TrueloopError(Code.SRF_PROGRAM, f"{np.count_nonzero(here)} {what}", hint=hint, place=place)
     check_tool_axes(program, path, samples.axes, cutting)
 
 
@@ -199,18 +202,13 @@ def _edits(
     ends: dict[int, Array],
     between: dict[int, list[Waypoint]],
 ) -> Iterator[Edit]:
-    held = np.array(path.start_mm[0])
+    held = held_starts(path, ends)
     for move in range(len(path)):
         if move in between:
             yield _new_blocks(program, path, axes, move, between[move])
-            held = between[move][-1][1]
-        wanted = ends.get(move)
-        if wanted is None:
-            words = path.word[move] >= 0
-            held = np.where(words, path.end_mm[move], held)
-        else:
-            yield from _moved_end(program, path, move, wanted, held)
-            held = wanted
+        if move in ends:
+            before = between[move][-1][1] if move in between else held[move]
+            yield from _moved_end(program, path, move, ends[move], before)
 
 
 def _moved_end(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> Iterator[Edit]:
@@ -231,7 +229,7 @@ def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, poi
     """Blocks before the move's own, the tool turning on the way: that one keeps its end, its feed and all else."""
     index = int(path.block[move])
     block, state = program.block(index), path.coordinate_state(move)
-    if index == 0 or any(word.letter in "MST" for word in block.words):
+    if index == 0 or any(word.letter in SWITCHES for word in block.words):
         raise TrueloopError(
             Code.SRF_PROGRAM,
             f"{len(points)} blocks have to come before this one, which also switches or is the first",
@@ -241,7 +239,8 @@ def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, poi
     feed = [word.text for word in block.words if word.letter == "F"]
     places = [[coordinate_text(program.dialect, name, float(at[k]), state) for k, name in AXES] for _, at in points]
     texts = [" ".join(place) + axes.text(move, share) for place, (share, _) in zip(places, points, strict=True)]
-    texts[0] = " ".join(["G01", texts[0], *feed])
+    texts = line_texts(program.dialect, texts)
+    texts[0] = " ".join([texts[0], *feed])
     return insert_blocks_after(program, index - 1, texts)
 
 

@@ -17,7 +17,10 @@ from trueloop.nc.program import Program, Word
 from trueloop.nc.tool_path import CoordinateState
 
 KLARTEXT: Final = "heidenhain"
-"""The dialect whose moves are no G words: coordinates of its blocks are edited, new moves are not written."""
+"""The dialect whose moves are no G words: of new moves only lines are written, `L X+1 Y+2`."""
+AXES: Final = frozenset("XYZ")
+CODES: Final = frozenset({"N", "G", "M", ""})
+"""Letters of the words before which no coordinate is written; names have none."""
 
 
 @dataclass(frozen=True)
@@ -88,16 +91,23 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
 
 def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:
     """A word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
-    resolution = _resolution(dialect, state)
+    value = _rounded(value_mm / state.unit_mm(letter), _resolution(dialect, state))
     address = dialect.radius_address if letter == "R" else letter
-    return f"{address}{_rounded(value_mm / state.unit_mm(letter), resolution):f}"
+    return f"{address}{value:{'+' if dialect.name == KLARTEXT else ''}f}"
+
+
+def line_texts(dialect: Dialect, places: Sequence[str]) -> list[str]:
+    """Blocks that go straight at feed from place to place, each given by its coordinates."""
+    if dialect.name == KLARTEXT:
+        return [f"L {place}" for place in places]
+    return [f"G01 {place}" if index == 0 else place for index, place in enumerate(places)]
 
 
 def insert_word(program: Program, block: int, letter: str, value_mm: float, state: CoordinateState) -> Edit:
     """Writes a word into a block that inherits that coordinate, in the order X, Y, Z and before all other data."""
     text = coordinate_text(program.dialect, letter, value_mm, state)
     words = program.block(block).words
-    before = [word for word in words if word.letter in "NGM" or (word.letter in "XYZ" and word.letter < letter)]
+    before = [word for word in words if _comes_before(program, words, word, letter)]
     if not words:
         empty = program.block(block)
         return Edit(empty.start, empty.start, text + (" " if empty.end > empty.start else ""))
@@ -106,6 +116,15 @@ def insert_word(program: Program, block: int, letter: str, value_mm: float, stat
     if before:
         return Edit(before[-1].end, before[-1].end, space + text)
     return Edit(words[0].start, words[0].start, text + space)
+
+
+def _comes_before(program: Program, words: Sequence[Word], word: Word, letter: str) -> bool:
+    """Whether a coordinate is written behind a word: number, code, name or earlier axis; Klartext's L comes first."""
+    if word.letter in AXES:
+        return word.letter < letter
+    if program.dialect.name == KLARTEXT:
+        return word.letter == "N" or word is next((other for other in words if other.letter != "N"), None)
+    return word.letter in CODES
 
 
 def set_offset(
@@ -171,10 +190,10 @@ def insert_blocks_after(program: Program, block: int, texts: Sequence[str]) -> E
 
 
 def _require_words(program: Program, block: int, texts: Sequence[str]) -> None:
-    if program.dialect.name == KLARTEXT and not all(text.startswith(";") for text in texts):
+    if program.dialect.name == KLARTEXT and not all(text.startswith((";", "L ")) for text in texts):
         raise TrueloopError(
             Code.NC_EDIT,
-            f"{len(texts)} new blocks would be needed here, and moves in Klartext are not written",
+            f"{len(texts)} new blocks would be needed here, and of moves in Klartext only lines are written",
             hint="have the program written in shorter moves, or as G code",
             place=program.place(program.block(block).start),
         )

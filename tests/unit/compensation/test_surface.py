@@ -146,3 +146,45 @@ def test_a_flat_bottom_in_a_hollow_narrower_than_the_cutter_is_a_gouge(corner_mm
 def test_half_the_weight_corrects_by_half() -> None:
     half = corrected_surface(NOMINAL, PATTERN, weight=0.5)
     assert half.largest_shift_mm == pytest.approx(0.5 * corrected().largest_shift_mm, rel=1e-12)
+
+
+FLAT = wavy_surface(20.0, 0.0)
+WAY_OUT = "G21 G90 G94 G18\nG0 X2 Y10 Z5\nG1 Z0 F100\nX3\n{}\nG0 Z5\nM2\n"
+
+
+def on_flat(text: str, dialect: str = "linuxcnc") -> bytes:
+    surface = corrected_surface(FLAT, PATTERN).surface
+    return corrected_program(read_program(text.encode(), dialect), FLAT, surface, BALL, "0123456789abcdef").source
+
+
+@pytest.mark.parametrize(
+    ("way", "line", "what"),
+    [
+        ("G2 X5 Z2 I0 K2", 5, "1 arcs begin, end or run on the surface"),
+        ("G2 X5 Z2 R2", 5, "1 arcs begin, end or run on the surface"),
+        ("X30\nG2 X32 Z2 I0 K2", 6, "µm from where it did"),
+        ("X30\nG2 X32 Z2 R2", 6, "µm from where it did"),
+    ],
+)
+def test_an_arc_whose_start_is_displaced_is_refused_at_its_line(way: str, line: int, what: str) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        on_flat(WAY_OUT.format(way))
+    assert refused.value.code is Code.SRF_PROGRAM and what in refused.value.message
+    assert refused.value.place.line == line
+
+
+def test_an_arc_after_a_move_that_names_every_axis_stays() -> None:
+    assert b"X30 Z0\nG2 X32 Z2 I0 K2\n" in on_flat(WAY_OUT.format("X30 Z0\nG2 X32 Z2 I0 K2"))
+
+
+def test_klartext_is_corrected_by_lines_of_its_own() -> None:
+    """The same cuts in G code are moved to the same places."""
+    klartext = (
+        "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1\n2 L X+2 Y+10 Z+5 FMAX\n3 L Z+0 F100\n4 L X+18 R0 F90\n5 L Z+5 FMAX\n"
+    )
+    ours = read_program(on_flat(klartext + "6 END PGM A MM\n", "heidenhain"), "heidenhain").run()
+    same = read_program(on_flat(WAY_OUT.format("X18")), "linuxcnc").run()
+    first, last = (path.end_mm[1:3] for path in (ours, same))
+    np.testing.assert_allclose(first[0], last[0], atol=1e-4)
+    assert len(ours) > 10 and set(ours.feed[2:-1]) == {90.0}
+    assert np.abs(ours.end_mm[:, 1] - 10.0).max() < 1e-9

@@ -6,7 +6,14 @@ import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.mapped_program import map_program
-from trueloop.nc.edit import apply_edits, displace_word, insert_blocks_after, insert_heading, replace_block
+from trueloop.nc.edit import (
+    apply_edits,
+    displace_word,
+    insert_blocks_after,
+    insert_heading,
+    insert_word,
+    replace_block,
+)
 from trueloop.nc.field import similarity_field
 from trueloop.nc.guess import guess_dialect
 from trueloop.nc.program import Program, read_program
@@ -51,7 +58,7 @@ def test_what_is_no_number_of_a_position_is_not_moved(text: str) -> None:
     assert refused.value.code == Code.NC_EDIT
 
 
-def test_comments_are_written_without_numbers_and_moves_not_at_all() -> None:
+def test_comments_are_written_without_numbers_and_moves_in_g_code_not_at_all() -> None:
     program = klartext("0 BEGIN PGM A MM\n1 L X+1\n")
     assert apply_edits(program, [insert_heading(program, ["; corrected"])]) == (
         b"0 BEGIN PGM A MM\n; corrected\n1 L X+1\n"
@@ -121,3 +128,20 @@ def test_a_retraction_along_the_tool_is_said() -> None:
     assert [(one.code, one.message) for one in found] == [
         (Code.NC_OPAQUE, "M140 MB MAX: what it does is not in the path")
     ]
+
+
+@pytest.mark.parametrize(
+    ("block", "letter", "wanted"),
+    [
+        ("7 L X+2 R0 FMAX M3", "Y", "7 L X+2 Y+1.5000 R0 FMAX M3"),
+        ("7 L Z+2 F100", "X", "7 L X+1.5000 Z+2 F100"),
+        ("L Y+2 RL", "Z", "L Y+2 Z+1.5000 RL"),
+    ],
+)
+def test_a_coordinate_is_written_behind_the_function_and_the_axes_before_it(
+    block: str, letter: str, wanted: str
+) -> None:
+    """The control wants coordinates before compensation, feed and M."""
+    program = klartext(f"BEGIN PGM A MM\n{block}\n")
+    edit = insert_word(program, 1, letter, 1.5, STATE)
+    assert apply_edits(program, [edit]).decode().splitlines()[1] == wanted

@@ -76,7 +76,7 @@ def _told(source: Source, found: Finding, word: Word | None) -> bool:
     if found.code != Code.NC_OPAQUE or word is None:
         return False
     meanings = {(source.program.core.meaning(w.index) or "").partition("(")[0] for w in _block(source, word).words}
-    return word.letter in "TD" or (bool(meanings & TOLD) and word.letter not in "ABC")
+    return word.letter in ("T", "D") or (bool(meanings & TOLD) and word.letter not in ("A", "B", "C"))
 
 
 def _block(source: Source, word: Word) -> Block:

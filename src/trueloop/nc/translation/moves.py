@@ -25,6 +25,9 @@ from trueloop.nc.translation.statements import (
 from trueloop.units import MM_PER_INCH
 
 _STANDS_MM: Final = 1e-9
+AXES: Final = (*"XYZ", *"UVW")
+BY_INCREMENT: Final = frozenset("UVWnAa")
+"""U, V, W, and the angle of a line, from where the tool stands."""
 
 
 def moves_of(
@@ -158,9 +161,9 @@ def _machine(
 def _home(source: Source, course: Course, executed: Executed, word: Word) -> Generator[Said, None, Course]:
     """Home from where the tool stands, along the axes named or all of them; by way of another place it is lost."""
     incremental = bool(source.path.states["incremental"][executed.state])
-    found = [w for w in executed.block.words if w.letter in "XYZUVW"]
-    axes = tuple(sorted({"XYZUVW".index(w.letter) % 3 for w in found})) or (0, 1, 2)
-    stands = all(w.value == 0 and (w.letter in "UVW" or incremental) for w in found)
+    found = [w for w in executed.block.words if w.letter in AXES]
+    axes = tuple(sorted({AXES.index(w.letter) % 3 for w in found})) or (0, 1, 2)
+    stands = all(w.value == 0 and (w.letter in AXES[3:] or incremental) for w in found)
     if executed.meanings[word.index] in ("Home(1)", "HomeNamed(1)") or not stands:
         yield word, Lost(Severity.ERROR, "the way home by another place, or to the second reference point, is left out")
     elif executed.moves:
@@ -184,4 +187,4 @@ def _unknown(source: Source, course: Course, move: int, word: Word) -> Iterator[
 def _is_increment(word: Word, path: ToolPath, move: int) -> bool:
     if word.increment is not None:
         return word.increment
-    return word.letter in "UVWnAa" or bool(path.incremental[move])
+    return word.letter in BY_INCREMENT or bool(path.incremental[move])

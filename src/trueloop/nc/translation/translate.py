@@ -65,7 +65,7 @@ def translate(
         raise TrueloopError(Code.NC_LIMIT, f"{decimals} decimals: 0 to 9 can be written", hint="leave --decimals out")
     path = program.run(parameters, skipped_blocks=skipped_blocks, trace=True)
     from_control, same = CONTROLS[program.dialect.name], program.dialect.name == to
-    words = [word for block in program.blocks for word in block.words if word.letter in "MT"]
+    words = [word for block in program.blocks for word in block.words if word.letter in ("M", "T")]
     by_m6 = any(word.letter == "M" and word.value == 6 for word in words)
     names_tools = any(word.letter == "T" and '"' in word.text for word in words)
     source = Source(program, path, from_control, target.control, same, by_m6, names_tools)
