@@ -174,6 +174,19 @@ def test_a_thread_keeps_its_lead() -> None:
     assert b"G33 Z-20.0 K1.5" in of("G21 G0 X5. Z0.\nG32 Z-20. F1.5", "fanuc-lathe", "siemens").source
 
 
+def test_the_lead_of_a_threading_cycle_is_its_pitch_not_its_depth() -> None:
+    made = of("G21 G8 G18 G0 X10 Z2\nG76 P1.5 Z-10 I-1 J0.5 K0.9", "linuxcnc", "siemens").source
+    assert made.count(b"K1.5") == 2 and b"K0.9" not in made
+
+
+def test_a_dwell_keeps_its_seconds() -> None:
+    assert b"G04 X2.0\nG01 X10.0" in of("G21 G8 G18 G0 X1 Z2\nG4 P2 G1 X5 F1", "linuxcnc", "fanuc-lathe").source
+    assert b"G04 P0.5" in of("G21 G00 X1.\nG04 P500", "fanuc-mill", "linuxcnc").source
+    assert b"CYCL DEF 9.1 DWELL 3.0" in of("G71 G0 X1\nG4 F3", "siemens", "heidenhain").source
+    klartext = "0 BEGIN PGM A MM\n1 CYCL DEF 9.0 DWELL TIME\n2 CYCL DEF 9.1 DWELL 2.5"
+    assert b"G4 F2.5" in of(klartext, "heidenhain", "siemens").source.replace(b"G04", b"G4")
+
+
 def test_x_of_a_lathe_is_a_diameter_and_its_centre_a_radius() -> None:
     """A quarter of radius 5 mm from X 20 mm (diameter): to X 30, its centre 5 mm away on the radius."""
     arc = "G21 G8 G18 G0 X10 Z0\nG2 X15 Z-5 I5 K0 F1"

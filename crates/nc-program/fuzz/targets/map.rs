@@ -1,5 +1,5 @@
 //! A field over any bytes, in every dialect: refused or written, the same in one piece and in two; no displacement
-//! changes no byte, and what is written can be run.
+//! changes no byte where every arc fits its centre, and what is written can be run.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -38,13 +38,23 @@ fn mapped(source: &[u8], dialect: &'static Dialect, field: &mut dyn Field, whole
     Some(out)
 }
 
+/// Whether both ends of every arc are equally far from its centre: others are divided, displaced or not.
+fn fits(program: &Program) -> bool {
+    let (path, _) = run(program, &options());
+    path.arcs.iter().all(|arc| {
+        let (first, second, _) = path.states[path.state[arc.of_move] as usize].plane.axes();
+        let radius = |at: &Vector| (at[first] - arc.centre[first]).hypot(at[second] - arc.centre[second]);
+        (radius(&path.start[arc.of_move]) - radius(&path.end[arc.of_move])).abs() < 1e-6
+    })
+}
+
 fuzz_target!(|source: &[u8]| {
     let cut = source.iter().map(|byte| usize::from(*byte)).sum::<usize>() % (source.len() + 1);
     for dialect in DIALECTS {
         let program = Program::read(source.to_vec(), dialect).expect("a fuzzer's inputs are small");
         let whole = jumps(&program);
         if let Some(out) = mapped(source, dialect, &mut NOWHERE.clone(), whole, 0) {
-            assert_eq!(out, source, "nothing is displaced");
+            assert!(out == source || !fits(&program), "nothing is displaced");
         }
         let one = mapped(source, dialect, &mut Bend, whole, 0);
         let two = mapped(source, dialect, &mut Bend, whole, cut);

@@ -111,7 +111,7 @@ def _inert(source: Source, word: Word) -> Iterator[Said]:
 def _is_said(word: Word, text: str) -> bool:
     """Whether it is in the path, or is said by another statement."""
     stop = text.startswith("STOP") and text != "STOPRE"
-    return stop or bool(SILENT.match(text)) or (word.letter == "G" and word.value == 4)
+    return stop or bool(SILENT.match(text))
 
 
 def _limit(word: Word) -> Iterator[Said]:

@@ -23,10 +23,16 @@ UNWRITTEN: Final = {
 """What moves the tool, or changes where it is taken to be, and is not written."""
 TOLD: Final = frozenset({"Compensation", "ToolTableOffset", "Shift", *UNWRITTEN})
 """Codes whose NC-OPAQUE says no more than what is said of the code itself."""
+CALLS: Final = frozenset({"MCallProgram", "MCallBlock", "CallMacro", "FinishContour"})
 BY_PATH: Final = frozenset("XYZUVWIJKRFSTNOGMapqnijktmrcws")
 """Letters whose values are in the path and its states, or are said with their code."""
 BY_CODE: Final = {
     "Dwell": "PXUFS",
+    "Pause": "P",
+    "CallMacro": "ABCDEHLPQ",
+    "ExtendedOffset": "P",
+    "Pass": "Q",
+    "Thread": "DEHLPQ",
     "ToolTableOffset": "H",
     "Compensation": "D",
     "Motion": "Q",
@@ -42,7 +48,7 @@ DRILLING: Final = "PQLKR"
 """Letters of drilling cycles: their holes stay in force, so any block may have them."""
 MOVING: Final = frozenset("defg")
 """Klartext's DL, DR, DR2 and feeds a tooth: they change where or how fast the tool goes."""
-FULL_DRILLING: Final = frozenset({73.0, 81.0, 83.0})
+FULL_DRILLING: Final = frozenset({73.0, 81.0, 83.0, 87.0})
 """Drilling cycles that are their moves and nothing else."""
 
 
@@ -112,7 +118,7 @@ def not_run(source: Source) -> Iterator[Said]:
 
 
 def _runs_once(source: Source, word: Word) -> bool:
-    called = source.program.core.meaning(word.index) in ("MCallProgram", "MCallBlock", "FinishContour")
+    called = source.program.core.meaning(word.index) in CALLS
     brackets = source.program.dialect.bracket_open in word.text or bool(source.program.parameters_used())
     return called or (word.is_expression and brackets) or word.kind in ("flow", "call", "assignment")
 
@@ -125,7 +131,7 @@ def lost_in_words(source: Source, executed: Executed) -> Iterator[Said]:
         if base in UNWRITTEN or word.kind == "statement":
             lost = True
             yield word, Lost(Severity.ERROR, UNWRITTEN.get(base, "an offset is not entered at the control"))
-        elif base == "Drill":
+        elif base in ("Drill", "DrillAlong"):
             yield from _drilling(word, argument)
     if lost or "Inert" in executed.codes or "SetRegister" in executed.codes:
         return

@@ -80,7 +80,7 @@ def _move(
         yield word, Lost(Severity.ERROR, "probing moves are left out")
         return replace(course, known=course.known - touched)
     elif kind == Motion.THREAD:
-        yield from _thread(source, executed, move, word, end_mm)
+        yield from _thread(source, move, word, end_mm)
     elif kind == Motion.ARC:
         yield word, _circle(path, move, course.shift_mm)
     else:
@@ -135,15 +135,13 @@ def length_mm(path: ToolPath, move: int) -> float:
     return math.hypot(radius * float(path.sweep_rad[move]), float(chord[3 - sum(plane)]))
 
 
-def _thread(source: Source, executed: Executed, move: int, word: Word, end_mm: Partial) -> Iterator[Said]:
-    found = executed.number(source.control.lead)
-    lead = found.value if found else math.nan
-    if math.isnan(lead) and source.control.lead == "F":
-        lead = float(source.path.feed[move]) / (MM_PER_INCH if source.path.inch[move] else 1.0)
-    if math.isnan(lead):
-        yield word, Lost(Severity.ERROR, "a thread whose lead is no plain number", refuses=True)
+def _thread(source: Source, move: int, word: Word, end_mm: Partial) -> Iterator[Said]:
+    """The feed of such a move is its lead, whatever word says it."""
+    lead_mm = float(source.path.feed[move])
+    if math.isnan(lead_mm):
+        yield word, Lost(Severity.ERROR, "a thread whose lead is not known", refuses=True)
     else:
-        yield word, Thread(end_mm, lead)
+        yield word, Thread(end_mm, lead_mm / (MM_PER_INCH if source.path.inch[move] else 1.0))
 
 
 def _machine(

@@ -105,8 +105,9 @@ def once(course: Course, kind: str, statement: Modes | Spindle, word: Word) -> R
 def _frame(source: Source, course: Course, executed: Executed) -> Reading:
     """Work offsets and the position register; what the program shifts itself is added to the positions."""
     codes = executed.codes
-    if "WorkOffset" in codes:
-        yield codes["WorkOffset"], WorkOffset(int(source.path.states["work_offset"][executed.state]))
+    selects = codes.get("WorkOffset") or codes.get("ExtendedOffset")
+    if selects is not None:
+        yield selects, WorkOffset(int(source.path.states["work_offset"][executed.state]))
         course = replace(course, known=frozenset())
     if codes.keys() & SHIFTS:
         course = _shifted(course, executed.offset_change_mm)
@@ -150,7 +151,7 @@ def _spindle(source: Source, course: Course, executed: Executed) -> Reading:
 
 
 def _dwell(source: Source, executed: Executed) -> Iterator[Said]:
-    word = executed.codes.get("Dwell") or _dwell_of_rs274(executed)
+    word = executed.codes.get("Dwell") or executed.codes.get("Pause")
     if word is None:
         return
     letters = source.control.dwell_letters
@@ -160,12 +161,6 @@ def _dwell(source: Source, executed: Executed) -> Iterator[Said]:
         return
     scale = letters[found.letter] if "." not in found.text else max(letters[found.letter], 1.0)
     yield word, Dwell(found.value * scale)
-
-
-def _dwell_of_rs274(executed: Executed) -> Word | None:
-    """G04 of LinuxCNC, beside which a block may move: it is no action of its own."""
-    inert = executed.codes.get("Inert")
-    return inert if inert is not None and inert.letter == "G" and inert.value == 4 else None
 
 
 def _length_offset(source: Source, executed: Executed) -> Iterator[Said]:
