@@ -190,9 +190,9 @@ def _klartext_arc(
     way = draw(st.sampled_from(["DR+", "DR-"]))
     ends = " ".join(_positions(draw, style, to, at, first=False))
     if radius is not None:
-        return [f"CR {ends} {style.word('R', radius)} {way}"]
+        return [f"CR {ends} {style.word('R', radius)} {way} F77"]
     pole = " ".join(style.word(axis, at_mm) for axis, at_mm in centre.items())
-    return [f"CC {pole}", f"C {ends} {way}"]
+    return [f"CC {pole}", f"C {ends} {way} F77"]
 
 
 def _klartext_helix(
@@ -202,7 +202,7 @@ def _klartext_helix(
     half_turns, rise = draw(st.integers(1, 5)), draw(lengths)
     sign = draw(st.sampled_from([1, -1]))
     pole = " ".join(style.word(axis, at_mm) for axis, at_mm in centre.items())
-    turn = f"CP IPA{180 * sign * half_turns:+d} I{style.word(third, rise)} DR{'+' if sign > 0 else '-'}"
+    turn = f"CP IPA{180 * sign * half_turns:+d} I{style.word(third, rise)} DR{'+' if sign > 0 else '-'} F77"
     to = {**at, **({axis: 2 * centre[axis] - at[axis] for axis in centre} if half_turns % 2 else {})}
     return [f"CC {pole}", turn], {**to, third: at[third] + rise}
 
