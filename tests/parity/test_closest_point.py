@@ -1,5 +1,7 @@
 """The closest point in Rust beside a slow, readable search: every sample of a dense grid, then scipy's minimizer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -114,6 +116,19 @@ def test_feet_do_not_depend_on_what_else_is_asked_nor_on_threads() -> None:
     feet = closest(surface, points)
     single = closest(surface, points[4321:4322])
     assert np.array_equal(feet.point_mm[4321:4322], single.point_mm)
+
+
+def test_arrays_as_another_process_hands_them_over_need_not_be_aligned() -> None:
+    ours = wavy_surface()
+    points = RNG.uniform(0, 50, (9, 3))
+
+    def shifted(values: Array) -> Array:
+        odd = np.frombuffer(b"x" + values.tobytes(), np.uint8)[1:].view(np.float64).reshape(values.shape)
+        assert not odd.flags.aligned
+        return odd
+
+    theirs = replace(ours, knots_u=shifted(ours.knots_u), knots_v=shifted(ours.knots_v))
+    assert np.array_equal(closest(theirs, shifted(points)).point_mm, closest(ours, points).point_mm)
 
 
 def test_from_a_place_given_the_search_goes_downhill() -> None:
