@@ -249,7 +249,7 @@ def test_results_never_overwrite_an_input(folder: Path) -> None:
     before = _snapshot(folder.parents[1])
     result = _run(folder, "-o", str(folder))
     assert result.exit_code == ExitStatus.OUTPUT
-    assert result.stderr.startswith(f"{folder / 'corrected.nc'}: OUT-INPUT: 'corrected.nc' (")
+    assert result.stderr.startswith(f"{folder / 'corrected.nc'}: OUT-INPUT: 'corrected.nc' would overwrite the input ")
     assert _snapshot(folder.parents[1]) == before
 
 
