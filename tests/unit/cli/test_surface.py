@@ -131,7 +131,7 @@ def test_path_prints_a_program_of_a_csv_grid_too(tmp_path: Path) -> None:
     program = run("path", grid, "--radius-mm", "3", "--scallop-um", "50", "--chord-um", "20")
     assert program.startswith("G17 G21 G40 G90 G94\n")
     assert program.endswith("M2\n")
-    assert "SRF-PATH" in run("path", grid, "--radius-mm", "-1", status=ExitStatus.REFUSED)
+    assert "--radius-mm" in run("path", grid, "--radius-mm", "-1", status=ExitStatus.USAGE)
 
 
 @pytest.mark.parametrize(
