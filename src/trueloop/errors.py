@@ -89,6 +89,7 @@ class Code(StrEnum):
     PRB_LOG = "PRB-LOG"  # a log that cannot be read
     PRB_OTHER = "PRB-OTHER"  # touches that belong to no point of the plan: another job's log
     PRB_MISSING = "PRB-MISSING"  # points without a touch
+    PRB_MISSED = "PRB-MISSED"  # probing moves that met nothing, logged as touches
     PRB_TWICE = "PRB-TWICE"  # several touches at one point
     PRB_ORDER = "PRB-ORDER"  # touches in another order than the plan's
     PRB_RETRACT = "PRB-RETRACT"  # touches where the approach began: the probe was triggered, or never switched on

@@ -63,6 +63,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.PRB_TWICE: lambda: _match([0, 1, 1, 2, 3, 4]),
     Code.PRB_ORDER: lambda: _match([1, 0, 2, 3, 4]),
     Code.PRB_RETRACT: lambda: _match(range(5), moved_mm=APPROACH.stand_off_mm),
+    Code.PRB_MISSED: lambda: _match(range(5), moved_mm=-APPROACH.overtravel_mm),
 }
 
 

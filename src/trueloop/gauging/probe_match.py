@@ -22,6 +22,9 @@ BESIDE_MM: Final = 0.1
 AT_START: Final = 0.05
 """Touches within this share of the stand-off from where the approach began did not meet the part."""
 
+AT_END: Final = 0.05
+"""The same share of the overtravel, from the end of a probing move."""
+
 
 @dataclass(frozen=True)
 class MatchedTouches:
@@ -43,7 +46,8 @@ def match_touches(
 
     `logged_mm` are reported positions: ball centres, or points of the surface with `reports_surface` (macros that take
     the ball off). Raises PRB-CALIBRATION without a calibrated probe, PRB-RETRACT where touches are at the retract
-    position, PRB-OTHER where they belong to no point, PRB-TWICE and PRB-MISSING. Another order is a finding.
+    position, PRB-MISSED where they are at the end of the probing move, PRB-OTHER where they belong to no point,
+    PRB-TWICE and PRB-MISSING. Another order is a finding.
     """
     if calibration is None and not reports_surface:
         raise TrueloopError(
@@ -56,6 +60,8 @@ def match_touches(
     ball = np.zeros(len(normal)) if calibration is None or reports_surface else calibration.radius_mm(normal)
     expected = np.array([touch.nominal_mm for touch in plan.touches])
     expected = expected + (plan.approach.allowance_mm + ball)[:, None] * normal
+    planned_ball = 0.0 if reports_surface else plan.stylus.ball_radius_mm
+    _require_met(plan, normal, planned_ball, np.array(logged_mm), lines)
     owner = _owners(plan, expected, normal, np.array(logged_mm), lines)
     _require_each_once(plan, owner, lines)
     row_of = {int(point): row for row, point in enumerate(owner)}
@@ -65,6 +71,24 @@ def match_touches(
         for k, t in enumerate(plan.touches)
     )
     return MatchedTouches(touches, _order_findings(plan, owner, lines))
+
+
+def _require_met(plan: ProbePlan, normal: Array, ball_mm: float, logged: Array, lines: Sequence[int]) -> None:
+    """Not every control stops where a probing move meets nothing: its end is logged then as if it were a touch."""
+    nominal, approach = np.array([touch.nominal_mm for touch in plan.touches]), plan.approach
+    ends = nominal + (approach.allowance_mm + ball_mm - approach.overtravel_mm) * normal
+    off = np.linalg.norm(logged[:, None, :] - ends[None, :, :], axis=2)
+    missed = np.min(off, axis=1) <= AT_END * approach.overtravel_mm
+    if np.any(missed):
+        k = int(np.argmax(missed))
+        raise TrueloopError(
+            Code.PRB_MISSED,
+            f"{np.count_nonzero(missed)} of {len(logged)} probing moves went to their end without a touch, "
+            f"{approach.overtravel_mm:.3f} mm into the part, the first at point "
+            f"{plan.touches[int(np.argmin(off[k]))].point!r}",
+            hint="is the part there, with the work offset it was planned for, and the probe switched on?",
+            place=Place(line=lines[k]),
+        )
 
 
 def _owners(

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from trueloop.gauging.plan import GaugingPoints
 from trueloop.gauging.stylus import Meeting, Stylus, first_meeting
 from trueloop.geometry.feature import Array, Point
 from trueloop.geometry.profile import Profile
+
+OVERLAP_MM: Final = 0.005
+"""By which a ball that touches may overlap the polygon that its surface is looked at as."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +120,7 @@ def _require_fit(
 ) -> None:
     """At contact the ball touches the surface at its point and nothing else."""
     clearance, nearest = stylus.ball_clearance_mm(obstacle, contact)
-    if clearance < -0.005:
+    if clearance < -OVERLAP_MM:
         raise TrueloopError(
             Code.PRB_BALL,
             f"at point {name!r} on {feature!r} a ball of {2 * stylus.ball_radius_mm:.3f} mm overlaps {nearest!r} by "
@@ -128,12 +132,14 @@ def _require_fit(
 def _require_free(
     name: str, feature: str, obstacle: Obstacle, stylus: Stylus, approach: Approach, start: Array, contact: Array
 ) -> None:
-    """The stem keeps a margin up to the contact, the ball at the start.
+    """The stem keeps a margin up to the contact, the ball at the start; on its way to the contact it touches nothing.
 
     A stem along a face has no more room than it is thinner than the ball: half of that is its margin there.
     """
     beside = (stylus.ball_radius_mm - stylus.stem_radius_mm) / 2
-    meeting = first_meeting(stylus, obstacle, start, contact, min(approach.margin_mm, beside), stem_only=True)
+    margin = min(approach.margin_mm, beside)
+    meeting = first_meeting(stylus.stem_clearance_mm, obstacle, start, contact, margin)
+    meeting = meeting or first_meeting(stylus.ball_clearance_mm, obstacle, start, contact, -OVERLAP_MM)
     clearance, nearest = stylus.ball_clearance_mm(obstacle, start)
     if meeting is None and clearance < min(approach.margin_mm, approach.stand_off_mm - 0.01):
         meeting = Meeting(_point(start), nearest, clearance)
@@ -157,7 +163,7 @@ def _way(
     for way in ways:
         between = [np.array(p) for p in way if not (np.allclose(p, a) or np.allclose(p, b))]
         meetings = [
-            first_meeting(stylus, obstacle, p, q, min(approach.margin_mm, approach.stand_off_mm - 0.01))
+            first_meeting(stylus.clearance_mm, obstacle, p, q, min(approach.margin_mm, approach.stand_off_mm - 0.01))
             for p, q in pairwise([a, *between, b])
         ]
         found = next((meeting for meeting in meetings if meeting is not None), None)

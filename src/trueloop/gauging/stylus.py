@@ -1,8 +1,9 @@
 """The stylus, and whether it can go somewhere without touching anything."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from trueloop.gauging.obstacle import CHORD_MM, Obstacle
 from trueloop.geometry.feature import Array
 
 FINEST_STEP_MM: Final = 0.01
+
+Clearance: TypeAlias = Callable[[Obstacle, Array], tuple[float, str]]
+"""What is left between some of the stylus and an obstacle with the ball's centre there, and what is nearest."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,7 @@ class Meeting:
 
 
 def first_meeting(
-    stylus: Stylus, obstacle: Obstacle, start_mm: Array, end_mm: Array, margin_mm: float, *, stem_only: bool = False
+    clearance_mm: Clearance, obstacle: Obstacle, start_mm: Array, end_mm: Array, margin_mm: float
 ) -> Meeting | None:
     """The first place on a straight move where less than the margin is left; None when the way is free.
 
@@ -66,10 +70,9 @@ def first_meeting(
     """
     length, done = math.dist(start_mm, end_mm), 0.0
     direction = (end_mm - start_mm) / length if length > 0.0 else np.zeros(2)
-    look = stylus.stem_clearance_mm if stem_only else stylus.clearance_mm
     while True:
         centre = start_mm + done * direction
-        clearance, what = look(obstacle, centre)
+        clearance, what = clearance_mm(obstacle, centre)
         if clearance < margin_mm:
             return Meeting((float(centre[0]), float(centre[1])), what, clearance)
         if done >= length:

@@ -79,6 +79,16 @@ def test_all_touches_at_the_retract_plane_are_a_probe_that_was_triggered_already
     assert refused.value.code is Code.PRB_RETRACT
 
 
+def test_a_move_that_went_to_its_end_is_no_touch() -> None:
+    """A control that does not look whether its probe tripped logs where the move ended: 1 mm inside the part."""
+    plan = example_plan("modbas2")
+    logged = reported(plan, np.zeros(len(plan.touches)))
+    logged[6] = plan.touches[6].target_mm
+    with pytest.raises(TrueloopError, match=r"1 of 32 probing moves went to their end, .* at point '7'") as refused:
+        read(plan, log_of(plan, logged))
+    assert (refused.value.code, refused.value.place.line) == (Code.PRB_MISSED, 7)
+
+
 def test_fanuc_pads_numbers_with_blanks() -> None:
     plan = plan_of(STEP, {"cylinder": 1})
     ((x, z),) = reported(plan, np.array([0.0]))
