@@ -1,0 +1,69 @@
+//! A field over any bytes, in every dialect: refused or written, the same in one piece and in two; no displacement
+//! changes no byte where every arc fits its centre, and what is written can be run.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use nc_map::{Affine, Field, Limits, Mapper, Place, Trouble, Vector};
+use nc_program::dialect::DIALECTS;
+use nc_program::{jumps, run, Dialect, Options, Program};
+
+/// Blocks of one run: enough for every construct, few enough for many runs a second.
+const BLOCKS: usize = 2_000;
+const LIMITS: Limits = Limits { tolerance_mm: 5e-4, size_mm: f64::INFINITY, slope: f64::INFINITY };
+const NOWHERE: Affine = Affine { matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift: [0.0; 3] };
+
+/// Bends lines along X, so that moves become several.
+struct Bend;
+
+impl Field for Bend {
+    fn displacements(&mut self, points: &[Vector], _: &[Place], found: &mut Vec<Vector>) -> Result<(), Trouble> {
+        found.clear();
+        found.extend(points.iter().map(|point| [0.01, 0.0, 0.02 * (point[0] / 20.0).sin()]));
+        Ok(())
+    }
+}
+
+fn options() -> Options {
+    Options { block_limit: BLOCKS, ..Options::default() }
+}
+
+/// The program with the field over it, read in two pieces; `None` where it is refused.
+fn mapped(source: &[u8], dialect: &'static Dialect, field: &mut dyn Field, whole: bool, cut: usize) -> Option<Vec<u8>> {
+    let mut mapper = Mapper::new(dialect, options(), LIMITS, whole, [true; 3]);
+    let mut out = Vec::new();
+    let (first, second) = source.split_at(cut.min(source.len()));
+    mapper.push(first, field, &mut out).ok()?;
+    mapper.push(second, field, &mut out).ok()?;
+    mapper.finish(field, &mut out).ok()?;
+    Some(out)
+}
+
+/// Whether both ends of every arc are equally far from its centre: others are divided, displaced or not.
+fn fits(program: &Program) -> bool {
+    let (path, _) = run(program, &options());
+    path.arcs.iter().all(|arc| {
+        let (first, second, _) = path.states[path.state[arc.of_move] as usize].plane.axes();
+        let radius = |at: &Vector| (at[first] - arc.centre[first]).hypot(at[second] - arc.centre[second]);
+        (radius(&path.start[arc.of_move]) - radius(&path.end[arc.of_move])).abs() < 1e-6
+    })
+}
+
+fuzz_target!(|source: &[u8]| {
+    let cut = source.iter().map(|byte| usize::from(*byte)).sum::<usize>() % (source.len() + 1);
+    for dialect in DIALECTS {
+        let program = Program::read(source.to_vec(), dialect).expect("a fuzzer's inputs are small");
+        let whole = jumps(&program);
+        if let Some(out) = mapped(source, dialect, &mut NOWHERE.clone(), whole, 0) {
+            assert!(out == source || !fits(&program), "nothing is displaced");
+        }
+        let one = mapped(source, dialect, &mut Bend, whole, 0);
+        let two = mapped(source, dialect, &mut Bend, whole, cut);
+        if let (Some(one), Some(two)) = (&one, &two) {
+            assert_eq!(one, two, "in two pieces as in one");
+        }
+        if let Some(out) = one {
+            let written = Program::read(out, dialect).expect("hardly longer than a small one");
+            run(&written, &options());
+        }
+    }
+});
