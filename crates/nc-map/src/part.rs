@@ -137,34 +137,39 @@ impl Mapper {
         Ok(())
     }
 
-    /// Refuses displacements that are too large, or change too much over a cut, at whatever point was looked at.
+    /// Refuses displacements that are too large, then those that change too much over a cut, wherever it was looked at.
     fn check_limits(&mut self, program: &Program, path: &ToolPath, pieces: &[Piece]) -> Result<(), Refused> {
+        let refused = |piece: &Piece, code, said: &str, hint| {
+            let block = path.block[piece.of_move] as usize;
+            let at = program.blocks().get(block).map_or(0, |block| block.start as usize);
+            Refused::new(code, at, said.replace("{}", &position(&path.end[piece.of_move])), hint)
+        };
         for piece in pieces {
-            let index = piece.of_move;
-            let there = position(&path.end[index]);
-            let at = program.blocks().get(path.block[index] as usize).map_or(0, |block| block.start as usize);
             let size = piece.largest.iter().fold(0.0, |most: f64, value| most.max(*value));
             if piece.end.iter().any(|value| !value.is_finite()) {
-                let message = format!("the field has no displacement at {there}");
-                return Err(Refused::new(refusal::FIELD, at, message, "look at the field there"));
+                let said = "the field has no displacement at {}";
+                return Err(refused(piece, refusal::FIELD, said, "look at the field there"));
             }
             if size > self.limits.size_mm {
                 let limit = self.limits.size_mm;
-                let message =
-                    format!("the displacement reaches {size:.4} mm on the way to {there}; the limit is {limit} mm");
-                return Err(Refused::new(refusal::SIZE, at, message, "check the field's unit and sign first"));
-            }
-            if piece.slope > self.limits.slope {
-                let (slope, limit) = (1e3 * piece.slope, 1e3 * self.limits.slope);
-                let message = format!(
-                    "the displacement changes by {slope:.1} µm/mm on the way to {there}; the limit is {limit} µm/mm"
-                );
-                return Err(Refused::new(refusal::SLOPE, at, message, "look for an outlier in the field there"));
+                let own = pieces.iter().filter(|other| other.of_move == piece.of_move).flat_map(|other| other.largest);
+                let size = own.fold(size, f64::max);
+                let said = format!("the displacement reaches {size:.4} mm on the way to {{}}; the limit is {limit} mm");
+                return Err(refused(piece, refusal::SIZE, &said, "check the field's unit and sign first"));
             }
             let largest = &mut self.summary.largest_mm;
             *largest = [0, 1, 2].map(|axis| largest[axis].max(piece.largest[axis]));
         }
-        Ok(())
+        match pieces.iter().find(|piece| piece.slope > self.limits.slope) {
+            None => Ok(()),
+            Some(piece) => {
+                let (slope, limit) = (1e3 * piece.slope, 1e3 * self.limits.slope);
+                let said = format!(
+                    "the displacement changes by {slope:.1} µm/mm on the way to {{}}; the limit is {limit} µm/mm"
+                );
+                Err(refused(piece, refusal::SLOPE, &said, "look for an outlier in the field there"))
+            }
+        }
     }
 
     /// Counts blocks with coordinates that stay as they are because they were not run: skipped, after the end, in a
