@@ -63,7 +63,7 @@ def _odd_part() -> object:
 
 def _off_the_trimmed_face() -> object:
     found = surface_deviations(SURFACE, MeasuredPoints(_points(), name="A"))
-    refuse_trimmed(found, lambda points: points[:, 0] > 40.0)
+    refuse_trimmed(found, lambda u, v: u > 0.8)
     return found.findings
 
 
@@ -162,7 +162,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_PROGRAM: lambda: _corrected("G21 G90\nG1 X20 Y20 Z40 F100\nX30\nM2\n"),
     Code.SRF_FILE: lambda: _written("part.csv", lambda path: _points_of(path, "x_mm,y_mm,z_mm\n1,2,x\n")),
     Code.SRF_TWICE: lambda: _written("surface.toml", _part_twice),
-    Code.SRF_BATCH: lambda: run_batch(abs, [1, 2], scheduler="nowhere:1:2"),
+    Code.SRF_BATCH: lambda: list(run_batch(abs, [1, 2], scheduler="nowhere:1:2")),
     Code.SRF_PATH: lambda: zigzag(SURFACE, ZigzagOptions(3.0, scallop_mm=0.0)),
     Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),
     Code.SRF_OUTLIER: _odd_part,

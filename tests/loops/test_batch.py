@@ -3,15 +3,17 @@
 import os
 import signal
 import time
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.surface_deviations import SurfaceDeviations
-from trueloop.loops.batch import run_batch
-from trueloop.loops.surface import deviations_of
+from trueloop.loops.batch import AHEAD, run_batch
+from trueloop.loops.surface import Work, deviations_of, model_of
 from trueloop.loops.surface_inputs import read_surface_inputs
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
@@ -28,6 +30,10 @@ def killed_once(task: tuple[int, str]) -> int:
     return number * number
 
 
+def squared(number: int) -> int:
+    return number * number
+
+
 def refused(number: int) -> int:
     raise TrueloopError(Code.SRF_POINTS, f"{number} points", hint="more")
 
@@ -38,7 +44,7 @@ def same(a: list[SurfaceDeviations], b: list[SurfaceDeviations]) -> bool:
 
 def test_a_local_worker_killed_in_the_middle_loses_nothing(tmp_path: Path) -> None:
     tasks = [(k, str(tmp_path)) for k in range(12)]
-    assert run_batch(killed_once, tasks, workers=2) == [k * k for k in range(12)]
+    assert list(run_batch(killed_once, tasks, workers=2)) == [k * k for k in range(12)]
     assert (tmp_path / "killed").exists()
 
 
@@ -47,18 +53,57 @@ def test_a_dask_scheduler_with_two_workers_does_the_same_and_survives_a_killed_w
     from distributed import LocalCluster
 
     inputs = read_surface_inputs(EXAMPLE)
-    here = deviations_of(inputs.surface, inputs.parts[:4], inputs.options)
+    here = list(deviations_of(inputs.surface, inputs.parts[:4], inputs.options))
     with LocalCluster(  # type: ignore[no-untyped-call]
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(tmp_path)
     ) as cluster:
-        there = deviations_of(inputs.surface, inputs.parts[:4], inputs.options, scheduler=cluster.scheduler_address)
+        work = Work(scheduler=cluster.scheduler_address)
+        there = list(deviations_of(inputs.surface, inputs.parts[:4], inputs.options, work=work))
         assert same(here, there)
+        parts = model_of(inputs.surface, inputs.parts[:3], inputs.options, work=work)
+        assert [part.separation.chosen.size.controls > 30 for part in parts] == [True] * 3
         tasks = [(k, str(tmp_path)) for k in range(12)]
-        assert run_batch(killed_once, tasks, scheduler=cluster.scheduler_address) == [k * k for k in range(12)]
+        assert list(run_batch(killed_once, tasks, scheduler=cluster.scheduler_address)) == [k * k for k in range(12)]
         assert (tmp_path / "killed").exists()
 
 
 def test_a_refusal_of_one_part_is_told_as_it_is() -> None:
     with pytest.raises(TrueloopError, match="5 points") as told:
-        run_batch(refused, [5, 6], workers=2)
+        list(run_batch(refused, [5, 6], workers=2))
     assert told.value.code is Code.SRF_POINTS
+
+
+def always_killed(number: int) -> int:
+    if number == 5:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def test_what_was_done_before_workers_kept_dying_was_told() -> None:
+    results = run_batch(always_killed, range(12), workers=2)
+    assert [next(results) for _ in range(5)] == [0, 1, 2, 3, 4]
+    with pytest.raises(TrueloopError, match="7 parts") as told:
+        next(results)
+    assert told.value.code is Code.SRF_BATCH
+
+
+GIVEN_OUT: list[int] = []
+
+
+@dataclass(frozen=True)
+class Item:
+    """A number to whoever works on it; here it notes that it was given out."""
+
+    number: int
+
+    def __reduce__(self) -> tuple[object, ...]:
+        GIVEN_OUT.append(self.number)
+        return int, (self.number,)
+
+
+def test_no_more_work_is_given_out_than_will_soon_be_told() -> None:
+    """Thousands of parts: neither they nor what became of them are held at once."""
+    items: list[Any] = [Item(k) for k in range(500)]
+    results = run_batch(squared, items, workers=2)
+    assert [next(results) for _ in range(40)] == [k * k for k in range(40)]
+    assert 40 <= len(GIVEN_OUT) <= 40 + 2 * AHEAD

@@ -39,14 +39,15 @@ def deviations(
 ) -> None:
     """Deviations along the normals, a CSV file a part."""
     from trueloop.formats.surface_csv import deviations_to_csv
-    from trueloop.loops.surface import deviations_of
+    from trueloop.loops.surface import Work, deviations_of
 
     inputs = _read(job)
-    with busy(f"{len(inputs.parts)} parts"):
-        found = deviations_of(
-            inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, workers=workers, scheduler=scheduler
-        )
-    files = _write(inputs, output, [(f"{d.name}-deviations.csv", deviations_to_csv(d)) for d in found])
+    with busy(f"{len(inputs.parts)} parts") as told:
+        work = Work(workers, scheduler, told)
+        found = deviations_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
+        # Each part is written as it comes: thousands of them, or millions of points, are not held together.
+        names = [f"{part.name}-deviations.csv" for part in inputs.parts]
+        files = _write(inputs, output, [(name, lambda: deviations_to_csv(next(found))) for name in names])
     if as_json:
         print_json({"files": files})
     else:
@@ -123,11 +124,12 @@ def run_surface_job(job: Path, output: Path | None, workers: int, scheduler: str
     """Reads, models, corrects, writes and says what was done."""
     from trueloop.cli.surface_summary import say_pattern
     from trueloop.compensation.record import MARK
+    from trueloop.loops.surface import Work
     from trueloop.loops.surface_correction import correct_job
 
     inputs = _read(job)
-    with busy(f"correcting by {len(inputs.parts)} parts"):
-        done = correct_job(inputs, workers=workers, scheduler=scheduler)
+    with busy(f"correcting by {len(inputs.parts)} parts") as told:
+        done = correct_job(inputs, work=Work(workers, scheduler, told))
         correction, record = done.correction, done.record
         contents: list[Named] = []
         if inputs.cad_file != "none":
@@ -166,12 +168,11 @@ def _read(job: Path) -> "SurfaceInputs":
 
 
 def _parts(inputs: "SurfaceInputs", workers: int, scheduler: str | None) -> "list[Part]":
-    from trueloop.loops.surface import model_of
+    from trueloop.loops.surface import Work, model_of
 
-    with busy(f"{len(inputs.parts)} parts"):
-        return model_of(
-            inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, workers=workers, scheduler=scheduler
-        )
+    with busy(f"{len(inputs.parts)} parts") as told:
+        work = Work(workers, scheduler, told)
+        return model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
 
 
 def _write(inputs: "SurfaceInputs", output: Path | None, contents: "list[Named]") -> list[str]:

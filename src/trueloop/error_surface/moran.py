@@ -10,7 +10,7 @@ import numpy as np
 
 from trueloop.error_surface.weights import Weights
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, for_kernel
 
 EXPONENT = 3.0
 """k of [MPM §4]: 4 made the test too insensitive to machining errors."""
@@ -58,7 +58,7 @@ def raw_null(points_mm: Array, exponent: float = EXPONENT) -> Null:
 
     E = −1/(n − 1); E[I²] = (n² S1 − n S2 + 3 S0²) / ((n² − 1) S0²), S1 = 2 Σ c², S2 = Σᵢ (2 Σⱼ c)².
     """
-    weights = Weights(np.ascontiguousarray(points_mm, float), exponent)
+    weights = Weights(for_kernel(points_mm), exponent)
     n, rows = weights.count, weights.times(np.ones((weights.count, 1)))
     s0, s1, s2 = float(np.sum(rows)), 2 * weights.squares, float(np.sum((2 * rows) ** 2))
     expected = -1.0 / (n - 1)
@@ -67,7 +67,7 @@ def raw_null(points_mm: Array, exponent: float = EXPONENT) -> Null:
 
 
 def _checked(points_mm: Array, values: Array, exponent: float) -> tuple[Array, Array]:
-    points, z = np.ascontiguousarray(points_mm, float), np.asarray(values, float)
+    points, z = for_kernel(points_mm), np.asarray(values, float)
     z = z - np.mean(z)
     if len(z) < 4 or points.shape != (len(z), 3) or not exponent > 0 or not z @ z > 0:
         raise TrueloopError(

@@ -20,7 +20,7 @@ from trueloop.error_surface.places import Places, projector
 from trueloop.error_surface.projectors import Projector
 from trueloop.error_surface.spline_surface import Size
 from trueloop.error_surface.weights import Weights
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, for_kernel
 
 DENSE: Final = 2500
 """Most places for which the matrix of weights is formed, and the moments are exact whatever the size."""
@@ -53,7 +53,7 @@ class Neighbourhood:
     @cached_property
     def weights(self) -> Weights:
         """The weights between the places."""
-        points = np.ascontiguousarray(self.places.points_mm)
+        points = for_kernel(self.places.points_mm)
         if self.places.rows is not None:
             return Weights(points, self.exponent)
         from scipy.spatial import KDTree  # slow to import

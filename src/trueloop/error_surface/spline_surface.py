@@ -6,7 +6,7 @@ import numpy as np
 
 from trueloop._core import fit_surface_grid
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, for_kernel
 from trueloop.geometry.surface_basis import basis_matrix, basis_rows, clamped_knots
 
 
@@ -67,13 +67,12 @@ def fit_grid(at: tuple[Array, Array], values_mm: Array, size: Size) -> SplineSur
     Raises SRF-MODEL when the grid does not determine so many control points.
     """
     inner = [
-        np.ascontiguousarray(clamped_knots(count, size.degree)[size.degree + 1 : -size.degree - 1])
+        for_kernel(clamped_knots(count, size.degree)[size.degree + 1 : -size.degree - 1])
         for count in (size.rows, size.columns)
     ]
+    places = for_kernel(at[0]), for_kernel(at[1])
     try:
-        found = fit_surface_grid(
-            (inner[0], inner[1]), (size.degree, size.degree), at, np.ascontiguousarray(values_mm, float)
-        )
+        found = fit_surface_grid((inner[0], inner[1]), (size.degree, size.degree), places, for_kernel(values_mm))
     except ValueError as refused:
         raise TrueloopError(
             Code.SRF_MODEL,

@@ -8,6 +8,7 @@ import re
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +16,7 @@ import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad_kernel import kernel
-from trueloop.gauging.surface_plausibility import BEYOND_MM
+from trueloop.formats.cad_trim import Outline, outline_of
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 
@@ -35,17 +36,15 @@ class CadFace:
     kind: str
     handle: Any
 
-    def trimmed_away(self, points_mm: Array) -> np.ndarray:
-        """Which points (n, 3) of the surface lie beyond the face's trimming curves, in a hole or outside, by more than
+    def trimmed_away(self, u: Array, v: Array) -> np.ndarray:
+        """Which places (n,) of the surface lie beyond the face's trimming curves, in a hole or outside, by more than
         a touch may.
         """
-        occ = kernel()
-        classifier = occ.FaceClassifier()
-        outside = []
-        for x, y, z in points_mm:
-            classifier.Perform(self.handle, occ.Pnt(x, y, z), BEYOND_MM)
-            outside.append(classifier.State() == occ.OUT)
-        return np.array(outside, bool)
+        return self._outline.cut_away(u, v)
+
+    @cached_property
+    def _outline(self) -> Outline:
+        return outline_of(self.surface, self.handle)
 
 
 def read_faces(path: Path) -> list[CadFace]:

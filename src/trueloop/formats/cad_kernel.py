@@ -27,6 +27,7 @@ def kernel() -> Any:
 def _loaded() -> SimpleNamespace:
     from OCP import collections
     from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepClass import BRepClass_FaceClassifier
     from OCP.BRepGProp import BRepGProp
@@ -63,7 +64,11 @@ def _loaded() -> SimpleNamespace:
         FACE=TopAbs_ShapeEnum.TopAbs_FACE,
         REVERSED=TopAbs_Orientation.TopAbs_REVERSED,
         OUT=TopAbs_State.TopAbs_OUT,
+        EDGE=TopAbs_ShapeEnum.TopAbs_EDGE,
         as_face=TopoDS.Face,
+        as_edge=TopoDS.Edge,
+        Curve=BRepAdaptor_Curve,
+        degenerated=BRep_Tool.Degenerated_s,
         surface_of=BRep_Tool.Surface_s,
         uv_bounds=BRepTools.UVBounds_s,
         Trimmed=Geom_RectangularTrimmedSurface,

@@ -10,15 +10,15 @@ renames (well under a millisecond) can leave the first files new and the rest ol
 import os
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
 
-Named: TypeAlias = tuple[str, bytes]
-"""A file's name and what it shall hold."""
+Named: TypeAlias = tuple[str, bytes | Callable[[], bytes]]
+"""A file's name and what it shall hold, or what makes that when its turn has come: not all need be held at once."""
 
 
 def write_all(folder: Path, contents: Iterable[Named], inputs: Iterable[Path] = ()) -> list[Path]:
@@ -29,9 +29,10 @@ def write_all(folder: Path, contents: Iterable[Named], inputs: Iterable[Path] = 
     """
     files = list(contents)
     _require_different(folder, [name for name, _ in files], inputs)
-    needed = sum(len(content) for _, content in files)
-    with _folder_made(folder, needed), _refusing(folder, needed):
-        _write(folder, files)
+    held = [len(content) for _, content in files if isinstance(content, bytes)]
+    needed = sum(held) if len(held) == len(files) else None
+    with _folder_made(folder, needed):
+        _write(folder, files, needed)
     return [folder / name for name, _ in files]
 
 
@@ -139,23 +140,31 @@ def _make(folder: Path, made: list[Path]) -> None:
         made.append(folder)
 
 
-def _write(folder: Path, files: Sequence[Named]) -> None:
-    staging = Path(tempfile.mkdtemp(prefix=".trueloop-", dir=folder))
-    names = [name for name, _ in files]
+def _write(folder: Path, files: Sequence[Named], needed: int | None) -> None:
+    """What makes a content may fail too: that is no failure to write."""
+    with _refusing(folder, needed):
+        staging = Path(tempfile.mkdtemp(prefix=".trueloop-", dir=folder))
     try:
         for name, content in files:
-            _write_synced(staging / f"{name}.new", content)
-            if (folder / name).exists():
-                shutil.copy2(folder / name, staging / f"{name}.old")
-        try:
-            for name in names:
-                (staging / f"{name}.new").replace(folder / name)
-        except BaseException:
-            _put_back(folder, staging, names)
-            raise
-        _sync(folder)
+            made = content if isinstance(content, bytes) else content()
+            with _refusing(folder, needed):
+                _write_synced(staging / f"{name}.new", made)
+                if (folder / name).exists():
+                    shutil.copy2(folder / name, staging / f"{name}.old")
+        with _refusing(folder, needed):
+            _rename(folder, staging, [name for name, _ in files])
     finally:
         shutil.rmtree(staging, ignore_errors=True)
+
+
+def _rename(folder: Path, staging: Path, names: Sequence[str]) -> None:
+    try:
+        for name in names:
+            (staging / f"{name}.new").replace(folder / name)
+    except BaseException:
+        _put_back(folder, staging, names)
+        raise
+    _sync(folder)
 
 
 def _put_back(folder: Path, staging: Path, names: Iterable[str]) -> None:

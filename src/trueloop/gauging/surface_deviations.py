@@ -91,13 +91,13 @@ def surface_deviations(
     return _filled(points, there, feet, alignment, found)
 
 
-def refuse_trimmed(deviations: SurfaceDeviations, trimmed_away: Callable[[Array], np.ndarray]) -> None:
+def refuse_trimmed(deviations: SurfaceDeviations, trimmed_away: Callable[[Array, Array], np.ndarray]) -> None:
     """Raises SRF-OUTSIDE for points whose foot lies in a hole or beyond the trimmed edge of the face: the function says
-    for points of the surface (n, 3) which do, as the CAD kernel knows.
+    for parameters u and v (n,) which do, as the CAD kernel knows.
     """
     there = deviations.measured
-    feet = deviations.nominal_mm[there]
-    refuse_outside(deviations.name, trimmed_away(feet), np.flatnonzero(there) + 1, feet)
+    outside = trimmed_away(deviations.u[there], deviations.v[there])
+    refuse_outside(deviations.name, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
 
 
 def _filled(

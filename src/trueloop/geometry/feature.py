@@ -16,6 +16,11 @@ Array: TypeAlias = NDArray[np.float64]
 Point: TypeAlias = tuple[float, float]
 
 
+def for_kernel(values: ArrayLike) -> Array:
+    """Values as the Rust core takes them: row by row and aligned, which what comes from another process may not be."""
+    return np.require(values, np.float64, ("C_CONTIGUOUS", "ALIGNED"))
+
+
 def contact_angle_rad(outward_normal: ArrayLike) -> Array:
     """Angle of the outward normal from +z towards +x: 0 on an end face, π/2 on a cylinder. Shape (..., 2) → (...)."""
     normal = np.asarray(outward_normal, dtype=np.float64)

@@ -125,19 +125,24 @@ class Surface:
         w = self.weights[..., None]
         return np.concatenate([self.control_mm * w, w], axis=2)
 
+    @property
+    def _width(self) -> int:
+        """Numbers of a control point, named where there may be no places at all to count from."""
+        return 3 if self.weights is None else 4
+
     def _near(self, a: BasisRows, b: BasisRows) -> Array:
         """The control points that act on each place, (n, q + 1, (p + 1) × 3 or 4)."""
         rows = a.first[:, None] + np.arange(self.degrees[0] + 1)
         columns = b.first[:, None] + np.arange(self.degrees[1] + 1)
         near = self._lifted[rows[:, None, :], columns[:, :, None]]
-        return near.reshape(len(rows), self.degrees[1] + 1, -1)
+        return near.reshape(len(rows), self.degrees[1] + 1, (self.degrees[0] + 1) * self._width)
 
     def _bases(self, u: Array, v: Array) -> tuple[BasisRows, BasisRows]:
         return basis_rows(self.knots_u, self.degrees[0], u), basis_rows(self.knots_v, self.degrees[1], v)
 
     def _points(self, u: Array, v: Array) -> Array:
         a, b = self._bases(u, v)
-        across = (b.values[:, None, :] @ self._near(a, b)).reshape(len(u), self.degrees[0] + 1, -1)
+        across = (b.values[:, None, :] @ self._near(a, b)).reshape(len(u), self.degrees[0] + 1, self._width)
         lifted = (a.values[:, None, :] @ across)[:, 0]
         return np.asarray(lifted if self.weights is None else lifted[:, :3] / lifted[:, 3:])
 
@@ -145,11 +150,11 @@ class Surface:
         a, b = self._bases(u, v)
         across = np.stack([b.values, b.slopes, b.bends], axis=1) @ self._near(a, b)
         across = (
-            across.reshape(len(u), 3, self.degrees[0] + 1, -1)
+            across.reshape(len(u), 3, self.degrees[0] + 1, self._width)
             .transpose(0, 2, 1, 3)
-            .reshape(len(u), self.degrees[0] + 1, -1)
+            .reshape(len(u), self.degrees[0] + 1, 3 * self._width)
         )
-        along = (np.stack([a.values, a.slopes, a.bends], axis=1) @ across).reshape(len(u), 3, 3, -1)
+        along = (np.stack([a.values, a.slopes, a.bends], axis=1) @ across).reshape(len(u), 3, 3, self._width)
         parts = along[:, 0, 0], along[:, 1, 0], along[:, 0, 1], along[:, 2, 0], along[:, 1, 1], along[:, 0, 2]
         return parts if self.weights is None else _projected(*parts)
 

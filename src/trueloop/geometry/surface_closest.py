@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from trueloop._core import NurbsPatch
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, for_kernel
 from trueloop.geometry.surface import Surface
 
 
@@ -30,7 +30,7 @@ def closest(surface: Surface, points_mm: Array, near: tuple[Array, Array] | None
     `near`: parameters to start from instead, where they are known: the foot is then the one downhill from there. Raises
     SRF-DEGENERATE where a foot has no normal.
     """
-    points = _for_kernel(np.atleast_2d(points_mm))
+    points = for_kernel(np.atleast_2d(points_mm))
     start = None if near is None else np.stack(near, axis=1).astype(float)
     at, foot, du, dv = _patch(surface).feet(points, start)
     normal = surface.outward(foot, du, dv)
@@ -47,10 +47,5 @@ def _patch(surface: Surface) -> NurbsPatch:
     """The surface as the search has it: made once, a surface is asked many times."""
     weights = np.ones(surface.control_mm.shape[:2]) if surface.weights is None else surface.weights
     lifted = np.concatenate([surface.control_mm * weights[..., None], weights[..., None]], axis=2)
-    knots = (_for_kernel(surface.knots_u), _for_kernel(surface.knots_v))
-    return NurbsPatch(surface.degrees, knots, _for_kernel(lifted))
-
-
-def _for_kernel(values: Array) -> Array:
-    """Row by row and aligned, which what comes from another process may not be."""
-    return np.require(values, np.float64, ("C_CONTIGUOUS", "ALIGNED"))
+    knots = (for_kernel(surface.knots_u), for_kernel(surface.knots_v))
+    return NurbsPatch(surface.degrees, knots, for_kernel(lifted))

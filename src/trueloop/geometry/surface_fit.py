@@ -6,7 +6,7 @@ import numpy as np
 
 from trueloop._core import fit_surface_grid
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, for_kernel
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_basis import clamped_knots
 
@@ -40,10 +40,10 @@ def fit_grid(points_mm: Array, controls: tuple[int, int] | None = None, degree: 
 
 def fit_parameterised(points_mm: Array, at: tuple[Array, Array], knots: tuple[Array, Array], degree: int) -> Surface:
     """The least-squares surface when the parameters of rows and columns, in [0, 1], and the knots are known."""
-    inner = tuple(np.ascontiguousarray(k[degree + 1 : -degree - 1]) for k in knots)
+    inner = tuple(for_kernel(k[degree + 1 : -degree - 1]) for k in knots)
     try:
         columns = [
-            fit_surface_grid((inner[0], inner[1]), (degree, degree), at, np.ascontiguousarray(points_mm[..., k]))
+            fit_surface_grid((inner[0], inner[1]), (degree, degree), at, for_kernel(points_mm[..., k]))
             for k in range(3)
         ]
     except ValueError as refused:

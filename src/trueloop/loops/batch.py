@@ -1,6 +1,7 @@
 """The same work on many parts: here, on local processes, or on the machines of a Dask scheduler."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final, TypeVar
 
 from trueloop.errors import Code, TrueloopError
@@ -10,44 +11,62 @@ Result = TypeVar("Result")
 
 TRIES: Final = 3
 """How often work is given out again whose worker died."""
+AHEAD: Final = 4
+"""Items a local process has in hand or waiting, and so the most results that wait for an earlier one."""
 
 
 def run_batch(
     work: Callable[[Item], Result], items: Sequence[Item], *, workers: int = 1, scheduler: str | None = None
-) -> list[Result]:
-    """Results in the order of the items. `work` is a module's function, its arguments and results can be pickled.
+) -> Iterator[Result]:
+    """Results in the order of the items, each as soon as it is its turn: no more than some are held here at once.
 
-    workers: local processes; 1 works here. scheduler: address of a Dask scheduler, `tcp://host:8786`, which needs the
-    extra `cluster`. What a dying worker had in hand is given out again; an exception that `work` raises ends the batch.
-    Raises SRF-BATCH when the scheduler cannot be reached, or workers keep dying.
+    `work` is a module's function, its arguments and results can be pickled. workers: local processes; 1 works here.
+    scheduler: address of a Dask scheduler, `tcp://host:8786`, which needs the extra `cluster`. What a dying worker had
+    in hand is given out again; an exception that `work` raises ends the batch. Raises SRF-BATCH when the scheduler
+    cannot be reached, or workers keep dying.
     """
     if scheduler is not None:
         return _on_cluster(work, items, scheduler)
     if workers <= 1 or len(items) < 2:
-        return [work(item) for item in items]
+        return map(work, items)
     return _on_processes(work, items, workers)
 
 
-def _on_processes(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> list[Result]:
-    from concurrent.futures import ProcessPoolExecutor
+def _on_processes(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Iterator[Result]:
     from concurrent.futures.process import BrokenProcessPool
+
+    done = tries = 0
+    while done < len(items):
+        before = done
+        try:
+            for result in _until_one_dies(work, items[done:], workers):
+                done += 1
+                yield result
+        except BrokenProcessPool:
+            tries = tries + 1 if done == before else 1
+            if tries == TRIES:
+                hint = "a local process died each time: is there memory enough?"
+                raise _lost(len(items) - done, hint) from None
+
+
+def _until_one_dies(work: Callable[[Item], Result], items: Sequence[Item], workers: int) -> Iterator[Result]:
+    """Results in order; work is given out so far ahead that nobody waits. A process that dies breaks the pool."""
+    from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    done: dict[int, Result] = {}
-    for _ in range(TRIES):
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            futures = {k: pool.submit(work, item) for k, item in enumerate(items) if k not in done}
-            for k, future in futures.items():
-                try:
-                    done[k] = future.result()
-                except BrokenProcessPool:
-                    continue
-        if len(done) == len(items):
-            return [done[k] for k in range(len(items))]
-    raise _lost(len(items) - len(done), "a local process died each time: is there memory enough?")
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        try:
+            given = deque(pool.submit(work, item) for item in items[: AHEAD * workers])
+            for later in range(len(given), len(items) + len(given)):
+                result = given.popleft().result()
+                if later < len(items):
+                    given.append(pool.submit(work, items[later]))
+                yield result
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _on_cluster(work: Callable[[Item], Result], items: Iterable[Item], scheduler: str) -> list[Result]:
+def _on_cluster(work: Callable[[Item], Result], items: Sequence[Item], scheduler: str) -> Iterator[Result]:
     try:
         from distributed import Client, KilledWorker
     except ImportError as missing:
@@ -65,11 +84,13 @@ def _on_cluster(work: Callable[[Item], Result], items: Iterable[Item], scheduler
             hint="start one with `dask scheduler` and workers with `dask worker ADDRESS`",
         ) from error
     with client:
-        futures = client.map(work, list(items), pure=False, retries=TRIES)
-        try:
-            return list(client.gather(futures))  # type: ignore[no-untyped-call]
-        except KilledWorker as error:
-            raise _lost(1, f"workers of the cluster died on it: {error}") from error
+        waiting = deque(client.map(work, items, pure=False, retries=TRIES))
+        while waiting:  # a result is the workers' until its turn comes, and forgotten there once it is told
+            try:
+                result = waiting.popleft().result()
+            except KilledWorker as error:
+                raise _lost(len(waiting) + 1, f"workers of the cluster died on it: {error}") from error
+            yield result
 
 
 def _lost(count: int, why: str) -> TrueloopError:

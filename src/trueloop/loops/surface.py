@@ -1,8 +1,8 @@
 """From measured parts to a corrected surface and a corrected program."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 
@@ -19,10 +19,10 @@ from trueloop.errors import Finding
 from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.loops.batch import run_batch
+from trueloop.loops.batch import Item, Result, run_batch
 from trueloop.nc.program import Program
 
-Trim: TypeAlias = Callable[[Array], np.ndarray]
+Trim: TypeAlias = Callable[[Array, Array], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,25 @@ class SurfaceOptions:
     weight: float = 1.0
     tolerance_mm: float = 1e-4
     limits: Limits = field(default_factory=Limits)
+
+
+@dataclass(frozen=True)
+class Work:
+    """Where parts are worked off (`run_batch`), and who is told how far it is: `told`("deviations: 3 of 10 parts")."""
+
+    workers: int = 1
+    scheduler: str | None = None
+    told: Callable[[str], object] = str
+
+    def done(self, work: Callable[[Item], Result], items: Sequence[Item], what: str) -> Iterator[Result]:
+        """Results in the order of the items."""
+        results = run_batch(work, items, workers=self.workers, scheduler=self.scheduler)
+        for k in range(len(items)):
+            self.told(f"{what}: {k} of {len(items)} parts")
+            yield next(results)
+
+
+HERE: Final = Work()
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,19 +116,17 @@ def deviations_of(
     options: SurfaceOptions,
     *,
     trim: Trim | None = None,
-    workers: int = 1,
-    scheduler: str | None = None,
-) -> list[SurfaceDeviations]:
-    """Deviations of every part, worked off here, on local processes or on a cluster.
+    work: Work = HERE,
+) -> Iterator[SurfaceDeviations]:
+    """Deviations of every part, one after the other.
 
-    trim: which points of the surface are cut away; the CAD kernel, which knows, stays in this process.
+    trim: which places (u, v) of the surface are cut away; the CAD kernel, which knows, stays in this process.
     """
     tasks = [_Task(surface, points, options) for points in parts]
-    found = run_batch(_deviations, tasks, workers=workers, scheduler=scheduler)
-    if trim is not None:
-        for deviations in found:
+    for deviations in work.done(_deviations, tasks, "deviations"):
+        if trim is not None:
             refuse_trimmed(deviations, trim)
-    return found
+        yield deviations
 
 
 def model_of(
@@ -118,11 +135,10 @@ def model_of(
     options: SurfaceOptions,
     *,
     trim: Trim | None = None,
-    workers: int = 1,
-    scheduler: str | None = None,
+    work: Work = HERE,
 ) -> list[Part]:
     """Every part's deviations, taken apart. Parts measured at the same places of a grid share their neighbourhood."""
-    found = deviations_of(surface, parts, options, trim=trim, workers=workers, scheduler=scheduler)
+    found = list(deviations_of(surface, parts, options, trim=trim, work=work))
     placed = [_placed(surface, deviations, options) for deviations in found]
     shared = same_places([places for places, _ in placed])
     near = [Neighbourhood(places, options.exponent) for places in dict.fromkeys(shared)]
@@ -131,7 +147,7 @@ def model_of(
         _Apart(of[id(places)], errors, options, deviations.name)
         for places, (_, errors), deviations in zip(shared, placed, found, strict=True)
     ]
-    apart = run_batch(_separation, tasks, workers=workers, scheduler=scheduler)
+    apart = work.done(_separation, tasks, "what repeats")
     # What comes back from another process has places of its own: those of this one are put back, to be shared again.
     return [
         Part(deviations, replace(separation, near=task.near))

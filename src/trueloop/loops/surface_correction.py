@@ -10,7 +10,7 @@ from trueloop.compensation.limits import check_scatter
 from trueloop.compensation.record import Record, check_uncorrected, record_id
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
-from trueloop.loops.surface import SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model
+from trueloop.loops.surface import HERE, SurfaceCorrection, SurfaceModel, Work, correct, model_of, pattern_model
 from trueloop.loops.surface_inputs import SurfaceInputs
 from trueloop.units import UM_PER_MM
 
@@ -24,15 +24,11 @@ class RecordedCorrection:
     notes: tuple[str, ...]
 
 
-def correct_job(
-    inputs: SurfaceInputs, *, workers: int = 1, scheduler: str | None = None, now: datetime | None = None
-) -> RecordedCorrection:
+def correct_job(inputs: SurfaceInputs, *, work: Work = HERE, now: datetime | None = None) -> RecordedCorrection:
     """The correction of a job. Raises SRF, NC and CMP errors for what cannot or must not be corrected."""
     now = now or datetime.now(UTC)
     notes = _refuse_misuse(inputs, now)
-    parts = model_of(
-        inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, workers=workers, scheduler=scheduler
-    )
+    parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
     model = pattern_model(inputs.surface, parts, inputs.options)
     check_scatter(model.pattern.sigma_mm, inputs.options.limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}

@@ -134,6 +134,21 @@ def test_path_prints_a_program_of_a_csv_grid_too(tmp_path: Path) -> None:
     assert "--radius-mm" in run("path", grid, "--radius-mm", "-1", status=ExitStatus.USAGE)
 
 
+def test_a_scan_of_many_scattered_points_is_written_point_by_point(job: Path, tmp_path: Path) -> None:
+    """10⁵ points on a face of CAD: no step of it asks the kernel point by point."""
+    surface, rng = read_face(job.parent / "nominal.step").surface, np.random.default_rng(6)
+    u, v = rng.uniform(0.001, 0.999, (2, 100_000))
+    error = 0.01 * np.sin(9 * u) + rng.normal(0, 0.002, len(u))
+    points = surface.point_mm(u, v) + error[:, None] * surface.normal(u, v)
+    np.savetxt(job.parent / "scan.csv", points, "%.7f", ",", header="x_mm,y_mm,z_mm", comments="")
+    edited(job, 'points = ["parts/*.csv"]', 'points = ["scan.csv"]')
+    edited(edited(job, "ball_radius_mm = 2.0", "ball_radius_mm = 0.0"), 'alignment = "best-fit"', 'alignment = "datum"')
+    run("deviations", job, "-o", tmp_path / "out")
+    rows = np.loadtxt(tmp_path / "out" / "scan-deviations.csv", delimiter=",", skiprows=2, usecols=range(2, 11))
+    np.testing.assert_allclose(rows[:, -1], 1e3 * error, atol=2e-3)
+    np.testing.assert_allclose(rows[:, :2], np.column_stack([u, v]), atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "code"),
     [

@@ -10,6 +10,7 @@ from tests.support.cad_text import points_of_iges, points_of_step
 from tests.support.surfaces import sphere, wavy_surface
 from trueloop.formats.cad import read_face, read_faces, surface_to_bytes, write_surface
 from trueloop.formats.cad_kernel import kernel
+from trueloop.formats.cad_trim import classified
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
@@ -78,13 +79,24 @@ def test_a_solid_of_others_gives_its_faces_with_outward_normals(corpus: Path) ->
 @pytest.mark.corpus
 def test_a_trimmed_face_knows_what_was_cut_away(corpus: Path) -> None:
     ring = read_faces(corpus / "data/public/cad/conical-surface.step")[2]
-    middle = ring.surface.point_mm(np.array([0.5]), np.array([0.5]))
     (u0, u1), (v0, v1) = ring.surface.domain
-    centre = ring.surface.point_mm(np.array([(u0 + u1) / 2]), np.array([(v0 + v1) / 2]))
-    edge = ring.surface.point_mm(np.array([(u0 + u1) / 2]), np.array([v0 + 0.01 * (v1 - v0)]))
-    assert ring.trimmed_away(centre).tolist() == [True]  # the bore
-    assert ring.trimmed_away(edge).tolist() == [False]
-    assert middle.shape == (1, 3)
+    middle, edge = np.array([(v0 + v1) / 2]), np.array([v0 + 0.01 * (v1 - v0)])
+    assert ring.trimmed_away(np.array([(u0 + u1) / 2]), middle).tolist() == [True]  # the bore
+    assert ring.trimmed_away(np.array([(u0 + u1) / 2]), edge).tolist() == [False]
+
+
+@pytest.mark.corpus
+def test_every_face_is_trimmed_as_the_kernel_says_point_by_point(corpus: Path) -> None:
+    """Planes with and without a bore, cylinders with a seam, a cone, patches of a lens."""
+    cad = corpus / "data/public/cad"
+    seen = set[bool]()
+    for face in (*read_faces(cad / "conical-surface.step"), *read_faces(cad / "sunglasses-lens.igs")[:3]):
+        (u0, u1), (v0, v1) = face.surface.domain
+        u, v = u0 + (u1 - u0) * RNG.uniform(0, 1, 300), v0 + (v1 - v0) * RNG.uniform(0, 1, 300)
+        wanted = classified(face.handle, face.surface.point_mm(u, v))
+        assert face.trimmed_away(u, v).tolist() == wanted.tolist()
+        seen |= set(wanted.tolist())
+    assert seen == {True, False}
 
 
 @pytest.mark.corpus

@@ -67,6 +67,19 @@ def test_a_failure_at_any_rename_leaves_what_was_there(
     assert _holds(tmp_path) == OLD
 
 
+def test_content_may_be_made_when_its_turn_has_come_and_all_or_none_is_written_still(tmp_path: Path) -> None:
+    turns = iter([b"first", b"second"])
+    write_all(tmp_path / "out", [("a.csv", lambda: next(turns)), ("b.csv", b"held"), ("c.csv", lambda: next(turns))])
+    assert _holds(tmp_path / "out") == {"a.csv": b"first", "b.csv": b"held", "c.csv": b"second"}
+
+    def refused() -> bytes:
+        raise ConnectionError("the worker is gone")
+
+    with pytest.raises(ConnectionError):  # not told as a failure to write
+        write_all(tmp_path / "none", [("a.csv", lambda: b"first"), ("b.csv", refused)])
+    assert not (tmp_path / "none").exists()
+
+
 def test_a_disk_without_room_leaves_what_was_there_and_no_new_folder(tmp_path: Path) -> None:
     """The system itself refuses: a limit on the size of files stands for the full disk, for any user, everywhere."""
     _fill(tmp_path)

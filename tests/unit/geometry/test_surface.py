@@ -56,6 +56,13 @@ def test_grid_and_single_places_agree() -> None:
         np.testing.assert_allclose(grid, surface.point_mm(np.repeat(u, 5), np.tile(v, 7)), atol=1e-13)
 
 
+def test_no_places_have_no_points_and_no_feet() -> None:
+    none = np.empty(0)
+    for surface in (wavy_surface(), sphere()):
+        assert surface.point_mm(none, none).shape == surface.normal(none, none).shape == (0, 3)
+        assert closest(surface, np.empty((0, 3))).distance_mm.shape == (0,)
+
+
 def test_the_foot_of_a_point_lifted_along_the_normal_is_where_it_came_from() -> None:
     surface = wavy_surface()
     u, v = RNG.uniform(0, 1, 5000), RNG.uniform(0, 1, 5000)
