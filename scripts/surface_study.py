@@ -68,7 +68,11 @@ How often one is better than the other, for a new part each (as published) and f
 {table(("worst deviation", "a new part each", "the same part"), _orders(first))}
 Where the order fails, it mostly fails between pattern and model: one part's model differs from the pattern by no more
 than parts differ, and the worst of 625 places is a matter of chance. The true pattern itself hardly leaves less than
-the pattern of ten parts. Raw data add their random part to that of the new cut, √2 times in all, not twice.
+the pattern of ten parts.
+
+Raw data scatter √2 times as much as the others, not twice: the new cut leaves its random part ε₂ with variance σ², and the
+correction takes away ε₁ of the part measured before. The two are independent, so variances add: Var(ε₂ − ε₁) = 2 σ². Twice
+would take ε₁ = −ε₂. A model takes away no more than the fit's share of ε₁, σ² times control points over places.
 
 What "±2.4 to ±4.3 µm between parts" means in standard deviations is not published. Above it is three; otherwise:
 
