@@ -71,7 +71,7 @@ than parts differ, and the worst of 625 places is a matter of chance. The true p
 the pattern of ten parts.
 
 Raw data scatter √2 times as much as the others, not twice: the new cut leaves its random part ε₂ with variance σ², and
-the correction takes away ε₁ of the part measured before. The two are independent, so variances add: Var(ε₂ − ε₁) = 2 σ².
+the correction takes away ε₁ of the part measured before. The two are independent, so the variances add up: 2 σ².
 Twice would take ε₁ = −ε₂. A model takes away no more than the fit's share of ε₁, σ² times control points over places.
 
 What "±2.4 to ±4.3 µm between parts" means in standard deviations is not published. Above it is three; otherwise:
