@@ -75,6 +75,7 @@ def test_a_refusal_of_one_part_is_told_as_it_is() -> None:
 
 def always_killed(number: int) -> int:
     if number == 5:
+        time.sleep(2.0)  # those before it are told by then
         os.kill(os.getpid(), signal.SIGKILL)
     return number
 
