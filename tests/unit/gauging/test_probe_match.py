@@ -84,7 +84,9 @@ def test_a_move_that_went_to_its_end_is_no_touch() -> None:
     plan = example_plan("modbas2")
     logged = reported(plan, np.zeros(len(plan.touches)))
     logged[6] = plan.touches[6].target_mm
-    with pytest.raises(TrueloopError, match=r"1 of 32 probing moves went to their end without a touch, .* at point '7'") as refused:
+    with pytest.raises(
+        TrueloopError, match=r"1 of 32 probing moves went to their end without a touch, .* at point '7'"
+    ) as refused:
         read(plan, log_of(plan, logged))
     assert (refused.value.code, refused.value.place.line) == (Code.PRB_MISSED, 7)
 
