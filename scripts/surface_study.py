@@ -79,6 +79,10 @@ What "±2.4 to ±4.3 µm between parts" means in standard deviations is not publ
 {table(("read as", "order", "order, same part", "true pattern", "pattern", "model", "coverage"), _readings(read))}
 True pattern, pattern, model: share of parts within ±{WITHIN_UM:.0f} µm. Coverage: share of places where the true
 pattern lies within the 95 % uncertainty.
+
+The simulated parts differ by about half of what their row says (`simulator/surface_process.py`), so each row stands for
+about twice as many standard deviations. Drawn in full size, at three standard deviations, the pattern of ten parts left
+49 % of new parts within ±8 µm, the order held in 63 % and the coverage was 95.6 %: one run of 100 seeds, not part of this page's script.
 """
 
 
