@@ -82,8 +82,8 @@ pattern lies within the 95 % uncertainty.
 
 The simulated parts differ by about half of what their row says (`simulator/surface_process.py`), so each row stands for
 about twice as many standard deviations. Drawn in full size, at three standard deviations, the pattern of ten parts left
-49 % of new parts within ±8 µm, the order held in 63 % and the coverage was 95.6 %: one run of 100 seeds, which the script
-of this page does not repeat.
+49 % of new parts within ±8 µm, the order held in 63 % and the coverage was 95.6 %: one run of 100 seeds, which the
+script of this page does not repeat.
 """
 
 
