@@ -10,6 +10,8 @@ from trueloop.nc.tool_path import CoordinateState, ToolPath
 LOCAL_SHIFT: Final = ("linuxcnc", "fanuc", "haas", "siemens")
 """Controls whose tool table a program cannot set for one run only: the contour is put into a shifted frame."""
 FINISHING_CYCLE: Final = 70.0
+CONTOUR_WORDS: Final = frozenset({"P", "Q"})
+"""They name the first and last block of its contour."""
 
 
 def offset_edits(
@@ -73,7 +75,7 @@ def _finishing_cycle(program: Program, contour_block: int) -> int | None:
         return None
     blocks = list(program.blocks)
     for block in blocks:
-        values = {word.letter: word.value for word in block.words if word.letter in "PQ"}
+        values = {word.letter: word.value for word in block.words if word.letter in CONTOUR_WORDS}
         if len(values) == 2 and any(word.letter == "G" and word.value == FINISHING_CYCLE for word in block.words):
             places = [b.index for b in blocks if b.number in values.values()]
             if min(places, default=1) <= contour_block <= max(places, default=0):

@@ -69,14 +69,17 @@ def check_positions(profile: Profile, touches: Sequence[Touch]) -> None:
     )
 
 
-def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, nominal: Array, normal: Array) -> None:
-    """Refuses part errors too large to be true, naming the blunder in the measured points that would explain them."""
+def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expected: Array, normal: Array) -> None:
+    """Refuses part errors too large to be true, naming the blunder in the measured points that would explain them.
+
+    `expected` is where a part without error would have been measured: ball and allowance off the nominal points.
+    """
     large = np.abs(error) > CREDIBLE_ERROR_MM
     if not np.any(large):
         return
 
     def credible(scale: Array) -> Accepted:
-        along_normal: Array = np.sum(normal * (measured * scale - nominal), axis=1)
+        along_normal: Array = np.sum(normal * (measured * scale - expected), axis=1)
         return np.abs(along_normal) <= CREDIBLE_ERROR_MM
 
     _refuse_blunder(credible, touches)
@@ -119,9 +122,12 @@ def check_loop_sign(before: ErrorVectors, after: ErrorVectors) -> None:
     x, y = before.error_mm[[i for i, _ in common]], after.error_mm[[k for _, k in common]]
     if len(common) < 3 or not np.any(x):
         return
+    x, y = x / np.max(np.abs(x)), y / np.max(np.abs(x))  # squares of the smallest numbers are zero
     slope = float(x @ y / (x @ x))
+    if slope <= 1.5:
+        return
     correlation = float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) and np.ptp(y) else 1.0
-    if slope > 1.5 and correlation > 0.9:
+    if correlation > 0.9:
         raise TrueloopError(
             Code.TCH_SIGN,
             f"the errors after the finish cut are {slope:.2f} times those before it (correlation {correlation:.2f}): "

@@ -95,7 +95,8 @@ def _part_error(touches: Sequence[Touch], nominal: Array, normal: Array, gauging
     measured = np.array([(np.nan, np.nan) if t.measured_mm is None else t.measured_mm for t in touches])
     along_normal = np.einsum("ij,ij->i", normal, measured - nominal)
     error = np.where(np.isnan(given), along_normal - gauging.ball_radius_mm - gauging.allowance_mm, given)
-    check_sizes(touches, error, measured, nominal, normal)
+    expected = nominal + (gauging.ball_radius_mm + gauging.allowance_mm) * normal
+    check_sizes(touches, error, measured, expected, normal)
     return error
 
 

@@ -41,17 +41,13 @@ def match_contour(
     naming the nearest line, NC-AMBIGUOUS where several do, NC-COMPENSATED where G41 or G42 keeps the nose on the
     material's side.
     """
-    found = match_each(
-        moves, profile, nose_radius_mm, allowance_mm=allowance_mm, tolerance_mm=tolerance_mm, lines=lines
-    )
+    search, found = _searched(_in_lines(moves, lines), profile, nose_radius_mm, allowance_mm, tolerance_mm)
     matches = []
     for match in found:
         if isinstance(match, TrueloopError):
             raise match
         matches.append(match)
-    in_lines, offset_mm = moves_of_one_kind(_in_lines(moves, lines), nose_radius_mm)
-    path = nose_centre_path(profile, offset_mm + allowance_mm)
-    return _with_the_rest(profile, path, tuple(matches), in_lines)
+    return _with_the_rest(search, tuple(matches))
 
 
 def match_each(
@@ -64,11 +60,17 @@ def match_each(
     lines: tuple[int, int] | None = None,
 ) -> tuple[FeatureMatch | TrueloopError, ...]:
     """For each feature the pass that cuts it, or the refusal that `match_contour` would raise for it."""
-    in_lines = _in_lines(moves, lines)
-    kept, offset_mm = moves_of_one_kind(in_lines, nose_radius_mm)
+    return _searched(_in_lines(moves, lines), profile, nose_radius_mm, allowance_mm, tolerance_mm)[1]
+
+
+def _searched(
+    moves: Sequence[FeedMove], profile: Profile, nose_radius_mm: float, allowance_mm: float, tolerance_mm: float
+) -> "tuple[_Search, tuple[FeatureMatch | TrueloopError, ...]]":
+    """The search among moves of one kind, and what it found for each feature."""
+    kept, offset_mm = moves_of_one_kind(moves, nose_radius_mm)
     search = _search(profile, kept, offset_mm + allowance_mm, tolerance_mm)
-    other = _beside_contour(profile, in_lines, nose_radius_mm + allowance_mm, tolerance_mm)
-    return tuple(_tried(search, other, index) for index in range(len(profile.features)))
+    other = _beside_contour(profile, moves, nose_radius_mm + allowance_mm, tolerance_mm)
+    return search, tuple(_tried(search, other, index) for index in range(len(profile.features)))
 
 
 def _in_lines(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> list[FeedMove]:
@@ -266,27 +268,25 @@ def _span(moves: Sequence[MatchedMove]) -> str:
     return f"{lines} (G{moves[0].move.compensation})" if moves[0].move.on_contour else lines
 
 
-def _with_the_rest(
-    profile: Profile, path: CentrePath, matches: tuple[FeatureMatch, ...], moves: Sequence[FeedMove]
-) -> ContourMatch:
+def _with_the_rest(search: _Search, matches: tuple[FeatureMatch, ...]) -> ContourMatch:
     cutting = {matched.move.index for match in matches for matched in match.moves}
     lead, run_out, between = [], [], []
     for chain in sorted({matched.move.chain for match in matches for matched in match.moves}):
-        members = [m for m in moves if m.chain == chain]
+        members = [m for m in search.moves if m.chain == chain]
         cuts = [k for k, m in enumerate(members) if m.index in cutting]
         for k, move in enumerate(members):
             if move.index in cutting:
                 continue
             if cuts[0] < k < cuts[-1]:
                 between.append(move)
-            elif _lengthens(path, move.path):
+            elif _lengthens(search.path, move.path, search.tolerance_mm):
                 run_out.append(move)
             else:
                 lead.append(move)
-    return ContourMatch(profile, matches, tuple(lead), tuple(run_out), tuple(between))
+    return ContourMatch(search.profile, matches, tuple(lead), tuple(run_out), tuple(between))
 
 
-def _lengthens(path: CentrePath, move: Feature) -> bool:
+def _lengthens(path: CentrePath, move: Feature, tolerance_mm: float) -> bool:
     """Whether a straight move only goes on from the path's free end along its tangent, or arrives so at its start."""
     if isinstance(move, Arc):
         return False
@@ -295,6 +295,6 @@ def _lengthens(path: CentrePath, move: Feature) -> bool:
     for place, outwards in free_ends:
         for start, end in ((move.start_mm, move.end_mm), (move.end_mm, move.start_mm)):
             along = (np.asarray(end) - np.asarray(start)) / move.length_mm
-            if math.dist(start, place) <= 2 * TOLERANCE_MM and float(along @ outwards) > math.cos(0.02):
+            if math.dist(start, place) <= 2 * tolerance_mm and float(along @ outwards) > math.cos(0.02):
                 return True
     return False

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tests.support.profiles import facetst, modbas2, piecs11
@@ -44,9 +44,9 @@ def touched(draw: st.DrawFn) -> tuple[Profile, list[Touch]]:
     return profile, touches
 
 
-def _refusal(profile: Profile, touches: list[Touch]) -> TrueloopError:
+def _refusal(profile: Profile, touches: list[Touch], gauging: Gauging | None = None) -> TrueloopError:
     with pytest.raises(TrueloopError) as refusal:
-        error_vectors(profile, touches, Gauging())
+        error_vectors(profile, touches, gauging or Gauging())
     return refusal.value
 
 
@@ -78,6 +78,27 @@ def test_a_blunder_in_the_measured_points_alone_is_named(blunder: str, case: tup
     profile, touches = case
     wrong = [replace(t, measured_mm=_scaled(t.measured_mm, scale)) for t in touches]
     assert _refusal(profile, wrong).code is code
+
+
+@pytest.mark.parametrize("blunder", BLUNDERS)
+@given(case=touched())
+def test_it_is_named_for_centres_of_a_large_ball_over_an_allowance_too(
+    blunder: str, case: tuple[Profile, list[Touch]]
+) -> None:
+    """What stands 3.5 mm off the surface is credible under no scale, unless that is taken off first."""
+    scale, code = BLUNDERS[blunder]
+    profile, touches = case
+    gauging = Gauging(ball_radius_mm=3.0, allowance_mm=0.5)
+    nominal = np.array([t.nominal_mm for t in touches])
+    located = profile.locate(nominal)
+    normal = [
+        profile.features[i].outward_normal(s) for i, s in zip(located.feature_index, located.arc_length_mm, strict=True)
+    ]
+    centres = [np.array(t.measured_mm) + 3.5 * n for t, n in zip(touches, normal, strict=True)]
+    right = [replace(t, measured_mm=(float(x), float(z))) for t, (x, z) in zip(touches, centres, strict=True)]
+    assert np.all(np.abs(error_vectors(profile, right, gauging).error_mm) <= 0.2 + 1e-9)
+    wrong = [replace(t, measured_mm=_scaled(t.measured_mm, scale)) for t in right]
+    assert _refusal(profile, wrong, gauging).code is code
 
 
 @given(touched(), st.data())
@@ -154,6 +175,7 @@ def test_a_correction_of_reversed_sign_is_found(errors: Array, gain: float, seed
 
 
 @given(ERRORS, st.floats(-0.9, 1.1), st.integers(0, 2**32 - 1))
+@example(np.array([0.0, 0.0, 0.0, 0.0, 0.001]), 1e-190, 0)
 def test_a_correction_that_worked_or_did_nothing_is_no_reversed_sign(errors: Array, left: float, seed: int) -> None:
     scatter = np.random.default_rng(seed).uniform(-0.001, 0.001, len(errors))
     check_loop_sign(_cut(errors), _cut(left * errors + (scatter if np.std(errors) > 0.01 else 0)))

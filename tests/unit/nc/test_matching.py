@@ -130,6 +130,24 @@ def test_lead_and_run_out() -> None:
     assert [m.line for m in turned_round.lead] == [10, 100]
 
 
+@pytest.mark.parametrize(("tolerance_mm", "lengthens"), [(0.125, False), (0.25, True)])
+def test_a_run_out_begins_as_near_to_the_end_as_the_callers_tolerance_says(
+    tolerance_mm: float, lengthens: bool
+) -> None:
+    """The end face stops 0.4 mm short and is gone on with: within twice 0.25 mm, not within twice 0.125 mm."""
+    path = centre_path(modbas2())
+    start, end = path[0].start_mm, path[-1].end_mm
+    last = path[-1]
+    x, z = (float(c) for c in last.point_mm(last.length_mm - 0.4))
+    along_x, along_z = (float(c) for c in last.tangent(last.length_mm))
+    short, on = (x, z), (x + 2.0 * along_x, z + 2.0 * along_z)
+    assert isinstance(last, Arc)
+    stopped = Arc("", last.start_mm, short, last.centre_mm, last.sweep_rad * (1 - 0.4 / last.length_mm))
+    moves = cut([to((80.0, start[1]), start), *path[:-1], stopped, to(short, on)])
+    match = matched(moves, modbas2(), tolerance_mm=tolerance_mm)
+    assert bool(match.run_out) is lengthens and math.dist(short, end) > 0.25
+
+
 def test_end_of_a_move_beyond_the_profile() -> None:
     """FACETST's end face runs to X−0.03125, 0.397 mm past the axis, in the same move [6811 §A.2.3]."""
     profile = facetst()

@@ -123,7 +123,6 @@ def paths_near_part(driven_mm: Array, profile: Profile, off_mm: float) -> tuple[
     moved = np.concatenate([[True], np.any(np.diff(driven_mm, axis=0) != 0.0, axis=1)])
     driven = driven_mm[moved]
     near = profile.locate(driven).distance_mm < off_mm + NEAR_MM
-    near &= np.abs(driven[:, 1]) < 1e6
     bounds = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(int)))
     stretches = [driven[a:b] for a, b in zip(bounds[::2], bounds[1::2], strict=True)]
     return tuple(path_of_positions(stretch) for stretch in stretches if len(stretch) > 1)
