@@ -53,6 +53,8 @@ class CalibrationTable(Table):
     sine_um: Finite = 0.0
     lobes: Count = 3
     scatter_um: NotNegative = 0.0
+    from_deg: Finite
+    to_deg: Finite
 
 
 class ProbeFile(Table):
@@ -100,6 +102,8 @@ def calibration_toml(calibration: BallCalibration) -> str:
             f"sine_um = {calibration.sine_mm * UM_PER_MM:.3f}",
             f"lobes = {calibration.lobes}",
             f"scatter_um = {calibration.scatter_mm * UM_PER_MM:.3f}",
+            f"from_deg = {math.degrees(calibration.lowest_rad):.1f}",
+            f"to_deg = {math.degrees(calibration.highest_rad):.1f}",
             "",
         ]
     )
@@ -112,4 +116,6 @@ def _calibration(table: CalibrationTable) -> BallCalibration:
         table.sine_um / UM_PER_MM,
         table.lobes,
         table.scatter_um / UM_PER_MM,
+        math.radians(table.from_deg),
+        math.radians(table.to_deg),
     )

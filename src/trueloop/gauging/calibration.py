@@ -20,13 +20,17 @@ LEAST_SPAN_RAD: Final = math.radians(90.0)
 LARGEST_SCATTER_MM: Final = 0.05
 """A probe that scatters more is loose, or the artefact is not the one that was named."""
 
+BEYOND_RAD: Final = math.radians(1.0)
+"""So little outside of the calibrated range is in it. The directions of the calibration's own touches are known no
+better: the largest scatter let through turns one by 1° where the radii of ball and artefact add up to 3 mm."""
+
 
 @dataclass(frozen=True)
 class BallCalibration:
     """A calibrated probe; lengths in mm.
 
     `cosine_mm` and `sine_mm` are a and b. `scatter_mm` is the standard deviation of the touches about the fit, from
-    `lowest_rad` to `highest_rad` of contact angle.
+    `lowest_rad` to `highest_rad` of contact angle: what lies between was touched, or is between two touches.
     """
 
     effective_radius_mm: float
@@ -47,6 +51,12 @@ class BallCalibration:
         turned = self.lobes * contact_angle_rad(outward_normal)
         radius: Array = self.effective_radius_mm + self.cosine_mm * np.cos(turned) + self.sine_mm * np.sin(turned)
         return radius
+
+    def covers(self, outward_normal: Array) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
+        """Whether it holds for touches on surfaces of these normals, (n, 2) → (n,): lobing is not known elsewhere."""
+        low, high = self.lowest_rad - BEYOND_RAD, self.highest_rad + BEYOND_RAD
+        inside = np.mod(contact_angle_rad(outward_normal) - low, 2 * np.pi) <= high - low
+        return np.asarray(inside, dtype=np.bool_)
 
     def surface_points_mm(self, centres_mm: Array, outward_normal: Array) -> Array:
         """Points of the surface from reported ball centres, both (n, 2): the ball taken off along the normal."""
@@ -81,7 +91,7 @@ def calibrate(centres_mm: Array, artefact_radius_mm: float, *, ring: bool = Fals
     angle, terms = _terms(centres, middle, side, lobes)
     residual = np.hypot(*(centres - middle).T) - artefact_radius_mm - side * terms @ fitted
     scatter = float(np.sqrt(residual @ residual / (len(centres) - UNKNOWNS)))
-    low, high = _span(angle)
+    low, high = _span(angle, lobes)
     _require_good(len(centres), low, high, scatter, float(fitted[0]))
     radius_mm, cosine_mm, sine_mm = fitted.tolist()
     return BallCalibration(radius_mm, cosine_mm, sine_mm, lobes, scatter, low, high)
@@ -99,17 +109,19 @@ def _circle_centre(points: Array) -> Array:
     return np.asarray(np.linalg.lstsq(design, np.sum(points**2, axis=1), rcond=None)[0][:2])
 
 
-def _span(angle_rad: Array) -> tuple[float, float]:
-    """The shortest range of angles that holds all."""
+def _span(angle_rad: Array, lobes: int) -> tuple[float, float]:
+    """The shortest range of angles that holds all; the whole turn where every gap is less than half a lobe."""
     ascending = np.sort(angle_rad)
     gaps = np.diff(np.append(ascending, ascending[0] + 2 * np.pi))
     widest = int(np.argmax(gaps))
+    if gaps[widest] < math.pi / lobes - BEYOND_RAD:
+        return -math.pi, math.pi
     low = float(ascending[(widest + 1) % len(ascending)])
     return low, low + 2 * math.pi - float(gaps[widest])
 
 
 def _require_good(count: int, low: float, high: float, scatter_mm: float, radius_mm: float) -> None:
-    if high - low < LEAST_SPAN_RAD:
+    if high - low < LEAST_SPAN_RAD - BEYOND_RAD:
         raise _refusal(
             f"{count} touches span {math.degrees(high - low):.0f}° of the artefact; at least 90° are needed",
             "touch it around the directions that the part will be touched in",

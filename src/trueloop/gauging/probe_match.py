@@ -4,6 +4,7 @@ A control may leave a touch out, repeat one, or log another job; the position on
 belongs.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -14,7 +15,7 @@ from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.gauging.calibration import BallCalibration
 from trueloop.gauging.probe_plan import ProbePlan
 from trueloop.gauging.touch import Touch
-from trueloop.geometry.feature import Array, Point
+from trueloop.geometry.feature import Array, Point, contact_angle_rad
 
 BESIDE_MM: Final = 0.1
 """A touch this far beside an approach line does not belong to it: the probing move is straight."""
@@ -45,9 +46,9 @@ def match_touches(
     """Part errors `n · (reported − nominal) − effective ball radius − allowance` of the touches of a plan.
 
     `logged_mm` are reported positions: ball centres, or points of the surface with `reports_surface` (macros that take
-    the ball off). Raises PRB-CALIBRATION without a calibrated probe, PRB-RETRACT where touches are at the retract
-    position, PRB-MISSED where they are at the end of the probing move, PRB-OTHER where they belong to no point,
-    PRB-TWICE and PRB-MISSING. Another order is a finding.
+    the ball off). Raises PRB-CALIBRATION without a calibration that covers all touches, PRB-RETRACT where touches are
+    at the retract position, PRB-MISSED where they are at the end of the probing move, PRB-OTHER where they belong to no
+    point, PRB-TWICE and PRB-MISSING. Another order is a finding.
     """
     if calibration is None and not reports_surface:
         raise TrueloopError(
@@ -57,7 +58,7 @@ def match_touches(
             hint="touch a sphere or ring of known size, put what `trueloop probe calibrate` prints into the probe file",
         )
     normal = np.array([touch.normal for touch in plan.touches])
-    ball = np.zeros(len(normal)) if calibration is None or reports_surface else calibration.radius_mm(normal)
+    ball = np.zeros(len(normal)) if calibration is None or reports_surface else _ball_mm(plan, normal, calibration)
     expected = np.array([touch.nominal_mm for touch in plan.touches])
     expected = expected + (plan.approach.allowance_mm + ball)[:, None] * normal
     planned_ball = 0.0 if reports_surface else plan.stylus.ball_radius_mm
@@ -71,6 +72,22 @@ def match_touches(
         for k, t in enumerate(plan.touches)
     )
     return MatchedTouches(touches, _order_findings(plan, owner, lines))
+
+
+def _ball_mm(plan: ProbePlan, normal: Array, calibration: BallCalibration) -> Array:
+    """Effective ball radius of each touch."""
+    outside = ~calibration.covers(normal)
+    if np.any(outside):
+        k = int(np.argmax(outside))
+        low, high = math.degrees(calibration.lowest_rad), math.degrees(calibration.highest_rad)
+        first, angle = plan.touches[k], math.degrees(float(contact_angle_rad(normal[k])))
+        raise TrueloopError(
+            Code.PRB_CALIBRATION,
+            f"the probe is calibrated from {low:.1f}° to {high:.1f}° of contact angle: {np.count_nonzero(outside)} of "
+            f"{len(normal)} touches lie outside, the first, {first.point!r} on {first.feature!r}, at {angle:.1f}°",
+            hint="calibrate it again, touching the sphere or ring in all directions that the part is touched in",
+        )
+    return calibration.radius_mm(normal)
 
 
 def _require_met(plan: ProbePlan, normal: Array, ball_mm: float, logged: Array, lines: Sequence[int]) -> None:

@@ -76,6 +76,7 @@ def test_a_calibration_is_printed_as_the_probe_file_takes_it(tmp_path: Path) -> 
     (tmp_path / "log.txt").write_text("".join(f"X{2 * x:.8f}Z{z:.8f}\n" for x, z in centres))
     said = run("probe", "calibrate", tmp_path / "log.txt", "--control", "haas", "--radius-mm", "12.5")
     assert said.startswith("[calibration]\neffective_radius_mm = 1.5000")
+    assert said.endswith("from_deg = -45.0\nto_deg = 135.0\n")
 
 
 def test_truth_and_estimate_stand_side_by_side() -> None:

@@ -57,3 +57,32 @@ def test_what_is_no_calibration_is_refused(centres: np.ndarray, radius_mm: float
     with pytest.raises(TrueloopError, match=says) as refused:
         calibrate(centres, radius_mm)
     assert refused.value.code is Code.PRB_CALIBRATION
+
+
+def _calibrated(degrees: np.ndarray) -> BallCalibration:
+    probe = VirtualProbe(1.5, 0.005, 0.001)
+    return calibrate(probe.touch_sphere((0.0, 0.0), 12.5, np.radians(degrees), np.random.default_rng(0)), 12.5)
+
+
+def _covered(calibration: BallCalibration, *degrees: float) -> list[bool]:
+    angle = np.radians(degrees)
+    return calibration.covers(np.column_stack([np.sin(angle), np.cos(angle)])).tolist()
+
+
+def test_a_calibration_holds_where_it_was_touched() -> None:
+    quarter = _calibrated(np.linspace(0.0, 90.0, 12))
+    assert _covered(quarter, -0.9, 0.0, 45.0, 90.0, 90.9) == [True] * 5
+    assert _covered(quarter, -1.1, 91.1, 180.0, -90.0) == [False] * 4
+
+
+def test_a_range_may_lie_across_the_half_turn() -> None:
+    behind = _calibrated(np.linspace(120.0, 240.0, 12))
+    assert _covered(behind, 120.0, 180.0, -170.0, -120.0, 0.0, 90.0) == [True] * 4 + [False] * 2
+
+
+@pytest.mark.parametrize(("touches", "whole"), [(8, True), (6, False)])
+def test_touches_less_than_half_a_lobe_apart_calibrate_every_direction(touches: int, whole: bool) -> None:
+    """Three lobes are 120° each: eight touches, 45° apart, follow them; six, 60° apart, may all miss its slopes."""
+    found = _calibrated(np.arange(touches) * 360.0 / touches)
+    assert math.isclose(found.highest_rad - found.lowest_rad, 2 * math.pi) is whole
+    assert all(_covered(found, *range(-180, 181, 5))) is whole

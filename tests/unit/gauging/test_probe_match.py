@@ -1,5 +1,7 @@
 """What a control logged, back to part errors: by position, never by count."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -89,6 +91,19 @@ def test_a_move_that_went_to_its_end_is_no_touch() -> None:
     ) as refused:
         read(plan, log_of(plan, logged))
     assert (refused.value.code, refused.value.place.line) == (Code.PRB_MISSED, 7)
+
+
+def test_a_touch_in_a_direction_that_was_not_calibrated_is_refused() -> None:
+    plan = plan_of(STEP, {"cylinder": 2, "face": 2})
+    logged = [(float(x), float(z)) for x, z in reported(plan, np.zeros(4))]
+    towards_z = replace(CALIBRATION, lowest_rad=np.radians(-45.0), highest_rad=np.radians(45.0))
+    with pytest.raises(
+        TrueloopError, match=r"-45\.0° to 45\.0° .*: 2 of 4 touches .* on 'cylinder', at 90\.0°"
+    ) as refused:
+        match_touches(plan, logged, range(1, 5), towards_z)
+    assert refused.value.code is Code.PRB_CALIBRATION
+    both = replace(towards_z, highest_rad=np.radians(90.0))
+    assert np.allclose(errors(match_touches(plan, logged, range(1, 5), both)), 0.0, atol=1e-9)
 
 
 def test_fanuc_pads_numbers_with_blanks() -> None:
