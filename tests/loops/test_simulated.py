@@ -132,7 +132,7 @@ def test_one_compensation_leaves_little_more_than_repeats_by_itself(
 
 def test_the_predicted_bands_hold_what_they_promise(studies: dict[tuple[str, float], Study]) -> None:
     """95 % bands over 600 parts."""
-    inside = [np.abs(p.loop_mm) <= p.half_band_mm for made in studies.values() for p in made.parts]
+    inside = [np.abs(p.loop_mm) <= p.expanded_u_mm for made in studies.values() for p in made.parts]
     assert 0.93 <= float(np.mean(np.concatenate(inside))) <= 0.97
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from tests.support.chromium import console_errors, dump_dom
 from tests.support.correction import example_correction
-from trueloop.report.page import figures, page
+from tests.support.report_figures import figures
+from trueloop.report.page import page
 from trueloop.report.touch_table import touch_rows, touches_csv
 
 PARTS = ("modbas2", "piecs11", "facetst")

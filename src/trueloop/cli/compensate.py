@@ -36,20 +36,17 @@ def run_job(path: Path, output: Path | None, as_json: bool) -> None:
         from trueloop.formats.outputs import write_all
         from trueloop.loops.job_inputs import read_inputs
         from trueloop.loops.process_intermittent import compensate
-        from trueloop.report.summary import program_to_run
 
         job = read_inputs(path)
         try:
             correction = compensate(job.inputs)
         except TrueloopError as error:
             raise error.in_file(str(job.file_behind(error.code))) from error
-        suffix = job.finish.suffix
-        files = write_all(output or _from_here(job.output_folder), _contents(correction, suffix).items(), job.files)
-    to_run = Path(program_to_run(correction)).with_suffix(suffix).name
+        files = write_all(output or _from_here(job.output_folder), _contents(correction).items(), job.files)
     if as_json:
-        print_json(summary.as_dict(correction, to_run, files))
+        print_json(summary.as_dict(correction, files))
     else:
-        summary.print_summary(correction, to_run, files)
+        summary.print_summary(correction, files)
 
 
 def _from_here(folder: Path) -> Path:
@@ -58,14 +55,14 @@ def _from_here(folder: Path) -> Path:
     return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
 
 
-def _contents(correction: "Correction", suffix: str) -> Mapping[str, bytes]:
+def _contents(correction: "Correction") -> Mapping[str, bytes]:
     """File name to bytes. The record comes last: where it stands, its set is complete."""
     from trueloop.formats.table_csv import table_to_csv
     from trueloop.report.page import page
 
     return {
-        f"corrected{suffix}": correction.corrected_program,
-        f"offsets{suffix}": correction.offsets_program,
+        correction.corrected_name: correction.corrected_program,
+        correction.offsets_name: correction.offsets_program,
         "table.csv": table_to_csv(correction.table),
         "report.html": page(correction).encode(),
         "record.json": correction.record.to_json().encode(),

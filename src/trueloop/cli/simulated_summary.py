@@ -5,7 +5,7 @@ import numpy as np
 from trueloop.compensation.prediction import rms
 from trueloop.geometry.feature import Array
 from trueloop.loops.simulated import SimulatedPart
-from trueloop.loops.study import Study, half_band_mm
+from trueloop.loops.study import Study
 from trueloop.units import UM_PER_MM
 
 
@@ -29,7 +29,7 @@ def print_part(part: SimulatedPart) -> None:
     table = Table("feature", box=None, pad_edge=False)
     for heading in ("touches", "semi-finish\ntruth", "\nprobed", "finish\ntruth", "\nCMM", "\npredicted ±U"):
         table.add_column(heading, justify="right")
-    touches, band = part.touches, half_band_mm(part.correction)
+    touches, band = part.touches, part.correction.prediction.expanded_u_mm
     for index, name in enumerate(part.correction.profile.names):
         mine = touches.of_feature(index)
         if len(mine):
@@ -73,7 +73,7 @@ def _rows(part: SimulatedPart) -> list[dict[str, float]]:
         "probed_um": part.touches.error_mm,
         "finish_truth_um": part.finish_truth_mm,
         "cmm_um": part.cmm_mm,
-        "half_band_um": half_band_mm(part.correction),
+        "half_band_um": part.correction.prediction.expanded_u_mm,
     }
     return [{key: float(column[k]) for key, column in columns.items()} for k in range(len(part.touches.point))]
 

@@ -12,7 +12,6 @@ from trueloop.compensation.prediction import rms
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report.style import plain, signed
 from trueloop.report.summary import kind_of_correction, worst_of
-from trueloop.report.whiskers import COVERAGE
 from trueloop.units import UM_PER_MM
 
 
@@ -41,7 +40,7 @@ def feature_summaries(correction: Correction) -> list[FeatureSummary]:
 def _of_feature(correction: Correction, index: int, name: str) -> FeatureSummary:
     rows, prediction = correction.touches.of_feature(index), correction.prediction
     before, after, u = (
-        values[rows] * UM_PER_MM for values in (prediction.before_mm, prediction.after_mm, prediction.standard_u_mm)
+        values[rows] * UM_PER_MM for values in (prediction.before_mm, prediction.after_mm, prediction.expanded_u_mm)
     )
     return FeatureSummary(
         feature=name,
@@ -51,20 +50,21 @@ def _of_feature(correction: Correction, index: int, name: str) -> FeatureSummary
         before_worst_um=worst_of(before),
         predicted_rms_um=rms(after),
         predicted_worst_um=worst_of(after),
-        predicted_expanded_u_um=COVERAGE * float(np.max(u, initial=-math.inf)) if len(u) else math.nan,
+        predicted_expanded_u_um=float(np.max(u)) if len(u) else math.nan,
     )
 
 
-def as_dict(correction: Correction, program_to_run: str, files: Sequence[Path]) -> dict[str, object]:
+def as_dict(correction: Correction, files: Sequence[Path]) -> dict[str, object]:
     """The summary as `--json` prints it; numbers that are not known are null."""
+    k = correction.prediction.coverage_factor
     return {
         "part": correction.part,
         "record_id": correction.record.id,
-        "program_to_run": program_to_run,
+        "program_to_run": correction.name_to_run,
         "features": [
             {key: _known(value) for key, value in vars(summary).items()} for summary in feature_summaries(correction)
         ],
-        "predicted_is": "a prediction, not a measurement; expanded uncertainty with k = 2",
+        "predicted_is": f"a prediction, not a measurement; expanded uncertainty with k = {k:.2f} (95 %)",
         "decision": {"x": correction.decision.x.words, "z": correction.decision.z.words},
         "notes": list(correction.notes),
         "files": [str(path) for path in files],
@@ -75,15 +75,15 @@ def _known(value: object) -> object:
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
-def print_summary(correction: Correction, program_to_run: str, files: Sequence[Path]) -> None:
+def print_summary(correction: Correction, files: Sequence[Path]) -> None:
     """The summary for people, on stdout."""
     from rich.table import Table
 
-    console = wide_console()
+    console, k = wide_console(), correction.prediction.coverage_factor
     table = Table(box=None, pad_edge=False)
     table.add_column("feature", no_wrap=True)
     table.add_column("touches", justify="right")
-    for heading in ("before\nRMS µm", "\nworst", "predicted\nRMS µm", "\nworst", f"\n±U (k = {COVERAGE:g})"):
+    for heading in ("before\nRMS µm", "\nworst", "predicted\nRMS µm", "\nworst", f"\n±U (k = {k:.2f})"):
         table.add_column(heading, justify="right")
     table.add_column("correction")
     for line in feature_summaries(correction):
@@ -95,7 +95,7 @@ def print_summary(correction: Correction, program_to_run: str, files: Sequence[P
     console.print("\n+ is material left on. Predicted: if the finish cut errs as the semi-finish cut did.\n")
     for words in (correction.decision.x.words, correction.decision.z.words, *correction.notes):
         console.print(f"- {_escaped(words)}")
-    console.print(f"\nRun [bold]{_escaped(program_to_run)}[/]. Written:")
+    console.print(f"\nRun [bold]{_escaped(correction.name_to_run)}[/]. Written:")
     for path in files:
         console.print(f"  {_escaped(str(path))}")
 

@@ -5,6 +5,15 @@ Written out because the libraries that have it take longer to import than a corr
 
 import math
 from collections.abc import Callable
+from typing import Final
+
+COVERAGE: Final = 0.95
+"""Share that every band and every ± is to hold."""
+
+
+def coverage_factor(degrees_of_freedom: int | None = None) -> float:
+    """K of an expanded uncertainty: so many standard uncertainties, known from so many spare touches, hold 95 %."""
+    return student_t_factor(COVERAGE, degrees_of_freedom)
 
 
 def student_t_factor(coverage: float, degrees_of_freedom: int | None) -> float:

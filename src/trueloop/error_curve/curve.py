@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.error_curve.coverage import student_t_factor
+from trueloop.error_curve.coverage import COVERAGE, student_t_factor
 from trueloop.error_curve.spline import EndConditions, Spline
 from trueloop.geometry.feature import Array
 
@@ -56,7 +56,7 @@ class ErrorCurve:
         """
         return np.hypot(self.standard_deviation_mm(arc_length_mm), self.repeatability_mm)
 
-    def half_band_mm(self, arc_length_mm: ArrayLike, coverage: float = 0.95) -> Array:
+    def half_band_mm(self, arc_length_mm: ArrayLike, coverage: float = COVERAGE) -> Array:
         """Half width of the band that holds the curve with the given probability at each point, (n,).
 
         k times the standard uncertainty, k from Student's distribution: few touches, wider band.

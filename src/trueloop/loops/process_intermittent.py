@@ -7,6 +7,7 @@ them into a compensated contour, check it, write it into the program, read that 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 
@@ -81,7 +82,7 @@ class Correction:
 
     `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
     corrected one does; `by_offset` for which features a constant offset takes the place of their error curve;
-    `commanded` and `corrected` are the nose-centre paths of both.
+    `commanded` and `corrected` are the nose-centre paths of both. `ending` is that of the programs' file names.
     """
 
     part: str
@@ -101,9 +102,25 @@ class Correction:
     corrected_program: bytes
     offsets_program: bytes
     dialect: str
+    ending: str
     table: CorrectionTable
     record: Record
     notes: tuple[str, ...]
+
+    @property
+    def corrected_name(self) -> str:
+        """File name of the corrected program."""
+        return f"corrected{self.ending}"
+
+    @property
+    def offsets_name(self) -> str:
+        """File name of the variant that changes tool offsets alone."""
+        return f"offsets{self.ending}"
+
+    @property
+    def name_to_run(self) -> str:
+        """The one to finish with: the tool-offset variant where an offset is enough."""
+        return self.offsets_name if self.decision.offset_is_enough else self.corrected_name
 
 
 def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
@@ -152,6 +169,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         corrected_program=source,
         offsets_program=offsets[0],
         dialect=inputs.program.dialect.name,
+        ending=Path(inputs.program.file or "program.nc").suffix,
         table=correction_table(before, after, decision.offset_mm if decision.offset_is_enough else (0.0, 0.0)),
         record=Record(
             id=record,
@@ -214,6 +232,7 @@ def _prediction(
         left_out_fitted_mm=np.where(by_offset, without, left_out),
         standard_u_mm=np.hypot(np.where(by_offset, of_offset, of_curve), repeatability),
         weight=weight,
+        degrees_of_freedom=model.degrees_of_freedom or None,
     )
 
 

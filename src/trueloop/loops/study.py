@@ -15,16 +15,14 @@ import numpy as np
 from trueloop.compensation.contour import centre_pieces, shifted_contour
 from trueloop.compensation.prediction import rms
 from trueloop.compensation.shift import ZERO, Shift, sampled
-from trueloop.error_curve.coverage import student_t_factor
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import JunctionKind, Profile
-from trueloop.loops.process_intermittent import Correction, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.loops.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.simulator.path import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
 
-COVERAGE: Final = 0.95
 STEP_MM: Final = 0.02
 
 
@@ -32,14 +30,14 @@ STEP_MM: Final = 0.02
 class StudyPart:
     """True residuals of one part at its gauging points, (n,), mm, by way of correcting, and what was promised.
 
-    `half_band_mm` (n,) is the half width of the predicted 95 % band of the loop's own residual about zero.
+    `expanded_u_mm` (n,) is the half width of the predicted 95 % band of the loop's own residual about zero.
     """
 
     loop_mm: Array
     path_mm: Array
     raw_mm: Array
     uncorrected_mm: Array
-    half_band_mm: Array
+    expanded_u_mm: Array
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ class Study:
 
     @property
     def _inside(self) -> Array:
-        return np.array([np.mean(np.abs(part.loop_mm) <= part.half_band_mm) for part in self.parts])
+        return np.array([np.mean(np.abs(part.loop_mm) <= part.expanded_u_mm) for part in self.parts])
 
 
 def _u_of_mean(values: Array) -> float:
@@ -111,14 +109,8 @@ def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
         path_mm=true_errors_mm(trial, finish(trial, workshop, path, semifinished, seed)),
         raw_mm=finished([raw]),
         uncorrected_mm=finished(trial.finish),
-        half_band_mm=half_band_mm(loop),
+        expanded_u_mm=loop.prediction.expanded_u_mm,
     )
-
-
-def half_band_mm(correction: Correction) -> Array:
-    """Half width of the predicted 95 % band of the residual at every touch, (n,): Student's t for few touches."""
-    k = student_t_factor(COVERAGE, correction.model.degrees_of_freedom or None)
-    return k * correction.prediction.standard_u_mm
 
 
 def raw_shifts(profile: Profile, touches: ErrorVectors) -> tuple[Shift, ...]:

@@ -4,12 +4,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from trueloop.error_curve.coverage import coverage_factor
 from trueloop.error_curve.curve import ErrorCurve
 from trueloop.geometry.feature import Array
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report import style
 from trueloop.report.style import Figure, Trace
-from trueloop.report.whiskers import COVERAGE
 from trueloop.units import UM_PER_MM
 
 SAMPLES: Final = 161
@@ -65,9 +65,10 @@ def _touches(correction: Correction, rows: Any, s: Array) -> Trace:
     """Filled circles, red and blue by sign, with ±U of gauging."""
     touches = correction.model.vectors
     error = touches.error_mm[rows] * UM_PER_MM
-    u = COVERAGE * touches.standard_u_mm[rows] * UM_PER_MM
+    k = coverage_factor()
+    u = k * touches.standard_u_mm[rows] * UM_PER_MM
     hover = [
-        f"point {style.label(touches.point[i])}<br>error {style.signed(e)} ± {style.plain(w)} µm (k = {COVERAGE:g})"
+        f"point {style.label(touches.point[i])}<br>error {style.signed(e)} ± {style.plain(w)} µm (k = {k:.2f})"
         for i, e, w in zip(rows, error, u, strict=True)
     ]
     colours = [style.colour_of(e) for e in error]
@@ -108,7 +109,7 @@ def _end_conditions(curve: ErrorCurve) -> tuple[list[Trace], list[dict[str, Any]
 def _after(correction: Correction, rows: Any, s: Array, curve: ErrorCurve, along: Array) -> list[Trace]:
     """Lower panel: band of the next cut's error, what is left of each touch, and the same left out of the fit."""
     touches, prediction = correction.touches, correction.prediction
-    spread = COVERAGE * curve.prediction_standard_deviation_mm(along) * UM_PER_MM
+    spread = prediction.coverage_factor * curve.prediction_standard_deviation_mm(along) * UM_PER_MM
     band = _band(along, np.zeros_like(along), spread) | {"name": "next cut, ±U"}
     traces = [band | {"yaxis": "y2"}]
     for name, errors, marker in (

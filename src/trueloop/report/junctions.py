@@ -8,7 +8,6 @@ from trueloop.error_curve.tangency import Tangency
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report.markup import esc, items, table
 from trueloop.report.style import plain, signed
-from trueloop.report.whiskers import COVERAGE
 from trueloop.units import UM_PER_MM
 
 HEADINGS = (
@@ -46,10 +45,10 @@ def _table(correction: Correction) -> str:
     """A row a junction, from the chuck end to the free end, the two ends of the profile included."""
     tangencies: dict[tuple[int | None, int | None], Tangency]
     tangencies = {(one.before, one.after): one for one in correction.model.tangency}
-    rows = []
+    rows, k = [], correction.prediction.coverage_factor
     for junction in correction.model.junctions:
         displaced = [
-            f"{signed(d * UM_PER_MM)} ± {plain(COVERAGE * u * UM_PER_MM)}"
+            f"{signed(d * UM_PER_MM)} ± {plain(k * u * UM_PER_MM)}"
             for d, u in zip(junction.displacement_mm, junction.standard_u_mm, strict=True)
         ]
         errors = [_error(junction.error_before_mm), _error(junction.error_after_mm)]
@@ -80,5 +79,5 @@ def _tangency(correction: Correction, tangency: Tangency | None) -> tuple[str, s
     if tangency is None:
         return "", ""
     kept = tangency.predicted_rad + (1.0 - correction.options.weight) * (tangency.kink - tangency.predicted_rad)
-    expanded = COVERAGE * tangency.standard_u_um_per_mm
+    expanded = correction.prediction.coverage_factor * tangency.standard_u_um_per_mm
     return signed(tangency.kink * UM_PER_MM, 2), f"{signed(kept * UM_PER_MM, 2)} ± {plain(expanded, 2)}"

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Final
 from urllib.parse import quote
 
+from trueloop.error_curve.coverage import coverage_factor
 from trueloop.geometry.feature import Line
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report import whiskers
@@ -20,15 +21,13 @@ from trueloop.report.shell import figure_block, html_page
 from trueloop.report.style import Figure, plain
 from trueloop.report.summary import feature_table, kind_of_correction, verdict
 from trueloop.report.touch_table import touches_csv, touches_table
-from trueloop.report.whiskers import COVERAGE
 from trueloop.units import UM_PER_MM
 
 FULL_WIDTH: Final = 980
 HALF_WIDTH: Final = 480
 SIGN: Final = (
     "Errors are along the outward normal of the nominal profile: <b class='on'>+ is material left on</b> (red), "
-    "<b class='off'>− is too much taken</b> (blue). x is a radius. "
-    f"± and U are expanded uncertainties, k = {COVERAGE:g} (about 95 %); u is one standard uncertainty."
+    "<b class='off'>− is too much taken</b> (blue). x is a radius. u is one standard uncertainty; "
 )
 
 
@@ -58,7 +57,18 @@ def _head(correction: Correction) -> str:
         f"{feature_table(correction)}"
         "<p class='note'>Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, for a "
         "finish cut that errs as the semi-finish cut did. Left out: each touch predicted from all others; what a place "
-        f"between the touches may expect.</p><p class='note'>{SIGN}</p></header>"
+        f"between the touches may expect.</p><p class='note'>{SIGN}{_expanded(correction)}</p></header>"
+    )
+
+
+def _expanded(correction: Correction) -> str:
+    """What ± and U are."""
+    spare = correction.model.degrees_of_freedom
+    known = f"Student’s distribution for {spare} spare touches" if spare else "no touch is spare, so from gauging alone"
+    k = correction.prediction.coverage_factor
+    return (
+        f"± and U are k u and hold 95 %: k = {k:.2f} for what is predicted or fitted ({known}), "
+        f"k = {coverage_factor():.2f} for what was gauged."
     )
 
 
@@ -105,12 +115,14 @@ def _program(correction: Correction) -> str:
     source, decision = correction.source_program, correction.decision
     parts = []
     if not decision.offset_is_enough:
+        name = f"<code>{esc(correction.corrected_name)}</code>"
         gone, come = changed_lines(source, correction.corrected_program)
-        parts.append(f"<p><code>corrected.nc</code>: {come} lines in the place of {gone}, all others as they were.</p>")
+        parts.append(f"<p>{name}: {come} lines in the place of {gone}, all others as they were.</p>")
         parts.append(program_diff(source, correction.corrected_program))
     left = plain(max(decision.x.largest_left_mm, decision.z.largest_left_mm) * UM_PER_MM)
     parts.append(
-        f"<p><code>offsets.nc</code>: tool offsets alone, coordinates as they were; it leaves up to {left} µm.</p>"
+        f"<p><code>{esc(correction.offsets_name)}</code>: tool offsets alone, coordinates as they were; "
+        f"it leaves up to {left} µm.</p>"
     )
     parts.append(program_diff(source, correction.offsets_program))
     return section("program", "Changes to the program", *parts)
@@ -149,15 +161,6 @@ def _flat(options: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str
             yield from _flat(value, f"{prefix}{name}.")
         else:
             yield prefix + name, "chosen by trueloop" if value is None else value
-
-
-def figures(correction: Correction) -> Iterator[Figure]:
-    """Every figure of the report, for notebooks and other pages."""
-    yield whiskers.before_and_after(correction)
-    yield whiskers.after_enlarged(correction)
-    for i in range(len(correction.profile.features)):
-        if _has_curve(correction, i):
-            yield error_curve(correction, i, FULL_WIDTH)
 
 
 def _has_curve(correction: Correction, index: int) -> bool:

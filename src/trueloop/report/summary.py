@@ -8,7 +8,6 @@ from trueloop.geometry.feature import Array
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report.markup import esc, table
 from trueloop.report.style import plain, signed
-from trueloop.report.whiskers import COVERAGE
 from trueloop.units import UM_PER_MM
 
 HEADINGS = (
@@ -23,17 +22,12 @@ def verdict(correction: Correction) -> str:
     worst = int(np.argmax(np.abs(prediction.after_mm)))
     feature = correction.profile.names[touches.feature_index[worst]]
     after = signed(prediction.after_mm[worst] * UM_PER_MM)
-    expanded = plain(COVERAGE * prediction.standard_u_mm[worst] * UM_PER_MM)
+    expanded = plain(prediction.expanded_u_mm[worst] * UM_PER_MM)
     return (
-        f"Finish with <code>{program_to_run(correction)}</code>: the worst error is expected to be "
+        f"Finish with <code>{esc(correction.name_to_run)}</code>: the worst error is expected to be "
         f"<strong>{after} ± {expanded} µm</strong> at point {esc(touches.point[worst])} on {esc(feature)} "
         f"(worst measured before: {signed(worst_of(prediction.before_mm) * UM_PER_MM)} µm)."
     )
-
-
-def program_to_run(correction: Correction) -> str:
-    """The file to finish with: the tool-offset variant where an offset is enough."""
-    return "offsets.nc" if correction.decision.offset_is_enough else "corrected.nc"
 
 
 def feature_table(correction: Correction) -> str:

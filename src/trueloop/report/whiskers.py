@@ -9,6 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from trueloop.compensation.prediction import Prediction
+from trueloop.error_curve.coverage import coverage_factor
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.process_intermittent import Correction
@@ -25,9 +27,6 @@ from trueloop.report.part_drawing import (
 from trueloop.report.style import Figure, Trace
 from trueloop.units import UM_PER_MM
 
-COVERAGE: Final = 2.0
-"""k: every ± and U in report and figures is k standard uncertainties, about 95 %."""
-
 WIDTH: Final = 980
 HEIGHT_WITHIN: Final = (360, 940)
 FRAME: Final = (80, 82)
@@ -42,7 +41,7 @@ LEAST_MM: Final = 1e-4
 
 @dataclass(frozen=True)
 class Half:
-    """Errors to be drawn on one half of the part: `side` 1 above the axis, −1 below; `u_mm` standard uncertainty.
+    """Errors to be drawn on one half of the part: `side` 1 above the axis, −1 below; `k` times `u_mm` holds 95 %.
 
     `told` says in a hover label what the numbers are.
     """
@@ -51,21 +50,22 @@ class Half:
     told: str
     error_mm: Array
     u_mm: Array
+    k: float
     side: int
     draws_u: bool = False
 
     @property
     def spread_mm(self) -> Array:
         """Expanded uncertainty as far as it is drawn."""
-        return COVERAGE * self.u_mm * self.draws_u
+        return self.k * self.u_mm * self.draws_u
 
 
 def before_and_after(correction: Correction) -> Figure:
     """Above the axis the measured errors, below it the predicted ones, at the same magnification."""
     touches, prediction = correction.touches, correction.prediction
     halves = (
-        Half("Before: measured", "measured", prediction.before_mm, touches.standard_u_mm, 1),
-        Half("After: predicted", "predicted", prediction.after_mm, prediction.standard_u_mm, -1),
+        Half("Before: measured", "measured", prediction.before_mm, touches.standard_u_mm, coverage_factor(), 1),
+        Half("After: predicted", "predicted", *_predicted(prediction), -1),
     )
     return _figure(correction, halves, magnification(correction.profile, prediction.before_mm))
 
@@ -74,8 +74,12 @@ def after_enlarged(correction: Correction) -> Figure:
     """The predicted errors alone, at a magnification of their own, each with its expanded uncertainty."""
     prediction = correction.prediction
     heading = "After: predicted, enlarged"
-    half = Half(heading, "predicted", prediction.after_mm, prediction.standard_u_mm, 1, draws_u=True)
+    half = Half(heading, "predicted", *_predicted(prediction), 1, draws_u=True)
     return _figure(correction, (half,), magnification(correction.profile, np.abs(half.error_mm) + half.spread_mm))
+
+
+def _predicted(prediction: Prediction) -> tuple[Array, Array, float]:
+    return prediction.after_mm, prediction.standard_u_mm, prediction.coverage_factor
 
 
 def magnification(profile: Profile, error_mm: Array) -> float:
@@ -160,7 +164,7 @@ def _hover(correction: Correction, half: Half) -> list[str]:
     return [
         f"{style.label(names[touches.feature_index[i]])}, point {style.label(touches.point[i])}<br>"
         f"{half.told} {style.signed(half.error_mm[i] * UM_PER_MM)} "
-        f"± {style.plain(COVERAGE * half.u_mm[i] * UM_PER_MM)} µm (k = {COVERAGE:g})<br>"
+        f"± {style.plain(half.k * half.u_mm[i] * UM_PER_MM)} µm (k = {half.k:.2f})<br>"
         f"x {style.plain(touches.nominal_mm[i, 0], 3)} mm, z {style.plain(touches.nominal_mm[i, 1], 3)} mm"
         for i in range(len(touches.point))
     ]

@@ -3,11 +3,13 @@
 import csv
 import io
 import json
+import re
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 from typer.testing import CliRunner, Result
 
 from trueloop.cli.failure import ExitStatus
@@ -85,7 +87,8 @@ def test_json_says_the_same_to_machines(output: Path, correction: Correction) ->
     assert cone["touches"] == len(on_cone) == 5
     worst = 1000 * correction.prediction.before_mm[on_cone].max()
     assert cone["before_worst_um"] == pytest.approx(worst)
-    u = 2000 * correction.prediction.standard_u_mm[on_cone].max()
+    k = stdtrit(correction.model.degrees_of_freedom, 0.975)  # Student's, two-sided 95 %
+    u = 1000 * k * correction.prediction.standard_u_mm[on_cone].max()
     assert cone["predicted_expanded_u_um"] == pytest.approx(u)
     assert said["features"][0]["before_rms_um"] is None
     assert said["decision"] == {"x": correction.decision.x.words, "z": correction.decision.z.words}
@@ -104,6 +107,8 @@ def test_programs_keep_the_ending_of_their_source(tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {
         "corrected.ngc", "offsets.ngc", "table.csv", "report.html", "record.json"
     }  # fmt: skip
+    told = set(re.findall(r"(?:corrected|offsets)\.\w+", (tmp_path / "report.html").read_text()))
+    assert told == {"corrected.ngc", "offsets.ngc"}
 
 
 @pytest.mark.parametrize("part", ["facetst", "modbas2", "piecs11"])

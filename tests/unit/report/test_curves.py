@@ -29,11 +29,11 @@ def test_plotly_accepts_the_specification(index: int) -> None:
 
 
 def test_touches_stand_at_their_arc_length_with_the_uncertainty_of_gauging() -> None:
-    """The dome's touches begin 2.54 mm after its start with +21.717 µm [6517 Table 1]; U = 2 × 0.43 µm there."""
+    """The dome's touches begin 2.54 mm after its start with +21.717 µm [6517 Table 1]; U = 1.96 × 0.43 µm there."""
     touches = named(error_curve(MODBAS2, DOME), "touches")
     assert len(touches["x"]) == 20
     assert (touches["x"][0], touches["y"][0]) == pytest.approx((2.54, 21.717), abs=1e-3)
-    assert touches["error_y"]["array"][0] == pytest.approx(2 * 1.5 / np.sqrt(12), rel=0.01)
+    assert touches["error_y"]["array"][0] == pytest.approx(1.96 * 1.5 / np.sqrt(12), rel=1e-4)
 
 
 def test_the_band_surrounds_the_curve_and_widens_where_no_touch_holds_it() -> None:

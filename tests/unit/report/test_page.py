@@ -7,10 +7,12 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from tests.support.correction import example_correction, size_error_correction
+from tests.support.report_figures import figures
 from trueloop.loops.process_intermittent import Correction
-from trueloop.report.page import figures, page
+from trueloop.report.page import page
 
 HOSTILE = "<script>alert('x')</script> & <b>\"5\"</b> </title>"
 
@@ -71,7 +73,9 @@ def test_the_head_says_what_to_cut_with_and_that_it_is_a_prediction(modbas2_page
     after = correction.prediction.after_mm * 1000
     worst = int(np.argmax(np.abs(after)))
     assert "PredictionFinish with corrected.nc: the worst error is expected to be" in modbas2_page.words
-    assert f"{after[worst]:+.1f} ±" in modbas2_page.words
+    k = stdtrit(correction.model.degrees_of_freedom, 0.975)  # Student's, two-sided 95 %
+    assert f"{after[worst]:+.1f} ± {1000 * k * correction.prediction.standard_u_mm[worst]:.1f}" in modbas2_page.words
+    assert f"hold 95 %: k = {k:.2f} for what is predicted" in modbas2_page.words
     assert f"at point {correction.touches.point[worst]} on" in modbas2_page.words
     assert "worst measured before: +94.2 µm" in modbas2_page.words
 
@@ -81,8 +85,9 @@ def test_the_sign_is_told_in_words(modbas2_page: Outline) -> None:
 
 
 def test_the_tangency_of_the_predicted_part_is_stated(modbas2_page: Outline) -> None:
-    (tangency,) = example_correction("modbas2").model.tangency
-    assert f"0.00 ± {2 * tangency.standard_u_um_per_mm:.2f}" in modbas2_page.words
+    model = example_correction("modbas2").model
+    (tangency,) = model.tangency
+    assert f"0.00 ± {stdtrit(model.degrees_of_freedom, 0.975) * tangency.standard_u_um_per_mm:.2f}" in modbas2_page.words
     assert "Tangent junctions by policy part" in modbas2_page.words
 
 

@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from tests.support.correction import example_correction
+from tests.support.report_figures import figures
 from trueloop.report import style
-from trueloop.report.page import figures
 from trueloop.report.still import svg
 from trueloop.report.style import Figure
 

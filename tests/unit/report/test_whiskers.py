@@ -92,14 +92,14 @@ def test_pointing_at_a_tip_tells_point_error_and_uncertainty() -> None:
     assert len(texts) == 2 * 32
     (first,) = (text for text in texts if "point 6<br>measured" in text)
     assert "main-cylinder" in first
-    assert "+12.4 ± 0.9 µm (k = 2)" in first  # 2 × 1.5 µm/√12
+    assert "+12.4 ± 0.8 µm (k = 1.96)" in first  # 1.96 × 1.5 µm/√12
 
 
 def test_the_enlarged_prediction_shows_each_expanded_uncertainty() -> None:
     figure = whiskers.after_enlarged(MODBAS2)
     magnified = figure["layout"]["meta"]["magnification"]
     lengths = [math.dist(s[:2], s[2:]) for s in strokes(figure, "±U")]
-    assert lengths == pytest.approx(2 * 2 * magnified * MODBAS2.prediction.standard_u_mm, rel=1e-9)
+    assert lengths == pytest.approx(2 * magnified * MODBAS2.prediction.expanded_u_mm, rel=1e-9)
 
 
 def test_every_touch_is_named_where_there_is_room_and_the_worst_always() -> None:
@@ -113,7 +113,7 @@ def test_every_touch_is_named_where_there_is_room_and_the_worst_always() -> None
 
 def test_a_part_without_error_is_not_blown_up_without_end() -> None:
     zero = np.zeros(32)
-    perfect = replace(MODBAS2, prediction=Prediction(zero, zero, zero, zero))
+    perfect = replace(MODBAS2, prediction=Prediction(zero, zero, zero, zero, 2.0))
     figure = whiskers.before_and_after(perfect)
     assert figure["layout"]["meta"]["magnification"] <= 1e6
     assert not traces_in(figure, LEFT_ON)
