@@ -23,7 +23,7 @@ pub fn far_product(
     digits: f64,
 ) -> Result<Vec<f64>, Refused> {
     points.matches(vectors.len(), columns)?;
-    finite(vectors.iter().copied())?;
+    finite(vectors.iter().copied(), columns)?;
     if points.is_empty() || columns == 0 {
         return Ok(Vec::new());
     }

@@ -21,7 +21,7 @@ pub struct PairSums {
 /// The sums, every unordered pair worked off once. Memory grows with the number of points, not of pairs.
 pub fn pair_sums(points: &Points, values: &[f64], decay: Decay) -> Result<PairSums, Refused> {
     points.matches(values.len(), 1)?;
-    finite(values.iter().copied())?;
+    finite(values.iter().copied(), 1)?;
     let block = Block::new(points.rows(), 1, |row, _| values[row]);
     let tiles = block.place[0].len().div_ceil(TILE);
     let jobs: Vec<(usize, usize)> = (0..tiles)

@@ -16,6 +16,13 @@ pub enum Refused {
         /// Which point.
         index: usize,
     },
+    /// A row that is none of the points.
+    Row {
+        /// Which row.
+        row: usize,
+        /// How many points there are.
+        points: usize,
+    },
     /// Columns of unequal length.
     Lengths {
         /// Length expected.
@@ -41,6 +48,7 @@ impl fmt::Display for Refused {
             Self::Value { index } => {
                 write!(f, "point {index} has a value that is no finite number")
             }
+            Self::Row { row, points } => write!(f, "row {row} is none of {points} points"),
             Self::Lengths { points, found } => write!(f, "{found} values for {points} points"),
             Self::Exponent { exponent } => write!(f, "the exponent {exponent} is not positive"),
             Self::Nearest { nearest } => write!(f, "the least distance {nearest} is negative"),
@@ -53,7 +61,7 @@ impl std::error::Error for Refused {}
 impl Points {
     /// From rows of x, y, z.
     pub fn new(rows: &[[f64; 3]]) -> Result<Self, Refused> {
-        finite(rows.iter().map(|row| row.iter().sum()))?;
+        finite(rows.iter().map(|row| row.iter().sum()), 1)?;
         Ok(Self {
             rows: rows.to_vec(),
         })
@@ -90,10 +98,12 @@ impl Points {
     }
 }
 
-/// Refuses values that are no finite numbers.
-pub(crate) fn finite(values: impl Iterator<Item = f64>) -> Result<(), Refused> {
+/// Refuses values, so many a point, that are no finite numbers.
+pub(crate) fn finite(values: impl Iterator<Item = f64>, columns: usize) -> Result<(), Refused> {
     match values.enumerate().find(|(_, value)| !value.is_finite()) {
-        Some((index, _)) => Err(Refused::Value { index }),
+        Some((at, _)) => Err(Refused::Value {
+            index: at / columns.max(1),
+        }),
         None => Ok(()),
     }
 }

@@ -18,7 +18,7 @@ pub fn product(
     decay: Decay,
 ) -> Result<Vec<f64>, Refused> {
     points.matches(vectors.len(), columns)?;
-    finite(vectors.iter().copied())?;
+    finite(vectors.iter().copied(), columns)?;
     let rows: Vec<usize> = (0..points.len()).collect();
     Ok(rows_of_product(points, vectors, columns, decay, &rows))
 }
@@ -32,9 +32,10 @@ pub fn some_rows(
     rows: &[usize],
 ) -> Result<Vec<f64>, Refused> {
     points.matches(vectors.len(), columns)?;
-    finite(vectors.iter().copied())?;
-    if let Some(&index) = rows.iter().find(|&&row| row >= points.len()) {
-        return Err(Refused::Value { index });
+    finite(vectors.iter().copied(), columns)?;
+    if let Some(&row) = rows.iter().find(|&&row| row >= points.len()) {
+        let points = points.len();
+        return Err(Refused::Row { row, points });
     }
     Ok(rows_of_product(points, vectors, columns, decay, rows))
 }
@@ -140,6 +141,38 @@ mod tests {
     use super::*;
     use crate::block::tests::sheet;
     use crate::pairs::pair_sums;
+
+    #[test]
+    fn what_fills_up_the_vectors_weighs_nothing_however_slowly_weights_fall() {
+        let (rows, values) = sheet(21); // three lanes more than two whole vectors
+        let points = Points::new(&rows).unwrap();
+        for exponent in [0.01, 0.05, 0.5] {
+            let sums = pair_sums(&points, &values, Decay::new(exponent, 0.0).unwrap()).unwrap();
+            let mut weights = 0.0;
+            for (i, a) in rows.iter().enumerate() {
+                for (j, b) in rows.iter().enumerate() {
+                    let d: f64 = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+                    weights += if i == j { 0.0 } else { d.powf(-exponent) };
+                }
+            }
+            assert!((sums.weights / weights - 1.0).abs() < 1e-12, "{exponent}");
+        }
+    }
+
+    #[test]
+    fn refusals_name_the_point_and_the_row() {
+        let points = Points::new(&[[0.0; 3], [1.0, 0.0, 0.0]]).unwrap();
+        let decay = Decay::new(3.0, 0.0).unwrap();
+        let odd = [1.0, 2.0, 3.0, f64::NAN];
+        assert_eq!(
+            product(&points, &odd, 2, decay),
+            Err(Refused::Value { index: 1 })
+        );
+        assert_eq!(
+            some_rows(&points, &[1.0, 2.0], 1, decay, &[0, 7]),
+            Err(Refused::Row { row: 7, points: 2 })
+        );
+    }
 
     #[test]
     fn agrees_with_the_pair_sums_whatever_the_number_of_columns() {

@@ -1,5 +1,6 @@
 //! The weight of a pair, `d^-k`, from the square of its distance.
 
+use crate::block::FAR;
 use crate::lanes::{Lanes, Portable, LANES};
 use crate::points::Refused;
 
@@ -131,13 +132,16 @@ impl Weight for Real {
     fn of<L: Lanes>(self, lanes: L, squared: L::Vector) -> L::Vector {
         let mut weights = [0.0; LANES];
         for (weight, squared) in weights.iter_mut().zip(lanes.store(squared)) {
-            if squared > self.least {
+            if squared > self.least && squared < NOWHERE {
                 *weight = squared.max(self.floor).powf(-0.5 * self.exponent);
             }
         }
         lanes.load(&weights)
     }
 }
+
+/// Squares of distances beyond this are those of points that only fill up.
+const NOWHERE: f64 = 0.1 * FAR * FAR;
 
 /// Squares of distances below this, 1e-15 mm for points in millimetres, are those of coincident points.
 const COINCIDENT: f64 = 1e-30;
