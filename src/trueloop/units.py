@@ -1,4 +1,4 @@
-"""The unit edge: everything inside is millimetres and radians; these are the only conversion factors."""
+"""The unit edge: everything inside is millimetres and radians; what is told or read otherwise is converted by these."""
 
 from typing import Final
 

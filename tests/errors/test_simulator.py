@@ -2,13 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from unittest import mock
+
+import pytest
 
 from tests.support.files import read_as_file
 from tests.support.probing import EXAMPLES
 from trueloop.controllers.linuxcnc import session
 from trueloop.controllers.linuxcnc.loop import drive_part
-from trueloop.errors import Code
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
 from trueloop.loops.simulated import workshop_and_trial
 from trueloop.loops.simulated_surface import surface_trial
@@ -46,3 +49,12 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.CTL_DIALECT: _other_dialect,
     Code.CTL_PROGRAM: lambda: session.cut(b"G21 G8 G18\nG1 X250\nM2\n"),
 }
+
+
+def test_a_nose_that_is_none_names_its_machine_file(tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    wear = "wear_angle_deg = [0, 20, 40]\nwear_um = [0, 80, 0]"
+    file.write_text(f'preset = "nist"\n[nose]\nradius_mm = 0.8\n{wear}\n')
+    with pytest.raises(TrueloopError) as refused:
+        read_virtual_machine(file)
+    assert (refused.value.code, refused.value.place.file) == (Code.SIM_NOSE, str(file))

@@ -3,6 +3,8 @@
 import os
 import signal
 import time
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +48,23 @@ def test_a_local_worker_killed_in_the_middle_loses_nothing(tmp_path: Path) -> No
     tasks = [(k, str(tmp_path)) for k in range(12)]
     assert list(run_batch(killed_once, tasks, workers=2)) == [k * k for k in range(12)]
     assert (tmp_path / "killed").exists()
+
+
+def test_a_pool_that_breaks_while_work_is_handed_in_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second task is handed in only after the first one has killed its worker."""
+    submit = ProcessPoolExecutor.submit
+    first: list[Future[Any]] = []
+
+    def after_the_first(pool: ProcessPoolExecutor, *work: Any) -> Future[Any]:
+        if len(first) == 1:
+            assert isinstance(first[0].exception(), BrokenProcessPool)
+        first.append(submit(pool, *work))
+        return first[-1]
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", after_the_first)
+    assert list(run_batch(killed_once, [(3, str(tmp_path)), (4, str(tmp_path))], workers=2)) == [9, 16]
 
 
 @pytest.mark.filterwarnings("ignore")  # of Dask's own making

@@ -115,6 +115,12 @@ def test_pure_size_error_changes_offsets_and_leaves_the_path() -> None:
     assert correction.prediction.after_mm == pytest.approx(0.0, abs=3e-4)
 
 
+def test_the_mark_names_parameters_with_every_digit() -> None:
+    inputs = inputs_of("facetst")
+    correction = compensate(replace(inputs, parameters={**inputs.parameters, "P47": 1.23456789e-05}))
+    assert b"P47=1.23456789e-05" in correction.corrected_program
+
+
 def test_the_table_corrects_by_what_the_offset_would() -> None:
     """+20 µm on every cylinder: a control that corrects by the table takes 20 µm off the radius everywhere."""
     inputs = inputs_of("facetst")

@@ -27,9 +27,7 @@ class ExitStatus(IntEnum):
     """What the shell is told. docs/cli.md carries this table."""
 
     DONE = 0
-    FINDINGS = (
-        1  # `nc check` found an error, `nc path` or `nc features` what they could not tell, `nc diff` too far apart
-    )
+    FINDINGS = 1  # a check found an error, a comparison more than its limit, or something could not be told
     USAGE = 2  # the command line itself was wrong
     REFUSED = 3  # the input was refused: nothing was written
     OUTPUT = 4  # the results could not be written: nothing was written

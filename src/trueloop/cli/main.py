@@ -12,8 +12,8 @@ from trueloop.cli.simulate import simulate
 app = typer.Typer(
     name="trueloop",
     help="Closed-loop machining: measure the part, model the error, cut the next pass true.",
-    epilog="Exit status: 0 done, 1 errors found (nc check), 2 usage, 3 input refused, 4 output not written, "
-    "70 internal error, 130 interrupted.",
+    epilog="Exit status: 0 done, 1 found what was looked for (a check, a limit), 2 usage, 3 input refused, "
+    "4 output not written, 70 internal error, 130 interrupted, 141 stdout closed.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,  # plain help: a third of the time that rich takes

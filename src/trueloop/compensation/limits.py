@@ -61,7 +61,13 @@ def check_scatter(scatter_mm: float, limits: Limits) -> None:
 def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
     """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither."""
     age_hours = (now - measured_at).total_seconds() / 3600
-    if not 0 <= age_hours <= limits.age_hours:
+    if age_hours < 0:
+        raise TrueloopError(
+            Code.CMP_AGE,
+            f"the touches were taken {-age_hours:.1f} h from now ({measured_at.isoformat(timespec='minutes')})",
+            hint="set the clock, or the time and its zone that the job gives",
+        )
+    if age_hours > limits.age_hours:
         raise TrueloopError(
             Code.CMP_AGE,
             f"the touches were taken {age_hours:.1f} h ago ({measured_at.isoformat(timespec='minutes')}); "

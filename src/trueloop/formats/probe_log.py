@@ -15,8 +15,8 @@ from trueloop.formats.input_file import read_text
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH
 
-NUMBER: Final = r"([-+]?[\d.]+(?:EX?[-+]?\d+)?)"
-"""Siemens writes an exponent as EX."""
+NUMBER: Final = r"([-+]?\s*[\d.]+(?:EX?[-+]?\d+)?)"
+"""Fanuc may write blanks for leading zeros, behind the sign; Siemens an exponent as EX."""
 WORDS: Final = re.compile(rf"X\s*{NUMBER}\s*Z\s*{NUMBER}(?![\w.])", re.IGNORECASE)
 LINUXCNC_NUMBERS: Final = 9
 
@@ -82,4 +82,4 @@ def _words(line: str) -> Point | None:
 
 
 def _value(text: str) -> float:
-    return float(text.upper().replace("EX", "E"))
+    return float("".join(text.upper().split()).replace("EX", "E"))

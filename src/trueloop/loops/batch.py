@@ -84,7 +84,8 @@ def _on_cluster(work: Callable[[Item], Result], items: Sequence[Item], scheduler
             hint="start one with `dask scheduler` and workers with `dask worker ADDRESS`",
         ) from error
     with client:
-        waiting = deque(client.map(work, items, pure=False, retries=TRIES))
+        # What a dying worker had, the scheduler gives out again itself; `retries` would repeat what `work` refuses.
+        waiting = deque(client.map(work, items, pure=False))
         while waiting:  # a result is the workers' until its turn comes, and forgotten there once it is told
             try:
                 result = waiting.popleft().result()

@@ -6,8 +6,8 @@ lines between (`raw`), which is what can be done without a model.
 """
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -18,6 +18,7 @@ from trueloop.compensation.shift import ZERO, Shift, sampled
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.loops.batch import run_batch
 from trueloop.loops.process_intermittent import compensate
 from trueloop.loops.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.simulator.path import CentrePath, path_of_positions
@@ -85,12 +86,11 @@ def study(
 ) -> Study:
     """Simulates `parts` parts on several processes; `progress` is told how many are done. Seeds count up."""
     seeds = range(first_seed, first_seed + parts)
-    done: list[StudyPart] = []
-    with ProcessPoolExecutor(workers, initializer=_remember, initargs=(trial, workshop)) as pool:
-        for part in pool.map(_study_part, seeds, chunksize=max(1, min(8, parts // (2 * workers)))):
-            done.append(part)
-            progress(len(done))
-    return Study(tuple(done))
+    made: list[StudyPart] = []
+    for part in run_batch(partial(study_part, trial, workshop), seeds, workers=workers):
+        made.append(part)
+        progress(len(made))
+    return Study(tuple(made))
 
 
 def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
@@ -133,15 +133,3 @@ def path_of_shifts(profile: Profile, nose_radius_mm: float, shifts: Sequence[Shi
         count = max(2, round((end_mm - start_mm) / STEP_MM))
         positions.append(piece.shifted.centre_mm(np.linspace(start_mm, end_mm, count)))
     return path_of_positions(np.concatenate(positions))
-
-
-_here: dict[str, tuple[Trial, Workshop]] = {}
-"""What a worker process was started for: sent once, not with every part."""
-
-
-def _remember(trial: Trial, workshop: Workshop) -> None:
-    _here["study"] = trial, workshop
-
-
-def _study_part(seed: int) -> StudyPart:
-    return study_part(*_here["study"], seed)

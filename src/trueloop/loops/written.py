@@ -44,7 +44,7 @@ class Writing:
     @property
     def mark(self) -> Edit:
         """The comment block by which a corrected program is known."""
-        values = " ".join(f"{name}={value:g}" for name, value in self.run.parameters.items())
+        values = " ".join(f"{name}={value!r}" for name, value in self.run.parameters.items())
         lines = [f"{MARK}: record {self.record_id}", f"source sha256 {sha256_of(self.program.source)}"]
         if values:
             lines.append(f"holds for {values} only")

@@ -47,11 +47,16 @@ def test_a_correction_within_limits_passes() -> None:
     check_limits(centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM)), shifts, Limits())
 
 
-@pytest.mark.parametrize("age", [timedelta(hours=25), timedelta(hours=-1)])
-def test_old_touches_and_touches_from_the_future_are_refused(age: timedelta) -> None:
-    with pytest.raises(TrueloopError) as caught:
-        check_age(NOW - age, NOW, Limits())
-    assert caught.value.code is Code.CMP_AGE
+@pytest.mark.parametrize(
+    ("age_hours", "said", "override"),
+    [(25, "25.0 h ago", "compensation.max_age_hours in the job"), (-16.4, "16.4 h from now", None)],
+)
+def test_old_touches_are_refused_and_those_from_the_future_whatever_the_limit(
+    age_hours: float, said: str, override: str | None
+) -> None:
+    with pytest.raises(TrueloopError, match=said) as caught:
+        check_age(NOW - timedelta(hours=age_hours), NOW, Limits())
+    assert (caught.value.code, caught.value.override) == (Code.CMP_AGE, override)
 
 
 def test_touches_of_today_pass() -> None:

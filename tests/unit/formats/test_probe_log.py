@@ -22,6 +22,11 @@ def test_positions_come_back_as_the_program_has_them_written(control: str, diame
     np.testing.assert_allclose([touch.position_mm for touch in found], centres, rtol=0.0, atol=1.3e-4)
 
 
+def test_blanks_stand_for_leading_zeros_before_and_behind_the_sign() -> None:
+    (found,) = parse_probe_log("X   12.000 Z-   1.000\n", "log", "fanuc")
+    assert found.position_mm == (6.0, -1.0)
+
+
 def test_a_number_too_small_for_its_digits_has_an_exponent() -> None:
     (found,) = parse_probe_log("X30.5 Z-1.25EX-05\n", "log", "siemens")
     assert found.position_mm == (15.25, -1.25e-5)

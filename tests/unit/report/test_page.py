@@ -87,7 +87,9 @@ def test_the_sign_is_told_in_words(modbas2_page: Outline) -> None:
 def test_the_tangency_of_the_predicted_part_is_stated(modbas2_page: Outline) -> None:
     model = example_correction("modbas2").model
     (tangency,) = model.tangency
-    assert f"0.00 ± {stdtrit(model.degrees_of_freedom, 0.975) * tangency.standard_u_um_per_mm:.2f}" in modbas2_page.words
+    assert (
+        f"0.00 ± {stdtrit(model.degrees_of_freedom, 0.975) * tangency.standard_u_um_per_mm:.2f}" in modbas2_page.words
+    )
     assert "Tangent junctions by policy part" in modbas2_page.words
 
 
