@@ -175,12 +175,60 @@ def test_a_nose_that_does_not_fit_is_refused() -> None:
     assert refused.value.code in (Code.GEO_NOSE, Code.GEO_NARROW, Code.NC_GOUGE)
 
 
+def pin(source: bytes, constant_mm: tuple[float, float] | None) -> Correction:
+    """The pin's correction, with a constant error (x as a radius, z) or one that changes along the part."""
+    program = read_program(source, "fanuc-lathe")
+    profile = contour_of_program(feed_moves(read_program(PIN.read_bytes(), "fanuc-lathe").run()), 0.4, lines=OWN.lines)
+    touches = touches_on(profile.profile)
+    if constant_mm is not None:
+        jitter = 1e-4 * (-1.0) ** np.arange(len(touches.point))
+        touches = replace(touches, error_mm=touches.outward_normal @ constant_mm + jitter)
+    return compensate(Inputs("part", profile.profile, 0.4, program, touches, Options()))
+
+
 def test_a_constant_error_shifts_the_frame_around_the_finishing_cycle() -> None:
     """What an offset can do is done by G52 before and after G70: the contour's blocks stay as they were."""
-    program = read_program(PIN.read_bytes(), "fanuc-lathe")
-    profile = contour_of_program(feed_moves(program.run()), 0.4, lines=OWN.lines).profile
-    touches = touches_on(profile)
-    jitter = 1e-4 * (-1.0) ** np.arange(len(touches.point))
-    touches = replace(touches, error_mm=touches.outward_normal @ [0.02, 0.01] + jitter)
-    written = compensate(Inputs("part", profile, 0.4, program, touches, Options())).corrected_program.decode()
-    assert "G52 X-0.040 Z-0.010\nG70 P10 Q20\nG52 X0. Z0.\n" in written
+    written = pin(PIN.read_bytes(), (0.02, 0.01)).corrected_program.decode()
+    assert "G52 X-0.040 Z-0.010\nG70 P10 Q20\nG52 X0.000 Z0.000\n" in written
+    assert "\nG52 X0.000 Z0.000 (takes back the shift of a run that was stopped in the cut)\nG21 G18" in written
+
+
+def test_an_offset_beyond_the_limit_is_refused() -> None:
+    """A ball radius forgotten in the job is such a constant."""
+    with pytest.raises(TrueloopError) as refused:
+        pin(PIN.read_bytes(), (0.02, 0.5))
+    assert refused.value.code is Code.CMP_SIZE
+    assert "the tool offset on Z would be -500.0 µm; the limit is 150.0 µm" in refused.value.message
+    assert "max_correction_um" in (refused.value.override or "")
+
+
+OWN_SHIFT = PIN.read_bytes().replace(b"T0303\n", b"T0303\nG52 Z-1.\n")
+
+
+def test_a_shift_of_the_programs_own_leaves_the_contour_to_be_corrected() -> None:
+    correction = pin(OWN_SHIFT, None)
+    assert correction.offsets_program is None
+    assert any("no variant with tool offsets alone: a shift of x 0 mm (radius), z -1 mm" in n for n in correction.notes)
+    assert correction.corrected_program != OWN_SHIFT
+
+
+def test_a_shift_of_the_programs_own_is_not_replaced() -> None:
+    with pytest.raises(TrueloopError) as refused:
+        pin(OWN_SHIFT, (0.02, 0.01))
+    assert refused.value.code is Code.NC_OFFSET
+
+
+def test_the_offset_variant_shifts_the_frame_outside_of_compensation(tmp_path: Path) -> None:
+    """LinuxCNC lets nobody change the frame under G42: it stops in the cut."""
+    text = in_linuxcncs_words(PIN.read_text().splitlines()[OWN.lines[0] - 1 : OWN.lines[1]], OWN.unit)
+    lines = 3, 2 + OWN.lines[1] - OWN.lines[0] + 1
+    correction = corrected(text.encode(), "linuxcnc", OWN, lines)
+    ends = []
+    for name, source in (("source", text.encode()), ("offsets", correction.offsets_program)):
+        (tmp_path / name).write_bytes(source)
+        judged = interpret(tmp_path / name, tools=[Tool(1, OWN.nose_radius_mm)])
+        ends.append(np.array([move.machine_mm for move in judged]))
+    dx_mm, dz_mm = correction.decision.offset_mm
+    moved = ends[1] - ends[0]
+    assert moved[0] == pytest.approx(0.0, abs=1e-9), "the way to the part is not shifted"
+    assert moved[2:-1] == pytest.approx(np.tile([dx_mm, 0.0, dz_mm], (len(moved) - 3, 1)), abs=1e-5)

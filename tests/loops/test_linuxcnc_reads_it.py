@@ -44,21 +44,3 @@ def test_linuxcnc_follows_our_path(tmp_path: Path, arcs: str) -> None:
         if move.centre_mm is not None:
             assert move.centre_mm == pytest.approx(tuple(ours.centre_mm[k]), abs=WITHIN_MM)
             assert move.sweep_rad == pytest.approx(float(ours.sweep_rad[k]), abs=1e-5)
-
-
-def test_the_offset_variant_shifts_the_contour_and_nothing_before_or_after(tmp_path: Path) -> None:
-    """Program coordinates stay: G52 moves the frame under them while the contour is cut, and back after it."""
-    correction = corrected()
-    program, source = tmp_path / "offsets.ngc", tmp_path / "source.ngc"
-    program.write_bytes(correction.offsets_program)
-    source.write_bytes(correction.source_program)
-    shifted, plain = (interpret(file, tools=TOOLS) for file in (program, source))
-    dx_mm, dz_mm = correction.decision.offset_mm
-    change = ends(shifted) - ends(plain)
-    retract = int(np.flatnonzero(np.abs(change[:, 0]) > 1e-9)[0])
-    assert plain[retract].kind == "rapid"
-    assert change[retract] == pytest.approx((dx_mm, 0.0, 0.0), abs=1e-5)  # it inherits x: the tool stays where it is
-    assert np.delete(change, retract, axis=0) == pytest.approx(0.0, abs=1e-9)
-    shift = next(line for line in correction.offsets_program.decode().splitlines() if line.startswith("G52"))
-    x, z = (float(word[1:]) * 25.4 for word in shift.split()[1:])
-    assert (x / 2, z) == pytest.approx((dx_mm, dz_mm), abs=1e-5)  # G7: a diameter

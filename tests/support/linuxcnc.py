@@ -29,7 +29,8 @@ class Move:
 
     `line` counts the program file's lines from 1. An arc has its centre (in its plane; along the third axis that of the
     start) and the signed angle of travel: positive for G02, which is clockwise with z to the right and x up in G18.
-    The first move starts at the machine's origin. G92 and G54–G59 change the coordinates, not where the tool stands.
+    The first move starts at the machine's origin. G92 and G54–G59 change the coordinates, not where the tool stands:
+    `origin_mm` is what they add to them.
     """
 
     kind: Literal["rapid", "line", "arc", "probe"]
@@ -38,6 +39,13 @@ class Move:
     end_mm: Vector
     centre_mm: Vector | None = None
     sweep_rad: float | None = None
+    origin_mm: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def machine_mm(self) -> Vector:
+        """Where the move ends in machine coordinates, tool offsets left out."""
+        x, y, z = (end + origin for end, origin in zip(self.end_mm, self.origin_mm, strict=True))
+        return x, y, z
 
 
 @dataclass(frozen=True)

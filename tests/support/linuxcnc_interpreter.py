@@ -61,7 +61,9 @@ class Canon:
         self._move("arc", tuple(end), centre_mm=tuple(centre), sweep_rad=sweep)
 
     def _move(self, kind: str, end_mm: Vector, **arc: object) -> None:
-        self.moves.append({"kind": kind, "line": self.line, "start_mm": self.position_mm, "end_mm": end_mm, **arc})
+        origin_mm = tuple(map(sum, zip(*self.offset_mm.values(), strict=True)))
+        told = {"kind": kind, "line": self.line, "start_mm": self.position_mm, "end_mm": end_mm, "origin_mm": origin_mm}
+        self.moves.append(told | arc)
         self.position_mm = end_mm
 
     def set_g5x_offset(self, _system: int, *words: float) -> None:

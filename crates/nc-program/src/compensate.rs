@@ -20,8 +20,8 @@ pub(crate) const NO_CORNER: f64 = 0.05;
 
 /// The path of the controlled point: the tool's centre, or the imaginary tip that its orientation says.
 pub fn compensated(path: &ToolPath, program: &Program, tools: &[Tool]) -> (ToolPath, Vec<Finding>) {
-    let (states, calls) = (path.states.clone(), path.calls.clone());
-    let out = ToolPath { states, calls, ..ToolPath::default() };
+    let (states, origins, calls) = (path.states.clone(), path.origins.clone(), path.calls.clone());
+    let out = ToolPath { states, origins, calls, ..ToolPath::default() };
     let mut work =
         Compensator { path, program, tools, out, findings: Vec::new(), lead: [0.0; 3], active: None, last: 0 };
     let mut arcs = path.arcs.iter().peekable();

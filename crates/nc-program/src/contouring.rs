@@ -170,8 +170,11 @@ impl Runner<'_> {
         }
         let kind = if cut.way.turn.is_some() { MoveKind::Arc } else { MoveKind::Line };
         let state = self.path.state.last().copied().unwrap_or(0);
-        let state = match (asked.feed, self.path.states.get(state as usize).copied()) {
-            (Some(feed), Some(modal)) => self.path.state_index(&crate::modal::Modal { feed, ..modal }),
+        let before = self.path.states.get(state as usize).copied().zip(self.path.origins.get(state as usize).copied());
+        let state = match (asked.feed, before) {
+            (Some(feed), Some((modal, origin))) => {
+                self.path.state_index(&crate::modal::Modal { feed, ..modal }, origin)
+            }
             _ => state,
         };
         let start = self.path.end.last().copied().unwrap_or(self.state.position);

@@ -30,11 +30,12 @@ impl Runner<'_> {
             (centre[first], centre[second]) = (turn.centre[0], turn.centre[1]);
             self.path.arcs.push(Arc { of_move: self.path.len(), centre, sweep: turn.sweep, radius: turn.radius });
         }
+        let origin = self.state.frame.origin();
         let state = if kind == MoveKind::Thread {
             let feed = if self.lead_mm.is_nan() { self.state.modal.feed } else { self.lead_mm };
-            self.path.state_index(&Modal { feed, feed_mode: FeedMode::PerRevolution, ..self.state.modal })
+            self.path.state_index(&Modal { feed, feed_mode: FeedMode::PerRevolution, ..self.state.modal }, origin)
         } else {
-            self.path.state_index(&self.state.modal)
+            self.path.state_index(&self.state.modal, origin)
         };
         self.path.push(kind, self.state.position, end, words, self.block as i32, state);
         self.state.position = end;

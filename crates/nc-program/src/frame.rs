@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::finding::{self, Severity};
+use crate::path::Origin;
 use crate::request::Request;
 use crate::run::{Runner, AXES};
 
@@ -43,6 +44,11 @@ impl Frame {
     pub fn total(&self) -> [f64; 3] {
         let work = self.work.get(&self.active).copied().unwrap_or_default();
         [0, 1, 2].map(|axis| work[axis] + self.register[axis] + self.tool[axis])
+    }
+
+    /// What a move is noted with.
+    pub fn origin(&self) -> Origin {
+        Origin { total: self.total(), register: self.register }
     }
 }
 

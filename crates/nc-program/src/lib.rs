@@ -66,7 +66,7 @@ pub use lint::lint;
 pub use meaning::meaning;
 pub use modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 pub use parameters::Key;
-pub use path::{Arc, MoveKind, ToolPath};
+pub use path::{Arc, MoveKind, Origin, ToolPath};
 pub use program::{Block, Program, TooLarge, Word, WordKind};
 pub use run::{run, Options};
 pub use session::{jumps, Session};

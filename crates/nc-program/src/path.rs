@@ -36,6 +36,15 @@ pub struct Arc {
     pub radius: f64,
 }
 
+/// What the frame in force adds to program coordinates, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    /// Machine position minus program position: work offset, position register and tool offset together.
+    pub total: [f64; 3],
+    /// The part of it that G52, G92 or TRANS made.
+    pub register: [f64; 3],
+}
+
 /// A path, in the order of cutting: a column a property, an entry a move.
 ///
 /// Positions are program coordinates of the work frame in force, mm, X a radius.
@@ -51,14 +60,16 @@ pub struct ToolPath {
     pub words: Vec<[i32; 3]>,
     /// Index of its block.
     pub block: Vec<i32>,
-    /// Index into `states`.
+    /// Index into `states` and `origins`.
     pub state: Vec<i32>,
     /// Index into `calls` of the call it is made in, −1 outside any.
     pub call: Vec<i32>,
     /// Circles of those moves that have one, in order.
     pub arcs: Vec<Arc>,
-    /// Modal states, each once for a run of moves that share it.
+    /// Modal states, each once for a run of moves that share it and its origin.
     pub states: Vec<Modal>,
+    /// The origin of each state.
+    pub origins: Vec<Origin>,
     /// The blocks executed, where the run was asked to trace them.
     pub executed: Vec<Executed>,
     /// Calls of subprograms and contours, in order: the block that calls, and the call it is in itself.
@@ -132,9 +143,10 @@ impl ToolPath {
     }
 
     /// Index of the state, noting it when it is not the last one.
-    pub(crate) fn state_index(&mut self, state: &Modal) -> i32 {
-        if self.states.last() != Some(state) {
+    pub(crate) fn state_index(&mut self, state: &Modal, origin: Origin) -> i32 {
+        if self.states.last() != Some(state) || self.origins.last() != Some(&origin) {
             self.states.push(*state);
+            self.origins.push(origin);
         }
         self.states.len() as i32 - 1
     }

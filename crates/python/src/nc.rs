@@ -183,7 +183,7 @@ impl NcProgram {
         };
         let (path, findings) = py.detach(|| run(&self.program, &options));
         let findings = findings.into_iter().map(finding_tuple).collect();
-        let states = states(py, &path.states)?;
+        let states = states(py, &path)?;
         Ok((moves(py, &self.program, path)?, states, findings))
     }
 }
@@ -316,7 +316,8 @@ fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bo
     Ok(columns)
 }
 
-fn states<'py>(py: Python<'py>, states: &[Modal]) -> PyResult<Bound<'py, PyDict>> {
+fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDict>> {
+    let (states, origins) = (&path.states, &path.origins);
     let columns = PyDict::new(py);
     columns.set_item(
         "plane",
@@ -362,6 +363,12 @@ fn states<'py>(py: Python<'py>, states: &[Modal]) -> PyResult<Bound<'py, PyDict>
         "work_offset",
         column(py, states.iter().map(|state| state.work_offset)),
     )?;
+    let (total, register): (Vec<_>, Vec<_>) = origins
+        .iter()
+        .map(|origin| (origin.total, origin.register))
+        .unzip();
+    columns.set_item("origin_mm", triples(py, total)?)?;
+    columns.set_item("register_mm", triples(py, register)?)?;
     Ok(columns)
 }
 

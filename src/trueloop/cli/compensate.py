@@ -55,8 +55,8 @@ def _from_here(folder: Path) -> Path:
     return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
 
 
-def _contents(correction: "Correction") -> Mapping[str, bytes]:
-    """File name to bytes. The record comes last: where it stands, its set is complete."""
+def _contents(correction: "Correction") -> Mapping[str, bytes | None]:
+    """File name to bytes, None for one that there shall not be. The record comes last: then its set is complete."""
     from trueloop.formats.table_csv import table_to_csv
     from trueloop.report.page import page
 

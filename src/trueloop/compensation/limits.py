@@ -46,6 +46,19 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
                 )
 
 
+def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:
+    """Refuses a tool offset (x as a radius, z) that is too large along either axis."""
+    for axis, value_mm in zip("XZ", offset_mm, strict=True):
+        if abs(value_mm) > limits.correction_mm:
+            raise TrueloopError(
+                Code.CMP_SIZE,
+                f"the tool offset on {axis} would be {value_mm * UM_PER_MM:+.1f} µm{' (radius)' * (axis == 'X')}; the "
+                f"limit is {limits.correction_mm * UM_PER_MM:.1f} µm",
+                hint="a constant this large is likelier a ball radius, an allowance or a datum that the job leaves out",
+                override="compensation.max_correction_um in the job",
+            )
+
+
 def check_scatter(scatter_mm: float, limits: Limits) -> None:
     """Refuses touches that scatter about what was fitted by more than the limit: then little of the error repeats."""
     if scatter_mm > limits.scatter_mm:

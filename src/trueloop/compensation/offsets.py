@@ -1,86 +1,105 @@
-"""The tool-offset variant: the program's coordinates stay, a constant moves the whole contour [6811 §3.2]."""
+"""The tool-offset variant: the program's coordinates stay, a constant moves the whole contour [6811 §3.2].
 
-from dataclasses import replace
+Where the program can set the tool's offset (GE 2000T: UPD) it does. Elsewhere the contour is cut in a shifted frame:
+`shifted_frame` says which moves. G52 is written as what is in force plus the offset and set back to what was in force;
+ATRANS adds to what is in force and is taken back. A program that is stopped in the cut leaves G52 on, LinuxCNC even
+over a restart: it is set to zero at the program's head, so that the next run begins as the first did. A shift that was
+in force before the program began is thereby taken back as well: the program is read as one that begins without.
+"""
+
 from typing import Final
 
+import numpy as np
+
+from trueloop.compensation.shifted_frame import Shifted
+from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit import Edit, coordinate_text, insert_blocks_after, set_offset
-from trueloop.nc.program import Program
-from trueloop.nc.tool_path import CoordinateState, ToolPath
+from trueloop.nc.program import Block, Program
+from trueloop.nc.tool_path import Array, CoordinateState, ToolPath
 
 LOCAL_SHIFT: Final = ("linuxcnc", "fanuc", "haas", "siemens")
 """Controls whose tool table a program cannot set for one run only: the contour is put into a shifted frame."""
-FINISHING_CYCLE: Final = 70.0
-CONTOUR_WORDS: Final = frozenset({"P", "Q"})
-"""They name the first and last block of its contour."""
+ONE_REGISTER: Final = "linuxcnc"
+"""The control on which G52 and G92 set one and the same shift; on others G92 stays below G52."""
+LEFT_BEHIND: Final = "takes back the shift of a run that was stopped in the cut"
 
 
-def offset_edits(
-    program: Program,
-    path: ToolPath,
-    span: tuple[int, int],
-    offset_mm: tuple[float, float],
-    tool: int,
-    offset_is_diameter: bool | None,
-) -> list[Edit]:
-    """Edits that add (x as a radius, z) to the tool's offset for the moves `span` (first, last, both included).
+def has_local_shift(program: Program) -> bool:
+    """Whether the offset is written as a shift of the frame; otherwise as an update of the tool's offset."""
+    return program.dialect.name.startswith(LOCAL_SHIFT)
 
-    GE 2000T: the UPD statements, written before the contour where there are none. The value is added to the programmed
-    coordinate; `offset_is_diameter` says how the control reads X (None: as its coordinates).
+
+def tool_offset_updates(
+    program: Program, state: CoordinateState, offset_mm: tuple[float, float], tool: int
+) -> dict[str, float]:
+    """The values (mm, x as a radius) that the tool's offsets shall get: those that the program sets, and the offset.
+
+    `state` is how the program writes offsets (`offset_state`).
     """
-    first, last = span
-    state = path.coordinate_state(first)
-    if program.dialect.name.startswith(LOCAL_SHIFT):
-        return _local_shift(program, path, (first, last), offset_mm, state)
-    written = CoordinateState(state.inch, state.diameter if offset_is_diameter is None else offset_is_diameter)
+    own = {s.axis: s.value * state.unit_mm(s.axis) for s in program.offset_statements if s.tool == tool}
+    return {axis: own.get(axis, 0.0) + value_mm for axis, value_mm in zip("XZ", offset_mm, strict=True)}
+
+
+def offset_state(state: CoordinateState, is_diameter: bool | None) -> CoordinateState:
+    """How offsets are written; `is_diameter` says how the control reads X (None: as its coordinates)."""
+    return CoordinateState(state.inch, state.diameter if is_diameter is None else is_diameter)
+
+
+def update_edits(
+    program: Program, path: ToolPath, lead: int, values_mm: dict[str, float], tool: int, is_diameter: bool | None
+) -> list[Edit]:
+    """UPD statements with these values, written before move `lead` where there are none. The control adds the value to
+    the programmed coordinate.
+    """
+    state = path.coordinate_state(lead)
     edits: list[Edit] = []
-    for axis, value_mm in zip("XZ", offset_mm, strict=True):
-        old = [s for s in program.offset_statements if s.axis == axis and s.tool == tool]
-        if old:
-            value = old[0].value * written.unit_mm(axis) + value_mm
-            edits.append(set_offset(program, axis, value, state, tool=tool, diameter=offset_is_diameter))
+    for axis, value_mm in values_mm.items():
+        if any((s.axis, s.tool) == (axis, tool) for s in program.offset_statements):
+            edits.append(set_offset(program, axis, value_mm, state, tool=tool, diameter=is_diameter))
         else:
-            text = coordinate_text(program.dialect, axis, value_mm, written)[1:]
-            edits.append(_before(program, int(path.block[first]), f"(UPD, {tool}, TOV({axis}), {text})"))
+            text = coordinate_text(program.dialect, axis, value_mm, offset_state(state, is_diameter))[1:]
+            edits.append(_before(program, int(path.block[lead]), f"(UPD, {tool}, TOV({axis}), {text})"))
     return edits
 
 
-def _local_shift(
-    program: Program, path: ToolPath, span: tuple[int, int], offset_mm: tuple[float, float], state: CoordinateState
-) -> list[Edit]:
-    """A shift before the contour, taken back after it: it holds for as long as the contour is cut and no longer.
-
-    Sinumerik's ATRANS adds to a shift that may be in force, and takes X as a radius.
-    """
-    added = program.dialect.name == "siemens"
-    written = replace(state, diameter=False) if added else state
-
-    def shift(offset_mm: tuple[float, float]) -> str:
-        words = (coordinate_text(program.dialect, a, v, written) for a, v in zip("XZ", offset_mm, strict=True))
-        return " ".join(["ATRANS" if added else "G52", *words])
-
-    first, last = (int(path.block[move]) for move in span)
-    cycle = _finishing_cycle(program, last)
-    first, last = (first, last) if cycle is None else (cycle, cycle)
-    zero = "0." if "." in shift(offset_mm) else "0"
-    back = shift((-offset_mm[0], -offset_mm[1])) if added else f"G52 X{zero} Z{zero}"
-    return [
-        _before(program, first, shift(offset_mm)),
-        insert_blocks_after(program, last, [back]),
-    ]
+def shift_edits(program: Program, path: ToolPath, shifted: Shifted, offset_mm: tuple[float, float]) -> list[Edit]:
+    """A shift by (x as a radius, z) for those moves. Raises NC-OFFSET where it would replace another one."""
+    state = path.coordinate_state(shifted.first)
+    base_mm, offset = path.register_mm[shifted.first, [0, 2]], np.asarray(offset_mm)
+    if program.dialect.name == "siemens":  # X of a frame is a radius
+        state = CoordinateState(state.inch, diameter=False)
+        there, back, head = _words(program, "ATRANS", offset, state), _words(program, "ATRANS", -offset, state), []
+    else:
+        _require_followed(program, path, shifted, base_mm)
+        there, back = (_words(program, "G52", value, state) for value in (base_mm + offset, base_mm))
+        nothing = f"{_words(program, 'G52', 0 * offset, state)} {program.dialect.comment(LEFT_BEHIND)}"
+        head = [_before(program, _first_of_course(program), nothing)]
+    return [*head, _before(program, shifted.begin, there), insert_blocks_after(program, shifted.end, [back])]
 
 
-def _finishing_cycle(program: Program, contour_block: int) -> int | None:
-    """The block of the G70 that runs the contour; None where the program cuts it in its own course."""
-    if program.dialect.name in ("linuxcnc", "ge2000t"):
-        return None
-    blocks = list(program.blocks)
-    for block in blocks:
-        values = {word.letter: word.value for word in block.words if word.letter in CONTOUR_WORDS}
-        if len(values) == 2 and any(word.letter == "G" and word.value == FINISHING_CYCLE for word in block.words):
-            places = [b.index for b in blocks if b.number in values.values()]
-            if min(places, default=1) <= contour_block <= max(places, default=0):
-                return block.index
-    return None
+def _words(program: Program, code: str, value_mm: Array, state: CoordinateState) -> str:
+    texts = (coordinate_text(program.dialect, a, float(v), state) for a, v in zip("XZ", value_mm, strict=True))
+    return " ".join([code, *texts])
+
+
+def _require_followed(program: Program, path: ToolPath, shifted: Shifted, base_mm: Array) -> None:
+    if np.any(base_mm) and not program.dialect.name.startswith(ONE_REGISTER):
+        raise TrueloopError(
+            Code.NC_OFFSET,
+            f"a shift of x {base_mm[0]:g} mm (radius), z {base_mm[1]:g} mm is in force at line "
+            f"{path.line[shifted.first]}; what G52 makes of it there hangs on the control",
+            hint="put the program's own shift into the work offset, or correct the contour",
+            place=program.place(program.block(shifted.begin).start),
+        )
+
+
+def _first_of_course(program: Program) -> int:
+    """The first block with a word that is not the program's number."""
+    return next((block.index for block in program.blocks if block.data and not _is_number(block)), 0)
+
+
+def _is_number(block: Block) -> bool:
+    return all(word.kind == "unknown" or (word.letter == "O" and word.kind == "number") for word in block.data)
 
 
 def _before(program: Program, block: int, text: str) -> Edit:

@@ -10,7 +10,7 @@ from trueloop.compensation.moves import Move
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Array, Point
 from trueloop.geometry.profile import Profile
-from trueloop.nc.tool_path import Flags, Integers, Motion, ToolPath
+from trueloop.nc.tool_path import Integers, Motion, ToolPath
 from trueloop.units import UM_PER_MM
 
 SAMPLES: Final = 401
@@ -27,7 +27,7 @@ def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[Cent
         off = np.min([_distance(move, points) for move in moves], axis=0)
         if (worst := float(np.max(off))) > tolerance_mm:
             x, z = points[int(np.argmax(off))]
-            raise _refusal(
+            raise not_as_intended(
                 f"the written program stands {worst * UM_PER_MM:.2f} µm off the intended path on {feature.name!r} at "
                 f"x {x:.4f} mm (radius), z {z:.4f} mm; {tolerance_mm * UM_PER_MM:.2f} µm is allowed"
             )
@@ -38,17 +38,17 @@ def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None
     tail = len(before) - 1 - last
     ends = [(k, k) for k in range(first)] + [(len(before) - k, len(after) - k) for k in range(1, tail + 1)]
     if len(after) < first + tail:
-        raise _refusal(f"the written program has {len(after)} moves, fewer than the {first + tail} that stay")
+        raise not_as_intended(f"the written program has {len(after)} moves, fewer than the {first + tail} that stay")
     for old, new in ends:
         moved = np.abs(before.end_mm[old] - after.end_mm[new])
         inherited = np.asarray(before.word[old]) < 0
         if before.motion[old] != after.motion[new] or np.any(moved[~inherited] > SAME_MM):
-            raise _refusal(
+            raise not_as_intended(
                 f"line {after.line[new]} ends {float(np.max(moved)) * UM_PER_MM:.2f} µm from where the source ended"
             )
         off = float(np.max(np.abs(before.centre_mm[old] - after.centre_mm[new]), initial=0.0))
         if before.motion[old] == Motion.ARC and off > SAME_MM:
-            raise _refusal(
+            raise not_as_intended(
                 f"the arc of line {after.line[new]} has its centre {off * UM_PER_MM:.2f} µm off the source's"
             )
 
@@ -81,27 +81,6 @@ def require_nose_fits(driven: ToolPath, lines: Integers) -> None:
             raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
 
 
-def require_same_path(before: ToolPath, after: ToolPath) -> None:
-    """Refuses a program that does not command the same moves in program coordinates.
-
-    A coordinate that a block inherits is called otherwise after a change of frame; the tool has not moved for that.
-    Moves that a cycle makes of itself have no words and are left out: whether G70 has a way back depends on the frame.
-    """
-    words = [np.asarray(path.word)[_programmed(path)] for path in (before, after)]
-    if len(words[0]) != len(words[1]):
-        raise _refusal(f"the written program has {len(words[1])} moves instead of {len(words[0])}")
-    old, new = before.end_mm[_programmed(before)], after.end_mm[_programmed(after)]
-    apart = np.max(np.abs(old - new)[words[0] >= 0], initial=0.0)
-    same_kinds = np.array_equal(before.motion[_programmed(before)], after.motion[_programmed(after)])
-    if not same_kinds or apart > SAME_MM:
-        raise _refusal(f"the written program's path changed by {apart * UM_PER_MM:.2f} µm; it was to stay")
-
-
-def _programmed(path: ToolPath) -> Flags:
-    """Whether a word of its block set a move's end."""
-    return np.asarray(np.max(path.word, axis=1) >= 0)
-
-
 def _plane_move(path: ToolPath, k: int) -> Move:
     centre = _point(path.centre_mm[k]) if path.motion[k] == Motion.ARC else None
     return Move(_point(path.start_mm[k]), _point(path.end_mm[k]), centre, float(path.sweep_rad[k]))
@@ -128,7 +107,8 @@ def _clearance(profile: Profile, end_mm: Array) -> float:
     return float(np.abs(profile.locate(point).distance_mm[0]))
 
 
-def _refusal(message: str) -> TrueloopError:
+def not_as_intended(message: str) -> TrueloopError:
+    """What to raise where a written program does not do what was meant."""
     return TrueloopError(
         Code.CMP_READ_BACK,
         message,

@@ -17,8 +17,11 @@ from typing import BinaryIO, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
 
-Named: TypeAlias = tuple[str, bytes | Callable[[], bytes]]
-"""A file's name and what it shall hold, or what makes that when its turn has come: not all need be held at once."""
+Named: TypeAlias = tuple[str, bytes | Callable[[], bytes] | None]
+"""A file's name and what it shall hold, or what makes that when its turn has come: not all need be held at once.
+
+None: there shall be no such file, and one from an earlier run is taken away.
+"""
 
 
 def write_all(folder: Path, contents: Iterable[Named], inputs: Iterable[Path] = ()) -> list[Path]:
@@ -29,11 +32,11 @@ def write_all(folder: Path, contents: Iterable[Named], inputs: Iterable[Path] = 
     """
     files = list(contents)
     _require_different(folder, [name for name, _ in files], inputs)
-    held = [len(content) for _, content in files if isinstance(content, bytes)]
+    held = [len(content or b"") for _, content in files if not callable(content)]
     needed = sum(held) if len(held) == len(files) else None
     with _folder_made(folder, needed):
         _write(folder, files, needed)
-    return [folder / name for name, _ in files]
+    return [folder / name for name, content in files if content is not None]
 
 
 class Output:
@@ -146,9 +149,10 @@ def _write(folder: Path, files: Sequence[Named], needed: int | None) -> None:
         staging = Path(tempfile.mkdtemp(prefix=".trueloop-", dir=folder))
     try:
         for name, content in files:
-            made = content if isinstance(content, bytes) else content()
+            made = content() if callable(content) else content
             with _refusing(folder, needed):
-                _write_synced(staging / f"{name}.new", made)
+                if made is not None:
+                    _write_synced(staging / f"{name}.new", made)
                 if (folder / name).exists():
                     shutil.copy2(folder / name, staging / f"{name}.old")
         with _refusing(folder, needed):
@@ -160,7 +164,10 @@ def _write(folder: Path, files: Sequence[Named], needed: int | None) -> None:
 def _rename(folder: Path, staging: Path, names: Sequence[str]) -> None:
     try:
         for name in names:
-            (staging / f"{name}.new").replace(folder / name)
+            if (staging / f"{name}.new").exists():
+                (staging / f"{name}.new").replace(folder / name)
+            else:
+                (folder / name).unlink(missing_ok=True)
     except BaseException:
         _put_back(folder, staging, names)
         raise
@@ -175,7 +182,7 @@ def _put_back(folder: Path, staging: Path, names: Iterable[str]) -> None:
         if (staging / f"{name}.old").exists():
             (staging / f"{name}.old").replace(folder / name)
         else:
-            (folder / name).unlink()
+            (folder / name).unlink(missing_ok=True)
 
 
 def _write_synced(path: Path, content: bytes) -> None:

@@ -16,7 +16,7 @@ from trueloop.compensation.contour import CentrePiece, centre_pieces, shifted_co
 from trueloop.compensation.decide import Decision, decide
 from trueloop.compensation.limits import Limits, check_limits, check_scatter
 from trueloop.compensation.prediction import Prediction, predict
-from trueloop.compensation.record import Record, record_id
+from trueloop.compensation.record import ChangedWord, Record, record_id
 from trueloop.compensation.shift import Shift
 from trueloop.compensation.table import CorrectionTable, correction_table
 from trueloop.compensation.targets import Fitting
@@ -24,13 +24,15 @@ from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.error_curve.nose_model import NoseModel
 from trueloop.error_curve.options import FitOptions
+from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_loop_sign
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run, commanded
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.shifts import Shifts, corrected_shifts
-from trueloop.loops.written import Driven, Writing, write_contour, write_offsets
+from trueloop.loops.written import Driven, Writing, write_contour
+from trueloop.loops.written_offsets import write_offsets
 from trueloop.nc.program import Program
 
 
@@ -82,7 +84,8 @@ class Correction:
 
     `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
     corrected one does; `by_offset` for which features a constant offset takes the place of their error curve;
-    `commanded` and `corrected` are the nose-centre paths of both. `ending` is that of the programs' file names.
+    `commanded` and `corrected` are the nose-centre paths of both. `offsets_program` is None where only the contour can
+    be corrected; the notes say why. `ending` is that of the programs' file names.
     """
 
     part: str
@@ -100,7 +103,7 @@ class Correction:
     prediction: Prediction
     source_program: bytes
     corrected_program: bytes
-    offsets_program: bytes
+    offsets_program: bytes | None
     dialect: str
     ending: str
     table: CorrectionTable
@@ -146,9 +149,11 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         ways, driven = (centre_pieces(profile, old), centre_pieces(profile, new)), Driven(nose, after)
     record = record_id(dict(inputs.inputs_sha256), _as_record(options, run))
     writing = Writing(inputs.program, told, run, record, Fitting(options.chord_tolerance_mm, options.arcs))
-    offsets = write_offsets(writing, decision.offset_mm, options.tool, options.offset_is_diameter)
-    source, changed = offsets
-    if not decision.offset_is_enough:
+    offsets, more = _offset_variant(writing, decision, options)
+    notes += more
+    if decision.offset_is_enough and offsets is not None:
+        source, changed = offsets
+    else:
         source, changed, more = write_contour(writing, profile, inputs.touches, *ways, driven)
         notes += more
     return Correction(
@@ -167,7 +172,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         prediction=_prediction(inputs.touches, model, decision, shifts, options.weight),
         source_program=inputs.program.source,
         corrected_program=source,
-        offsets_program=offsets[0],
+        offsets_program=offsets[0] if offsets is not None else None,
         dialect=inputs.program.dialect.name,
         ending=Path(inputs.program.file or "program.nc").suffix,
         table=correction_table(before, after, decision.offset_mm if decision.offset_is_enough else (0.0, 0.0)),
@@ -205,6 +210,19 @@ def _decision(model: ProfileErrorModel, told: Commanded, options: Options) -> De
         told.resolution_mm,
         options.weight,
     )
+
+
+def _offset_variant(
+    writing: Writing, decision: Decision, options: Options
+) -> tuple[tuple[bytes, list[ChangedWord]] | None, list[str]]:
+    """The program with offsets alone. Where the contour is corrected it may be left out, which a note says."""
+    try:
+        variant = write_offsets(writing, decision.offset_mm, options.limits, options.tool, options.offset_is_diameter)
+    except TrueloopError as refused:
+        if decision.offset_is_enough or refused.code not in (Code.NC_OFFSET, Code.CMP_SIZE):
+            raise
+        return None, [f"There is no variant with tool offsets alone: {refused.message}."]
+    return variant, []
 
 
 def _prediction(

@@ -1,4 +1,4 @@
-"""The corrected program and its offset variant, written, read back and compared with what was intended."""
+"""The corrected program, written, read back and compared with what was intended."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,14 +7,12 @@ import numpy as np
 
 from trueloop.compensation.contour import CentrePiece
 from trueloop.compensation.moves import Move, between
-from trueloop.compensation.offsets import offset_edits
 from trueloop.compensation.program import Displacements, changes, corrected_source, displacements
 from trueloop.compensation.read_back import (
     check_contour,
     check_rapids,
     check_rest,
     require_nose_fits,
-    require_same_path,
 )
 from trueloop.compensation.record import MARK, ChangedWord, sha256_of
 from trueloop.compensation.targets import Fitting, Replacement, end_shifts, replaced_arcs
@@ -115,19 +113,6 @@ def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
     """First and last move of a range of blocks."""
     moves = np.flatnonzero((path.block >= blocks[0]) & (path.block <= blocks[1]))
     return int(moves[0]), int(moves[-1])
-
-
-def write_offsets(
-    writing: Writing, offset_mm: tuple[float, float], tool: int, is_diameter: bool | None
-) -> tuple[bytes, list[ChangedWord]]:
-    """The program with tool offsets changed and its path untouched."""
-    contour = [cut.move for cut in writing.told.cuts]
-    run_out = [move.index for move in writing.told.match.run_out]
-    span = min(contour) - 1, max([*contour, *run_out])
-    edits = offset_edits(writing.program, writing.told.path, span, offset_mm, tool, is_diameter)
-    source = writing.with_edits(edits)
-    require_same_path(writing.told.path, writing.run.of(writing.reread(source)))
-    return source, changes(writing.program, edits)
 
 
 def _targets(

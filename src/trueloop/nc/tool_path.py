@@ -155,6 +155,16 @@ class ToolPath:
         """Work offset in force, from 1 (G54)."""
         return self._of_state("work_offset")
 
+    @property
+    def origin_mm(self) -> Array:
+        """What a position has added to it on the machine (n, 3): work offset, G52, G92 or TRANS, and tool offset."""
+        return self._of_state("origin_mm")
+
+    @property
+    def register_mm(self) -> Array:
+        """The part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
+        return self._of_state("register_mm")
+
     def call_stack(self, move: int) -> tuple[int, ...]:
         """Lines of the calls in which that move is made, from 1, the outermost first."""
         lines: list[int] = []

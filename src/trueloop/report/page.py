@@ -119,6 +119,8 @@ def _program(correction: Correction) -> str:
         gone, come = changed_lines(source, correction.corrected_program)
         parts.append(f"<p>{name}: {come} lines in the place of {gone}, all others as they were.</p>")
         parts.append(program_diff(source, correction.corrected_program))
+    if correction.offsets_program is None:
+        return section("program", "Changes to the program", *parts)
     left = plain(max(decision.x.largest_left_mm, decision.z.largest_left_mm) * UM_PER_MM)
     parts.append(
         f"<p><code>{esc(correction.offsets_name)}</code>: tool offsets alone, coordinates as they were; "

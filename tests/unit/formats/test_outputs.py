@@ -42,6 +42,13 @@ def test_old_files_of_the_set_are_replaced_and_others_left(tmp_path: Path) -> No
     assert _holds(tmp_path) == NEW | {"notes.txt": b"mine"}
 
 
+def test_a_file_that_is_no_part_of_the_set_any_more_is_taken_away(tmp_path: Path) -> None:
+    _fill(tmp_path)
+    written = write_all(tmp_path, [("corrected.nc", b"new"), ("table.csv", None), ("other", None)])
+    assert written == [tmp_path / "corrected.nc"]
+    assert _holds(tmp_path) == {"corrected.nc": b"new"}
+
+
 @pytest.mark.parametrize("renamed_first", [False, True], ids=["before the rename", "after the rename"])
 @pytest.mark.parametrize("failing", range(len(NEW)))
 @pytest.mark.parametrize("error", [OSError(5, "Input/output error"), KeyboardInterrupt()], ids=["disk", "Ctrl-C"])
@@ -49,6 +56,7 @@ def test_a_failure_at_any_rename_leaves_what_was_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: int, renamed_first: bool, error: BaseException
 ) -> None:
     _fill(tmp_path)
+    (tmp_path / "stale.nc").write_bytes(b"of an earlier run\n")
     rename, count = Path.replace, 0
 
     def failing_rename(self: Path, target: Path) -> Path:
@@ -62,9 +70,9 @@ def test_a_failure_at_any_rename_leaves_what_was_there(
 
     monkeypatch.setattr(Path, "replace", failing_rename)
     with pytest.raises(TrueloopError if isinstance(error, OSError) else KeyboardInterrupt):
-        write_all(tmp_path, NEW.items())
+        write_all(tmp_path, [("stale.nc", None), ("none.nc", None), *NEW.items()])
     assert count > failing
-    assert _holds(tmp_path) == OLD
+    assert _holds(tmp_path) == OLD | {"stale.nc": b"of an earlier run\n"}
 
 
 def test_content_may_be_made_when_its_turn_has_come_and_all_or_none_is_written_still(tmp_path: Path) -> None:
