@@ -225,7 +225,7 @@ def test_the_offset_variant_shifts_the_frame_outside_of_compensation(tmp_path: P
     correction = corrected(text.encode(), "linuxcnc", OWN, lines)
     ends = []
     for name, source in (("source", text.encode()), ("offsets", correction.offsets_program)):
-        (tmp_path / name).write_bytes(source)
+        (tmp_path / name).write_bytes(source or b"")
         judged = interpret(tmp_path / name, tools=[Tool(1, OWN.nose_radius_mm)])
         ends.append(np.array([move.machine_mm for move in judged]))
     dx_mm, dz_mm = correction.decision.offset_mm

@@ -32,17 +32,22 @@ def corrected(*changes: tuple[str, str]) -> Correction:
     return compensate(replace(inputs, program=read_program(text.encode(), "linuxcnc")))
 
 
-def run(source: bytes, folder: Path) -> list[Move]:
+def run(source: bytes | None, folder: Path) -> list[Move]:
+    assert source is not None
     program = folder / "program.ngc"
     program.write_bytes(source)
     return interpret(program, tools=TOOLS)
+
+
+def ends(moves: list[Move]) -> Array:
+    return np.array([move.machine_mm for move in moves])
 
 
 def moved_mm(correction: Correction, folder: Path) -> Array:
     """How far every move of the variant ends from where that of the source does, on the machine."""
     shifted, plain = (run(source, folder) for source in (correction.offsets_program, correction.source_program))
     assert [move.kind for move in shifted] == [move.kind for move in plain]
-    return np.array([move.machine_mm for move in shifted]) - np.array([move.machine_mm for move in plain])
+    return ends(shifted) - ends(plain)
 
 
 OWN_SHIFTS = {
@@ -70,7 +75,7 @@ def test_the_contour_is_cut_off_by_the_offset_and_all_else_where_it_was(own: str
 
 def test_a_shift_that_a_stopped_run_left_is_taken_back(tmp_path: Path) -> None:
     """LinuxCNC keeps it over a restart; the next run begins as the first did."""
-    source = corrected().offsets_program
+    source = corrected().offsets_program or b""
     left_on = source.replace(b"%\n", b"%\nG20 G7 G52 X-0.0035 Z-0.0014\n", 1)
     first, again = run(source, tmp_path), run(left_on, tmp_path)
     assert [move.machine_mm for move in again] == [move.machine_mm for move in first]
