@@ -24,7 +24,7 @@ impl Runner<'_> {
             return;
         }
         let (block, moves) = (self.block as i32, self.path.len() as i32);
-        let state = self.path.state_index(&self.state.modal);
+        let state = self.path.state_index(&self.state.modal, self.state.frame.origin());
         let (position, offset) = (self.state.position, self.state.frame.total());
         self.path.executed.push(Executed { block, moves, state, position, offset });
     }
