@@ -367,8 +367,8 @@ fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDict>>
         .iter()
         .map(|origin| (origin.total, origin.register))
         .unzip();
-    columns.set_item("origin_mm", triples(py, total)?)?;
-    columns.set_item("register_mm", triples(py, register)?)?;
+    columns.set_item("origin_mm", rows(py, total)?)?;
+    columns.set_item("register_mm", rows(py, register)?)?;
     Ok(columns)
 }
 
