@@ -6,6 +6,7 @@ is correcting a program that is not the one the touches came from.
 
 import hashlib
 import json
+import re
 from dataclasses import asdict, dataclass
 from typing import Final
 
@@ -13,6 +14,8 @@ from trueloop.errors import Code, Place, TrueloopError
 
 MARK: Final = "trueloop corrected"
 """How a corrected program says so, in a comment of its dialect."""
+MARKED: Final = re.compile(rb"\s+".join(MARK.encode().split()), re.IGNORECASE)
+"""The mark as controls and editors give it back: many store capitals only, some change the blanks."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +59,9 @@ def record_id(inputs_sha256: dict[str, str], options: dict[str, object]) -> str:
 
 def check_uncorrected(source: bytes, what: str = "program") -> None:
     """Refuses a program, or another file, that a correction was already written into."""
-    position = source.find(MARK.encode())
-    if position >= 0:
+    found = MARKED.search(source)
+    if found is not None:
+        position = found.start()
         line = source.count(b"\n", 0, position) + 1
         comment = source[position:].split(b"\n", 1)[0].decode("latin-1").strip()
         raise TrueloopError(

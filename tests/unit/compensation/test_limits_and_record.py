@@ -71,6 +71,14 @@ def test_a_corrected_program_is_not_corrected_again() -> None:
     check_uncorrected(b"N0010 (ID)\n")
 
 
+@pytest.mark.parametrize("mark", [b"(TRUELOOP CORRECTED: RECORD 1234)", b"; Trueloop  corrected"])
+def test_the_mark_is_known_as_controls_give_it_back(mark: bytes) -> None:
+    with pytest.raises(TrueloopError) as caught:
+        check_uncorrected(b"%\n" + mark + b"\nM30\n")
+    assert caught.value.code is Code.CMP_TWICE
+    assert caught.value.place.line == 2
+
+
 def test_touches_of_another_program_are_refused() -> None:
     check_same_program(b"G01", sha256_of(b"G01").upper())
     with pytest.raises(TrueloopError) as caught:
