@@ -175,7 +175,7 @@ CYCLE = "G0 X90. Z5.\nG71 U1. R1.\nG71 P10 Q20 U0.5 W0.2 F0.2\nN10 G0 X20. Z2.\n
 
 def test_the_finishing_cycle_is_shifted_whatever_else_stands_in_its_block() -> None:
     """The contour's own blocks stand before it: a shift there would not hold while G70 runs them."""
-    assert "\nG52 X-0.040 Z0.013\nG70 P10 Q20 ?\nG52 X0.000 Z0.000\n" in variant("fanuc-lathe", CYCLE, (2, 2))
+    assert "G52 X-0.040 Z0.013\nG70 P10 Q20 ?\nG52 X0.000 Z0.000\n" in variant("fanuc-lathe", CYCLE, (2, 2))
 
 
 def test_the_shift_begins_before_the_cycle_where_its_contour_inherits_a_coordinate() -> None:
