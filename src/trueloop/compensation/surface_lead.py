@@ -25,7 +25,8 @@ def held_starts(path: ToolPath, ends: Mapping[int, Array]) -> Array:
 def require_arcs_stay(program: Program, path: ToolPath, ends: Mapping[int, Array]) -> None:
     """Raises SRF-PROGRAM for an arc that starts where a cut left a coordinate displaced: its centre would not fit."""
     off = np.abs(held_starts(path, ends) - path.start_mm).max(axis=1, initial=0.0)
-    moved = np.flatnonzero((path.motion == Motion.ARC) & (off > program.dialect.resolution_mm / 2))
+    step_mm = np.where(path.inch, program.dialect.step_mm(True), program.dialect.step_mm(False))
+    moved = np.flatnonzero((path.motion == Motion.ARC) & (off > step_mm / 2))
     if len(moved):
         raise TrueloopError(
             Code.SRF_PROGRAM,

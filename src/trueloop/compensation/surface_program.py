@@ -32,13 +32,14 @@ from trueloop.nc.edit import (
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import require_own_shape
 from trueloop.nc.tool_path import Motion, ToolPath
-from trueloop.nc.understood import require_understood
+from trueloop.nc.understood import require_known_frame, require_understood
 from trueloop.units import UM_PER_MM
 
 Waypoint: TypeAlias = tuple[float, Array]
 """Share of a move, and where the tip is to be there."""
 
 AXES: Final = ((0, "X"), (1, "Y"), (2, "Z"))
+INVERSE_TIME: Final = 93
 SWITCHES: Final = frozenset("MST")
 UP: Final = (0.0, 0.0, 1.0)
 TURN_DEG: Final = 1.0
@@ -108,6 +109,7 @@ def corrected_program(
     check_uncorrected(program.source)
     require_understood(program)
     path = program.run()
+    require_known_frame(path)
     samples = _sampled(program, path, nominal, corrected, job)
     _check(program, path, samples)
     cut = samples.cutting
@@ -148,6 +150,7 @@ def _check(program: Program, path: ToolPath, samples: _Samples) -> None:
     wrong = [
         (arcs, "arcs begin, end or run on the surface", lines),
         (path.compensation[cutting] != 40, "moves cut it under G41 or G42", "write the path of the tool's tip"),
+        (path.feed_mode[cutting] == INVERSE_TIME, "moves cut it with inverse-time feed", "write the pass with G94"),
         (path.incremental[cutting], "moves cut it by increments", "write the pass in absolute coordinates"),
     ]
     for here, what, hint in wrong:
@@ -262,8 +265,7 @@ def _read_back(
     again = written.run()
     inserted = np.array([len(between.get(move, ())) for move in range(len(path))])
     at = np.arange(len(path)) + np.cumsum(inserted)
-    resolution = program.dialect.resolution_mm * (25.4 if np.any(path.inch) else 1.0)
-    allowed = ROUNDING_STEPS * resolution
+    allowed = ROUNDING_STEPS * program.dialect.step_mm(bool(np.any(path.inch)))
     if len(again) != len(path) + int(np.sum(inserted)) or np.any(again.motion[at] != path.motion):
         raise _refusal(f"it has {len(again)} moves instead of {len(path) + int(np.sum(inserted))}")
     for move, points in between.items():

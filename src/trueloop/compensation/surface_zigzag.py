@@ -38,10 +38,12 @@ def zigzag(surface: Surface, options: ZigzagOptions) -> list[Array]:
     """
     _check(surface, options)
     (u0, u1), _ = surface.domain
-    step = _point_step(surface, options)
+    points, (passed, at_v) = _points_of_pass(surface, options), _passes_passed(surface, options)
+    count = int(np.ceil(passed[-1])) + 1
+    _check_size(count, points)
     passes = []
-    for k, v in enumerate(_pass_parameters(surface, options)):
-        u = np.linspace(u0, u1, step)
+    for k, v in enumerate(np.interp(np.linspace(0.0, passed[-1], count), passed, at_v)):
+        u = np.linspace(u0, u1, points)
         at = surface.partials(u, np.full(len(u), v))
         tips = at.point_mm + options.radius_mm * (surface.normal_of(at) - np.array([0.0, 0.0, 1.0]))
         passes.append(tips[::-1] if k % 2 else tips)
@@ -72,8 +74,8 @@ def scallop_step_mm(radius_mm: float, scallop_mm: float, curvature_per_mm: Array
     return np.asarray(np.sqrt(8 * radius_mm * scallop_mm / (1 + radius_mm * curvature_per_mm)))
 
 
-def _pass_parameters(surface: Surface, options: ZigzagOptions) -> Array:
-    """Parameters v of the passes: each as far from the one before as its narrowest place allows."""
+def _passes_passed(surface: Surface, options: ZigzagOptions) -> tuple[Array, Array]:
+    """How many passes are needed up to parameters v, and these: each as far on as its narrowest place allows."""
     (u0, u1), (v0, v1) = surface.domain
     u, v = np.linspace(u0, u1, PLACES + 2)[1:-1], np.linspace(v0, v1, PLACES)
     at = surface.partials(np.tile(u, PLACES), np.repeat(v, PLACES))
@@ -84,12 +86,10 @@ def _pass_parameters(surface: Surface, options: ZigzagOptions) -> Array:
     kappa = -np.sum(normal * at.dvv, axis=1) / np.sum(at.dv**2, axis=1)
     step = scallop_step_mm(options.radius_mm, options.scallop_mm, np.maximum(kappa, -0.9 / options.radius_mm))
     density = np.max((rate / step).reshape(PLACES, PLACES), axis=1)
-    passed = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(v))])
-    count = int(np.ceil(passed[-1])) + 1
-    return np.interp(np.linspace(0.0, passed[-1], count), passed, v)
+    return np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(v))]), v
 
 
-def _point_step(surface: Surface, options: ZigzagOptions) -> int:
+def _points_of_pass(surface: Surface, options: ZigzagOptions) -> int:
     """Points of a pass: the sagitta of a step on the path of the ball's centre stays below the chord tolerance."""
     (u0, u1), (v0, v1) = surface.domain
     u, v = np.linspace(u0, u1, PLACES + 2)[1:-1], np.linspace(v0, v1, PLACES + 2)[1:-1]
@@ -115,11 +115,12 @@ def _check(surface: Surface, options: ZigzagOptions) -> None:
             f"a ball of radius {options.radius_mm:g} mm does not fit a hollow of radius {-1 / hollow:.3f} mm",
             hint="take a smaller cutter",
         )
-    size = float(np.linalg.norm(np.ptp(surface.control_mm.reshape(-1, 3), axis=0)))
-    points = size**2 / (np.sqrt(8 * options.radius_mm * options.scallop_mm) * np.sqrt(options.chord_mm))
-    if points > MOST_POINTS:
+
+
+def _check_size(passes: int, points: int) -> None:
+    if passes * points > MOST_POINTS:
         raise TrueloopError(
             Code.SRF_PATH,
-            f"about {points:.2g} points would be needed; {MOST_POINTS} are the most",
+            f"{passes:.3g} passes of {points:.3g} points would be needed; {MOST_POINTS} are the most",
             hint="allow a higher scallop or a larger chord",
         )

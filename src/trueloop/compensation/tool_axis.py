@@ -19,7 +19,6 @@ VECTOR: Final = "IJK"
 ROTARY: Final = "ABC"
 DECIMALS: Final = {"vector": 6, "angle": 4}
 STILL: Final = 1e-9
-INVERSE_TIME: Final = 93
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +79,7 @@ def tool_axes(program: Program, path: ToolPath, letters: str, fixed: tuple[float
 
 
 def check_tool_axes(program: Program, path: ToolPath, axes: ToolAxes, cutting: np.ndarray) -> None:
-    """Refuses cutting moves (m,) whose direction was not said or jumps, or whose feed new blocks would change."""
+    """Refuses cutting moves (m,) whose direction was not said or jumps."""
     if not axes.letters:
         return
     after = cutting[cutting > 0]
@@ -88,7 +87,6 @@ def check_tool_axes(program: Program, path: ToolPath, axes: ToolAxes, cutting: n
     for wrong, what, hint in (
         (cutting[axes.unsaid[cutting]], "cuts before the tool's direction was said", "say it in a block before"),
         (after[jumped], "is cut after the tool turned where it stood", "turn the tool clear of the part"),
-        (cutting[path.feed_mode[cutting] == INVERSE_TIME], "is cut with inverse-time feed", "write the pass with G94"),
     ):
         if len(wrong):
             block = program.block(int(path.block[wrong[0]]))
@@ -97,9 +95,10 @@ def check_tool_axes(program: Program, path: ToolPath, axes: ToolAxes, cutting: n
 
 
 def _words(program: Program, letters: str) -> dict[int, list[Word]]:
-    """The words of these letters by block."""
+    """The words of these letters by block; a name or an unknown text, whose letter is empty, is none of them."""
+    named = frozenset(letters)
     blocks = ((block.index, block) for block in program.blocks if not block.skipped)
-    found = {index: [word for word in block.words if word.letter in letters] for index, block in blocks}
+    found = {index: [word for word in block.words if word.letter in named] for index, block in blocks}
     return {index: words for index, words in found.items() if words}
 
 

@@ -23,7 +23,7 @@ from trueloop.nc.path_mode import path_mode_findings
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import ToolPath
 from trueloop.nc.understood import require_known_frame
-from trueloop.units import MM_PER_INCH, UM_PER_MM
+from trueloop.units import UM_PER_MM
 
 SAMPLES = 257
 
@@ -129,8 +129,7 @@ def _matched(
 
 
 def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:
-    inch = bool(path.inch[match.features[0].moves[0].move.index])
-    return program.dialect.resolution_inch * MM_PER_INCH if inch else program.dialect.resolution_mm
+    return program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
 
 
 def _deviations(match: ContourMatch) -> tuple[Shift, ...]:

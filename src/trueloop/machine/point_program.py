@@ -15,7 +15,6 @@ from trueloop.machine.planar_field import PlanarField
 from trueloop.nc.edit import Edit, displace_word, insert_word
 from trueloop.nc.program import Block, Program, Word
 from trueloop.nc.tool_path import CoordinateState
-from trueloop.units import MM_PER_INCH
 
 NO_POSITIONS: Final = frozenset({4.0, 10.0, 28.0, 30.0, 52.0, 53.0, 68.0, 92.0})
 """G codes whose X and Y are a time, set a coordinate system, or stand in machine coordinates: G4, G10, G28, G30, G52,
@@ -57,7 +56,7 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
             word = point.words.get(letter)
             if word is not None:
                 edit = displace_word(program, word, float(correction[k]), point.state)
-            elif abs(correction[k] - last[k]) > 0.5 * _resolution_mm(program, point.state):
+            elif abs(correction[k] - last[k]) > 0.5 * program.dialect.step_mm(point.state.inch):
                 value = point.position[k] + float(correction[k])
                 edit = insert_word(program, point.block.index, letter, value, point.state)
             else:
@@ -86,10 +85,6 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
         before = (last["X"], last["Y"])
         last |= {letter: word.value * state.unit_mm(letter) for letter, word in words.items()}
         yield _Point(block, words, (last["X"], last["Y"]), before, state)
-
-
-def _resolution_mm(program: Program, state: CoordinateState) -> float:
-    return program.dialect.resolution_inch * MM_PER_INCH if state.inch else program.dialect.resolution_mm
 
 
 def _no_point(program: Program, word: Word, why: str) -> TrueloopError:

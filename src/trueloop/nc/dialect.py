@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from trueloop._core import nc_dialects
 from trueloop.errors import Code, TrueloopError
+from trueloop.units import MM_PER_INCH
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,14 @@ class Dialect:
     bracket_close: str
     radius_address: str
     formulas: bool
+
+    def step(self, inch: bool) -> float:
+        """The smallest programmable step, in the unit of the program."""
+        return self.resolution_inch if inch else self.resolution_mm
+
+    def step_mm(self, inch: bool) -> float:
+        """The same in mm."""
+        return self.step(inch) * (MM_PER_INCH if inch else 1.0)
 
     def comment(self, text: str) -> str:
         """The text as a comment on one line."""

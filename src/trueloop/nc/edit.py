@@ -239,7 +239,7 @@ def _line_ending(program: Program) -> str:
 
 
 def _resolution(dialect: Dialect, state: CoordinateState) -> Decimal:
-    return Decimal(str(dialect.resolution_inch if state.inch else dialect.resolution_mm))
+    return Decimal(str(dialect.step(state.inch)))
 
 
 def _rounded(value: float | Decimal, resolution: Decimal) -> Decimal:

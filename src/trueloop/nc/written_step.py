@@ -22,5 +22,4 @@ def written_step_mm(program: Program, path: ToolPath) -> float:
     """
     decimals = max((len(found) for found in _COORDINATE.findall(program.source, 0, _ENOUGH)), default=0)
     inch = bool(len(path)) and path.coordinate_state(0).inch
-    resolution = program.dialect.resolution_inch if inch else program.dialect.resolution_mm
-    return min(max(10.0**-decimals, resolution) * (MM_PER_INCH if inch else 1.0), COARSEST_MM)
+    return min(max(10.0**-decimals, program.dialect.step(inch)) * (MM_PER_INCH if inch else 1.0), COARSEST_MM)

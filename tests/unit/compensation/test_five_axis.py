@@ -132,6 +132,7 @@ def test_rotary_words_stay_in_force_and_turn_right_handed() -> None:
         ("G0 X0 Y5 Z5\nG1 Z0 F100\nX9\nA0 X0\n", "A", "before the tool's direction was said"),
         ("G0 X0 Y5 Z5 A0\nG1 Z0 F100\nX9\nA5\nX0\n", "A", "turned where it stood"),
         ("G0 X0 Y5 Z5 A0\nG1 Z0 F100\nG93\nX9 F3\nX0 F3\n", "A", "inverse-time feed"),
+        ("G0 X0 Y5 Z5\nG1 Z0 F100\nG93\nX9 F3\nX0 F3\n", "", "inverse-time feed"),
     ],
 )
 def test_what_would_leave_the_tool_s_direction_unknown_is_refused(text: str, letters: str, message: str) -> None:

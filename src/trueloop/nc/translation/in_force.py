@@ -64,8 +64,7 @@ def decimals(target: Target, state: InForce) -> int:
     """Those asked for, else those of the control's resolution."""
     if target.decimals is not None:
         return target.decimals
-    resolution = target.dialect.resolution_inch if state.coordinates.inch else target.dialect.resolution_mm
-    return max(0, round(-math.log10(resolution)))
+    return max(0, round(-math.log10(target.dialect.step(state.coordinates.inch))))
 
 
 def step_mm(target: Target, state: InForce) -> float:
