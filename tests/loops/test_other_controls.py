@@ -68,11 +68,11 @@ def test_a_centre_given_as_a_position_is_written_anew(tmp_path: Path) -> None:
     ("before", "after", "word"),
     [
         (DOME, "G2 X0 Z.03125 AR=90", "AR=90"),
-        (DOME, "CT X0 Z.03125", "a pole or the move before"),
+        (DOME, "CT X0 Z.03125", "a pole, a corner or the move before"),
         (DOME, "CIP X0 Z.03125 I1=2.10895 K1=-0.40553", "I1=2.10895"),
         (DOME, "G111 X0 Z-1.46\nG2 AP=0 RP=1.49125", "AP=0"),
         (FACE_END, "G1 ANG=0 Z=-1.5+R50", "ANG=0"),
-        ("G0 Z0.13125\n", "CT X-1 Z0.1 F1\nG0 Z0.13125\n", "a pole or the move before"),
+        ("G0 Z0.13125\n", "CT X-1 Z0.1 F1\nG0 Z0.13125\n", "a pole, a corner or the move before"),
     ],
 )
 def test_a_move_that_other_words_shape_is_refused(tmp_path: Path, before: str, after: str, word: str) -> None:

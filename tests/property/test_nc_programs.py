@@ -21,9 +21,10 @@ def programs(draw: st.DrawFn) -> tuple[str, str, list[tuple[str, str]]]:
     """A dialect, a program in it, and its words: letter and number text, in order."""
     name = draw(dialects)
     dialect = DIALECTS[name]
+    letters = "GXZIKFSTM" if name == "heidenhain" else "GXZIKRFSTM"  # Klartext's R0 is one of its words
     text, words = "", []
     for _ in range(draw(st.integers(0, 8))):
-        for letter in draw(st.lists(st.sampled_from("GXZIKRFSTM"), max_size=6)):
+        for letter in draw(st.lists(st.sampled_from(letters), max_size=6)):
             number = draw(numbers)
             words.append((letter, number))
             text += draw(st.sampled_from([letter, letter.lower()])) + number + draw(spaces)
