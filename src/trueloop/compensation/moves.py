@@ -9,8 +9,11 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.geometry.feature import Array, Point
+
+Flags: TypeAlias = NDArray[np.bool_]
 
 STRAIGHT_SAGITTA_MM = 1e-6
 """An arc that bulges less than a nanometre is written as a line: its radius would be a number without meaning."""
@@ -39,6 +42,36 @@ class Move:
         offset = points - start
         off_chord: Array = offset[:, 0] * chord[1] - offset[:, 1] * chord[0]
         return np.abs(off_chord)
+
+    def gap_mm(self, points: Array) -> Array:
+        """Distance of points (n, 2) from the move itself, which ends at its ends."""
+        start, end = np.asarray(self.start_mm), np.asarray(self.end_mm)
+        to_ends: Array = np.minimum(*(np.linalg.norm(points - point, axis=1) for point in (start, end)))
+        if self.centre_mm is None and self.start_mm == self.end_mm:
+            return to_ends
+        return np.where(self._beside(points), self.distance_mm(points), to_ends)
+
+    def points_mm(self, count: int) -> Array:
+        """Points (count, 2) evenly along the move, ends included."""
+        share = np.linspace(0.0, 1.0, count)[:, None]
+        start, end = np.asarray(self.start_mm), np.asarray(self.end_mm)
+        if self.centre_mm is None:
+            return np.asarray(start + share * (end - start))
+        arm = start - np.asarray(self.centre_mm)
+        angle = np.arctan2(arm[0], arm[1]) - share * self.sweep_rad
+        radial = np.hstack([np.sin(angle), np.cos(angle)])
+        return np.asarray(np.asarray(self.centre_mm) + np.hypot(*arm) * radial)
+
+    def _beside(self, points: Array) -> Flags:
+        """Whether the nearest point of the line or circle belongs to the move."""
+        if self.centre_mm is None:
+            chord = np.asarray(self.end_mm) - np.asarray(self.start_mm)
+            along = (points - np.asarray(self.start_mm)) @ chord
+            return np.asarray((along >= 0.0) & (along <= chord @ chord))
+        arms = np.vstack([np.asarray(self.start_mm), points]) - np.asarray(self.centre_mm)
+        angle = np.arctan2(arms[:, 0], arms[:, 1])  # falls along a clockwise move
+        turned = np.sign(self.sweep_rad) * (angle[0] - angle[1:]) % (2 * np.pi)
+        return np.asarray(turned <= abs(self.sweep_rad))
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,12 @@ import numpy as np
 from trueloop.compensation.arc_blocks import blocks_for, is_motion, style_of
 from trueloop.compensation.record import ChangedWord
 from trueloop.compensation.targets import EndShift, Replacement
+from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.nc.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
-from trueloop.nc.program import Program
+from trueloop.nc.program import Block, Program
 from trueloop.nc.shape_words import require_own_shape
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, Motion, ToolPath
 
 AXES = ((0, "X"), (2, "Z"))
 
@@ -115,6 +116,8 @@ def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) 
     style = style_of(program, block, path.coordinate_state(move))
     start = style.rounded(replacement.moves[0].start_mm)
     texts = blocks_for(replacement.moves, start, block, style)
+    if len(texts) > 1 and path.feed_mode[move] == INVERSE_TIME:
+        raise _timed(program, block)
     edits = [replace_block(program, block.index, texts)]
     follower = _inherits_motion(program, path, move)
     if follower is not None:
@@ -123,9 +126,18 @@ def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) 
     return edits
 
 
+def _timed(program: Program, block: Block) -> TrueloopError:
+    return TrueloopError(
+        Code.NC_EDIT,
+        "an arc whose time is given (G93) would have to become several",
+        hint="program the feed in mm/min (G94) or mm/rev (G95) where the contour is cut",
+        place=program.place(block.data[0].start),
+    )
+
+
 def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
-    """Where to write a G word into the next move's block, when it has none and would inherit that of the last arc."""
-    if move + 1 >= len(path):
+    """Where to write a G word into the block of the next arc, when it has none and would inherit that of the last."""
+    if move + 1 >= len(path) or path.motion[move + 1] != Motion.ARC:
         return None
     block = program.block(int(path.block[move + 1]))
     return None if any(is_motion(word) for word in block.data) else block.data[0].start

@@ -14,22 +14,38 @@ from trueloop.nc.tool_path import Integers, Motion, ToolPath
 from trueloop.units import UM_PER_MM
 
 SAMPLES: Final = 401
+SAMPLES_OF_MOVE: Final = 33
 SAME_MM: Final = 1e-9
 
 
 def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[CentrePiece], tolerance_mm: float) -> None:
     """Refuses a program whose moves `span` (first, last) stand off the intended path by more than the tolerance."""
-    moves = [_plane_move(path, k) for k in range(span[0], span[1] + 1) if path.motion[k] != Motion.RAPID]
+    moves = [move_of(path, k) for k in range(span[0], span[1] + 1) if path.motion[k] != Motion.RAPID]
     for piece in intended:
         feature = piece.shifted.feature
         s = np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, feature.length_mm), SAMPLES)
         points = piece.shifted.centre_mm(s)
-        off = np.min([_distance(move, points) for move in moves], axis=0)
+        off = _off(moves, points)
         if (worst := float(np.max(off))) > tolerance_mm:
             x, z = points[int(np.argmax(off))]
             raise not_as_intended(
                 f"the written program stands {worst * UM_PER_MM:.2f} µm off the intended path on {feature.name!r} at "
                 f"x {x:.4f} mm (radius), z {z:.4f} mm; {tolerance_mm * UM_PER_MM:.2f} µm is allowed"
+            )
+
+
+def check_nothing_else(before: Sequence[Move], after: Sequence[Move], lines: Sequence[int], bound_mm: float) -> None:
+    """Refuses written moves that go anywhere but where the source's went, give or take the largest correction.
+
+    `check_contour` sees a part of the contour that is missing; this sees a move too many and an arc turned the long way
+    round. `lines` are those of the moves `after`.
+    """
+    for move, line in zip(after, lines, strict=True):
+        off = _off(before, move.points_mm(SAMPLES_OF_MOVE))
+        if (worst := float(np.max(off))) > bound_mm:
+            raise not_as_intended(
+                f"the move of line {line} goes {worst:.4f} mm away from every move of the source; corrections and "
+                f"rounding explain {bound_mm:.4f} mm"
             )
 
 
@@ -81,25 +97,19 @@ def require_nose_fits(driven: ToolPath, lines: Integers) -> None:
             raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
 
 
-def _plane_move(path: ToolPath, k: int) -> Move:
+def _off(moves: Sequence[Move], points: Array) -> Array:
+    """Distance of points from the nearest of some moves."""
+    return np.asarray(np.min([move.gap_mm(points) for move in moves], axis=0))
+
+
+def move_of(path: ToolPath, k: int) -> Move:
+    """A move of a program in the (x, z) plane; of a rapid the straight way."""
     centre = _point(path.centre_mm[k]) if path.motion[k] == Motion.ARC else None
     return Move(_point(path.start_mm[k]), _point(path.end_mm[k]), centre, float(path.sweep_rad[k]))
 
 
 def _point(xyz: Array) -> Point:
     return float(xyz[0]), float(xyz[2])
-
-
-def _distance(move: Move, points: Array) -> Array:
-    """Distance to a move within its ends; a micrometre beyond them counts as far away."""
-    start, end = np.asarray(move.start_mm), np.asarray(move.end_mm)
-    chord = end - start
-    length = float(np.linalg.norm(chord))
-    if length < SAME_MM:
-        return np.asarray(np.linalg.norm(points - start, axis=1))
-    along = (points - start) @ chord / length
-    beyond = np.maximum(np.maximum(-along, along - length), 0.0)
-    return np.asarray(np.hypot(move.distance_mm(points), beyond))
 
 
 def _clearance(profile: Profile, end_mm: Array) -> float:

@@ -31,7 +31,7 @@ from trueloop.nc.edit import (
 )
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import require_own_shape
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, Motion, ToolPath
 from trueloop.nc.understood import require_known_frame, require_understood
 from trueloop.units import UM_PER_MM
 
@@ -39,7 +39,6 @@ Waypoint: TypeAlias = tuple[float, Array]
 """Share of a move, and where the tip is to be there."""
 
 AXES: Final = ((0, "X"), (1, "Y"), (2, "Z"))
-INVERSE_TIME: Final = 93
 SWITCHES: Final = frozenset("MST")
 UP: Final = (0.0, 0.0, 1.0)
 TURN_DEG: Final = 1.0

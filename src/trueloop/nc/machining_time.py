@@ -9,9 +9,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.nc.tool_path import Array, Flags, Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, PER_REVOLUTION, Array, Flags, Motion, ToolPath
 
-_INVERSE_TIME, _PER_REVOLUTION = 93, 95
 _SURFACE_SPEED: Final = 96
 _PIECES: Final = 64
 _MM_PER_M: Final = 1000.0
@@ -54,8 +53,8 @@ def machining_time(path: ToolPath, rapid_mm_min: float, max_rpm: float | None = 
     """
     length_mm = path_length_mm(path)
     with np.errstate(divide="ignore", invalid="ignore"):
-        minutes = np.where(path.feed_mode == _INVERSE_TIME, 1.0, length_mm) / path.feed
-        per_revolution = path.feed_mode == _PER_REVOLUTION
+        minutes = np.where(path.feed_mode == INVERSE_TIME, 1.0, length_mm) / path.feed
+        per_revolution = path.feed_mode == PER_REVOLUTION
         minutes[per_revolution] *= _minutes_per_revolution(path, max_rpm)[per_revolution]
     minutes[path.rapid] = length_mm[path.rapid] / rapid_mm_min
     still = length_mm == 0.0

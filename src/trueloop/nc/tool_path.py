@@ -19,6 +19,10 @@ Integers: TypeAlias = NDArray[np.integer[Any]]
 Flags: TypeAlias = NDArray[np.bool_]
 
 
+INVERSE_TIME, PER_MINUTE, PER_REVOLUTION = 93, 94, 95
+"""Feed modes, by the G code that calls them on a mill: an F word is 1/min of the whole move, mm/min, or mm/rev."""
+
+
 class Motion(IntEnum):
     """What a move is. A probing move ends at its programmed point here, on the machine at the touch."""
 
@@ -192,7 +196,7 @@ CSV_HEADER = (
 )
 """Columns of `csv_rows`: x is a radius; x, y, z the end of the move; centre and sweep empty but for arcs."""
 
-_FEED_UNITS = {93: "1/min", 94: "mm/min", 95: "mm/rev"}
+_FEED_UNITS = {INVERSE_TIME: "1/min", PER_MINUTE: "mm/min", PER_REVOLUTION: "mm/rev"}
 
 
 def csv_rows(path: ToolPath) -> Iterator[list[str]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from trueloop.geometry.feature import Arc, Array, Feature
 from trueloop.nc.feed_moves import nose_centre_moves
-from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 
 LINE_STEP_MM: Final = 0.05
 CHORD_MM: Final = 2.5e-7
@@ -77,7 +77,7 @@ def _away_from_material(centre: Array) -> float:
 
 def _feed_mm_per_rev(tool_path: ToolPath) -> Array:
     """Feed a revolution of every move, from mm/rev, or mm/min by the spindle speed."""
-    per_minute = tool_path.feed_mode == 94
+    per_minute = tool_path.feed_mode == PER_MINUTE
     speed = np.where(tool_path.spindle_mode == 97, tool_path.spindle_speed, np.nan)
     known = np.where(per_minute, tool_path.feed / np.where(speed > 0, speed, np.nan), tool_path.feed)
-    return np.where(tool_path.feed_mode == 93, np.nan, known)
+    return np.where(tool_path.feed_mode == INVERSE_TIME, np.nan, known)

@@ -47,6 +47,25 @@ def _points(move: Move) -> Array:
     return np.asarray(np.asarray(move.centre_mm) + rotated)
 
 
+SWEEPS = st.floats(-6.2, 6.2).filter(lambda sweep: abs(sweep) > 0.01)
+PLACES = st.floats(-3.2, 3.2)
+
+
+@given(SWEEPS, PLACES, PLACES, PLACES)
+def test_gap_counts_ends_and_sweep(sweep_rad: float, from_rad: float, x: float, z: float) -> None:
+    start, end = (2 * math.sin(from_rad), 2 * math.cos(from_rad)), from_rad - sweep_rad
+    arc = Move(start, (2 * math.sin(end), 2 * math.cos(end)), (0.0, 0.0), sweep_rad)
+    chord = Move(arc.start_mm, arc.end_mm)
+    point = np.array([x, z])
+    for move in (arc, chord):
+        assert move.gap_mm(point[None])[0] == pytest.approx(distance_to((move,), point), abs=1e-5)
+        assert move.points_mm(2001) == pytest.approx(_points(move), abs=1e-12)
+
+
+def test_gap_of_a_move_that_goes_nowhere() -> None:
+    assert Move((1.0, 2.0), (1.0, 2.0)).gap_mm(np.array([[4.0, 6.0]])) == pytest.approx([5.0])
+
+
 @given(st.floats(-0.1, 0.1), st.floats(0.5, 12.0))
 def test_arcs_stay_within_tolerance_and_chain(amplitude_mm: float, waves: float) -> None:
     path = wavy(amplitude_mm, waves)

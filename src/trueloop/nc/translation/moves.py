@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop.errors import Severity
 from trueloop.nc.program import Word
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, Motion, ToolPath
 from trueloop.nc.translation.executed import Course, Executed, Said, Source
 from trueloop.nc.translation.statements import (
     PLANES,
@@ -122,7 +122,7 @@ def feed_of(path: ToolPath, move: int) -> float | None:
     feed = float(path.feed[move])
     if path.rapid[move] or math.isnan(feed):
         return None
-    return feed * length_mm(path, move) if path.feed_mode[move] == 93 else feed
+    return feed * length_mm(path, move) if path.feed_mode[move] == INVERSE_TIME else feed
 
 
 def length_mm(path: ToolPath, move: int) -> float:

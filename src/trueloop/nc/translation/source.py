@@ -8,6 +8,7 @@ from typing import Final, TypeAlias
 
 from trueloop.errors import Severity
 from trueloop.nc.program import Program, Word
+from trueloop.nc.tool_path import PER_REVOLUTION
 from trueloop.nc.translation.executed import Course, Executed, Said, Source, executed_blocks
 from trueloop.nc.translation.functions import functions_after, functions_before
 from trueloop.nc.translation.losses import lost_in_findings, lost_in_words, not_run
@@ -90,7 +91,10 @@ def _block(source: Source, course: Course, executed: Executed) -> Reading:
 def _modes(source: Source, course: Course, executed: Executed) -> Reading:
     states, at = source.path.states, executed.state
     modes = Modes(
-        bool(states["inch"][at]), bool(states["diameter"][at]), int(states["plane"][at]), states["feed_mode"][at] == 95
+        bool(states["inch"][at]),
+        bool(states["diameter"][at]),
+        int(states["plane"][at]),
+        states["feed_mode"][at] == PER_REVOLUTION,
     )
     return (yield from once(course, "modes", modes, executed.block.data[0]))
 
