@@ -1,0 +1,105 @@
+//! The words of centres and radii.
+
+use super::{separate, Here, Writer};
+use crate::field::Vector;
+use crate::refusal::Refused;
+use nc_program::{Arc, Word, WordKind};
+
+const CENTRES: [u8; 3] = *b"IJK";
+
+impl Writer<'_> {
+    /// I, J, K or R of the block's own arc.
+    pub(super) fn centre(
+        &mut self,
+        here: &Here,
+        arc: &Arc,
+        before: Vector,
+        actual: Vector,
+        wanted: Vector,
+        whole: bool,
+    ) -> Result<(), Refused> {
+        let (first, second, _) = here.state.plane.axes();
+        let centre = equidistant(wanted, before, actual, first, second);
+        let mm = here.state.mm();
+        let number = |letter: u8| here.words.iter().rev().find(|word| word.letter == letter);
+        if let Some(word) = number(b'R') {
+            let sign = if whole && arc.sweep.abs() > std::f64::consts::PI { -1.0 } else { 1.0 };
+            let old = sign * arc.radius / mm;
+            let radius = sign * (before[first] - centre[first]).hypot(before[second] - centre[second]) / mm;
+            self.replace_value(here, word, radius, old, whole);
+            return Ok(());
+        }
+        if number(CENTRES[first]).or(number(CENTRES[second])).is_none() {
+            let hint = "write the arc with I, J, K or R in its own block";
+            let message = "the arc's centre is not said in its block of 1 move".to_owned();
+            return Err(Refused::block(self.block_start(here.block), message, hint));
+        }
+        for axis in [first, second] {
+            let origin = |start: &Vector| {
+                if here.state.centre_absolute {
+                    0.0
+                } else {
+                    start[axis]
+                }
+            };
+            let value = (centre[axis] - origin(&before)) / mm;
+            let old = (arc.centre[axis] - origin(&self.path.start[here.index])) / mm;
+            match number(CENTRES[axis]) {
+                Some(word) => self.replace_value(here, word, value, old, whole),
+                None if here.step.round(value) != 0 => {
+                    let (steps, step) = (here.step.round(value), here.step);
+                    self.edits.insert(self.program, here.block, CENTRES[axis], |text| step.write(text, steps, 0, 1));
+                }
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn replace_value(&mut self, here: &Here, word: &Word, value: f64, old: f64, whole: bool) {
+        let (step, program) = (here.step, self.program);
+        let change = step.round(value - old);
+        if change == 0 {
+            return;
+        }
+        let (start, end) = (program.value_start(word), word.end());
+        let text = program.source().get(start..end).unwrap_or(&[]);
+        if word.kind == WordKind::Expression && whole {
+            self.edits.replace(start, end, |out| step.with_term(out, text, change, program.dialect()));
+        } else {
+            self.edits.replace(start, end, |out| step.restyle(out, text, step.round(value)));
+        }
+    }
+
+    pub(super) fn new_centre(&self, here: &Here, wanted: Vector, before: Vector, actual: Vector, text: &mut Vec<u8>) {
+        let (first, second, _) = here.state.plane.axes();
+        let centre = equidistant(wanted, before, actual, first, second);
+        let mut write = |letter: u8, value: f64| {
+            separate(text);
+            text.push(letter);
+            here.step.write(text, here.step.round(value / here.state.mm()), 0, 1);
+        };
+        if here.words.iter().any(|word| word.letter == b'R') {
+            return write(b'R', (before[first] - centre[first]).hypot(before[second] - centre[second]));
+        }
+        for axis in [first, second] {
+            let origin = if here.state.centre_absolute { 0.0 } else { before[axis] };
+            write(CENTRES[axis], centre[axis] - origin);
+        }
+    }
+}
+
+/// The point nearest to a centre that is equally far from both ends, which were rounded after it was found.
+fn equidistant(centre: Vector, start: Vector, end: Vector, first: usize, second: usize) -> Vector {
+    let (chord_u, chord_v) = (end[first] - start[first], end[second] - start[second]);
+    let square = chord_u * chord_u + chord_v * chord_v;
+    if square == 0.0 {
+        return centre;
+    }
+    let (u, v) = ((start[first] + end[first]) / 2.0, (start[second] + end[second]) / 2.0);
+    let along = ((centre[first] - u) * chord_u + (centre[second] - v) * chord_v) / square;
+    let mut moved = centre;
+    moved[first] -= along * chord_u;
+    moved[second] -= along * chord_v;
+    moved
+}

@@ -1,0 +1,56 @@
+//! What cannot be written, and why.
+
+use super::{Axis, Here, Writer};
+use crate::refusal::Refused;
+use nc_program::{FeedMode, MoveKind, Word};
+
+/// M codes that may come before a move that was one: spindle, tool, coolant. The others are done after a block's move.
+const BEFORE_MOVE: [u16; 5] = [3, 4, 6, 7, 8];
+
+impl Writer<'_> {
+    /// Some moves are one to the control: a thread, one whose time is given, one with a code that is done at its end.
+    pub(super) fn require_divisible(&self, here: &Here) -> Result<(), Refused> {
+        let late = |word: &&Word| word.letter == b'M' && !BEFORE_MOVE.contains(&(word.value.round() as u16));
+        let code = here.words.iter().find(late).map(|word| String::from_utf8_lossy(self.program.text(word)));
+        let why = if self.path.kind[here.index] == MoveKind::Thread {
+            "a thread".to_owned()
+        } else if here.state.feed_mode == FeedMode::InverseTime {
+            "a move whose time is given (G93)".to_owned()
+        } else if let Some(code) = code {
+            format!("a move with {code} in its block")
+        } else {
+            return Ok(());
+        };
+        let message = format!("{why} would have to become several blocks to follow the field");
+        let hint = "put the code into a block of its own, or allow a larger tolerance";
+        Err(Refused::block(self.block_start(here.block), message, hint))
+    }
+
+    pub(super) fn nowhere(&self, here: &Here, axis: &Axis, off_mm: f64) -> Refused {
+        let letter = char::from(axis.letter);
+        let message = format!("{letter} is displaced by {off_mm:.5} mm, but the program never says where it stands");
+        let hint = "name the axis before the first cut, or leave its displacement out of the field";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    pub(super) fn unreachable(&self, here: &Here) -> Refused {
+        let message = "an axis turns round before this arc, whose block may not be the next that is run".to_owned();
+        let hint = "write loops and calls out, and arcs in blocks that are not optional";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    pub(super) fn open_circle(&self, here: &Here) -> Refused {
+        let message = "this full circle would not close after rounding".to_owned();
+        let hint = "write it as two half circles, its start reached by absolute coordinates";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    pub(super) fn twice(&self, block: usize) -> Refused {
+        let message = "1 block moves the tool several times, to places that are displaced differently".to_owned();
+        Refused::block(self.block_start(block), message, "write the loop, subprogram or cycle out")
+    }
+
+    pub(super) fn block_start(&self, block: usize) -> usize {
+        self.program.blocks().get(block).map_or(0, |block| block.start as usize)
+    }
+}
