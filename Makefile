@@ -71,7 +71,7 @@ format: $(SETUP) ## put Python and Rust into the one format
 
 bench: $(SETUP) ## ours beside what a user would pick instead, as ratios
 	@UV_PROJECT_ENVIRONMENT=$(VENV) UV_PYTHON_DOWNLOADS=never $(RUN)uv sync --quiet --frozen --inexact --group bench
-	@for bench in $(filter-out ratio,$(basename $(notdir $(wildcard benches/*.py)))); do \
+	@for bench in $(filter-out ratio nc_rivals,$(basename $(notdir $(wildcard benches/*.py)))); do \
 	    $(RUN)python -m benches.$$bench || exit 1; done
 
 SECONDS ?= 60

@@ -1,26 +1,32 @@
-"""NC programs read, run and displaced, beside LinuxCNC's `rs274 -g`, which reads and runs at once.
+"""NC programs read, run and displaced, beside what a user would pick: pygcode, gcodeparser, the Rust crate `gcode`, and
+LinuxCNC's `rs274 -g`, which reads and runs at once.
 
-rs274 prints what it does, to a pipe here, and that is in its time. The programs: milling in 500,000 blocks, made here,
-and 3D_Chips, which Debian's linuxcnc-uspace installs.
+Every row says what it loses of the program, counted in the same run. rs274 prints what it does, to a pipe here: that is
+in its time. The programs: milling in 500,000 blocks, made here, and 3D_Chips, which Debian's linuxcnc-uspace installs.
 """
 
+import re
 import shutil
+import subprocess
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from benches.nc_rivals import by_trueloop, loss, rivals
 from benches.ratio import Contender, Samples, compare, process, verdict
 from trueloop.loops.mapped_program import MapOptions, map_program
 from trueloop.nc.field import similarity_field
 from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Motion, ToolPath
 
 BLOCKS = 500_000
 CHIPS = Path("/usr/share/linuxcnc/ncfiles/3D_Chips.ngc")
 RS274, PARSE, RUN, WRITE = "rs274 -g", "trueloop, parse", "trueloop, parse and run", "trueloop, displaced and written"
 PARSE_AIM_MB_S = 400.0
 ROUNDS = 3
+DIALECT = "linuxcnc"
 EVERYWHERE = MapOptions(limit_mm=np.inf, slope=np.inf)
 FIELD = similarity_field(shift_mm=(0.01, -0.02, 0.0), rotation_rad=1e-5, axis="Z", scale=1.0, about_mm=(0.0, 0.0, 0.0))
 
@@ -33,7 +39,8 @@ def main() -> None:
         for program in (made, Path(shutil.copy(CHIPS, folder))):
             size_mb = program.stat().st_size / 1e6
             title = f"{program.name}: {size_mb:.1f} MB"
-            samples = compare(title, contenders(program), rounds=ROUNDS)
+            with rivals(program) as others:
+                samples = compare(title, [*contenders(program), *others], ROUNDS, "what it loses")
             verdict(samples, RUN, to=RS274, at_most=1 / 50)
             verdict(samples, WRITE, to=RS274, at_most=1 / 20)
             tell_speed(samples, size_mb)
@@ -51,17 +58,43 @@ def milling_program(blocks: int) -> str:
 def contenders(program: Path) -> list[Contender]:
     """Ours first; each reads the file anew."""
     return [
-        Contender(PARSE, lambda: read_program(program.read_bytes(), "linuxcnc")),
-        Contender(RUN, lambda: read_program(program.read_bytes(), "linuxcnc").run()),
-        Contender(WRITE, displaced(program)),
-        Contender(RS274, process("rs274", "-g", program)),
+        Contender(PARSE, lambda: read_program(program.read_bytes(), DIALECT), loss(by_trueloop, program.read_text())),
+        Contender(RUN, lambda: read_program(program.read_bytes(), DIALECT).run(), apart(program)),
+        Contender(WRITE, displaced(program), off(program)),
+        Contender(RS274, process("rs274", "-g", program), "ends printed to 4 decimals"),
     ]
+
+
+def apart(program: Path) -> str:
+    """How far our ends are from those that rs274 prints."""
+    told = subprocess.run(["rs274", "-g", program], capture_output=True, text=True, check=True).stdout
+    theirs_mm = np.array(re.findall(r"STRAIGHT_(?:FEED|TRAVERSE)\((\S+), (\S+), (\S+),", told), float)
+    apart_mm = np.abs(theirs_mm - path(program).end_mm).max()
+    return f"{len(theirs_mm):,} ends, {apart_mm:.1g} mm from what rs274 prints"
+
+
+def off(program: Path) -> str:
+    """How far the ends of cuts that are written are from the displaced ones."""
+    displaced(program)()
+    before, after = path(program), path(written(program))
+    cuts = before.motion != Motion.RAPID
+    wanted_mm = before.end_mm + FIELD.displacement_mm(before.end_mm)
+    return f"ends of cuts {np.abs(after.end_mm - wanted_mm)[cuts].max():.1g} mm from the displaced ones, as written"
+
+
+def path(program: Path) -> ToolPath:
+    """Its tool path."""
+    return read_program(program.read_bytes(), DIALECT).run()
+
+
+def written(program: Path) -> Path:
+    """Where the displaced program goes."""
+    return program.with_suffix(".out.ngc")
 
 
 def displaced(program: Path) -> Callable[[], object]:
     """`nc map` with a shift and a turn, the record included."""
-    out = program.with_suffix(".out.ngc")
-    return lambda: map_program(program, out, FIELD, EVERYWHERE, dialect="linuxcnc")
+    return lambda: map_program(program, written(program), FIELD, EVERYWHERE, dialect=DIALECT)
 
 
 def tell_speed(samples: Samples, size_mb: float) -> None:
