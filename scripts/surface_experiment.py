@@ -25,13 +25,15 @@ WAYS: Final = ("true", "pattern", "model", "raw")
 @dataclass(frozen=True)
 class Outcome:
     """Worst deviations in µm by way of correction, of a new part each (`worst_um`) and of the same new part for all
-    (`same_um`); the scatter of the new parts' random part; the share of places that the uncertainty covers.
+    (`same_um`); the scatter of the new parts' random part; the share of places that the uncertainty covers; half the
+    range of the smallest and of the largest value of the deterministic models (`varied_um`).
     """
 
     worst_um: dict[str, float]
     same_um: dict[str, float]
     random_um: dict[str, float]
     coverage: float
+    varied_um: tuple[float, float]
 
 
 def experiment(seed: int, sigmas: float = 3.0, parts: int = PARTS) -> Outcome:
@@ -60,7 +62,13 @@ def experiment(seed: int, sigmas: float = 3.0, parts: int = PARTS) -> Outcome:
         {way: _worst_um(same - by[way]) for way in WAYS},
         random,
         float(np.mean(covered)),
+        _varied_um(np.array([part.deterministic.grid_mm(GRID, GRID) for part in apart])),
     )
+
+
+def _varied_um(models_mm: Array) -> tuple[float, float]:
+    smallest, largest = models_mm.min(axis=(1, 2)), models_mm.max(axis=(1, 2))
+    return 500.0 * float(np.ptp(smallest)), 500.0 * float(np.ptp(largest))
 
 
 def _worst_um(errors_mm: Array) -> float:

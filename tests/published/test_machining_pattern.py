@@ -4,8 +4,9 @@ Published, §8 and Tables 1 and 2: of three surfaces cut after correction by the
 deterministic model of one part, and by that part's raw data, the first is the best and the last the worst; the first
 stays within ±8 µm; the random part of the last scatters about twice as much as that of the others.
 
-The process is simulated with the published sizes. One experiment is three draws of a largest value out of 625, so the
-order cannot hold every time: the tests ask for it in the mean of 20 experiments, and for how often it holds.
+The process is simulated with the published sizes, limits between parts taken as three standard deviations;
+docs/surface-study.md tells of other readings. One experiment is three draws of a largest value out of 625, so the order
+cannot hold every time: the tests ask for it in the mean of 20 experiments, and for how often it holds.
 """
 
 from functools import cache
@@ -42,10 +43,14 @@ def test_the_true_pattern_itself_would_hardly_leave_less() -> None:
     assert np.mean(worst("pattern")) - np.mean(worst("true")) < 0.5
 
 
-def test_corrected_by_the_pattern_parts_stay_within_8_um() -> None:
-    """By raw data hardly ever. Published: its one sample."""
-    assert np.mean(worst("pattern") <= 8.0) > 0.7
-    assert np.mean(worst("raw") <= 8.0) < 0.1
+def test_corrected_by_the_pattern_about_half_of_the_parts_stay_within_8_um() -> None:
+    """Published: its one sample does. With limits between parts of three standard deviations 49 of 100 other parts did;
+    of 20 that is known to two standard errors of 22 %. By the true pattern no more do, by raw data hardly any.
+    """
+    within = {name: np.mean(worst(name) <= 8.0) for name in ("true", "pattern", "raw")}
+    assert abs(within["pattern"] - 0.49) < 0.22
+    assert abs(within["pattern"] - within["true"]) < 0.22
+    assert within["raw"] < 0.1
 
 
 def test_raw_data_add_their_random_part_to_that_of_the_new_cut() -> None:

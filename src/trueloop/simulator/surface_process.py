@@ -11,11 +11,15 @@ from trueloop.geometry.feature import Array
 EXTREME_OF_625: Final = 3.08
 """Expected largest of 625 standard normal values: what a published ± of 625 residuals means in standard deviations."""
 
+FREQUENCIES: Final = (1.0, 2.5, 4.0)
+"""Of the waves by which parts differ, in radians over a side."""
+WAVES: Final = 2 * len(FREQUENCIES)
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceProcess:
-    """`pattern` is what every part gets. Parts differ from it by smooth surfaces of a size growing from `least_mm` in
-    the middle to `most_mm` at the edges, the standard deviation about half of it; `noise_mm` is that of one touch.
+    """`pattern` is what every part gets. Parts differ from it by smooth surfaces, whose standard deviation over parts
+    grows from `least_mm` in the middle to `most_mm` at the edges; `noise_mm` is that of one touch.
     """
 
     pattern: SplineSurface
@@ -24,9 +28,8 @@ class SurfaceProcess:
     noise_mm: float
 
     def variation(self, rng: np.random.Generator) -> "Variation":
-        """How one part differs from the pattern: waves along u, each times the same one along v."""
-        waves = rng.normal(size=(6, 2, 6))
-        return Variation(self.least_mm, self.most_mm, np.sum(waves[:, 0] * waves[:, 1], axis=0) / np.sqrt(6.0))
+        """How one part differs from the pattern: a normal weight for every wave along u times every one along v."""
+        return Variation(self.least_mm, self.most_mm, rng.normal(size=(WAVES, WAVES)))
 
     def part_mm(self, rng: np.random.Generator, u: Array, v: Array, correction_mm: Array | float = 0.0) -> Array:
         """Measured deviations of one new part, machined with a correction taken off the surface."""
@@ -38,21 +41,21 @@ class SurfaceProcess:
 class Variation:
     """A smooth surface over [0, 1] × [0, 1] in mm: waves whose size grows from the middle to the edges.
 
-    `waves` (6,): the weight of each product of a wave along u with the same one along v. Drawn with unit variance, they
-    make a standard deviation of √Σ H(u)²H(v)² of that size, H the waves: about half of it, by place.
+    `weights` (6, 6): of each wave along u with each along v. The squares of either direction's waves add up to one
+    everywhere: weights that are drawn independently with unit variance make that size the standard deviation.
     """
 
     least_mm: float
     most_mm: float
-    waves: Array
+    weights: Array
 
     def value_mm(self, u: Array, v: Array) -> Array:
         """Values at pairs of parameters."""
-        return self._scaled(u, v, np.sum(_harmonics(u) * self.waves * _harmonics(v), axis=1))
+        return self._scaled(u, v, np.sum((_harmonics(u) @ self.weights) * _harmonics(v), axis=1))
 
     def grid_mm(self, u: Array, v: Array) -> Array:
         """Values at every u with every v."""
-        return self._scaled(u[:, None], v[None, :], (_harmonics(u) * self.waves) @ _harmonics(v).T)
+        return self._scaled(u[:, None], v[None, :], _harmonics(u) @ self.weights @ _harmonics(v).T)
 
     def _scaled(self, u: Array, v: Array, field: Array) -> Array:
         edge = np.maximum(np.abs(2 * u - 1), np.abs(2 * v - 1))
@@ -71,5 +74,5 @@ def published_process(rng: np.random.Generator, pattern_mm: float = 0.008, contr
 
 def _harmonics(at: Array) -> Array:
     """Six smooth functions whose squares add up to one everywhere: a field of them varies alike in all places."""
-    waves = [np.stack([np.cos(w * at), np.sin(w * at)], axis=1) for w in (1.0, 2.5, 4.0)]
-    return np.asarray(np.concatenate(waves, axis=1) / np.sqrt(3.0))
+    waves = [wave(w * at) for w in FREQUENCIES for wave in (np.cos, np.sin)]
+    return np.stack(waves, axis=1) / np.sqrt(len(FREQUENCIES))
