@@ -128,6 +128,7 @@ class Code(StrEnum):
     SRF_CAD = "SRF-CAD"  # a CAD file that cannot be read or written
     SRF_CAD_KERNEL = "SRF-CAD-KERNEL"  # the CAD kernel is not installed
     SRF_CAD_CHOICE = "SRF-CAD-CHOICE"  # several faces, none chosen
+    SRF_TRIM = "SRF-TRIM"  # a corrected surface that cannot be trimmed as its nominal face was
     SRF_CUTTER = "SRF-CUTTER"  # a cutter that is none
     SRF_GOUGE = "SRF-GOUGE"  # a cutter that would cut into the corrected surface
     SRF_TOLERANCE = "SRF-TOLERANCE"  # a corrected surface that cannot be fitted as closely as wanted

@@ -31,7 +31,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"
 def example() -> tuple[VirtualMill, SurfaceTrial]:
     mill, trial = mill_and_trial(EXAMPLE / "simulate.toml", EXAMPLE / "mill.toml")
     # Whether points lie on the trimmed face is asked elsewhere, and takes the CAD kernel long.
-    return mill, replace(trial, inputs=replace(trial.inputs, trim=None))
+    return mill, replace(trial, inputs=replace(trial.inputs, face=None))
 
 
 @cache

@@ -44,11 +44,12 @@ def test_the_true_pattern_itself_would_hardly_leave_less() -> None:
 
 
 def test_corrected_by_the_pattern_about_half_of_the_parts_stay_within_8_um() -> None:
-    """Published: its one sample does. With limits between parts of three standard deviations 49 of 100 other parts did;
-    of 20 that is known to two standard errors of 22 %. By the true pattern no more do, by raw data hardly any.
+    """Published: its one sample does. With limits between parts of three standard deviations 46 of 100 other parts did
+    (docs/surface-study.md); of 20 that is known to two standard errors of 22 %. By the true pattern no more do, by raw
+    data hardly any.
     """
     within = {name: np.mean(worst(name) <= 8.0) for name in ("true", "pattern", "raw")}
-    assert abs(within["pattern"] - 0.49) < 0.22
+    assert abs(within["pattern"] - 0.46) < 0.22
     assert abs(within["pattern"] - within["true"]) < 0.22
     assert within["raw"] < 0.1
 

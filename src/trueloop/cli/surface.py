@@ -9,6 +9,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.surface_simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.errors import Code, TrueloopError
 
 if TYPE_CHECKING:
     from trueloop.formats.outputs import Named
@@ -131,18 +132,29 @@ def run_surface_job(job: Path, output: Path | None, workers: int, scheduler: str
     with busy(f"correcting by {len(inputs.parts)} parts") as told:
         done = correct_job(inputs, work=Work(workers, scheduler, told))
         correction, record = done.correction, done.record
-        contents: list[Named] = []
-        if inputs.cad_file != "none":
-            from trueloop.formats.cad import surface_to_bytes
-
-            mark = f"{MARK}: record {record.id}"
-            cad_file = surface_to_bytes(correction.surface.surface, inputs.cad_file, mark)
-            contents.append((f"corrected.{inputs.cad_file}", cad_file))
+        contents, notes = _cad_file(inputs, correction, f"{MARK}: record {record.id}")
         if correction.program is not None and inputs.program is not None:
             contents.append((f"corrected{Path(str(inputs.program.file)).suffix}", correction.program.source))
         contents += _pattern_files(inputs, correction.model, correction)
         contents.append(("record.json", record.to_json().encode()))
-    say_pattern(correction.model, _write(inputs, output, contents), as_json, record.id, done.notes)
+    say_pattern(correction.model, _write(inputs, output, contents), as_json, record.id, (*done.notes, *notes))
+
+
+def _cad_file(inputs: "SurfaceInputs", correction: "SurfaceCorrection", mark: str) -> "tuple[list[Named], list[str]]":
+    """The corrected surface, trimmed as the nominal face; a note where it had to be left whole."""
+    if inputs.cad_file == "none":
+        return [], []
+    from trueloop.formats.cad import surface_to_bytes
+
+    name, surface = f"corrected.{inputs.cad_file}", correction.surface.surface
+    loops = inputs.face.loops if inputs.face else ()
+    try:
+        return [(name, surface_to_bytes(surface, inputs.cad_file, mark, loops))], []
+    except TrueloopError as error:
+        if error.code is not Code.SRF_TRIM:
+            raise
+        note = f"{name} is the whole patch, not trimmed: {error.message}"
+        return [(name, surface_to_bytes(surface, inputs.cad_file, mark))], [note]
 
 
 def _pattern_files(

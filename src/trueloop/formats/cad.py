@@ -6,7 +6,7 @@ to millimetres by the kernel, from the unit that the file states.
 
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad_kernel import kernel
+from trueloop.formats.cad_loops import Loop, exchanged, loops_of, trimmed_face
 from trueloop.formats.cad_trim import Outline, outline_of
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
@@ -41,6 +42,11 @@ class CadFace:
         a touch may.
         """
         return self._outline.cut_away(u, v)
+
+    @cached_property
+    def loops(self) -> tuple[Loop, ...]:
+        """What bounds the face on its surface; nothing where it is the whole patch."""
+        return loops_of(self.surface, self.handle)
 
     @cached_property
     def _outline(self) -> Outline:
@@ -87,15 +93,23 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
     return faces[number - 1]
 
 
-def write_surface(surface: Surface, path: Path) -> None:
-    """Writes one surface: STEP AP242 or IGES, by the name's ending, millimetres.
+def write_surface(surface: Surface, path: Path, loops: Sequence[Loop] = ()) -> None:
+    """Writes one surface, bounded by loops or whole: STEP AP242 or IGES, by the name's ending, millimetres.
 
     Outward normals are those of the patch itself, u before v: IGES knows no other.
-    Raises SRF-CAD for another ending and where the kernel refuses the surface or the place.
+    Raises SRF-CAD for another ending and where the kernel refuses the surface or the place, SRF-TRIM where loops bound
+    no face.
     """
     occ = kernel()
-    outward = surface.exchanged() if surface.flipped else surface
-    face = occ.MakeFace(to_kernel(occ, outward), 1e-6).Face()
+    outward, around = (surface.exchanged(), exchanged(loops)) if surface.flipped else (surface, loops)
+    patch = to_kernel(occ, outward)
+    face = trimmed_face(patch, outward, around) if loops else occ.MakeFace(patch, 1e-6).Face()
+    if face is None:
+        raise TrueloopError(
+            Code.SRF_TRIM,
+            f"the surface cannot be trimmed by the {len(loops)} loops of edges of its nominal face",
+            hint="the whole patch can be written: trim it in the CAD system, by the nominal face's edges",
+        )
     ending = path.suffix.lower()
     if ending in STEP:
         writer = occ.StepWriter()  # it makes the settings known that follow
@@ -113,13 +127,13 @@ def write_surface(surface: Surface, path: Path) -> None:
         raise TrueloopError(Code.SRF_CAD, f"{path.name!r} could not be written: 1 face", hint="is the folder there?")
 
 
-def surface_to_bytes(surface: Surface, ending: str, description: str) -> bytes:
+def surface_to_bytes(surface: Surface, ending: str, description: str, loops: Sequence[Loop] = ()) -> bytes:
     """What `write_surface` writes, for files that are written together or not at all, described where the format has
     a place for that: STEP's FILE_DESCRIPTION, the start section of IGES.
     """
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"surface.{ending}"
-        write_surface(surface, path)
+        write_surface(surface, path, loops)
         content = path.read_bytes()
     if f".{ending}" in IGES:
         return description.encode("ascii").ljust(IGES_TEXT)[:IGES_TEXT] + content[IGES_TEXT:]

@@ -27,15 +27,19 @@ def kernel() -> Any:
 def _loaded() -> SimpleNamespace:
     from OCP import collections
     from OCP.BRep import BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Curve
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepClass import BRepClass_FaceClassifier
     from OCP.BRepGProp import BRepGProp
-    from OCP.BRepTools import BRepTools
+    from OCP.BRepLib import BRepLib
+    from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
     from OCP.Geom import Geom_BSplineSurface, Geom_RectangularTrimmedSurface
+    from OCP.Geom2dAPI import Geom2dAPI_Interpolate
+    from OCP.GeomAbs import GeomAbs_Shape
     from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
     from OCP.GeomConvert import GeomConvert
-    from OCP.gp import gp_Pnt
+    from OCP.gp import gp_Pnt, gp_Pnt2d
     from OCP.GProp import GProp_GProps
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESControl import IGESControl_Reader, IGESControl_Writer
@@ -62,24 +66,38 @@ def _loaded() -> SimpleNamespace:
         set_text=Interface_Static.SetCVal_s,
         Explorer=TopExp_Explorer,
         FACE=TopAbs_ShapeEnum.TopAbs_FACE,
+        WIRE=TopAbs_ShapeEnum.TopAbs_WIRE,
+        FORWARD=TopAbs_Orientation.TopAbs_FORWARD,
         REVERSED=TopAbs_Orientation.TopAbs_REVERSED,
         OUT=TopAbs_State.TopAbs_OUT,
         EDGE=TopAbs_ShapeEnum.TopAbs_EDGE,
         as_face=TopoDS.Face,
         as_edge=TopoDS.Edge,
+        as_wire=TopoDS.Wire,
+        WireExplorer=BRepTools_WireExplorer,
         Curve=BRepAdaptor_Curve,
+        Curve2d=BRepAdaptor_Curve2d,
+        C1=GeomAbs_Shape.GeomAbs_C1,
+        Interpolate=Geom2dAPI_Interpolate,
+        build_curves=BRepLib.BuildCurves3d_s,
+        same_parameter=BRepLib.SameParameter_s,
+        Check=BRepCheck_Analyzer,
         degenerated=BRep_Tool.Degenerated_s,
         surface_of=BRep_Tool.Surface_s,
         uv_bounds=BRepTools.UVBounds_s,
         Trimmed=Geom_RectangularTrimmedSurface,
         to_bspline=GeomConvert.SurfaceToBSplineSurface_s,
         BSpline=Geom_BSplineSurface,
+        MakeEdge=BRepBuilderAPI_MakeEdge,
+        MakeWire=BRepBuilderAPI_MakeWire,
         MakeFace=BRepBuilderAPI_MakeFace,
         FaceClassifier=BRepClass_FaceClassifier,
         Projection=GeomAPI_ProjectPointOnSurf,
         Properties=GProp_GProps,
         measure=BRepGProp.SurfaceProperties_s,
         Pnt=gp_Pnt,
+        Pnt2d=gp_Pnt2d,
+        Points2d=collections.HArray1_gp_Pnt2d,
         Points=collections.Array2_gp_Pnt,
         Reals2=collections.Array2_double,
         Reals=collections.Array1_double,

@@ -6,6 +6,7 @@ from datetime import datetime
 from difflib import get_close_matches
 from glob import glob
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.limits import Limits
@@ -23,12 +24,15 @@ from trueloop.loops.surface import SurfaceOptions, Trim
 from trueloop.nc.program import Program, read_program
 from trueloop.units import UM_PER_MM
 
+if TYPE_CHECKING:
+    from trueloop.formats.cad import CadFace
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceInputs:
     """Everything a surface's job names, read: `files` are all of them, `sha256` their hashes by the job's names.
 
-    `trim` tells which points of the surface its face's trimming curves cut away.
+    `face` is the CAD file's, where the surface comes from one.
     """
 
     name: str
@@ -42,10 +46,15 @@ class SurfaceInputs:
     files: tuple[Path, ...]
     sha256: Mapping[str, str]
     nominal: Path
-    trim: Trim | None = None
+    face: "CadFace | None" = None
     measured_at: datetime | None = None
     program_sha256: str | None = None
     made_by: str = ""
+
+    @property
+    def trim(self) -> Trim | None:
+        """Which points of the surface its face's trimming curves cut away."""
+        return None if self.face is None else self.face.trimmed_away
 
 
 def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
@@ -57,7 +66,7 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
     points = _point_files(path, job) if measured else []
     nominal = path.parent / job.surface.file
     program = path.parent / job.program.finish if job.program else None
-    surface, trim = _nominal(nominal, job.surface.face, flip=job.surface.flip)
+    surface, face = _nominal(nominal, job.surface.face, flip=job.surface.flip)
     files = (path, nominal, *points, *([program] if program else []))
     return SurfaceInputs(
         name=job.name,
@@ -71,7 +80,7 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
         files=files,
         sha256={_named(file, path.parent): sha256_of(file.read_bytes()) for file in files},
         nominal=nominal,
-        trim=trim,
+        face=face,
         measured_at=job.gauging.measured_at,
         program_sha256=job.gauging.program_sha256,
         made_by=user_name(),
@@ -83,7 +92,7 @@ def read_nominal(path: Path, face: int | None, *, flip: bool) -> Surface:
     return _nominal(path, face, flip=flip)[0]
 
 
-def _nominal(path: Path, face: int | None, *, flip: bool) -> tuple[Surface, Trim | None]:
+def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, CadFace | None]":
     if path.suffix.lower() == ".csv":
         points, shape = read_points(path)
         if shape is None:
@@ -93,13 +102,13 @@ def _nominal(path: Path, face: int | None, *, flip: bool) -> tuple[Surface, Trim
                 hint="a nominal surface is fitted to a grid: give row and column of each point",
                 place=Place(str(path)),
             )
-        surface, trim = fit_grid(points.reshape(*shape, 3)).surface, None
+        surface, found = fit_grid(points.reshape(*shape, 3)).surface, None
     else:
         from trueloop.formats.cad import read_face  # slow to import
 
         found = read_face(path, face)
-        surface, trim = found.surface, found.trimmed_away
-    return (surface.turned_over() if flip else surface), trim
+        surface = found.surface
+    return (surface.turned_over() if flip else surface), found
 
 
 def options_of(job: SurfaceJobFile) -> SurfaceOptions:

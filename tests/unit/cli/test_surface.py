@@ -16,6 +16,7 @@ from trueloop.cli.main import app
 from trueloop.compensation.record import sha256_of
 from trueloop.formats.cad import CadFace, read_face, read_faces
 from trueloop.formats.cad_kernel import kernel
+from trueloop.geometry.feature import Array
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
 
@@ -229,27 +230,59 @@ def test_spoilt_measurements_are_refused(
 
 def test_a_point_in_the_bore_of_a_trimmed_face_is_refused(tmp_path: Path) -> None:
     """A plate of 50 × 50 mm with a bore of 20 mm in its middle: its top is touched where there is no material."""
-    faces = plate_with_bore(tmp_path / "plate.step")
-    top = next(face.number for face in faces if np.allclose(face.surface.control_mm[..., 2], 10.0))
-    at = np.linspace(1, 49, 17)
-    grid = [(i, j, x, y) for i, x in enumerate(at, 1) for j, y in enumerate(at, 1)]
-    solid = [row for row in grid if np.hypot(row[2] - 25, row[3] - 25) > 10.1]
-    job = tmp_path / "job.toml"
-    job.write_text(
-        f'name = "plate"\n[surface]\nfile = "plate.step"\nface = {top}\n[gauging]\npoints = ["part.csv"]\n',
-        encoding="utf-8",
-    )
-
-    def measure(rows: list[tuple[int, int, float, float]]) -> None:
-        lines = [f"{i},{j},{x},{y},10.002" for i, j, x, y in rows]
-        (tmp_path / "part.csv").write_text("\n".join(["row,column,x_mm,y_mm,z_mm", *lines]), encoding="utf-8")
-
-    measure(solid)
-    assert "part-deviations.csv" in run("deviations", job, "-o", tmp_path / "good")
-    measure(grid)
+    job, at = bored_job(tmp_path), np.linspace(1, 49, 17)
+    measured(tmp_path / "S1.csv", at, at, clear_mm=10.1)
+    assert "S1-deviations.csv" in run("deviations", job, "-o", tmp_path / "good")
+    measured(tmp_path / "S1.csv", at, at, clear_mm=0.0)
     said = run("deviations", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert "SRF-OUTSIDE" in said
     assert not (tmp_path / "out").exists()
+
+
+def test_the_corrected_surface_of_a_bored_plate_is_bored(tmp_path: Path) -> None:
+    job, at = bored_job(tmp_path), np.linspace(1, 49, 17)
+    for k in range(1, 5):
+        measured(tmp_path / f"S{k}.csv", at, at, clear_mm=10.1, seed=k)
+    said = run("compensate", job, "-o", tmp_path / "out")
+    assert "not trimmed" not in said
+    face = read_face(tmp_path / "out" / "corrected.step")
+    (u0, u1), (v0, v1) = face.surface.domain
+    u, v = (u0 + u1) / 2 + (u1 - u0) * np.array([0.0, 0.19, 0.21]), np.full(3, (v0 + v1) / 2)
+    assert face.trimmed_away(u, v).tolist() == [True, True, False]
+
+
+def test_a_corrected_surface_that_cannot_be_trimmed_is_written_whole_and_said_to_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, at = bored_job(tmp_path), np.linspace(1, 49, 17)
+    for k in range(1, 5):
+        measured(tmp_path / f"S{k}.csv", at, at, clear_mm=10.1, seed=k)
+    monkeypatch.setattr("trueloop.formats.cad.trimmed_face", lambda *_: None)
+    said = run("compensate", job, "-o", tmp_path / "out")
+    assert "corrected.step is the whole patch, not trimmed" in " ".join(said.split())
+    assert read_face(tmp_path / "out" / "corrected.step").loops == ()
+
+
+def bored_job(folder: Path) -> Path:
+    """A job for the top of a bored plate, its parts S1.csv and so on."""
+    faces = plate_with_bore(folder / "plate.step")
+    top = next(face.number for face in faces if np.allclose(face.surface.control_mm[..., 2], 10.0))
+    job = folder / "job.toml"
+    job.write_text(
+        f'name = "plate"\n[surface]\nfile = "plate.step"\nface = {top}\n[gauging]\npoints = ["S*.csv"]\n',
+        encoding="utf-8",
+    )
+    return job
+
+
+def measured(path: Path, x: Array, y: Array, *, clear_mm: float, seed: int = 0) -> None:
+    """A grid on the plate, wavy by 4 µm, without the places nearer to the bore's middle than `clear_mm`."""
+    rng = np.random.default_rng(seed)
+    lines = [
+        f"{i},{j},{a},{b},{10.002 + 0.004 * np.sin(a / 9) + rng.normal(0, 0.001):.6f}"
+        for i, a in enumerate(x, 1) for j, b in enumerate(y, 1) if np.hypot(a - 25, b - 25) > clear_mm
+    ]  # fmt: skip
+    path.write_text("\n".join(["row,column,x_mm,y_mm,z_mm", *lines]), encoding="utf-8")
 
 
 def refused(job: Path, tmp_path: Path, code: str) -> str:
