@@ -5,6 +5,7 @@ import tempfile
 import unittest.mock
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -79,7 +80,7 @@ def _written(name: str, write: Callable[[Path], object]) -> object:
 
 def _trimmed_by_a_crossing() -> object:
     corners = np.array([[0, 0], [1, 1], [1, 0], [0, 1], [0, 0]], float)
-    crossing = tuple(np.array(ends) for ends in zip(corners[:-1], corners[1:], strict=True))
+    crossing = tuple(np.array(ends) for ends in pairwise(corners))
     return _written("crossing.step", lambda path: write_surface(SURFACE, path, (crossing,)))
 
 
@@ -152,7 +153,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_DEGENERATE: lambda: sphere().normal(np.array([0.5]), np.array([1.0])),
     Code.SRF_GRID: lambda: fit_grid(np.full((5, 5, 3), np.nan)),
     Code.SRF_POINTS: lambda: _measured(_points()[:9]),
-    Code.SRF_TRIM: lambda: _trimmed_by_a_crossing(),
+    Code.SRF_TRIM: _trimmed_by_a_crossing,
     Code.SRF_UNIT: lambda: _measured(_points() / 25.4),
     Code.SRF_SIGN: lambda: _measured(_points(-2.0), 2.0),
     Code.SRF_OFF: lambda: _measured(_with(_points(), 7, _points(1.5)[7])),

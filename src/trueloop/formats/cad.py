@@ -165,9 +165,8 @@ def _unknown_ending(path: Path) -> TrueloopError:
 
 
 def _face(occ: Any, face: Any, number: int) -> CadFace:
-    u0, u1, v0, v1 = occ.uv_bounds(face)
     whole = occ.surface_of(face)
-    patch = occ.to_bspline(occ.Trimmed(whole, u0, u1, v0, v1, True, True))
+    patch = occ.to_bspline(occ.Trimmed(whole, *_extent(occ, face, whole), True, True))
     if patch.IsUPeriodic():
         patch.SetUNotPeriodic()
     if patch.IsVPeriodic():
@@ -177,6 +176,17 @@ def _face(occ: Any, face: Any, number: int) -> CadFace:
     kind = type(whole).__name__.removeprefix("Geom_")
     surface = _from_kernel(patch, flipped=face.Orientation() == occ.REVERSED)
     return CadFace(surface, number, float(properties.Mass()), kind, face)
+
+
+def _extent(occ: Any, face: Any, whole: Any) -> tuple[float, ...]:
+    """The face's (u0, u1, v0, v1), not beyond its surface: edges are stated to a tolerance, and may pass the end."""
+    u0, u1, v0, v1 = occ.uv_bounds(face)
+    a0, a1, b0, b1 = whole.Bounds()
+    if not whole.IsUPeriodic():
+        u0, u1 = max(u0, a0), min(u1, a1)
+    if not whole.IsVPeriodic():
+        v0, v1 = max(v0, b0), min(v1, b1)
+    return u0, u1, v0, v1
 
 
 def _from_kernel(patch: Any, *, flipped: bool) -> Surface:

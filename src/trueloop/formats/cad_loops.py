@@ -1,6 +1,7 @@
 """The loops of edges that bound a face, taken from one surface and put on another with the same parameters."""
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -43,43 +44,42 @@ def exchanged(loops: Sequence[Loop]) -> tuple[Loop, ...]:
 
 
 def trimmed_face(patch: Any, surface: Surface, loops: Sequence[Loop]) -> Any:
-    """A face of the kernel: a patch, which is the surface, bounded by loops. None where the kernel finds fault with it."""
+    """A face of the kernel: a patch, which is the surface, bounded by loops. None where the kernel finds fault."""
     occ = kernel()
-    made = None
-    for loop in sorted(loops, key=_area, reverse=True):
-        wire = occ.MakeWire()
-        for piece in loop:
-            wire.Add(occ.MakeEdge(_curve(occ, surface, piece), patch).Edge())
-            if not wire.IsDone():
-                return None
-        if made is None:
-            made = occ.MakeFace(patch, wire.Wire(), True)
-        else:
-            made.Add(wire.Wire())
-    if made is None or not made.IsDone():
-        return None
+    outer, *holes = (_wire(occ, patch, surface, loop) for loop in sorted(loops, key=_area, reverse=True))
+    made = occ.MakeFace(patch, outer.Wire(), True)
+    for hole in holes:
+        made.Add(hole.Wire())
     face = made.Face()
     occ.build_curves(face)
-    occ.same_parameter(face, 1e-7, False)
+    occ.same_parameter(face, ALIKE_MM, False)
     return face if occ.Check(face).IsValid() else None
+
+
+def _wire(occ: Any, patch: Any, surface: Surface, loop: Loop) -> Any:
+    wire = occ.MakeWire()
+    for piece in loop:
+        wire.Add(occ.MakeEdge(_curve(occ, surface, piece), patch).Edge())
+    return wire
 
 
 def _pieces(face: Any, wire: Any) -> Iterator[Array]:
     """Every edge of a wire in order, cut where it has corners: parameters of the face's own surface (n, 2)."""
-    occ = kernel()
-    walk = occ.WireExplorer(wire, face)
+    walk = kernel().WireExplorer(wire, face)
     while walk.More():
-        edge = walk.Current()
-        curve = occ.Curve2d(edge, face)
-        ends = occ.Reals(1, curve.NbIntervals(occ.C1) + 1)
-        curve.Intervals(ends, occ.C1)
-        corners = [ends.Value(k) for k in range(ends.Lower(), ends.Upper() + 1)]
-        backward = edge.Orientation() == occ.REVERSED
-        for low, high in list(zip(corners[:-1], corners[1:], strict=True))[:: -1 if backward else 1]:
-            at = np.linspace(low, high, SAMPLES).tolist()
-            places = np.array([[p.X(), p.Y()] for p in map(curve.Value, at)])
-            yield places[:: -1 if backward else 1]
+        yield from _pieces_of(face, walk.Current())
         walk.Next()
+
+
+def _pieces_of(face: Any, edge: Any) -> list[Array]:
+    occ = kernel()
+    curve = occ.Curve2d(edge, face)
+    ends = occ.Reals(1, curve.NbIntervals(occ.C1) + 1)
+    curve.Intervals(ends, occ.C1)
+    corners = [ends.Value(k) for k in range(ends.Lower(), ends.Upper() + 1)]
+    at = [np.linspace(low, high, SAMPLES).tolist() for low, high in pairwise(corners)]
+    pieces = [np.array([[p.X(), p.Y()] for p in map(curve.Value, along)]) for along in at]
+    return [piece[::-1] for piece in pieces[::-1]] if edge.Orientation() == occ.REVERSED else pieces
 
 
 def _turns_away(surface: Surface, own: Any, at: Array) -> Array:
@@ -101,14 +101,14 @@ def _shares(surface: Surface, face: Any, at: Array) -> Array:
     occ = kernel()
     (u0, u1), (v0, v1) = surface.domain
     low, width = np.array([u0, v0]), np.array([u1 - u0, v1 - v0])
-    same = (at - low) / width
+    same = np.clip((at - low) / width, 0.0, 1.0)
     own = occ.surface_of(face)
     points = np.array([[p.X(), p.Y(), p.Z()] for p in (own.Value(u, v) for u, v in at.tolist())])
-    if np.max(np.abs(surface.point_mm(*np.clip(at, low, low + width).T) - points)) < ALIKE_MM:
-        return same
+    if np.max(np.abs(surface.point_mm(*(low + same * width).T) - points)) < ALIKE_MM:
+        return np.asarray(same)
     feet = closest(surface, points)
     found = (np.stack([feet.u, feet.v], axis=1) - low) / width
-    return np.where((same < AT_EDGE) | (same > 1 - AT_EDGE), same, found)
+    return np.asarray(np.where((same < AT_EDGE) | (same > 1 - AT_EDGE), same, found))
 
 
 def _closed(pieces: list[Array]) -> Loop:

@@ -75,4 +75,4 @@ def published_process(rng: np.random.Generator, pattern_mm: float = 0.008, contr
 def _harmonics(at: Array) -> Array:
     """Six smooth functions whose squares add up to one everywhere: a field of them varies alike in all places."""
     waves = [wave(w * at) for w in FREQUENCIES for wave in (np.cos, np.sin)]
-    return np.stack(waves, axis=1) / np.sqrt(len(FREQUENCIES))
+    return np.asarray(np.stack(waves, axis=1) / np.sqrt(len(FREQUENCIES)))

@@ -1,5 +1,6 @@
 """Faces trimmed as others were: through STEP and IGES, judged by geometry and by the kernel point by point."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ HOLE, RADIUS = (0.3, 0.6), (0.1, 0.2)
 def outer() -> Loop:
     """The square less its corner at (1, 1): u + v < 1.6."""
     corners = np.array([[0, 0], [1, 0], [1, 0.6], [0.6, 1], [0, 1], [0, 0]], float)
-    return tuple(np.array([a, b]) for a, b in zip(corners[:-1], corners[1:], strict=True))
+    return tuple(np.array([a, b]) for a, b in pairwise(corners))
 
 
 def hole() -> Loop:
@@ -33,7 +34,7 @@ def hole() -> Loop:
     return (np.array(HOLE) + np.array(RADIUS) * np.stack([np.cos(turn), np.sin(turn)], axis=1),)
 
 
-def inside(u: Array, v: Array, larger: float = 0.0) -> Array:
+def inside(u: Array, v: Array, larger: float = 0.0) -> np.ndarray:
     round_the_hole = ((u - HOLE[0]) / RADIUS[0]) ** 2 + ((v - HOLE[1]) / RADIUS[1]) ** 2
     return np.asarray((u + v < 1.6 - larger) & (round_the_hole > 1 + larger))
 
@@ -96,14 +97,21 @@ def test_a_point_a_little_outside_the_edge_is_no_touch_of_the_face(tmp_path: Pat
     assert distance_mm(edges_mm(face.handle), edge) < 1e-5
 
 
+def test_a_face_whose_edge_passes_the_end_of_its_surface_is_read(tmp_path: Path) -> None:
+    """By 5 nm, which the kernel takes for nothing when it writes."""
+    wide = tuple(piece * (1 + 1e-7) for piece in outer())
+    write_surface(wavy_surface(), tmp_path / "face.step", (wide,))
+    face, (u, v, _) = read_face(tmp_path / "face.step"), places()
+    np.testing.assert_array_equal(kept(face, wavy_surface().point_mm(u, v)), u + v < 1.6)
+    assert np.max(np.concatenate(face.loops[0])) == 1.0
+
+
 def test_loops_that_bound_nothing_are_refused(tmp_path: Path) -> None:
     """An outline that crosses itself."""
     crossing = tuple(piece[:, ::-1] if k == 1 else piece for k, piece in enumerate(outer()))
     with pytest.raises(TrueloopError, match="1 loops of edges") as refused:
         write_surface(wavy_surface(), tmp_path / "face.step", (crossing,))
     assert refused.value.code is Code.SRF_TRIM
-
-
 
 
 def shared(surface: Surface, shares: Array) -> tuple[Array, Array]:

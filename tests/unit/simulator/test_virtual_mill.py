@@ -75,7 +75,7 @@ def test_variation_at_pairs_is_that_of_the_grid() -> None:
 def spread_mm(process: SurfaceProcess, at: Array) -> Array:
     """Standard deviation over 4000 parts at every u with every v: known to 1.1 %, one standard error."""
     rng = np.random.default_rng(2)
-    return np.std([process.variation(rng).grid_mm(at, at) for _ in range(4000)], axis=0)
+    return np.asarray(np.std([process.variation(rng).grid_mm(at, at) for _ in range(4000)], axis=0))
 
 
 def test_parts_differ_by_what_is_said_growing_from_the_middle_to_the_edges() -> None:
