@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 
-STEP_RAD: Final = math.radians(1.0)
+MOST_STEP_RAD: Final = math.radians(1.0)
+"""No piece of the wear is wider."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,13 @@ class Nose:
         _check(self)
 
     @property
+    def step_rad(self) -> float:
+        """Width of the pieces: as many of one width as the wear table holds."""
+        if not len(self.pieces):
+            return MOST_STEP_RAD
+        return (self.wear_angle_rad[-1] - self.wear_angle_rad[0]) / len(self.pieces)
+
+    @property
     def first_rad(self) -> float:
         """Contact angle at which the wear table begins."""
         return self.wear_angle_rad[0] if self.wear_angle_rad else 0.0
@@ -41,15 +49,15 @@ class Nose:
         """W at contact angles of any shape."""
         if not len(self.pieces):
             return np.zeros_like(contact_angle_rad)
-        at = np.clip((contact_angle_rad - self.first_rad) / STEP_RAD, 0.0, len(self.pieces) - 1e-12)
+        at = np.clip((contact_angle_rad - self.first_rad) / self.step_rad, 0.0, len(self.pieces) - 1e-12)
         piece = self.pieces[at.astype(np.intp)]
-        u = (at - np.floor(at)) * STEP_RAD
+        u = (at - np.floor(at)) * self.step_rad
         value: Array = piece[..., 0] + u * (piece[..., 1] + u * (piece[..., 2] + u * piece[..., 3]))
         return value
 
 
 def _pieces(angle_rad: tuple[float, ...], wear_mm: tuple[float, ...]) -> Array:
-    """Cubics a degree wide with the spline's values and slopes at their ends: neighbours agree in value and slope."""
+    """Cubics of one width with the spline's values and slopes at their ends: neighbours agree in value and slope."""
     if len(angle_rad) < 2 or len(angle_rad) != len(wear_mm) or np.any(np.diff(angle_rad) <= 0.0):
         if not angle_rad and not wear_mm:
             return np.zeros((0, 4))
@@ -61,9 +69,9 @@ def _pieces(angle_rad: tuple[float, ...], wear_mm: tuple[float, ...]) -> Array:
     from scipy.interpolate import CubicSpline  # only a worn nose needs it
 
     spline = CubicSpline(angle_rad, wear_mm, bc_type="clamped")
-    count = max(1, math.ceil((angle_rad[-1] - angle_rad[0]) / STEP_RAD - 1e-9))
-    ends = np.minimum(angle_rad[0] + STEP_RAD * np.arange(count + 1), angle_rad[-1])
-    value, slope, h = spline(ends), spline(ends, 1), STEP_RAD
+    count = max(1, math.ceil((angle_rad[-1] - angle_rad[0]) / MOST_STEP_RAD - 1e-9))
+    ends = np.linspace(angle_rad[0], angle_rad[-1], count + 1)
+    value, slope, h = spline(ends), spline(ends, 1), (angle_rad[-1] - angle_rad[0]) / count
     secant = np.diff(value) / h
     second = (3 * secant - 2 * slope[:-1] - slope[1:]) / h
     third = (slope[:-1] + slope[1:] - 2 * secant) / h**2
@@ -78,13 +86,14 @@ def _check(nose: Nose) -> None:
             f"a nose radius of {nose.radius_mm} mm with {len(nose.wear_mm)} radius errors",
             hint="the simulated nose has a radius above 0 mm and finite radius errors",
         )
-    u = np.linspace(0.0, STEP_RAD, 16)
+    u = np.linspace(0.0, nose.step_rad, 16)
     for k, piece in enumerate(nose.pieces):
         curvature_radius = nose.radius_mm + np.polynomial.polynomial.polyval(u, piece) + 2 * piece[2] + 6 * piece[3] * u
         if np.min(curvature_radius) <= 0.0:
+            angle_deg = math.degrees(nose.first_rad + k * nose.step_rad)
             raise TrueloopError(
                 Code.SIM_NOSE,
-                f"the worn nose is hollow at a contact angle of {math.degrees(nose.first_rad) + k:.0f}°: its local "
-                f"radius is {np.min(curvature_radius):.4f} mm",
+                f"the worn nose is hollow at a contact angle of {angle_deg:.0f}°: "
+                f"its local radius is {np.min(curvature_radius):.4f} mm",
                 hint="a nose touches the work only where it is convex: make the radius errors smoother over angle",
             )

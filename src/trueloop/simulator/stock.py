@@ -8,7 +8,7 @@ import numpy as np
 
 from trueloop._core import NoseSweep
 from trueloop.geometry.feature import Array
-from trueloop.simulator.nose import STEP_RAD, Nose
+from trueloop.simulator.nose import Nose
 
 REACH_MM: Final = 1.0
 """How far from a nominal point the surface is looked for, either way: less than a wall, more than any error."""
@@ -16,7 +16,7 @@ REACH_MM: Final = 1.0
 
 def sweep(centre_mm: Array, nose: Nose) -> NoseSweep:
     """What a nose passes over along positions of its centre (n, 2)."""
-    return NoseSweep(np.ascontiguousarray(centre_mm), nose.radius_mm, nose.first_rad, STEP_RAD, nose.pieces)
+    return NoseSweep(np.ascontiguousarray(centre_mm), nose.radius_mm, nose.first_rad, nose.step_rad, nose.pieces)
 
 
 @dataclass(frozen=True)
