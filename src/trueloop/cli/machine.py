@@ -4,7 +4,9 @@ import typer
 
 from trueloop.cli.machine_components import decompose
 from trueloop.cli.machine_correction import compensate, export
+from trueloop.cli.machine_drift import drift_fit, drift_predict
 from trueloop.cli.machine_model import check, fit, show
+from trueloop.cli.machine_plane import plates, points
 from trueloop.cli.machine_tests import drift, positioning
 
 app = typer.Typer(
@@ -12,5 +14,18 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-for command in (fit, show, check, compensate, export, decompose, positioning, drift):
+for command in (
+    fit,
+    show,
+    check,
+    compensate,
+    export,
+    decompose,
+    positioning,
+    drift,
+    drift_fit,
+    drift_predict,
+    plates,
+    points,
+):
     app.command()(command)

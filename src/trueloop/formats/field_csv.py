@@ -46,6 +46,16 @@ def read_field(path: Path) -> Field:
     return replace(field, told=field.told | {"table": sha256(content).hexdigest()})
 
 
+def plane_csv(x_mm: Array, y_mm: Array, displacement_mm: Array) -> str:
+    """Displacements (nx, ny, 2) in X and Y at the nodes of a plane's grid as such a table."""
+    rows = [
+        f"{x!r},{y!r},{UM_PER_MM * dx:.4f},{UM_PER_MM * dy:.4f}"
+        for x, column in zip(x_mm.tolist(), displacement_mm.tolist(), strict=True)
+        for y, (dx, dy) in zip(y_mm.tolist(), column, strict=True)
+    ]
+    return "\n".join(["x_mm,y_mm,dx_um,dy_um", *rows, ""])
+
+
 def _on_grid(rows: Rows, position: Array, displacement: Array) -> Field:
     """The rows put into the order of the grid's nodes; each node must be there once."""
     axes, indices = zip(*(np.unique(position[:, k], return_inverse=True) for k in range(3)), strict=True)

@@ -1,5 +1,6 @@
 """Logs over time as CSV: `time_s` ascending; NAME_degC and NAME_rpm are signals, NAME_um displacements."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -24,13 +25,23 @@ def read_history(path: Path) -> History:
     return history
 
 
-def read_drift(path: Path) -> DriftTest:
-    """A drift test: displacements, temperatures, speeds. Raises as `read_history`."""
+def read_drift(path: Path, *, displacements: bool = True) -> DriftTest:
+    """A drift test: temperatures, speeds and, unless they may be missing, displacements. Raises as `read_history`."""
     file, rows = _read(path)
     displacement_mm = {name: values / UM_PER_MM for name, values in named_by(DISPLACEMENT, rows).items()}
-    if not displacement_mm:
+    if displacements and not displacement_mm:
         raise file.refusal("no column is a displacement (NAME_um)")
     return DriftTest(_times(rows), displacement_mm, named_by("_degC", rows), named_by("_rpm", rows))
+
+
+def drift_csv(time_s: Array, displacement_um: Mapping[str, Array]) -> str:
+    """Displacements over time as such a log."""
+    names = [f"{name}{DISPLACEMENT}" for name in displacement_um]
+    rows = [
+        f"{t!r},{','.join(f'{v:.4f}' for v in row)}"
+        for t, *row in zip(time_s.tolist(), *displacement_um.values(), strict=True)
+    ]
+    return "\n".join([",".join(["time_s", *names]), *rows, ""])
 
 
 def _read(path: Path) -> tuple[CsvFile, Rows]:

@@ -29,6 +29,12 @@ class DriftTest:
     temperature: Mapping[str, Array]
     speed: Mapping[str, Array]
 
+    @property
+    def signals(self) -> dict[str, Array]:
+        """Temperatures and speeds as a drift model takes them: under their columns' names, NAME_degC and NAME_rpm."""
+        warm = {f"{name}_degC": values for name, values in self.temperature.items()}
+        return warm | {f"{name}_rpm": values for name, values in self.speed.items()}
+
 
 def drift(time_s: Array, values: Array, channel: str, window_s: float) -> Drift:
     """Analyses one channel, (n,) each. Raises MCH-DATA where time does not ascend or does not cover a window."""

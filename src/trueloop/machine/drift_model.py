@@ -46,15 +46,24 @@ class Member:
 
 @dataclass(frozen=True)
 class DriftModel:
-    """The mean of its members. `start` are the inputs' values at the first row of the data: lags count from there."""
+    """The mean of its members. `start` are the inputs' values at the first row of the data: lags count from there.
+
+    `known` are the ranges of the data's signals, by the signals' names.
+    """
 
     members: tuple[Member, ...]
     start: Mapping[str, float]
+    known: Mapping[str, tuple[float, float]]
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """All inputs that any member uses."""
         return tuple(dict.fromkeys(name for member in self.members for name in member.inputs))
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """The signals that those are made of."""
+        return tuple(dict.fromkeys(name.removesuffix(SQUARE) for name in self.inputs))
 
     @property
     def mean_constant_s(self) -> dict[str, float]:
@@ -67,8 +76,14 @@ class DriftModel:
         return {name: sum(a for a, _ in pairs) / max(sum(b for _, b in pairs), 1e-300) for name, pairs in found.items()}
 
     def predict(self, time_s: Array, signals: Mapping[str, Array]) -> Array:
-        """Drift (n,) from the whole past since the data's first row: rows begin there, lags have no other start."""
-        inputs = _inputs(signals)
+        """Drift (n,) from rows that begin in equilibrium, as the data did. Raises MCH-SIGNAL for a signal left out."""
+        if missing := [name for name in self.signals if name not in signals]:
+            raise TrueloopError(
+                Code.MCH_SIGNAL,
+                f"{len(missing)} signals that the drift model needs are not given: {', '.join(missing)}",
+                hint="log the temperatures and the speed that it was made from, under the same names",
+            )
+        inputs = _inputs({name: signals[name] for name in self.signals})
         total = np.zeros(len(time_s))
         for member in self.members:
             total += (
@@ -77,27 +92,34 @@ class DriftModel:
         return total / len(self.members)
 
 
-def fit_drift(time_s: Array, signals: Mapping[str, Array], drift: Array) -> DriftModel:
+def fit_drift(
+    time_s: Array,
+    signals: Mapping[str, Array],
+    drift: Array,
+    ladders_s: Sequence[tuple[float, ...]] = LADDERS_S,
+) -> DriftModel:
     """Finds the model of one channel. `signals` are temperatures, and the spindle's speed under a name with `rpm`.
 
-    Raises MCH-DATA for less than 100 rows. Valid within the speeds and temperatures of the data and a little beyond:
-    heat grows with speed and its square, and no faster.
+    Ladders of (0,) alone make a static model. Raises MCH-DATA for less than 100 rows or without a signal.
+    Valid within the speeds and temperatures of the data and a little beyond: heat grows with speed and its square, and
+    no faster.
     """
-    if len(time_s) < 100 or len(drift) != len(time_s):
+    if len(time_s) < 100 or len(drift) != len(time_s) or not signals:
         raise TrueloopError(
             Code.MCH_DATA,
-            f"{len(time_s)} times and {len(drift)} displacements do not determine a dynamic model",
-            hint="record a warm-up and a cool-down, a row every few seconds to a minute",
+            f"{len(time_s)} times, {len(drift)} displacements and {len(signals)} signals determine no dynamic model",
+            hint="record temperatures or speeds through a warm-up and a cool-down, a row every few seconds to a minute",
         )
     inputs = _inputs(signals)
     start = {name: float(values[0]) for name, values in inputs.items()}
     rows = np.unique(np.linspace(0, len(time_s) - 1, min(ROWS, len(time_s))).astype(int))
     members = []
-    for ladder in LADDERS_S:
+    for ladder in ladders_s:
         columns = {name: _columns(time_s, inputs, (name,), ladder, start)[rows] for name in inputs}
         for strength, blocks in product(STRENGTHS, BLOCKS):
             members.append(_member(columns, drift[rows], ladder, strength, blocks))
-    return DriftModel(tuple(members), start)
+    known = {name: (float(values.min()), float(values.max())) for name, values in signals.items()}
+    return DriftModel(tuple(members), start, known)
 
 
 def _inputs(signals: Mapping[str, Array]) -> dict[str, Array]:

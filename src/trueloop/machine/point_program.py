@@ -4,24 +4,75 @@ Works on the words, not on the tool path, because drilling cycles and a shop's o
 it. Only X and Y words change; where a block names one of them, the other is written in when its correction differs.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.geometry.feature import Array
 from trueloop.machine.planar_field import PlanarField
 from trueloop.nc.edit import Edit, displace_word, insert_word
+from trueloop.nc.field import Field
 from trueloop.nc.program import Block, Program, Word
 from trueloop.nc.tool_path import CoordinateState
 
-NO_POSITIONS: Final = frozenset({4.0, 10.0, 28.0, 30.0, 52.0, 53.0, 68.0, 92.0})
-"""G codes whose X and Y are a time, set a coordinate system, or stand in machine coordinates: G4, G10, G28, G30, G52,
-G53, G68, G92."""
+MILLS: Final = ("fanuc-mill", "haas-mill", "linuxcnc")
+"""Dialects in which X and Y are positions of a plane, X no diameter."""
 
-NOT_FOLLOWED: Final = frozenset({16.0, 51.0, 51.1})
-"""G codes after which X and Y are no positions of the plane: polar, scaled or mirrored ones."""
+IN_NO_CASE: Final = frozenset({4.0, 68.0})
+"""G codes whose X and Y are a time and the centre of a rotation: G4, G68."""
+
+NO_POSITIONS: Final = IN_NO_CASE | {10.0, 28.0, 30.0, 52.0, 53.0, 92.0}
+"""Those, and the ones that set a coordinate system or go to a place of the machine: G10, G28, G30, G52, G53, G92."""
+
+NOT_FOLLOWED: Final = {
+    2.0: "an arc, whose centre would stay",
+    3.0: "an arc, whose centre would stay",
+    7.0: "diameter mode",
+    16.0: "polar coordinates",
+    51.0: "a scaled frame",
+    51.1: "a mirrored frame",
+}
+"""G codes after which X and Y are not, or not only, points of the plane."""
+
+
+@dataclass(frozen=True)
+class TableField:
+    """The error that a table of displacements undoes: E = −displacement. Raises MCH-PROGRAM for more than a plane."""
+
+    field: Field
+
+    def __post_init__(self) -> None:
+        nodes = self.field.told["nodes"]
+        if isinstance(nodes, list) and nodes[2] > 1:
+            raise TrueloopError(
+                Code.MCH_PROGRAM,
+                f"the table has {nodes[2]} values of z_mm: points of a plane have none",
+                hint="leave z_mm and dz out, or give the table to `trueloop nc map`",
+            )
+
+    def error_mm(self, point_mm: Array) -> Array:
+        """E at (n, 2) points. Raises NC-FIELD outside of the table."""
+        moved = self.field.displacement_mm(np.column_stack([point_mm, np.zeros(len(point_mm))]))
+        if np.any(moved[:, 2]):
+            raise TrueloopError(
+                Code.MCH_PROGRAM,
+                f"the table displaces Z by {1e3 * float(np.abs(moved[:, 2]).max()):.1f} µm: points have X and Y only",
+                hint="leave dz out, or give the table to `trueloop nc map`",
+            )
+        return -moved[:, :2]
+
+
+@dataclass(frozen=True)
+class Displaced:
+    """Edits of a program, the number of its points, the largest correction of X and of Y, and the byte where it is."""
+
+    edits: list[Edit]
+    points: int
+    largest_mm: tuple[float, float]
+    largest_at: int
 
 
 @dataclass(frozen=True)
@@ -29,50 +80,86 @@ class _Point:
     block: Block
     words: dict[str, Word]
     position: tuple[float, float]
-    before: tuple[float, float]
     state: CoordinateState
 
 
-def displace_points(program: Program, field: PlanarField, no_positions: frozenset[float] = NO_POSITIONS) -> list[Edit]:
-    """Edits that add −E(x, y) to every programmed point. Blocks with a G code of `no_positions` are left alone.
+def displace_points(program: Program, field: PlanarField, no_positions: frozenset[float] = NO_POSITIONS) -> Displaced:
+    """Adds −E(x, y) to every programmed point. Blocks with a G code of `no_positions` are left alone.
 
-    Raises MCH-PROGRAM for an incremental coordinate or one that is computed when the program runs.
+    Words are as fine afterwards as the control resolves, or as the program itself writes them. The plane is that of the
+    words: under a rotation (G68) the field turns with it. Raises MCH-PROGRAM for a dialect that is no mill's, an
+    incremental coordinate, one that is computed when the program runs, arcs, and frames that are not followed.
     """
-    if program.dialect.formulas:
+    if program.dialect.name not in MILLS:
         raise TrueloopError(
             Code.MCH_PROGRAM,
-            f"programs of the dialect {program.dialect.name} are not corrected point by point",
-            hint="have the program written for another control",
+            f"programs of the dialect {program.dialect.name} are not corrected point by point: {len(MILLS)} mills' are",
+            hint=f"have it written for another control, or say which this is: --dialect {' or '.join(MILLS)}",
             place=program.place(0),
         )
     points = list(_points(program, no_positions))
     if not points:
-        return []
-    at = -field.error_mm(np.array([point.position for point in points]))
-    before = -field.error_mm(np.array([point.before for point in points]))
-    edits = []
-    for point, correction, last in zip(points, at, before, strict=True):
-        for k, letter in enumerate("XY"):
-            word = point.words.get(letter)
-            if word is not None:
-                edit = displace_word(program, word, float(correction[k]), point.state)
-            elif abs(correction[k] - last[k]) > 0.5 * program.dialect.step_mm(point.state.inch):
-                value = point.position[k] + float(correction[k])
-                edit = insert_word(program, point.block.index, letter, value, point.state)
-            else:
-                edit = None
-            edits += [] if edit is None else [edit]
-    return edits
+        return Displaced([], 0, (0.0, 0.0), 0)
+    fine = _as_fine_as_written(program, points)
+    at = -_error_mm(program, field, points)
+    before = np.vstack([at[:1], at[:-1]])
+    edits = [
+        edit
+        for point, correction, last in zip(points, at, before, strict=True)
+        for edit in _edits(fine, point, correction, last)
+    ]
+    size = np.abs(at)
+    x, y = size.max(axis=0).tolist()
+    worst = points[int(size.max(axis=1).argmax())]
+    return Displaced(edits, len(points), (x, y), min(word.start for word in worst.words.values()))
+
+
+def _error_mm(program: Program, field: PlanarField, points: Sequence[_Point]) -> Array:
+    """E at every point, (n, 2); what the field refuses is refused at the block."""
+    try:
+        return field.error_mm(np.array([point.position for point in points]))
+    except TrueloopError:
+        for point in points:
+            with in_file(program.file or "program", point.block.line):
+                field.error_mm(np.array([point.position]))
+        raise
+
+
+def _edits(program: Program, point: _Point, correction: Array, before: Array) -> Iterator[Edit]:
+    for k, letter in enumerate("XY"):
+        word = point.words.get(letter)
+        if word is not None:
+            edit = displace_word(program, word, float(correction[k]), point.state)
+        elif abs(correction[k] - before[k]) > 0.5 * program.dialect.step_mm(point.state.inch):
+            value = point.position[k] + float(correction[k])
+            edit = insert_word(program, point.block.index, letter, value, point.state)
+        else:
+            continue
+        if edit is not None:
+            yield edit
+
+
+def _as_fine_as_written(program: Program, points: Sequence[_Point]) -> Program:
+    """The program with a resolution of as many decimals as its points have, in inches and in mm."""
+    decimals = {False: 0, True: 0}
+    for point in points:
+        for word in point.words.values():
+            fraction = word.text.partition(".")[2].strip()
+            decimals[point.state.inch] = max(decimals[point.state.inch], len(fraction))
+    steps = (min(program.dialect.step(inch), float(f"1e-{decimals[inch]}")) for inch in (True, False))
+    inch, metric = steps
+    return replace(program, dialect=replace(program.dialect, resolution_inch=inch, resolution_mm=metric))
 
 
 def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point]:
-    """Every block with an X or Y word, with the position it leads to and the one before, in mm."""
-    last, inch, incremental = {"X": 0.0, "Y": 0.0}, False, False
+    """Every block with an X or Y word, with the position it leads to in mm."""
+    last: dict[str, float] = {}
+    inch = incremental = False
     for block in program.blocks:
         codes = {word.value for word in block.words if word.letter == "G" and word.kind == "number"}
         for word in block.words:
             if word.letter == "G" and word.value in NOT_FOLLOWED:
-                raise _no_point(program, word, "a frame that is not followed here")
+                raise _no_point(program, word, NOT_FOLLOWED[word.value])
         inch = 20 in codes or (inch and 21 not in codes)
         incremental = 91 in codes or (incremental and 90 not in codes)
         words = {word.letter: word for word in block.words if word.letter in ("X", "Y")}
@@ -82,15 +169,16 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
         for word in words.values():
             if incremental or word.kind != "number":
                 raise _no_point(program, word, "an increment" if incremental else "computed when the program runs")
-        before = (last["X"], last["Y"])
         last |= {letter: word.value * state.unit_mm(letter) for letter, word in words.items()}
-        yield _Point(block, words, (last["X"], last["Y"]), before, state)
+        if len(last) < 2:
+            raise _no_point(program, next(iter(words.values())), "one of X and Y, and the other has no position yet")
+        yield _Point(block, words, (last["X"], last["Y"]), state)
 
 
 def _no_point(program: Program, word: Word, why: str) -> TrueloopError:
     return TrueloopError(
         Code.MCH_PROGRAM,
         f"{word.text} in block {word.block + 1} is {why}: positions are not known from the words",
-        hint="write the points as numbers in absolute coordinates (G90)",
+        hint="write the points as numbers in absolute coordinates (G90); paths are for `trueloop nc map`",
         place=program.place(word.start),
     )

@@ -26,7 +26,7 @@ def check_state(model: MachineModel, state: State, extrapolate: Collection[str] 
         axis = chain.axis(name)
         check_travel(axis, position)
         if name in model.identified and name not in extrapolate and _depends_on(model, name):
-            _check_range(name, position, model.identified[name], axis.shown)
+            check_range(name, position, model.identified[name], axis.shown)
     check_signals(model, state.signals, extrapolate)
 
 
@@ -34,7 +34,7 @@ def check_signals(model: MachineModel, signals: Signals, extrapolate: Collection
     """Refuses signals beyond the data (MCH-RANGE), but those named."""
     for name in model.needs():
         if name in model.identified and name in signals and name not in extrapolate:
-            _check_range(name, np.atleast_1d(signals[name]), model.identified[name], _signal_shown)
+            check_range(name, np.atleast_1d(signals[name]), model.identified[name], in_unit(""))
 
 
 def _depends_on(model: MachineModel, axis: str) -> bool:
@@ -58,12 +58,13 @@ def check_travel(axis: Axis, position: Array) -> None:
         )
 
 
-def _signal_shown(value: float) -> str:
-    """A model does not know whether a signal is a temperature (°C), a speed (rev/min) or a power of one."""
-    return f"{value:g}"
+def in_unit(unit: str) -> Callable[[float], str]:
+    """How a value of that unit is told; `""` where it is not known."""
+    return lambda value: f"{value:g} {unit}".rstrip()
 
 
-def _check_range(name: str, values: Array, known: tuple[float, float], shown: Callable[[float], str]) -> None:
+def check_range(name: str, values: Array, known: tuple[float, float], shown: Callable[[float], str]) -> None:
+    """Raises MCH-RANGE for values (n,) outside of those that the data had."""
     if outside(values, known).any():
         low, high, *ends = map(shown, (float(values.min()), float(values.max()), *known))
         raise TrueloopError(

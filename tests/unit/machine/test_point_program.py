@@ -1,18 +1,21 @@
-"""Programs of points: what moves, what stays."""
+"""Programs of points: what moves, what stays, what is refused."""
 
 import numpy as np
+import pytest
 
+from trueloop.errors import TrueloopError
 from trueloop.machine.planar_field import QuadrupoleField
-from trueloop.machine.point_program import displace_points
+from trueloop.machine.point_program import TableField, displace_points
 from trueloop.nc.edit import apply_edits
+from trueloop.nc.field import table_field
 from trueloop.nc.program import read_program
 
 FIELD = QuadrupoleField(1e-4, 0.0)
 
 
-def _corrected(text: str) -> str:
-    program = read_program(text.encode(), "linuxcnc")
-    return apply_edits(program, displace_points(program, FIELD)).decode()
+def _corrected(text: str, dialect: str = "linuxcnc") -> str:
+    program = read_program(text.encode(), dialect)
+    return apply_edits(program, displace_points(program, FIELD).edits).decode()
 
 
 def test_a_point_on_the_x_axis_is_pulled_in_and_one_on_the_y_axis_pushed_out() -> None:
@@ -30,6 +33,53 @@ def test_inches_and_coordinate_systems() -> None:
     assert (
         _corrected("G20\nG52 X1. Y0.\nG0 X4. Y0.\nG53 X1. Y0.\n") == "G20\nG52 X1. Y0.\nG0 X3.999600 Y0.\nG53 X1. Y0.\n"
     )
+
+
+def test_words_stay_as_fine_as_the_program_writes_them() -> None:
+    """A control of 0.001 mm takes a program with five decimals: they are not rounded off."""
+    assert _corrected("G90 G21\nX20. Y0.\n", "fanuc-mill") == "G90 G21\nX19.998 Y0.\n"
+    assert _corrected("G90 G21\nX20.12345 Y0.\n", "fanuc-mill") == "G90 G21\nX20.12144 Y0.\n"
+
+
+def test_a_table_says_where_to_go_not_what_is_wrong() -> None:
+    at = np.array([0.0, 100.0])
+    moved = np.tile([0.002, -0.001, 0.0], (4, 1))
+    program = read_program(b"G90 G21\nX50. Y50.\n", "linuxcnc")
+    edits = displace_points(program, TableField(table_field(at, at, np.zeros(1), moved))).edits
+    assert apply_edits(program, edits) == b"G90 G21\nX50.00200 Y49.99900\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "why"),
+    [
+        ("G91\nX1. Y1.\n", "linuxcnc", "an increment"),
+        ("X1. Y1.\nG2 X2. Y2. I1.\n", "linuxcnc", "an arc"),
+        ("G7\nX1. Y1.\n", "linuxcnc", "diameter"),
+        ("G51.1 X0.\nX1. Y1.\n", "fanuc-mill", "mirrored"),
+        ("X1.\n", "linuxcnc", "no position yet"),
+        ("X[#1] Y1.\n", "linuxcnc", "computed"),
+        ("X1. Z1.\n", "fanuc-lathe", "fanuc-lathe"),
+        ("L X+1 Y+1\n", "heidenhain", "heidenhain"),
+    ],
+)
+def test_what_is_no_program_of_points_is_refused(text: str, dialect: str, why: str) -> None:
+    with pytest.raises(TrueloopError, match=f"MCH-PROGRAM: .*{why}"):
+        displace_points(read_program(text.encode(), dialect), FIELD)
+
+
+def test_a_point_outside_of_the_table_is_named_by_its_line() -> None:
+    at = np.array([0.0, 100.0])
+    table = TableField(table_field(at, at, np.zeros(1), np.zeros((4, 3))))
+    with pytest.raises(TrueloopError, match=r"p.nc:3: NC-FIELD: .*150"):
+        displace_points(read_program(b"G90 G21\nX1. Y1.\nX150. Y1.\n", "linuxcnc", "p.nc"), table)
+
+
+@pytest.mark.parametrize(("z", "why"), [(np.zeros(1), "displaces Z by 5.0 µm"), (np.arange(2.0), "2 values of z_mm")])
+def test_a_table_with_z_is_no_plane(z: np.ndarray, why: str) -> None:
+    at = np.array([0.0, 100.0])
+    moved = np.tile([0.0, 0.0, 0.005], (4 * len(z), 1))
+    with pytest.raises(TrueloopError, match=why):
+        TableField(table_field(at, at, z, moved)).error_mm(np.ones((1, 2)))
 
 
 def test_quadrupole_is_what_it_says() -> None:

@@ -1,0 +1,91 @@
+"""`trueloop machine drift-fit` and `drift-predict`: displacements from the past of temperatures and speeds."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.machine_options import Extrapolate
+from trueloop.cli.terminal import AsJson, print_json
+from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.machine.drift_hold_out import DriftRun
+
+LogFile = Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")]
+
+
+@guarded
+def drift_fit(
+    log: LogFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    hold_out: Annotated[
+        float, typer.Option(min=0.05, max=0.9, help="Share of the time, at its end, that is predicted to judge.")
+    ] = 0.3,
+    as_json: AsJson = False,
+) -> None:
+    """Find a model of drift, a channel at a time: few inputs, felt late. Writes drift.json and drift.html."""
+    from trueloop.compensation.record import sha256_of
+    from trueloop.errors import in_file
+    from trueloop.formats.drift_file import drift_to_json
+    from trueloop.formats.history_csv import read_drift
+    from trueloop.formats.outputs import write_all
+    from trueloop.machine.drift_hold_out import held_out
+    from trueloop.machine.drift_model import fit_drift
+    from trueloop.report.machine_drift import drift_model_page
+
+    test = read_drift(log)
+    with in_file(log):
+        runs = held_out(test, hold_out)
+        models = {
+            name: fit_drift(test.time_s, test.signals, UM_PER_MM * moved)
+            for name, moved in test.displacement_mm.items()
+        }
+    made_from = {log.name: sha256_of(log.read_bytes())}
+    page = drift_model_page(log.stem, test, models, runs)
+    files = {"drift.json": drift_to_json(models, made_from).encode(), "drift.html": page.encode()}
+    write_all(out, files.items(), inputs=(log,))
+    if as_json:
+        constants = {name: model.mean_constant_s for name, model in models.items()}
+        left = {run.channel: {"dynamic": run.rms_um, "static": run.static_rms_um, "raw": run.raw_um} for run in runs}
+        print_json({"left_um_rms": left, "mean_constants_s": constants})
+        return
+    typer.echo(f"last {100 * hold_out:g} % of the time predicted from what was before, µm RMS:")
+    for run in runs:
+        typer.echo(f"  {_told(run)}; takes {', '.join(models[run.channel].inputs)}")
+    typer.echo(f"written: {out / 'drift.json'}, {out / 'drift.html'}")
+
+
+def _told(run: "DriftRun") -> str:
+    return f"{run.channel:<8} {run.raw_um:7.2f} → {run.rms_um:.2f}, without the past {run.static_rms_um:.2f}"
+
+
+@guarded
+def drift_predict(
+    model: Annotated[Path, typer.Argument(metavar="DRIFT.json", help="As `trueloop machine drift-fit` wrote it.")],
+    log: LogFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="PREDICTED.csv", help="time_s and NAME_um, predicted.")],
+    extrapolate: Extrapolate = None,
+    as_json: AsJson = False,
+) -> None:
+    """Predict displacements over a log that begins in equilibrium; where it holds them too, say what is left."""
+    from trueloop.errors import in_file
+    from trueloop.formats.drift_file import read_drift_models
+    from trueloop.formats.history_csv import drift_csv, read_drift
+    from trueloop.formats.outputs import write_all
+    from trueloop.machine.drift_hold_out import compared, predicted_um
+
+    models, test = read_drift_models(model), read_drift(log, displacements=False)
+    with in_file(log):
+        found = predicted_um(models, test, extrapolate or ())
+    write_all(out.parent, [(out.name, drift_csv(test.time_s, found).encode())], inputs=(model, log))
+    left = compared(found, test)
+    if as_json:
+        print_json(
+            {"left_um_rms": {name: {"as_read": whole, "without_mean": rest} for name, (whole, rest) in left.items()}}
+        )
+        return
+    for name, (whole, rest) in left.items():
+        typer.echo(f"{name:<8} {whole:.2f} µm RMS off what was read, {rest:.2f} when zeroed on its mean")
+    typer.echo(f"written: {out}, {len(found)} channels at {len(test.time_s)} times")

@@ -1,0 +1,153 @@
+"""`trueloop machine plates` and `points`: errors in a plane, from drilled plates, out of drilling programs."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import not_negative, positive
+from trueloop.cli.program_file import DialectName, ProgramFile
+from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.machine.planar_field import PlanarField
+    from trueloop.machine.similarity import Similarity
+
+
+@guarded
+def plates(
+    reports: Annotated[list[Path], typer.Argument(metavar="REPORT.txt", help="CMM reports of drilled plates, mm.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FIELD.csv", help="The correction as a table of displacements."),
+    ] = None,
+    step_mm: Annotated[
+        float, typer.Option(callback=positive, help="Largest step between the nodes of the table.")
+    ] = 10.0,
+    margin_mm: Annotated[
+        float,
+        typer.Option(
+            callback=not_negative, help="How far the table reaches beyond the holes, where the pattern fades."
+        ),
+    ] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Find what drilled plates have in common: each one's own similarity, then a pattern of errors in the plane."""
+    from trueloop.formats.field_csv import plane_csv
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.plate_report import read_plate_report
+    from trueloop.machine.planar_field import fit_pattern
+    from trueloop.machine.plates import left_out, pattern_table
+    from trueloop.machine.similarity import fit_similarity
+
+    read = [read_plate_report(path) for path in reports]
+    fits = [fit_similarity(plate.nominal_mm, plate.measured_mm) for plate in read]
+    with busy(f"a pattern of {len(read)} plates"):
+        pattern = fit_pattern(read)
+        others = left_out(read)
+        table = pattern_table(pattern, step_mm, margin_mm)
+    if out is not None:
+        write_all(
+            out.parent, [(out.name, plane_csv(table.x_mm, table.y_mm, table.correction_mm).encode())], inputs=reports
+        )
+    if as_json:
+        rows = [
+            {"plate": path.name, "offset_mm": fit.offset_mm, "scale": fit.scale, "rotation_rad": fit.rotation_rad}
+            | {"left_um_rms": UM_PER_MM * fit.rms_mm, "after_others_um_rms": None if rest is None else UM_PER_MM * rest}
+            for path, fit, rest in zip(reports, fits, others, strict=True)
+        ]
+        print_json({"plates": rows, "table_off_um": UM_PER_MM * table.deviation_mm})
+        return
+    for path, fit, rest in zip(reports, fits, others, strict=True):
+        after = "" if rest is None else f", {UM_PER_MM * rest:.2f} with the pattern of the others"
+        typer.echo(f"{path.name}: {_told(fit)}; left {UM_PER_MM * fit.rms_mm:.2f} µm RMS{after}")
+    typer.echo(
+        f"pattern: {UM_PER_MM * pattern.spread_mm:.1f} µm over {pattern.length_mm:.0f} mm, tools "
+        f"{UM_PER_MM * pattern.tool_spread_mm:.1f} µm apart, {UM_PER_MM * pattern.noise_mm:.1f} µm that do not repeat"
+    )
+    if out is not None:
+        typer.echo(
+            f"written: {out}, {len(table.x_mm)} × {len(table.y_mm)} nodes, up to "
+            f"{UM_PER_MM * table.deviation_mm:.2f} µm off the pattern between them"
+        )
+
+
+def _told(fit: "Similarity") -> str:
+    x, y = fit.offset_mm
+    return f"offset {x:+.4f} {y:+.4f} mm, scale {fit.scale:.7f}, rotation {math.degrees(fit.rotation_rad):.4f}°"
+
+
+@guarded
+def points(
+    file: ProgramFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+    quadrupole: Annotated[
+        str | None,
+        typer.Option(
+            metavar="M,DEG", help="X and Y times 1 − M cos 2(θ − DEG), θ the point's direction from the zero."
+        ),
+    ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            "--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, as of `plates`."
+        ),
+    ] = None,
+    all_words: Annotated[
+        bool,
+        typer.Option("--all-words", help="Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points."),
+    ] = False,
+    limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
+    dialect: DialectName = None,
+    as_json: AsJson = False,
+) -> None:
+    """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
+    from dataclasses import asdict
+
+    from trueloop.cli.program_file import read_program_file
+    from trueloop.loops.machine_points import correct_points
+
+    field, told = _field(quadrupole, table)
+    done = correct_points(
+        read_program_file(file, dialect),
+        out,
+        field,
+        told,
+        all_words=all_words,
+        limit_mm=limit_um / UM_PER_MM,
+        inputs=(file, *([table] if table else ())),
+    )
+    if as_json:
+        print_json(asdict(done) | {"file": str(out)})
+        return
+    x, y = (UM_PER_MM * value for value in done.largest_mm)
+    typer.echo(f"largest correction X {x:.1f} Y {y:.1f} µm over {done.points} points; {done.edits} words changed")
+    typer.echo(f"written: {out}, record {done.record}")
+
+
+def _field(quadrupole: str | None, table: Path | None) -> "tuple[PlanarField, dict[str, object]]":
+    from trueloop.formats.field_csv import read_field
+    from trueloop.machine.planar_field import QuadrupoleField
+    from trueloop.machine.point_program import TableField
+
+    if (quadrupole is None) == (table is None):
+        raise typer.BadParameter("give --quadrupole or --table, one of them")
+    if table is not None:
+        from trueloop.errors import in_file
+
+        with in_file(table):
+            known = TableField(read_field(table))
+        return known, known.field.told
+    assert quadrupole is not None
+    try:
+        magnitude, degrees = (float(part) for part in quadrupole.split(","))
+    except ValueError:
+        magnitude = degrees = math.nan
+    if not (math.isfinite(degrees) and abs(magnitude) < 0.01):
+        raise typer.BadParameter(
+            f"{quadrupole!r} is not M,DEG with M below 0.01, such as 32e-6,-38.3", param_hint="--quadrupole"
+        )
+    return QuadrupoleField(magnitude, math.radians(degrees)), {"quadrupole": [magnitude, degrees]}

@@ -1,0 +1,62 @@
+"""A drilling program corrected by errors in the plane: its words displaced, marked, written."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from trueloop.compensation.record import MARK, check_uncorrected, record_id, sha256_of
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.formats.outputs import write_all
+from trueloop.machine.planar_field import PlanarField
+from trueloop.machine.point_program import IN_NO_CASE, NO_POSITIONS, displace_points
+from trueloop.nc.edit import apply_edits, insert_heading
+from trueloop.nc.program import Program
+
+
+@dataclass(frozen=True)
+class CorrectedPoints:
+    """What was done: points and words, and the largest correction of X and of Y in mm."""
+
+    record: str
+    source_sha256: str
+    points: int
+    edits: int
+    largest_mm: tuple[float, float]
+
+
+def correct_points(
+    program: Program,
+    target: Path,
+    field: PlanarField,
+    told: dict[str, object],
+    *,
+    all_words: bool = False,
+    limit_mm: float = 0.150,
+    inputs: Sequence[Path] = (),
+) -> CorrectedPoints:
+    """Writes the program with −E at every X and Y word; `told` identifies the field in its mark.
+
+    With `all_words` those words too that set coordinate systems or name places of the machine, but for dwells and the
+    centre of a rotation. Raises CMP-TWICE (corrected before), CMP-SIZE (a correction beyond the limit), MCH-PROGRAM and
+    what the field raises; nothing is written then.
+    """
+    path = Path(program.file or target)
+    with in_file(path):
+        check_uncorrected(program.source)
+        found = displace_points(program, field, IN_NO_CASE if all_words else NO_POSITIONS)
+    for axis, size in zip("XY", found.largest_mm, strict=True):
+        if size > limit_mm:
+            raise TrueloopError(
+                Code.CMP_SIZE,
+                f"a correction of {axis} by {1e3 * size:.1f} µm is larger than {1e3 * limit_mm:g} µm",
+                hint="check the unit and the sign of the field",
+                place=program.place(found.largest_at),
+                override=f"--limit-um {math.ceil(1e3 * size)}",
+            )
+    digest = sha256_of(program.source)
+    identity = record_id({"program": digest}, {"field": told, "all_words": all_words})
+    mark = program.dialect.comment(f"{MARK} {identity} by a field, source {digest[:16]}")
+    written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
+    write_all(target.parent, [(target.name, written)], inputs=inputs)
+    return CorrectedPoints(identity, digest, found.points, len(found.edits), found.largest_mm)

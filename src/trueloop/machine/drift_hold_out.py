@@ -1,0 +1,80 @@
+"""Drift models at work: later rows predicted from earlier ones, and other logs."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.machine.drift import DriftTest
+from trueloop.machine.drift_model import DriftModel, fit_drift
+from trueloop.machine.validity import check_range, in_unit
+from trueloop.units import UM_PER_MM
+
+STATIC = ((0.0,),)
+"""The ladder of a model that knows no past."""
+UNITS = {"degC": "°C", "rpm": "rev/min"}
+
+
+@dataclass(frozen=True)
+class DriftRun:
+    """One channel, µm: `predicted_um` (k,) for its last k rows, and root mean squares over them.
+
+    `rms_um` of what the model of the earlier rows leaves there, `static_rms_um` of what one without the past leaves,
+    `raw_um` of the displacement itself against the mean of the earlier rows.
+    """
+
+    channel: str
+    predicted_um: Array
+    rms_um: float
+    static_rms_um: float
+    raw_um: float
+
+
+def held_out(test: DriftTest, share: float) -> list[DriftRun]:
+    """Every channel's last `share` of the time, predicted from what was before. Raises MCH-DATA for too few rows."""
+    known = test.time_s <= test.time_s[-1] - share * (test.time_s[-1] - test.time_s[0])
+    before = {name: values[known] for name, values in test.signals.items()}
+    runs = []
+    for channel, moved_mm in test.displacement_mm.items():
+        moved = UM_PER_MM * moved_mm
+        model = fit_drift(test.time_s[known], before, moved[known])
+        static = fit_drift(test.time_s[known], before, moved[known], STATIC)
+        found = model.predict(test.time_s, test.signals)[~known]
+        still = static.predict(test.time_s, test.signals)[~known]
+        rest = moved[~known]
+        runs.append(
+            DriftRun(channel, found, _rms(rest - found), _rms(rest - still), _rms(rest - float(moved[known].mean())))
+        )
+    return runs
+
+
+def predicted_um(
+    models: Mapping[str, DriftModel], test: DriftTest, extrapolate: Collection[str] = ()
+) -> dict[str, Array]:
+    """Each channel's drift (n,) at the log's times. Raises MCH-SIGNAL, and MCH-RANGE for signals beyond the data.
+
+    Those in `extrapolate`, named with or without their unit, may leave the data: the model goes on as its functions do.
+    """
+    found = {}
+    for channel, model in models.items():
+        found[channel] = model.predict(test.time_s, test.signals)
+        for column in model.signals:
+            name, _, unit = column.rpartition("_")
+            if not {name, column} & set(extrapolate):
+                check_range(name, test.signals[column], model.known[column], in_unit(UNITS[unit]))
+    return found
+
+
+def compared(found_um: Mapping[str, Array], test: DriftTest) -> dict[str, tuple[float, float]]:
+    """Of channels that the log holds as well: RMS of read − predicted in µm, and that about its mean."""
+    left = {
+        name: UM_PER_MM * test.displacement_mm[name] - found_um[name]
+        for name in found_um
+        if name in test.displacement_mm
+    }
+    return {name: (_rms(rest), float(np.std(rest))) for name, rest in left.items()}
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,80 @@
+"""`trueloop machine drift-fit` and `drift-predict`: known lags are learnt, judged, and predicted elsewhere."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from trueloop.cli.main import app
+from trueloop.machine.lag import lagged
+
+
+def _log(path: Path, seed: int, *, offset_um: float = 0.0, warmer: float = 0.0, displacement: bool = True) -> Path:
+    """Fourteen hours of a hall and a spindle; z follows both late, by 1800 s."""
+    rng = np.random.default_rng(seed)
+    time_s = np.arange(0.0, 14 * 3600.0, 60.0)
+    speed = np.repeat(rng.choice([0.0, 1000.0, 3000.0], 14), 60)
+    speed[:60] = 0.0
+    heat = lagged(time_s, (speed[:, None] / 1000) ** 2, np.array([1200.0]))[:, 0, 0]
+    hall = (1 + warmer) * np.sin(time_s / 9000)
+    felt = lagged(time_s, (heat + hall)[:, None], np.array([1800.0]))[:, 0, 0]
+    columns = {"time_s": time_s, "spindle_rpm": speed, "T1_degC": 20 + hall, "T2_degC": 22 + heat + hall}
+    if displacement:
+        columns["z_um"] = offset_um + 3.0 * felt + rng.normal(0, 0.05, len(time_s))
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(np.stack(list(columns.values()), axis=1).tolist())
+    return path
+
+
+def _run(*arguments: str, status: int = 0) -> str:
+    result = CliRunner().invoke(app, ["machine", *arguments])
+    assert result.exit_code == status, result.output
+    return result.output
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("drift")
+    told = json.loads(_run("drift-fit", str(_log(folder / "log.csv", 5)), "-o", str(folder), "--json"))
+    left = told["left_um_rms"]["z"]
+    assert left["dynamic"] < 0.1 * left["raw"] and left["dynamic"] < 0.5 * left["static"]
+    assert "drift model" in (folder / "drift.html").read_text()
+    return folder / "drift.json"
+
+
+def test_another_day_is_predicted_with_its_sign(fitted: Path, tmp_path: Path) -> None:
+    """Its displacement was zeroed elsewhere: that offset is told apart."""
+    log, out = _log(tmp_path / "day.csv", 6, offset_um=100.0), tmp_path / "p.csv"
+    left = json.loads(_run("drift-predict", str(fitted), str(log), "-o", str(out), "--json"))["left_um_rms"]["z"]
+    assert left["without_mean"] < 1.0 and left["as_read"] == pytest.approx(100, abs=1)
+    read, written = (np.genfromtxt(path, delimiter=",", names=True) for path in (log, out))
+    assert np.polyfit(written["z_um"], read["z_um"], 1)[0] == pytest.approx(1, abs=0.1)
+
+
+def test_a_log_without_displacements_will_do(fitted: Path, tmp_path: Path) -> None:
+    log, out = _log(tmp_path / "day.csv", 6, displacement=False), tmp_path / "p.csv"
+    assert "written" in _run("drift-predict", str(fitted), str(log), "-o", str(out))
+
+
+def test_signals_beyond_the_data_need_their_name(fitted: Path, tmp_path: Path) -> None:
+    log, out = _log(tmp_path / "day.csv", 5, warmer=9.0), tmp_path / "p.csv"
+    said = _run("drift-predict", str(fitted), str(log), "-o", str(out), status=3)
+    assert "day.csv: MCH-RANGE: T" in said and "°C; the model was found from" in said and not out.exists()
+    allowed = ["--extrapolate", "T1", "--extrapolate", "T2_degC"]
+    assert "written" in _run("drift-predict", str(fitted), str(log), "-o", str(out), *allowed)
+
+
+def test_refusals(fitted: Path, tmp_path: Path) -> None:
+    out = str(tmp_path / "p.csv")
+    short = tmp_path / "short.csv"
+    short.write_text("\n".join(_log(tmp_path / "day.csv", 6).read_text().splitlines()[:50]))
+    assert "MCH-DATA" in _run("drift-fit", str(short), "-o", str(tmp_path), status=3)
+    renamed = tmp_path / "renamed.csv"
+    renamed.write_text(short.read_text().replace("spindle_rpm", "speed_rpm"))
+    assert "MCH-SIGNAL: 1 signals" in _run("drift-predict", str(fitted), str(renamed), "-o", out, status=3)
+    assert "MCH-FILE" in _run("drift-predict", str(short), str(short), "-o", out, status=3)
