@@ -29,9 +29,7 @@ def plates(
     ] = 10.0,
     margin_mm: Annotated[
         float,
-        typer.Option(
-            callback=not_negative, help="How far the table reaches beyond the holes, where the pattern fades."
-        ),
+        typer.Option(callback=not_negative, help="How far the table reaches beyond the holes, where it is a guess."),
     ] = 0.0,
     as_json: AsJson = False,
 ) -> None:

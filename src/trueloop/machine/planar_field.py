@@ -4,14 +4,14 @@ A field answers E(x, y) = actual − commanded, (n, 2) mm. The correction is −
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
-from trueloop.machine.similarity import as_complex
+from trueloop.machine.similarity import as_complex, fit_similarity
 
 Complex = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
@@ -54,8 +54,9 @@ class Plate:
 class PatternField:
     """A smooth field learnt from plates, with an offset for each tool; its prior is a Gaussian process.
 
-    `length_mm`, `spread_mm`, `tool_spread_mm`, `noise_mm` are the most likely ones for the plates. Far from every
-    hole the field falls back to 0.
+    `length_mm`, `spread_mm`, `tool_spread_mm`, `noise_mm` are the most likely ones for the plates. Over their holes the
+    field has no similarity of its own: `offset_mm` + `slope` · (x + iy), which nothing tells apart from how the plates
+    lay and how warm they were, is taken out. Beyond the holes it is a guess.
     """
 
     known_mm: Array
@@ -65,13 +66,15 @@ class PatternField:
     spread_mm: float
     tool_spread_mm: float
     noise_mm: float
+    offset_mm: complex = 0.0
+    slope: complex = 0.0
 
     def error_mm(self, point_mm: Array, tool: Array | None = None) -> Array:
         """E at (n, 2) points, without the tools' offsets unless `tool` (n,) says which made the hole."""
         cover = _smooth(point_mm, self.known_mm, self.length_mm, self.spread_mm)
         if tool is not None:
             cover = cover + _tools(tool, self.known_tool, self.tool_spread_mm)
-        found = cover @ self.weight
+        found = cover @ self.weight - self.offset_mm - self.slope * as_complex(point_mm)
         return np.column_stack([found.real, found.imag])
 
 
@@ -105,7 +108,9 @@ def fit_pattern(plates: Sequence[Plate]) -> PatternField:
     runs = [minimize(badness, start, method="Nelder-Mead", options={"maxiter": 600, "fatol": 1e-3}) for start in starts]
     length, spread, tool_spread, noise = (float(v) for v in np.exp(min(runs, key=lambda run: float(run.fun)).x))
     weight, _ = _solve(np.array([length, spread, tool_spread, noise]), nominal, tool, error, nuisance)
-    return PatternField(nominal, tool, weight, length, spread, tool_spread, noise)
+    pattern = PatternField(nominal, tool, weight, length, spread, tool_spread, noise)
+    own = fit_similarity(nominal, nominal + pattern.error_mm(nominal))
+    return replace(pattern, offset_mm=own.offset, slope=own.slope)
 
 
 def _similarities(plates: Sequence[Plate]) -> Complex:

@@ -40,7 +40,7 @@ def after_pattern_mm(pattern: PatternField, plate: Plate) -> float:
 
 
 def pattern_table(pattern: PatternField, step_mm: float, margin_mm: float = 0.0) -> PlaneTable:
-    """A grid over all holes of the plates and a margin, where the pattern fades; its steps `step_mm` at the most."""
+    """A grid over all holes of the plates and a margin, where it is a guess; its steps `step_mm` at the most."""
     low, high = pattern.known_mm.min(axis=0) - margin_mm, pattern.known_mm.max(axis=0) + margin_mm
     x, y = (np.linspace(a, b, int(np.ceil((b - a) / step_mm)) + 1) for a, b in zip(low, high, strict=True))
     correction = -_at(pattern, x, y)

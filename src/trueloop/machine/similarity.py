@@ -18,6 +18,16 @@ class Similarity:
     residual_mm: Array
 
     @property
+    def offset(self) -> complex:
+        """The offset as a complex number."""
+        return complex(*self.offset_mm)
+
+    @property
+    def slope(self) -> complex:
+        """What is beyond the identity, scale · exp(i rotation) − 1."""
+        return complex(self.scale * np.exp(1j * self.rotation_rad) - 1.0)
+
+    @property
     def rms_mm(self) -> float:
         """Root mean square of the residuals' lengths."""
         return float(np.sqrt(np.mean(np.sum(self.residual_mm**2, axis=1))))
