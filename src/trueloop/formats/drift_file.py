@@ -7,8 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.input_file import read_text
+from trueloop.formats.json_file import read_json
 from trueloop.machine.drift_model import DriftModel, Member
 
 FORMAT: Final = "trueloop drift model 1"
@@ -24,20 +23,11 @@ def drift_to_json(models: Mapping[str, DriftModel], made_from: dict[str, str]) -
 
 def read_drift_models(path: Path) -> dict[str, DriftModel]:
     """Reads such a file. Raises MCH-FILE for what is none."""
-    text = read_text(path, Code.MCH_FILE, hint=HINT)
-    try:
-        with in_file(path):
-            content = json.loads(text)
-            if content["format"] != FORMAT:
-                raise ValueError(f"format {content['format']!r} is not {FORMAT!r}")
-            return {name: _read_channel(channel) for name, channel in content["channels"].items()}
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
-        raise TrueloopError(
-            Code.MCH_FILE,
-            f"{path.name!r} holds no drift models of format 1: {type(error).__name__}: {error}",
-            hint=HINT,
-            place=Place(str(path)),
-        ) from error
+    return read_json(path, FORMAT, _channels, hint=HINT)
+
+
+def _channels(content: dict[str, Any]) -> dict[str, DriftModel]:
+    return {name: _read_channel(channel) for name, channel in content["channels"].items()}
 
 
 def _channel(model: DriftModel) -> dict[str, Any]:

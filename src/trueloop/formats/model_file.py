@@ -6,8 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.input_file import read_text
+from trueloop.formats.json_file import read_json
 from trueloop.machine.chain import Axis, AxisKind, Chain
 from trueloop.machine.history import Lag
 from trueloop.machine.model import Machine, MachineModel
@@ -43,20 +42,7 @@ def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
 
 def read_model(path: Path) -> MachineModel:
     """Reads a model file. Raises MCH-FILE for what is none."""
-    text = read_text(path, Code.MCH_FILE, hint=HINT)
-    try:
-        with in_file(path):
-            content = json.loads(text)
-            if content["format"] != FORMAT:
-                raise ValueError(f"format {content['format']!r} is not {FORMAT!r}")
-            return _model(content)
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
-        raise TrueloopError(
-            Code.MCH_FILE,
-            f"{path.name!r} is no machine model of format 1: {type(error).__name__}: {error}",
-            hint=HINT,
-            place=Place(str(path)),
-        ) from error
+    return read_json(path, FORMAT, _model, hint=HINT)
 
 
 def _model(content: dict[str, Any]) -> MachineModel:
