@@ -252,6 +252,14 @@ def test_what_cannot_be_mapped_is_refused_with_its_place_and_nothing_written(
     assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
 
 
+def test_an_unknown_code_is_seen_behind_a_thousand_slips(tmp_path: Path) -> None:
+    """Coordinates without a decimal point are worth a warning each; what nobody knows must not drown in them."""
+    slips = "".join(f"X{k} Y{k}\n" for k in range(1, 600))
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, f"G21 G90\nG0 X0. Y0. Z0.\nG1 F100.\n{slips}G123 X5.\nM30\n", MIXED, "fanuc-mill")
+    assert (refused.value.code, refused.value.place.line) == (Code.NC_CODE, 603)
+
+
 def test_a_loop_whose_turns_are_displaced_alike_is_mapped(tmp_path: Path) -> None:
     loop = "G21 F1\nG0 X0\no1 repeat [3]\nG91 G1 X10\no1 endrepeat\nM2\n"
     text, _ = mapped(tmp_path, loop, affine_field(np.eye(3), (0.5, 0.0, 0.0)))

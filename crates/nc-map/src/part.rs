@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use nc_program::{finding, lint, Finding, MoveKind, Program, Severity, ToolPath};
+use nc_program::{finding, first_unknown, Finding, MoveKind, Program, Severity, ToolPath};
 
 use crate::edits::Edits;
 use crate::field::{Field, Trouble, Vector};
@@ -10,6 +10,7 @@ use crate::pieces::{pieces, Fault, Geometry, Piece};
 use crate::refusal::{self, Refused};
 use crate::role::{names_axis, roles, Role};
 use crate::standing::{self, leaves, Standing};
+use crate::text::Step;
 use crate::writer::Writer;
 use crate::Mapper;
 
@@ -67,6 +68,7 @@ impl Mapper {
             path: &path,
             geometry: &geometry,
             edits,
+            steps: [false, true].map(|inch| Step::of(program.dialect(), inch)),
             carried: self.carried,
             added: 0,
             tolerance_mm,
@@ -274,7 +276,6 @@ fn require_known(
     roles: &HashMap<usize, Role>,
     end: usize,
 ) -> Result<(), Refused> {
-    let strange = lint(program).into_iter().filter(|found| [finding::WORD, finding::CODE].contains(&found.code));
     let refuses = |found: &Finding| match (found.severity, found.code) {
         (Severity::Error, _) | (Severity::Warning, finding::OPAQUE) => true,
         (_, finding::OPAQUE) => {
@@ -287,7 +288,8 @@ fn require_known(
         }
         _ => false,
     };
-    let first = strange.chain(findings.into_iter().filter(refuses)).filter(|found| found.at < end).min_by_key(|f| f.at);
+    let met = findings.into_iter().filter(|found| found.at < end && refuses(found));
+    let first = first_unknown(program, end).into_iter().chain(met).min_by_key(|found| found.at);
     match first {
         Some(found) => Err(Refused { hint: found.hint, ..Refused::new(found.code, found.at, found.message, "") }),
         None => Ok(()),

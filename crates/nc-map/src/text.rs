@@ -7,27 +7,30 @@ use nc_program::Dialect;
 pub(crate) struct Step {
     pub unit: f64,
     pub decimals: usize,
+    /// Steps in a program unit.
+    scale: f64,
 }
 
 impl Step {
     pub fn of(dialect: &Dialect, inch: bool) -> Self {
         let unit = if inch { dialect.resolution.0 } else { dialect.resolution.1 };
-        Self { unit, decimals: (-unit.log10()).round().max(0.0) as usize }
+        let decimals = (-unit.log10()).round().max(0.0) as usize;
+        Self { unit, decimals, scale: 10f64.powi(decimals as i32) }
     }
 
     /// The number of steps nearest to a value in program units, halves to even.
     pub fn round(&self, value: f64) -> i64 {
-        (value * 10f64.powi(self.decimals as i32)).round_ties_even() as i64
+        (value * self.scale).round_ties_even() as i64
     }
 
     /// The value of that many steps: the double nearest to the decimal number.
     pub fn value(&self, steps: i64) -> f64 {
-        steps as f64 / 10f64.powi(self.decimals as i32)
+        steps as f64 / self.scale
     }
 
     /// Writes a number with at least `decimals` decimals and `digits` digits before the point.
     pub fn write(&self, out: &mut Vec<u8>, steps: i64, decimals: usize, digits: usize) {
-        let scale = 10u64.pow(self.decimals as u32);
+        let scale = self.scale as u64;
         let (whole, fraction) = (steps.unsigned_abs() / scale, steps.unsigned_abs() % scale);
         if steps < 0 {
             out.push(b'-');
@@ -127,7 +130,7 @@ mod tests {
     use nc_program::dialect::{GE2000T, LINUXCNC};
     use proptest::prelude::*;
 
-    const STEP: Step = Step { unit: 0.001, decimals: 3 };
+    const STEP: Step = Step { unit: 0.001, decimals: 3, scale: 1000.0 };
 
     fn restyled(old: &str, steps: i64) -> String {
         let mut out = Vec::new();

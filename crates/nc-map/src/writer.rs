@@ -30,6 +30,8 @@ pub(crate) struct Writer<'a> {
     pub path: &'a ToolPath,
     pub geometry: &'a Geometry<'a>,
     pub edits: Edits,
+    /// In millimetres and in inches.
+    pub steps: [Step; 2],
     /// Actual less programmed position, mm.
     pub carried: Vector,
     /// Blocks written in addition.
@@ -103,7 +105,7 @@ impl<'a> Writer<'a> {
         let (program, path) = (self.program, self.path);
         let block = path.block[index] as usize;
         let state = &path.states[path.state[index] as usize];
-        let step = Step::of(program.dialect(), state.inch);
+        let step = self.steps[usize::from(state.inch)];
         let increments = program.dialect().increments.unwrap_or([0; 3]);
         let axes = [0, 1, 2].map(|axis| {
             let word = usize::try_from(path.words[index][axis]).ok().and_then(|word| program.words().get(word));

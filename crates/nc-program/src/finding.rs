@@ -44,7 +44,8 @@ pub const DIAMETER: &str = "NC-DIAMETER";
 /// A bound on blocks, depth or moves was reached.
 pub const LIMIT: &str = "NC-LIMIT";
 
-/// Findings beyond this many are not kept: a file that is no program would drown the ones that matter.
+/// Notes beyond this many are not kept, and warnings and errors beyond twice and three times as many: a file that is no
+/// program would drown the ones that matter.
 pub const MOST: usize = 1000;
 
 /// Something noticed.
@@ -65,7 +66,12 @@ pub struct Finding {
 /// Adds a finding unless there are too many or it is there already.
 pub(crate) fn add(findings: &mut Vec<Finding>, finding: Finding) {
     let known = |other: &Finding| other.at == finding.at && other.code == finding.code;
-    if findings.len() < MOST && !findings.iter().any(known) {
+    let room = match finding.severity {
+        Severity::Note => MOST,
+        Severity::Warning => 2 * MOST,
+        Severity::Error => 3 * MOST,
+    };
+    if findings.len() < room && !findings.iter().any(known) {
         findings.push(finding);
     }
 }

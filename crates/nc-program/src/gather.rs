@@ -53,11 +53,17 @@ impl Runner<'_> {
                     if let Some(increment) = self.program.reference(word) {
                         request.refer(letter, increment);
                     }
-                    if self.program.dialect().other_axes.contains(&letter) {
-                        self.note_opaque(index as i32, "this axis is not in the path");
-                    }
+                    self.note_other_axis(letter, index);
                 }
             }
+        }
+    }
+
+    /// Says once of every axis that the path is without it.
+    fn note_other_axis(&mut self, letter: u8, index: usize) {
+        if self.program.dialect().other_axes.contains(&letter) && !self.state.other_axes.contains(&letter) {
+            self.state.other_axes.push(letter);
+            self.note_opaque(index as i32, "this axis is not in the path");
         }
     }
 

@@ -62,7 +62,7 @@ mod visit;
 
 pub use dialect::Dialect;
 pub use finding::{Finding, Severity};
-pub use lint::lint;
+pub use lint::{first_unknown, lint};
 pub use meaning::meaning;
 pub use modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 pub use parameters::Key;

@@ -25,7 +25,18 @@ pub fn lint(program: &Program) -> Vec<Finding> {
     findings
 }
 
+/// The first word or code before a byte that the dialect does not know.
+pub fn first_unknown(program: &Program, before: usize) -> Option<Finding> {
+    let labels = OnceCell::new();
+    let words = program.words().iter().take_while(|word| (word.start as usize) < before);
+    { words }.find_map(|word| unknown(program, word).or_else(|| unknown_call(program, word, &labels)))
+}
+
 fn of_word(program: &Program, word: &Word) -> Option<Finding> {
+    unknown(program, word).or_else(|| odd_number(program, word))
+}
+
+fn unknown(program: &Program, word: &Word) -> Option<Finding> {
     let dialect = program.dialect();
     let text = || finding::excerpt(program.text(word));
     if word.kind == WordKind::Unknown || word.letter.is_ascii_uppercase() && !dialect.letters.contains(&word.letter) {
@@ -33,6 +44,17 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
         let hint = "it is kept as it is and never moved; name another dialect if this one is wrong";
         return Some(warning(finding::WORD, word, message, hint));
     }
+    if word.kind == WordKind::Number && !known_code(dialect, word) {
+        let message = format!("\"{}\" is no code of the dialect {}", text(), dialect.name);
+        let hint = "it is kept as it is; what it does to the path is not known";
+        return Some(warning(finding::CODE, word, message, hint));
+    }
+    None
+}
+
+fn odd_number(program: &Program, word: &Word) -> Option<Finding> {
+    let dialect = program.dialect();
+    let text = || finding::excerpt(program.text(word));
     if word.kind == WordKind::Number && program.text(word).contains(&b',') {
         let message = format!("\"{}\" has a comma for its decimal point: read as {}", text(), word.value);
         return Some(warning(finding::NUMBER, word, message, "write a point"));
@@ -41,15 +63,6 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
         let message = format!("\"{}\" has no decimal point: read as {}", text(), word.value);
         let hint = "a control may count least increments instead, by its parameters; write a point";
         return Some(warning(finding::NUMBER, word, message, hint));
-    }
-    if word.kind == WordKind::Number && !known_code(dialect, word) {
-        let message = format!("\"{}\" is no code of the dialect {}", text(), dialect.name);
-        return Some(warning(
-            finding::CODE,
-            word,
-            message,
-            "it is kept as it is; what it does to the path is not known",
-        ));
     }
     None
 }

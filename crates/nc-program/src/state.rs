@@ -28,6 +28,8 @@ pub(crate) struct State {
     pub store: Store,
     /// Parameters without a value that were reported already.
     pub undefined: Vec<Key>,
+    /// Letters of axes that the path is without, that were reported already.
+    pub other_axes: Vec<u8>,
     /// Tape marks met.
     pub tape_marks: usize,
     /// The T word at the last tool change by M06; −1 before.
@@ -62,6 +64,7 @@ impl State {
             pole: [0.0; 3],
             store,
             undefined: Vec::new(),
+            other_axes: Vec::new(),
             tape_marks: 0,
             spindle_tool: -1,
             hole: None,

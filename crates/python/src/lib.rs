@@ -9,6 +9,11 @@ mod nc_map;
 mod simulator;
 mod surface;
 
+/// Keeps what a program's words and moves took for the next program: the system's own allocator gives large arrays back
+/// at once, and filling fresh pages then takes half of the time.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     curve::register(module)?;

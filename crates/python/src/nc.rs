@@ -7,7 +7,7 @@ use nc_program::{
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 /// Severity, code, message, hint, byte offset.
 type FindingTuple = (&'static str, &'static str, String, String, usize);
@@ -271,17 +271,8 @@ fn column<'py, T: numpy::Element>(
 
 fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bound<'py, PyDict>> {
     let count = path.len();
-    let (mut centre, mut sweep, mut radius) = (
-        vec![[f64::NAN; 3]; count],
-        vec![0.0; count],
-        vec![f64::NAN; count],
-    );
-    for arc in &path.arcs {
-        centre[arc.of_move] = arc.centre;
-        sweep[arc.of_move] = arc.sweep;
-        radius[arc.of_move] = arc.radius;
-    }
     let columns = PyDict::new(py);
+    set_arcs(py, &columns, &path)?;
     columns.set_item(
         "column",
         column(
@@ -295,9 +286,6 @@ fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bo
     )?;
     columns.set_item("start_mm", rows(py, path.start)?)?;
     columns.set_item("end_mm", rows(py, path.end)?)?;
-    columns.set_item("centre_mm", rows(py, centre)?)?;
-    columns.set_item("sweep_rad", column(py, sweep))?;
-    columns.set_item("programmed_radius_mm", column(py, radius))?;
     columns.set_item("block", column(py, path.block))?;
     columns.set_item("word", rows(py, path.words)?)?;
     columns.set_item("state", column(py, path.state))?;
@@ -314,6 +302,33 @@ fn moves<'py>(py: Python<'py>, program: &Program, path: ToolPath) -> PyResult<Bo
     columns.set_item("dwell_before", column(py, before))?;
     columns.set_item("dwell_s", column(py, seconds))?;
     Ok(columns)
+}
+
+/// The columns of arcs; without any, one value throughout.
+fn set_arcs(py: Python<'_>, columns: &Bound<'_, PyDict>, path: &ToolPath) -> PyResult<()> {
+    let count = path.len();
+    if path.arcs.is_empty() {
+        let numpy = py.import("numpy")?;
+        let throughout = |value: f64, shape: &[usize]| {
+            numpy.call_method1("broadcast_to", (value, PyTuple::new(py, shape)?))
+        };
+        columns.set_item("centre_mm", throughout(f64::NAN, &[count, 3])?)?;
+        columns.set_item("sweep_rad", throughout(0.0, &[count])?)?;
+        return columns.set_item("programmed_radius_mm", throughout(f64::NAN, &[count])?);
+    }
+    let (mut centre, mut sweep, mut radius) = (
+        vec![[f64::NAN; 3]; count],
+        vec![0.0; count],
+        vec![f64::NAN; count],
+    );
+    for arc in &path.arcs {
+        centre[arc.of_move] = arc.centre;
+        sweep[arc.of_move] = arc.sweep;
+        radius[arc.of_move] = arc.radius;
+    }
+    columns.set_item("centre_mm", rows(py, centre)?)?;
+    columns.set_item("sweep_rad", column(py, sweep))?;
+    columns.set_item("programmed_radius_mm", column(py, radius))
 }
 
 fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDict>> {

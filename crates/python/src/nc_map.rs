@@ -300,17 +300,25 @@ const NOWHERE: Place = Place {
 /// Of some lines of a program: whether a block may send its run elsewhere, which of X, Y, Z are named, and the bytes at
 /// which each letter is first met.
 #[pyfunction]
-fn nc_survey(source: &[u8], dialect: &str) -> PyResult<(bool, [bool; 3], BTreeMap<char, usize>)> {
-    let Ok(program) = Program::read(source.to_vec(), dialect_of(dialect)?) else {
-        return Ok((true, [true; 3], BTreeMap::new()));
-    };
-    let mut letters = BTreeMap::new();
-    for word in program.words().iter().filter(|word| word.letter != 0) {
-        letters
-            .entry(char::from(word.letter))
-            .or_insert(word.start as usize);
+fn nc_survey(
+    py: Python<'_>,
+    source: &[u8],
+    dialect: &str,
+) -> PyResult<(bool, [bool; 3], BTreeMap<char, usize>)> {
+    let dialect = dialect_of(dialect)?;
+    Ok(py.detach(|| match Program::read(source.to_vec(), dialect) {
+        Ok(program) => (jumps(&program), named_axes(&program), letters(&program)),
+        Err(_) => (true, [true; 3], BTreeMap::new()),
+    }))
+}
+
+fn letters(program: &Program) -> BTreeMap<char, usize> {
+    let mut first = [None; 256];
+    for word in program.words() {
+        first[usize::from(word.letter)].get_or_insert(word.start as usize);
     }
-    Ok((jumps(&program), named_axes(&program), letters))
+    let named = (1u8..=255).filter_map(|letter| Some((letter.into(), first[usize::from(letter)]?)));
+    named.collect()
 }
 
 /// Adds what this file binds to the module.

@@ -134,3 +134,16 @@ def test_a_plain_coordinate_is_displaced_as_a_whole() -> None:
     edit = displace_word(program, program.block(0).words[3], 0.1, program.run().coordinate_state(0))
     assert edit is not None
     assert apply_edits(program, [edit]) == b"G71 G90 G1 X12.6000 F100\n"
+
+
+def test_an_error_is_told_behind_a_thousand_notes() -> None:
+    program = siemens("G71 G90\n" + "CYCLE81(10,0,2,-5)\n" * 1001 + "G1 X=R5 F100")
+    found = program.run(strict=False).findings
+    assert sum(one.code is Code.NC_OPAQUE for one in found) == 1000
+    assert found[-1].code is Code.NC_PARAMETER
+
+
+def test_an_axis_that_is_not_in_the_path_is_told_once() -> None:
+    found = siemens("G71 G90\nG1 X5 C10 F100\nC20\nA5\nC30").run(strict=False).findings
+    told = [(one.place.line, one.message) for one in found if one.code is Code.NC_OPAQUE]
+    assert told == [(2, "C10: this axis is not in the path"), (4, "A5: this axis is not in the path")]
