@@ -74,6 +74,7 @@ class NcProgram:
         tools: list[tuple[int | None, float, int | None, float | None]] = ...,
         trace: bool = ...,
         work_offsets: list[tuple[int, tuple[float, float, float]]] = ...,
+        roughing: bool = ...,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]]]:
         """Columns of the moves, columns of the modal states, findings."""
 

@@ -2,8 +2,9 @@
 
 `moves`: line, kind, end (x, z) in `unit`, x a radius, and for an arc centre (x, z) and sweep in degrees, positive for
 G02; worked out by hand. `starts`: line and start (x, z) of the first move of that line. `findings`: line, column,
-code; without the key there must be none. LinuxCNC's own programs are run by LinuxCNC's own interpreter as well; of
-another control's program it runs `equivalent.ngc`, the same cut in its own words, which must give the same moves.
+code; without the key there must be none. `roughing = false` leaves out what roughing cycles do. LinuxCNC's own
+programs are run by LinuxCNC's own interpreter as well; of another control's program it runs `equivalent.ngc`, the same
+cut in its own words, which must give the same moves.
 """
 
 import math
@@ -33,6 +34,10 @@ def case_of(folder: Path) -> tuple[dict[str, Any], Program]:
     return case, read_program(file.read_bytes(), case["dialect"], file.name)
 
 
+def run(case: dict[str, Any], program: Program) -> ToolPath:
+    return program.run(case.get("parameters"), roughing=case.get("roughing", True))
+
+
 def row_mm(path: ToolPath, move: int) -> list[Any]:
     row = [int(path.line[move]), Motion(path.motion[move]).name.lower(), *path.end_mm[move, [0, 2]]]
     if path.motion[move] == Motion.ARC:
@@ -55,7 +60,7 @@ def test_unedited_programs_keep_every_byte(folder: Path) -> None:
 @pytest.mark.parametrize("folder", CASES, ids=NAMES)
 def test_the_path_is_the_one_worked_out_by_hand(folder: Path) -> None:
     case, program = case_of(folder)
-    path = program.run(case.get("parameters"))
+    path = run(case, program)
     if "moves" in case:
         expected = [in_mm(row, case["unit"]) for row in case["moves"]]
         found = [row_mm(path, move) for move in range(len(path))]
@@ -71,7 +76,7 @@ def test_the_path_is_the_one_worked_out_by_hand(folder: Path) -> None:
 @pytest.mark.parametrize("folder", CASES, ids=NAMES)
 def test_every_oddity_is_said_with_its_place_and_no_other(folder: Path) -> None:
     case, program = case_of(folder)
-    found = [*program.findings, *program.run(case.get("parameters")).findings]
+    found = [*program.findings, *run(case, program).findings]
     rows = sorted([finding.place.line, finding.place.column, finding.code.value] for finding in found)
     assert rows == case.get("findings", [])
 
@@ -87,4 +92,4 @@ def test_linuxcnc_itself_makes_the_same_moves(folder: Path) -> None:
 def test_linuxcnc_makes_the_same_moves_of_an_equivalent_program(folder: Path) -> None:
     case, program = case_of(folder)
     judged = interpret(folder / "equivalent.ngc", startup=LATHE_STARTUP)
-    assert_same_moves(program.run(case.get("parameters")), judged, same_lines=False)
+    assert_same_moves(run(case, program), judged, same_lines=False)

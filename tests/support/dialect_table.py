@@ -110,7 +110,8 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Macros called after each move (G66)": _for(lathe="G66 P2 Z5.\nM30\nO2 M99", mill="G66 P2 Z5.\nM30\nO2 M99"),
     "Contours of the finishing cycle (G70)": _for(lathe="G21\nG70 P1 Q2\nM30\nN1 G00 X1.\nN2 Z1."),
     "Roughing cycles (G71–G73)": _for(
-        siemens='CYCLE95("PART",1,0.1,0.1,,0.2,0.1,0.1,9)', lathe="G71 P1 Q2 U.1 W.1\nN1 G00 X1.\nN2 Z1."
+        siemens='CYCLE95("PART",1,0.1,0.1,,0.2,0.1,0.1,9)',
+        lathe="G21 G00 X9. Z1.\nG71 U1. R.1\nG71 P1 Q2 U.1 W.1 F.1\nN1 G00 X1.\nN2 G01 Z-5.",
     ),
     "Grooving cycles (G74, G75)": _for(siemens="CYCLE93(20,-5,3,2)", lathe="G75 R.1\nG75 X1. Z-5. P100 Q100"),
     "Threads in passes (G76)": _for(

@@ -5,6 +5,7 @@ use crate::drill::{Drill, Hole};
 use crate::finding::{self, Severity};
 use crate::modal::{Compensation, FeedMode, Motion};
 use crate::request::Request;
+use crate::rough::Rough;
 use crate::run::Runner;
 use crate::tool::{Called, NONE_CALLED};
 
@@ -24,7 +25,8 @@ enum Action {
     ToolOffset,
     Home(u8),
     HomeNamed(u8),
-    Contour(bool, i32),
+    FinishContour(i32),
+    RoughContour(Rough, i32),
     TurningCycle,
     Thread(i32),
     CallMacro(i32),
@@ -59,7 +61,8 @@ impl Runner<'_> {
             Action::ToolOffset => self.tool_offset(request),
             Action::Home(number) => self.home(request, usize::from(number)),
             Action::HomeNamed(number) => self.home_named(request, usize::from(number)),
-            Action::Contour(finish, word) => self.contour(request, finish, word),
+            Action::FinishContour(word) => self.finish_contour(request, word),
+            Action::RoughContour(rough, word) => self.rough_contour(request, rough, word),
             Action::TurningCycle => self.turning_cycle(request),
             Action::CallMacro(word) => self.call_macro(request, word),
             Action::Thread(word) => self.thread_cycle(request, word),
@@ -243,8 +246,8 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::SetWorkOffset => Some(Action::SetWorkOffset),
         G::Home(number) => Some(Action::Home(number)),
         G::HomeNamed(number) => Some(Action::HomeNamed(number)),
-        G::FinishContour => Some(Action::Contour(true, word)),
-        G::RoughContour => Some(Action::Contour(false, word)),
+        G::FinishContour => Some(Action::FinishContour(word)),
+        G::RoughContour(rough) => Some(Action::RoughContour(rough, word)),
         G::TurningCycle => Some(Action::TurningCycle),
         G::Thread => Some(Action::Thread(word)),
         G::CallMacro => Some(Action::CallMacro(word)),

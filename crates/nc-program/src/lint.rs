@@ -2,10 +2,11 @@
 
 use std::cell::OnceCell;
 
-use crate::dialect::{Dialect, FlowStyle};
+use crate::dialect::{Dialect, FlowStyle, G};
 use crate::finding::{self, Finding, Severity};
 use crate::labels::{called, Labels};
 use crate::program::{Program, Word, WordKind};
+use crate::rough::Rough;
 
 /// Unknown words and codes, words twice in a block, numbers oddly written. At most `finding::MOST`.
 pub fn lint(program: &Program) -> Vec<Finding> {
@@ -85,7 +86,16 @@ fn unknown_call(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Op
 /// Whether a coordinate other than zero is written without a decimal point.
 fn lacks_point(program: &Program, word: &Word) -> bool {
     let coordinate = matches!(word.letter, b'I'..=b'K' | b'R' | b'U'..=b'Z');
-    coordinate && word.value != 0.0 && !program.text(word).contains(&b'.')
+    coordinate && word.value != 0.0 && !program.text(word).contains(&b'.') && !counts_passes(program, word)
+}
+
+/// R of a pattern that is repeated (G73) is a number of passes, no length.
+fn counts_passes(program: &Program, word: &Word) -> bool {
+    let repeats = |code: &Word| {
+        let known = (program.dialect().g)((code.value * 10.0).round() as u16);
+        code.letter == b'G' && known == Some(G::RoughContour(Rough::Pattern))
+    };
+    word.letter == b'R' && program.words_of(program.block_at(word.start as usize)).iter().any(repeats)
 }
 
 fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Finding {

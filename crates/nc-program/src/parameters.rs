@@ -82,7 +82,7 @@ impl fmt::Display for Key {
 }
 
 /// The values at one moment of a run.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Store {
     numbered: Vec<Option<f64>>,
     global: HashMap<String, f64>,

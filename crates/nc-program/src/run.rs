@@ -42,6 +42,8 @@ pub struct Options {
     pub block_limit: usize,
     /// Note every block executed in the path.
     pub trace: bool,
+    /// Take roughing cycles apart: their passes follow the contour, of which they say nothing themselves.
+    pub roughing: bool,
 }
 
 impl Default for Options {
@@ -57,6 +59,7 @@ impl Default for Options {
             work_offsets: Vec::new(),
             block_limit: 10_000_000,
             trace: false,
+            roughing: false,
         }
     }
 }
@@ -100,6 +103,10 @@ pub(crate) struct Runner<'a> {
     pub counters: Vec<(usize, u64)>,
     /// Lead of the thread being cut, mm; NaN where it is the feed.
     pub lead_mm: f64,
+    /// A contour is drawn to look at.
+    pub draws: bool,
+    /// Blocks executed.
+    pub executed: usize,
 }
 
 impl<'a> Runner<'a> {
@@ -119,6 +126,8 @@ impl<'a> Runner<'a> {
             returns: Vec::new(),
             counters: Vec::new(),
             lead_mm: f64::NAN,
+            draws: false,
+            executed: 0,
         }
     }
 
@@ -130,27 +139,35 @@ impl<'a> Runner<'a> {
     /// Runs the blocks; false when the program ended before the last of them.
     pub(crate) fn blocks(&mut self) -> bool {
         let mut request = Request::new();
-        for _ in 0..self.options.block_limit {
-            let Some(block) = self.upcoming() else { return true };
-            self.block = self.next;
-            self.next += 1;
-            self.state.tape_marks +=
-                usize::from(block.tape_mark && self.program.dialect().flow != FlowStyle::Structured);
-            if self.state.tape_marks > 1 || self.leaves_program() {
-                return false;
+        while self.executed < self.options.block_limit && self.path.len() <= self.options.block_limit {
+            if self.upcoming().is_none() {
+                return true;
             }
-            if (self.options.optional_blocks || !block.optional) && self.one(&mut request) {
+            if !self.step(&mut request) {
                 return false;
-            }
-            self.end_contour();
-            if self.path.len() > self.options.block_limit {
-                break;
             }
         }
         if self.upcoming().is_some() {
             let message = format!("stopped after {} blocks or moves", self.options.block_limit);
             self.refuse(finding::LIMIT, self.block_start(), message, "check what ends the program's loops");
         }
+        true
+    }
+
+    /// Runs the next block; false when there is none, or the program ends with it.
+    pub(crate) fn step(&mut self, request: &mut Request) -> bool {
+        let Some(block) = self.upcoming().filter(|_| self.executed < self.options.block_limit) else { return false };
+        self.executed += 1;
+        self.block = self.next;
+        self.next += 1;
+        self.state.tape_marks += usize::from(block.tape_mark && self.program.dialect().flow != FlowStyle::Structured);
+        if self.state.tape_marks > 1 || self.leaves_program() {
+            return false;
+        }
+        if (self.options.optional_blocks || !block.optional) && self.one(request) {
+            return false;
+        }
+        self.end_contour();
         true
     }
 

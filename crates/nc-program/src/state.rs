@@ -7,11 +7,12 @@ use crate::modal::Modal;
 use crate::parameters::{Key, Store};
 use crate::pass::Passes;
 use crate::program::Program;
+use crate::rough_cycle::RoughData;
 use crate::run::Options;
 use crate::thread_cycle::ThreadData;
 
 /// The state of the control; and what was met or said already.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct State {
     pub modal: Modal,
     /// States put away by the program, and whether its subroutine's end brings each back.
@@ -40,6 +41,8 @@ pub(crate) struct State {
     pub passes: Option<Passes>,
     /// What the first block of a threading cycle said.
     pub thread: ThreadData,
+    /// What the first block of a roughing cycle said.
+    pub rough: RoughData,
     /// Drilling cycles retract to the plane R.
     pub retracts_to_plane: bool,
     /// Block of the O number of the program being run; `None` before the first.
@@ -70,6 +73,7 @@ impl State {
             hole: None,
             passes: None,
             thread: ThreadData::NONE,
+            rough: RoughData::NONE,
             retracts_to_plane: dialect.rules.retracts_to_plane,
             program_start: None,
         }

@@ -80,7 +80,7 @@ impl Runner<'_> {
     }
 
     /// A length that may be written as a number of least steps: mm.
-    fn stepped(&self, request: &Request, letter: u8) -> Option<f64> {
+    pub(crate) fn stepped(&self, request: &Request, letter: u8) -> Option<f64> {
         let value = request.get(letter)?;
         let step = if self.has_point(request.word(letter)) { 1.0 } else { STEP[usize::from(!self.state.modal.inch)] };
         Some(value * self.state.modal.mm() * step)

@@ -5,6 +5,7 @@ use crate::finding;
 use crate::labels::{label, program_name, Labels};
 use crate::path::{MoveKind, INHERITED};
 use crate::request::{Jump, Request};
+use crate::rough::Rough;
 use crate::run::Runner;
 
 /// Calls may nest this deep.
@@ -128,37 +129,51 @@ impl Runner<'_> {
         false
     }
 
-    /// A finishing cycle runs the contour from N of P to N of Q; a roughing one passes it over.
-    pub(crate) fn contour(&mut self, request: &Request, finish: bool, word: i32) {
-        let (Some(first), Some(last)) = (request.get(b'P'), request.get(b'Q')) else {
-            if finish {
-                let message = format!("{} without P and Q: nothing moves", self.word_text(word));
-                self.warn(finding::MISPLACED, self.word_start(word), message, "write G70 P.. Q..");
-            }
-            return; // the first of a roughing cycle's two blocks: depth of cut and retraction
-        };
-        let (at_first, at_last) = (self.word_start(request.word(b'P')), self.word_start(request.word(b'Q')));
-        let (Some(first), Some(last)) = (self.numbered_block(first, at_first), self.numbered_block(last, at_last))
-        else {
-            return;
-        };
-        if last < first {
-            let hint = "P names the first block of the contour, Q the last";
-            return self.refuse(finding::FLOW, at_last, "the contour's last block is before its first".into(), hint);
+    /// A finishing cycle runs the contour from N of P to N of Q.
+    pub(crate) fn finish_contour(&mut self, request: &Request, word: i32) {
+        if !request.any(b"P") || !request.any(b"Q") {
+            let message = format!("{} without P and Q: nothing moves", self.word_text(word));
+            return self.warn(finding::MISPLACED, self.word_start(word), message, "write G70 P.. Q..");
         }
-        if !finish {
-            self.note_opaque(
-                word,
-                "its roughing passes are not in the path; the contour is run by its finishing cycle",
-            );
-            self.next = if self.block < last { last + 1 } else { self.next };
-        } else if !self.too_deep() {
+        let Some((first, last)) = self.contour_blocks(request) else { return };
+        if !self.too_deep() {
             let total = self.state.frame.total();
             let from = [0, 1, 2].map(|axis| self.state.position[axis] + total[axis]);
             self.path.enter_call(self.block);
             self.visits.push(Visit::Contour { last, back: self.next, from });
             self.next = first;
         }
+    }
+
+    /// A roughing cycle cuts down to that contour, and passes its blocks over; without P and Q it is the first of two blocks.
+    pub(crate) fn rough_contour(&mut self, request: &Request, rough: Rough, word: i32) {
+        if !request.any(b"P") || !request.any(b"Q") {
+            return self.rough_data(request, rough);
+        }
+        let Some((first, last)) = self.contour_blocks(request) else { return };
+        if self.options.roughing {
+            self.rough(request, rough, word, (first, last));
+        } else {
+            let what = "its roughing passes are not in the path; the contour is run by its finishing cycle";
+            self.note_opaque(word, what);
+        }
+        self.next = if self.block < last { last + 1 } else { self.next };
+    }
+
+    /// The blocks from N of P to N of Q. None in a contour that is drawn itself.
+    fn contour_blocks(&mut self, request: &Request) -> Option<(usize, usize)> {
+        let number = |letter: u8| (request.get(letter).unwrap_or(f64::NAN), self.word_start(request.word(letter)));
+        let ((first, at_first), (last, at_last)) = (number(b'P'), number(b'Q'));
+        let (first, last) = (self.numbered_block(first, at_first), self.numbered_block(last, at_last));
+        let (first, last) = (first?, last?);
+        if last < first {
+            let hint = "P names the first block of the contour, Q the last";
+            self.refuse(finding::FLOW, at_last, "the contour's last block is before its first".into(), hint);
+        } else if self.draws {
+            let hint = "write the contour with moves alone, outside of its cycle";
+            self.refuse(finding::FLOW, self.block_start(), "a contour that runs on a contour".into(), hint);
+        }
+        (first <= last && !self.draws).then_some((first, last))
     }
 
     /// After the last block of a contour: back to where its cycle began, by a rapid move.

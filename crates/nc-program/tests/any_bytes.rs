@@ -217,7 +217,7 @@ fn everything(source: &[u8], dialect: &'static Dialect) -> Result<(), TestCaseEr
         } else {
             Vec::new()
         };
-        let options = Options { optional_blocks, tools, block_limit: 2000, ..Options::default() };
+        let options = Options { optional_blocks, tools, block_limit: 2000, roughing: true, ..Options::default() };
         let (path, findings) = run(&program, &options);
         prop_assert!(findings.iter().all(|finding| finding.at <= source.len()));
         for index in 0..path.len() {

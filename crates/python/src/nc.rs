@@ -141,7 +141,7 @@ impl NcProgram {
     }
 
     /// Runs it: the columns of the tool path, those of its modal states, and the findings.
-    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new()))]
+    #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new(), roughing=true))]
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
         &self,
@@ -156,6 +156,7 @@ impl NcProgram {
         tools: Vec<ToolTuple>,
         trace: bool,
         work_offsets: Vec<(usize, [f64; 3])>,
+        roughing: bool,
     ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>, Vec<FindingTuple>)> {
         let dialect = self.program.dialect();
         let mut initial = dialect.initial;
@@ -180,6 +181,7 @@ impl NcProgram {
             work_offsets,
             block_limit,
             trace,
+            roughing,
         };
         let (path, findings) = py.detach(|| run(&self.program, &options));
         let findings = findings.into_iter().map(finding_tuple).collect();

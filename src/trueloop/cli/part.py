@@ -76,7 +76,8 @@ def from_program(
     from trueloop.nc.feed_moves import feed_moves
 
     with busy(f"reading {file}"):
-        path = read_program_file(file, dialect).run(parameters_of(settings), skipped_blocks=skipped_blocks)
+        program = read_program_file(file, dialect)
+        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, roughing=False)
         contour = contour_of_program(feed_moves(path), nose_radius_mm, lines=lines)
     _hand_over(name or file.stem, contour.profile, contour.notes, output, file)
 

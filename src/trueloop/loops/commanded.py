@@ -30,8 +30,9 @@ SAMPLES = 257
 
 @dataclass(frozen=True)
 class Run:
-    """How programs are run and read: parameters by name, whether blocks with a slash are executed, the control's
-    resolution, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious.
+    """How programs are run and read, roughing left out: parameters by name, whether blocks with a slash are executed,
+    the control's resolution, and which lines (from, to) of the finish program hold the finish pass, where that is not
+    obvious.
     """
 
     parameters: Mapping[str, float]
@@ -42,12 +43,12 @@ class Run:
     def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
         """The nose centre's path as the control drives it under G41 and G42; what keeps it from that, as findings."""
         nose, skipped_blocks = CutterTool(nose_radius_mm, tip=0), self.execute_deleted_blocks
-        return program.run(self.parameters, skipped_blocks=skipped_blocks, tools=[nose], strict=False)
+        return program.run(self.parameters, skipped_blocks=skipped_blocks, tools=[nose], strict=False, roughing=False)
 
     def of(self, program: Program) -> ToolPath:
         """The tool path of a program. Raises NC errors with the program's file named."""
         with in_file(program.file):
-            path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks)
+            path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
             require_known_frame(path)
             return path
 

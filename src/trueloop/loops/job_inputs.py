@@ -143,7 +143,8 @@ def _profile(sources: Sources, path: Path, job: Job, program: Program | None) ->
     if part.from_program:
         assert program is not None
         with in_file(sources.file(job.programs.finish)):
-            tool_path = program.run(job.programs.parameters, skipped_blocks=job.programs.execute_deleted_blocks)
+            skipped_blocks = job.programs.execute_deleted_blocks
+            tool_path = program.run(job.programs.parameters, skipped_blocks=skipped_blocks, roughing=False)
             features = contour_of_program(feed_moves(tool_path), _nose_radius_mm(job)).profile.features
     elif part.dxf is not None:
         # ezdxf takes long to import, and most jobs have no drawing.

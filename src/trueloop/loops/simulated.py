@@ -240,4 +240,4 @@ def _offset(machine: VirtualMachine, offset_mm: tuple[float, float]) -> VirtualM
 
 
 def _run(inputs: Inputs, program: Program) -> ToolPath:
-    return program.run(inputs.parameters, skipped_blocks=inputs.execute_deleted_blocks)
+    return program.run(inputs.parameters, skipped_blocks=inputs.execute_deleted_blocks, roughing=False)

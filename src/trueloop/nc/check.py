@@ -56,7 +56,7 @@ def check(
         *_arcs_that_do_not_fit(path, tolerance_mm),
         *_broken_tangents(path, step_mm),
         *_cuts_without_feed(path),
-        *_cuts_on_rapid(path),
+        *_cuts_on_rapid(program, path),
         *path_mode_findings(program, path),
     ]
     located = (_in_file(finding, program.file) for finding in geometry)
@@ -152,10 +152,18 @@ def _cuts_without_feed(path: ToolPath) -> Iterator[Finding]:
         yield _finding(path, int(without[0]), Severity.ERROR, Code.NC_FEED, message, hint)
 
 
-def _cuts_on_rapid(path: ToolPath) -> Iterator[Finding]:
+def _cuts_on_rapid(program: Program, path: ToolPath) -> Iterator[Finding]:
     for move, depth_mm in cutting_rapids(path):
+        if _homes(program, int(path.block[move])):
+            continue
         message = f"a rapid move goes {depth_mm:.3f} mm (on the radius) below what was cut there"
         if depth_mm == 0.0:
             message = f"a rapid move of {np.linalg.norm(path.end_mm[move] - path.start_mm[move]):.3f} mm bridges a cut"
         hint = "write G01 if it is a cut; else retract before it"
         yield _finding(path, move, Severity.ERROR, Code.NC_RAPID, message, hint)
+
+
+def _homes(program: Program, block: int) -> bool:
+    """Whether a block goes to machine coordinates: where these are in the part is seldom known."""
+    meanings = (program.core.meaning(word.index) or "" for word in program.block(block).words)
+    return any(meaning.startswith(("MachineCoordinates", "Home")) for meaning in meanings)

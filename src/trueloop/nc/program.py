@@ -153,6 +153,7 @@ class Program:
         block_limit: int = BLOCK_LIMIT,
         strict: bool = True,
         trace: bool = False,
+        roughing: bool = True,
     ) -> ToolPath:
         """Runs it and gives the tool path.
 
@@ -161,16 +162,17 @@ class Program:
         the start where it is not the dialect's own. tools: with them the path under G41 and G42 is that of the
         controlled point, without them the programmed contour; G43 takes their lengths. work_offsets_mm: where the zeros
         of work offsets are in machine coordinates, X a radius, by number from 1 (G54); `offset_number` knows their
-        names. trace: note the blocks executed and the state after each. strict: raise the first
-        of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT and, with tools, NC-TOOL (one
-        that is not among them), NC-GOUGE (a corner it does not fit into) and NC-ENTRY (a way in that is too short);
-        without it they are among the path's findings, with what could not be computed as NaN.
+        names. trace: note the blocks executed and the state after each. roughing: take roughing cycles (G71 to G73)
+        apart; without it their passes, which follow the contour and say nothing of it, are not in the path. strict:
+        raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT and, with tools,
+        NC-TOOL (one that is not among them), NC-GOUGE (a corner it does not fit into) and NC-ENTRY (a way in that is
+        too short); without it they are among the path's findings, with what could not be computed as NaN.
         """
         try:
             moves, states, rows = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
                 [(tool.number, tool.radius_mm, tool.tip, tool.length_mm) for tool in tools],
-                trace, list((work_offsets_mm or {}).items()),
+                trace, list((work_offsets_mm or {}).items()), roughing,
             )  # fmt: skip
         except ValueError as refused:
             raise no_parameter(str(refused), self.dialect.name) from None

@@ -30,7 +30,8 @@ def written(source: Program, shifted: Shifted, offset_mm: tuple[float, float]) -
 
 
 def read_back(source: Program, text: str, cuts: tuple[int, int] = CUTS) -> None:
-    before, after = source.run(), read_program(text.encode(), source.dialect.name).run()
+    after = read_program(text.encode(), source.dialect.name).run(roughing=False)
+    before = source.run(roughing=False)
     shifted = shifted_moves(source, before, cuts)
     require_shift(source, before, after, shifted, cuts, OFFSET_MM, STEP_MM[source.dialect.name] / 2 + 1e-9)
 
@@ -38,7 +39,7 @@ def read_back(source: Program, text: str, cuts: tuple[int, int] = CUTS) -> None:
 def variant(dialect: str, course: str = COURSE, cuts: tuple[int, int] = CUTS) -> str:
     """The program with its contour shifted, read back."""
     source = program(dialect, course)
-    text = written(source, shifted_moves(source, source.run(), cuts), OFFSET_MM)
+    text = written(source, shifted_moves(source, source.run(roughing=False), cuts), OFFSET_MM)
     read_back(source, text, cuts)
     return text
 

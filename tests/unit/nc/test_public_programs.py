@@ -7,10 +7,12 @@ import pytest
 
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
+from tests.support.roughing_reference import Cycle, Piece, Row, cuts
 from trueloop.errors import Code
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.dialect import DIALECTS
 from trueloop.nc.program import read_program
+from trueloop.nc.tool_path import Motion, ToolPath
 
 pytestmark = pytest.mark.corpus
 
@@ -40,7 +42,7 @@ def test_shop_programs_of_fanuc_controls(
     """Every word is known, every byte kept, and what is not in the path is said with its place."""
     source = (corpus / "data" / "public" / "nc" / name).read_bytes()
     program = read_program(source, dialect, name)
-    path = program.run()
+    path = program.run(roughing=False)
     assert program.core.source() == source
     assert program.findings == ()
     assert (len(path), int((~path.rapid).sum())) == (moves, cuts)
@@ -48,6 +50,46 @@ def test_shop_programs_of_fanuc_controls(
     assert len(path.findings) == oddities
     assert codes == {Code.NC_OPAQUE, Code.NC_MISPLACED}  # G28 names no axis
     assert all(finding.place.line and finding.place.column for finding in path.findings)
+
+
+@pytest.mark.parametrize(
+    ("name", "cycles"),
+    [
+        ("fanuc-lathe-round-head-plug.nc", {27: (10, 20, 0.8, 0.1), 75: (30, 40, 0.8, 0.1)}),
+        ("fanuc-lathe-weld-pin.nc", {23: (10, 20, 0.75, 0.1)}),
+    ],
+)
+def test_shop_programs_are_roughed_as_defined(
+    corpus: Path, name: str, cycles: dict[int, tuple[int, int, float, float]]
+) -> None:
+    """Of each G71 (its line): P and Q, and where the tool stands (radius and z, inch). Its contour is run by itself."""
+    source = (corpus / "data" / "public" / "nc" / name).read_bytes()
+    program = read_program(source, "fanuc-lathe", name)
+    path = program.run()
+    assert {int(line) for line in path.line[np.isin(path.line, [*cycles])]} == set(cycles)
+    for line, (first, last, x, z) in cycles.items():
+        words = {word.letter: word.value for word in program.block(line - 1).words}
+        text = source.decode().splitlines()
+        begin, end = (next(k for k, row in enumerate(text) if row.startswith(f"N{n} ")) for n in (first, last))
+        own = read_program(
+            "\n".join(["G20 G18", f"G00 X{2 * x:.4f} Z{z:.4f}", *text[begin : end + 1]]).encode(), "fanuc-lathe"
+        ).run()
+        contour = [piece_of(own, k) for k in np.flatnonzero(~own.rapid).tolist()]
+        allowance = (words["U"] / 2 * 25.4, words["W"] * 25.4)
+        cycle = Cycle((x * 25.4, z * 25.4), contour, allowance)
+        found = [row_of(path, k) for k in np.flatnonzero(path.line == line).tolist()]
+        expected = cuts(cycle, words["D"] * 25.4, 1.27)
+        assert [row[0] for row in found] == [row[0] for row in expected]
+        assert np.array([row[1:] for row in found]) == pytest.approx(np.array([row[1:] for row in expected]), abs=1e-9)
+
+
+def piece_of(path: ToolPath, k: int) -> Piece:
+    (x0, _, z0), (x1, _, z1), (cx, _, cz) = path.start_mm[k], path.end_mm[k], path.centre_mm[k]
+    return Piece((x0, z0), (x1, z1), (cx, cz) if path.motion[k] == Motion.ARC else None)
+
+
+def row_of(path: ToolPath, k: int) -> Row:
+    return Motion(path.motion[k]).name.lower(), float(path.end_mm[k, 0]), float(path.end_mm[k, 2])
 
 
 def test_the_finish_pass_of_a_shaft_is_its_contour(corpus: Path) -> None:

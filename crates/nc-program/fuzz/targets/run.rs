@@ -12,7 +12,7 @@ fuzz_target!(|source: &[u8]| {
     for dialect in DIALECTS {
         let program = Program::read(source.to_vec(), dialect).expect("a fuzzer's inputs are small");
         let optional_blocks = source.len() % 2 == 1;
-        let options = Options { optional_blocks, block_limit: BLOCKS, ..Options::default() };
+        let options = Options { optional_blocks, block_limit: BLOCKS, roughing: true, ..Options::default() };
         let (path, findings) = run(&program, &options);
         let moves = path.len();
         assert_eq!([path.start.len(), path.end.len(), path.words.len()], [moves; 3]);

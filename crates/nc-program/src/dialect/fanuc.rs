@@ -7,6 +7,7 @@ use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming,
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
+use crate::rough::Rough;
 
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
 pub const FANUC_LATHE: Dialect = Dialect {
@@ -91,7 +92,9 @@ fn lathe(tenths: u16) -> Option<G> {
     Some(match tenths {
         320 | 330 => G::Motion(Motion::Thread),
         700 => G::FinishContour,
-        710 | 720 | 730 => G::RoughContour,
+        710 => G::RoughContour(Rough::Along),
+        720 => G::RoughContour(Rough::Face),
+        730 => G::RoughContour(Rough::Pattern),
         740 | 750 => G::OpaqueBlock,
         760 => G::Thread,
         800 => G::NoMotion,

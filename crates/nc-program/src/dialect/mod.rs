@@ -13,6 +13,7 @@ pub(crate) use crate::names::{Name, Names};
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
+use crate::rough::Rough;
 
 pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
 pub use ge2000t::GE2000T;
@@ -150,8 +151,8 @@ pub enum G {
     CallMacro,
     /// Runs the blocks from N of P to N of Q, then goes back to where it began.
     FinishContour,
-    /// Roughs out the contour between N of P and N of Q: not taken apart, and these blocks are passed over.
-    RoughContour,
+    /// Roughs out the contour between N of P and N of Q; these blocks are passed over.
+    RoughContour(Rough),
     /// Without influence on the path.
     Inert,
 }

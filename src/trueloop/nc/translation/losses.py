@@ -18,7 +18,6 @@ UNWRITTEN: Final = {
     "OpaqueMotion": "its moves are not known",
     "OpaqueBlock": "its moves are not known",
     "OpaqueMode": "it changes where positions are",
-    "RoughContour": "its roughing passes are not written",
 }
 """What moves the tool, or changes where it is taken to be, and is not written."""
 TOLD: Final = frozenset({"Compensation", "ToolTableOffset", "Shift", *UNWRITTEN})
@@ -41,6 +40,7 @@ BY_CODE: Final = {
     "MReturn": "P",
     "MChangeTool": "DH",
     "FinishContour": "PQ",
+    "RoughContour": "DPQ",
     "TurningCycle": "P",
 }
 """Letters that a code takes with it."""
@@ -91,8 +91,9 @@ def _block(source: Source, word: Word) -> Block:
 
 def _severity(found: Finding, source: Source, word: Word | None) -> Severity:
     """An error is what makes the machine move otherwise."""
-    drill = word is not None and (source.program.core.meaning(word.index) or "").startswith("Drill")
-    if found.code in (*NOT_UNDERSTOOD, Code.NC_UNIT, Code.NC_DIAMETER) or (found.code == Code.NC_OPAQUE and not drill):
+    meaning = (source.program.core.meaning(word.index) or "") if word is not None else ""
+    lifts = meaning.startswith(("Drill", "RoughContour")) and found.severity == Severity.NOTE
+    if found.code in (*NOT_UNDERSTOOD, Code.NC_UNIT, Code.NC_DIAMETER) or (found.code == Code.NC_OPAQUE and not lifts):
         return Severity.ERROR
     return Severity.WARNING
 

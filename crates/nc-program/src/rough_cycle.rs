@@ -1,0 +1,180 @@
+//! Roughing cycles of Fanuc and Haas lathes (G71 to G73): what their words say, and their moves.
+
+use crate::arc::{Circle, Point};
+use crate::drawn::{planar, Contour};
+use crate::finding;
+use crate::modal::{Compensation, Modal};
+use crate::path::{MoveKind, INHERITED};
+use crate::request::Request;
+use crate::rough::{Piece, Rough, Roughing, MOST};
+use crate::run::Runner;
+
+/// How far the tool is lifted after a cut where the program does not say it, mm.
+const ESCAPE: f64 = 1.27;
+
+/// What the first block of two says, for those that follow; NaN where none said it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RoughData {
+    depth: f64,
+    escape: f64,
+    /// Of G73: how far off its first pass is (x, z), and how many there are.
+    relief: [f64; 2],
+    passes: f64,
+}
+
+impl RoughData {
+    pub const NONE: Self = Self { depth: f64::NAN, escape: f64::NAN, relief: [f64::NAN; 2], passes: f64::NAN };
+}
+
+impl Runner<'_> {
+    /// `G71 U2. R1.`: depth of cut and how far the tool is lifted, of G72 W and R; of G73 U, W the relief, R passes.
+    pub(crate) fn rough_data(&mut self, request: &Request, rough: Rough) {
+        let mm = self.state.modal.mm();
+        let length = |letter: u8, before: f64| request.get(letter).map_or(before, |value| value * mm);
+        let data = &mut self.state.rough;
+        match rough {
+            Rough::Along => (data.depth, data.escape) = (length(b'U', data.depth), length(b'R', data.escape)),
+            Rough::Face => (data.depth, data.escape) = (length(b'W', data.depth), length(b'R', data.escape)),
+            Rough::Pattern => {
+                data.relief = [length(b'U', data.relief[0]), length(b'W', data.relief[1])];
+                data.passes = request.get(b'R').unwrap_or(data.passes);
+            }
+        }
+    }
+
+    /// Roughs out the contour between two blocks; one that cannot be followed is reported, and nothing moves.
+    pub(crate) fn rough(&mut self, request: &Request, rough: Rough, word: i32, blocks: (usize, usize)) {
+        let made = self.draw(blocks.0, blocks.1).and_then(|contour| match rough {
+            _ if !contour.lies_in(self.state.position[1], self.state.modal.plane) => {
+                Err("its contour is not in the plane of Z and X")
+            }
+            Rough::Pattern => self.rough_pattern(request, &contour),
+            _ => self.rough_cuts(request, rough, &contour, word),
+        });
+        if let Err(why) = made {
+            let message = format!("{}: its roughing passes are not in the path: {why}", self.word_text(word));
+            let hint = "the path goes on without them; write them out to have them";
+            self.warn(finding::OPAQUE, self.word_start(word), message, hint);
+        }
+    }
+
+    /// U and W of the block with P and Q: what is left for finishing (x, y, z), with its sign; U on the diameter.
+    fn allowance(&self, request: &Request) -> [f64; 3] {
+        let of = |letter: u8, axis: usize| request.get(letter).unwrap_or(0.0) * self.state.modal.axis_mm(axis);
+        [of(b'U', 0), 0.0, of(b'W', 2)]
+    }
+
+    fn rough_cuts(
+        &mut self,
+        request: &Request,
+        rough: Rough,
+        contour: &Contour,
+        word: i32,
+    ) -> Result<(), &'static str> {
+        let axes = if rough == Rough::Face { (0, 2) } else { (2, 0) };
+        let (data, start) = (self.state.rough, self.state.position);
+        let (origin, last) = (planar(start, axes), contour.cuts.last().map_or(start, |cut| cut.end));
+        let (begins, ends) = (planar(contour.start, axes), planar(last, axes));
+        let signs = [(ends[0] - origin[0]).signum(), (begins[1] - origin[1]).signum()];
+        let own = |point: Point| [signs[0] * (point[0] - origin[0]), signs[1] * (point[1] - origin[1])];
+        let roughing = Roughing {
+            pieces: pieces(contour, axes, own),
+            depth_of_cut: self.stepped(request, b'D').unwrap_or(data.depth),
+            escape: if data.escape.is_nan() { ESCAPE } else { data.escape },
+            feeds_down: contour.feeds_down,
+        };
+        if roughing.depth_of_cut.is_nan() {
+            return Err("its depth of cut is a parameter of the control");
+        }
+        if !roughing.is_monotone() {
+            return Err("the contour has a pocket, or does not begin at its deepest (type II)");
+        }
+        let steps = roughing.cuts().ok_or("its depth of cut makes no sense")?;
+        if data.escape.is_nan() {
+            self.note_opaque(word, "how far the tool is lifted after a cut is the control's; taken as 1.27 mm");
+        }
+        let allowance = self.allowance(request);
+        let further = [request.get(b'I'), None, request.get(b'K')].map(|i| i.unwrap_or(0.0) * self.state.modal.mm());
+        let left = sum(allowance, further);
+        let at = |point: Point| {
+            let mut position = sum(start, left);
+            position[axes.0] += signs[0] * point[0];
+            position[axes.1] += signs[1] * point[1];
+            position
+        };
+        self.uncompensated(|runner| {
+            runner.emit(MoveKind::Rapid, sum(start, left), [INHERITED; 3]);
+            for (kind, point) in steps {
+                runner.emit(kind, at(point), [INHERITED; 3]);
+            }
+            runner.cut_contour(contour, allowance);
+            runner.emit(MoveKind::Rapid, start, [INHERITED; 3]);
+        });
+        Ok(())
+    }
+
+    /// The contour as often as R says: first as far off as U and W of the first block say, last with the allowance.
+    fn rough_pattern(&mut self, request: &Request, contour: &Contour) -> Result<(), &'static str> {
+        let (data, start, mm) = (self.state.rough, self.state.position, self.state.modal.mm());
+        // In one block: I and K the relief, D the passes.
+        let of = |letter: u8, first: f64| request.get(letter).map_or(first, |value| value * mm);
+        let relief = [of(b'I', data.relief[0]), 0.0, of(b'K', data.relief[1])];
+        let passes = request.get(b'D').unwrap_or(data.passes).round();
+        if relief.iter().any(|value| value.is_nan()) || passes.is_nan() {
+            return Err("its relief or its number of passes is a parameter of the control");
+        }
+        if !(1.0..=MOST).contains(&passes) {
+            return Err("its number of passes makes no sense");
+        }
+        let allowance = self.allowance(request);
+        self.uncompensated(|runner| {
+            for pass in 1..=passes as usize {
+                let share = (passes - pass as f64) / (passes - 1.0).max(1.0);
+                let off = sum(allowance, relief.map(|value| value * share));
+                runner.emit(MoveKind::Rapid, sum(start, off), [INHERITED; 3]);
+                runner.cut_contour(contour, off);
+            }
+            runner.emit(MoveKind::Rapid, start, [INHERITED; 3]);
+        });
+        Ok(())
+    }
+
+    /// Along the contour, off by as much.
+    fn cut_contour(&mut self, contour: &Contour, off: [f64; 3]) {
+        let down = if contour.feeds_down { MoveKind::Line } else { MoveKind::Rapid };
+        self.emit(down, sum(contour.start, off), [INHERITED; 3]);
+        let (first, second, _) = self.state.modal.plane.axes();
+        for cut in &contour.cuts {
+            let end = sum(cut.end, off);
+            match cut.arc {
+                Some(arc) => {
+                    let centre = planar(sum(arc.centre, off), (first, second));
+                    self.emit_arc(Circle { centre, sweep: arc.sweep }, arc.sweep, arc.radius, end, [INHERITED; 3]);
+                }
+                None => self.emit(MoveKind::Line, end, [INHERITED; 3]),
+            }
+        }
+    }
+
+    /// Roughing takes no notice of G41 and G42.
+    fn uncompensated(&mut self, cut: impl FnOnce(&mut Self)) {
+        let before = self.state.modal;
+        self.state.modal = Modal { compensation: Compensation::Off, ..before };
+        cut(self);
+        self.state.modal = before;
+    }
+}
+
+fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn pieces(contour: &Contour, axes: (usize, usize), own: impl Fn(Point) -> Point) -> Vec<Piece> {
+    let mut from = own(planar(contour.start, axes));
+    let piece = |cut: &crate::drawn::Cut| {
+        let to = own(planar(cut.end, axes));
+        let centre = cut.arc.map(|arc| own(planar(arc.centre, axes)));
+        Piece { from: std::mem::replace(&mut from, to), to, centre }
+    };
+    contour.cuts.iter().map(piece).collect()
+}
