@@ -1,7 +1,7 @@
 """A scan through `trueloop surface`, process start to files: seconds of the processor and memory by number of points.
 
-`python -m benches.surface_scan` takes the deviations of 10⁵ and 10⁶ scattered points, and the model of 10⁵; `--all` the
-model of 10⁶ too. There is no rival: it shows that neither time nor memory grows faster than the points.
+`python -m benches.surface_scan` takes deviations and model of 10⁵ and 10⁶ scattered points. There is no rival: it shows
+that neither time nor memory grows faster than the points.
 """
 
 import resource
@@ -15,17 +15,16 @@ import numpy as np
 from trueloop.formats.cad import read_face
 
 NOMINAL = Path(__file__).parents[1] / "examples" / "surface" / "nominal.step"
-RUNS = [("deviations", 100_000), ("deviations", 1_000_000), ("model", 100_000)]
+RUNS = [(command, count) for command in ("deviations", "model") for count in (100_000, 1_000_000)]
 
 
 def main() -> None:
     """A line a run."""
-    runs = [*RUNS, ("model", 1_000_000)] if "--all" in sys.argv else RUNS
     print(
         "\n### A scan through the command line\n\n| command | points | processor | µs a point | memory, most so far |"
     )
     print("|---|---:|---:|---:|---:|")
-    for command, count in runs:
+    for command, count in RUNS:
         cpu_s, most_mb = spent(command, count)
         print(f"| {command} | {count} | {cpu_s:.1f} s | {1e6 * cpu_s / count:.1f} | {most_mb:.0f} MB |", flush=True)
 

@@ -174,6 +174,31 @@ def fit_surface_grid(
 ) -> NDArray[np.float64]:
     """Least-squares tensor-product spline on a grid of [0, 1] × [0, 1]: its coefficients. ValueError when refused."""
 
+@final
+class ScatteredSplines:
+    """Tensor-product splines at n points anywhere on [0, 1] × [0, 1]: products with the design matrix A (n, m).
+
+    It is never formed. `knots` are the inner ones, degrees at most 3. ValueError when refused.
+    """
+
+    def __new__(
+        cls,
+        knots: tuple[NDArray[np.float64], NDArray[np.float64]],
+        degrees: tuple[int, int],
+        at: tuple[NDArray[np.float64], NDArray[np.float64]],
+    ) -> ScatteredSplines: ...
+    def normal(self) -> NDArray[np.float64]:
+        """AᵀA (m, m)."""
+
+    def sums(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """AᵀV (m, k) for values (n, k)."""
+
+    def combined(self, factors: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A F (n, k) for factors (m, k)."""
+
+    def squares(self, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Of every row a of A: a M aᵀ (n,), for a matrix (m, m)."""
+
 def pair_sums(
     points: NDArray[np.float64], values: NDArray[np.float64], exponent: float, nearest: float
 ) -> tuple[float, float]:

@@ -8,11 +8,12 @@ from xml.etree import ElementTree
 import pytest
 
 from tests.support.chromium import console_errors, dump_dom
-from trueloop.loops.surface import SurfaceModel, correct, model_of, pattern_model
+from trueloop.loops.surface import SurfaceModel, correct, maps_of, model_of, pattern_model
 from trueloop.loops.surface_inputs import read_surface_inputs
 from trueloop.report.style import LEFT_ON, TAKEN
-from trueloop.report.surface_maps import colour, colour_range_um, flat
+from trueloop.report.surface_maps import colour, colour_range_um, flat, rgb
 from trueloop.report.surface_page import maps, maps_picture, surface_page
+from trueloop.report.surface_parts import caption, maps_of_part
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
 
@@ -61,6 +62,62 @@ def test_scattered_parts_are_drawn_as_dots_flat_and_in_space(tmp_path: Path) -> 
     assert dom.count("<circle") >= 5 * 209
     assert dom.count('"type":"scatter3d"') == 5
     assert dom.count('class="plot js-plotly-plot"') == 1
+
+
+def chosen(page: Path, part: int, to: Path) -> str:
+    """The page after somebody chose a part."""
+    pick = f'const s = document.querySelector("#choice select"); s.selectedIndex = {part}; '
+    pick += 's.dispatchEvent(new Event("change"));'
+    to.write_text(
+        page.read_text(encoding="utf-8").replace("</body>", f"<script>{pick}</script></body>"), encoding="utf-8"
+    )
+    assert [line for line in console_errors(to) if "Error" in line] == []
+    return dump_dom(to)
+
+
+def fills(dom: str, name: str) -> list[str]:
+    """Colours of a flat map's marks, as the page has them: #rrggbb, or rgb(r,g,b) where its script painted them."""
+    (marks,) = re.findall(rf'<figure id="{name}".*?<g class="marks">(.*?)</g>', dom, re.DOTALL)
+    return [_hex(fill) for fill in re.findall(r'fill="([^"]*)"', marks)]
+
+
+def _hex(fill: str) -> str:
+    return "#" + "".join(f"{int(n):02x}" for n in re.findall(r"\d+", fill)) if fill.startswith("rgb") else fill
+
+
+def near(one: list[str], other: list[str]) -> bool:
+    """To one step of a colour: the page's numbers are rounded to 0.01 µm."""
+    pairs = zip(map(rgb, one), map(rgb, other), strict=True)
+    return all(abs(a - b) <= 1 for left, right in pairs for a, b in zip(left, right, strict=True))
+
+
+def test_the_part_that_is_chosen_is_shown_in_the_colours_of_its_own_errors(
+    page: Path, model: SurfaceModel, tmp_path: Path
+) -> None:
+    dom, shown = chosen(page, 3, tmp_path / "chosen.html"), [own for own, _ in maps_of(model)]
+    reach = colour_range_um([*maps(model), *(m for own in shown for m in maps_of_part(model, own))])
+    for own in maps_of_part(model, shown[3]):
+        wanted = [colour(1000 * error, reach) for error in own.error_mm.ravel()]
+        assert near(fills(dom, own.name), wanted)
+        assert caption(own) in dom
+    assert not near(fills(dom, "measured"), fills(page.read_text(encoding="utf-8"), "measured"))
+    assert fills(dom, "pattern") == fills(page.read_text(encoding="utf-8"), "pattern")
+    assert dom.count("S04: measured") >= 2  # the caption, and the list of maps in space
+
+
+def test_scattered_parts_move_with_their_places(tmp_path: Path) -> None:
+    inputs = read_surface_inputs(EXAMPLE)
+    some = [replace(p, points_mm=p.points_mm[k :: 3 + k % 2], shape=None) for k, p in enumerate(inputs.parts[:3])]
+    options = replace(inputs.options, best_fit=False)
+    found = pattern_model(inputs.surface, model_of(inputs.surface, some, options), options)
+    (tmp_path / "page.html").write_text(surface_page("Dots", found), encoding="utf-8")
+    dom = chosen(tmp_path / "page.html", 1, tmp_path / "chosen.html")
+    wanted = maps_of_part(found, maps_of(found)[1][0])[0]
+    assert len(fills(dom, "measured")) == len(wanted.error_mm) != len(some[0].points_mm)
+    (u, _), frame = wanted.uv[7], flat(wanted, 10.0)
+    (high,) = map(float, re.findall(r'class="frame".*? height="([\d.]+)"', frame))
+    (marks,) = re.findall(r'<figure id="measured".*?<g class="marks">(.*?)</g>', dom, re.DOTALL)
+    assert [float(cy) for cy in re.findall(r'cy="([\d.]+)"', marks)][7] == pytest.approx(8 + (1 - u) * high, abs=0.02)
 
 
 def test_the_sheet_of_maps_is_a_picture_of_its_own(model: SurfaceModel) -> None:

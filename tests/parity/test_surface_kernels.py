@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from trueloop._core import fit_surface_grid, pair_sums, weights_product, weights_product_rows
+from trueloop._core import ScatteredSplines, fit_surface_grid, pair_sums, weights_product, weights_product_rows
 from trueloop.geometry.surface_basis import basis_matrix, clamped_knots
 
 RNG = np.random.default_rng(3)
@@ -28,6 +28,24 @@ def test_a_grid_fit_is_the_dense_least_squares_solution(
     inner = tuple(np.ascontiguousarray(k[degree + 1 : -degree - 1]) for k in knots)
     found = fit_surface_grid((inner[0], inner[1]), (degree, degree), (at[0], at[1]), values)
     np.testing.assert_allclose(found, wanted, atol=1e-9 * np.max(np.abs(wanted)))
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3])
+def test_products_at_scattered_points_are_those_of_the_dense_design_matrix(degree: int) -> None:
+    u, v = RNG.uniform(0, 1, (2, 400))
+    u[:2] = 0.0, 1.0
+    knots = clamped_knots(7, degree), clamped_knots(5, degree)
+    inner = [np.ascontiguousarray(k[degree + 1 : -degree - 1]) for k in knots]
+    along, across = basis_matrix(knots[0], degree, u), basis_matrix(knots[1], degree, v)
+    design = np.einsum("ni,nj->nij", along, across).reshape(400, 35)
+    found = ScatteredSplines((inner[0], inner[1]), (degree, degree), (u, v))
+    values, factors, matrix = (RNG.normal(size=shape) for shape in ((400, 3), (35, 2), (35, 35)))
+    np.testing.assert_allclose(found.normal(), design.T @ design, atol=1e-12)
+    np.testing.assert_allclose(found.sums(values), design.T @ values, atol=1e-12)
+    np.testing.assert_allclose(found.combined(factors), design @ factors, atol=1e-13)
+    np.testing.assert_allclose(found.squares(matrix), np.sum((design @ matrix) * design, axis=1), atol=1e-12)
+    with pytest.raises(ValueError, match="3 values for a grid of"):
+        found.sums(values[:1])
 
 
 def dense(points: np.ndarray, exponent: float, nearest: float = 0.0) -> np.ndarray:

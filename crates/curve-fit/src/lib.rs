@@ -15,4 +15,4 @@ mod triangle;
 pub use ends::EndConditions;
 pub use error::FitError;
 pub use fit::{fit, Fit};
-pub use space::{BasisRow, Side, SplineSpace, MAX_DEGREE, ORDER};
+pub use space::{BasisRow, Piece, Side, SplineSpace, MAX_DEGREE, ORDER};

@@ -118,9 +118,9 @@ impl SplineSpace {
         piece
     }
 
-    /// What the recursion needs of one piece.
+    /// What the recursion needs of one piece, an index that `piece` found.
     #[inline]
-    pub(crate) fn on_piece(&self, piece: usize) -> Piece {
+    pub fn on_piece(&self, piece: usize) -> Piece {
         match self.degree {
             0 => self.prepare::<0>(piece),
             1 => self.prepare::<1>(piece),
@@ -164,9 +164,10 @@ impl SplineSpace {
 
 /// One piece between two knots, prepared for many points.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Piece {
+pub struct Piece {
     degree: usize,
-    pub(crate) first: usize,
+    /// Index of the first function that differs from zero on it.
+    pub first: usize,
     /// The knots from the piece's end on, and those from its start back.
     after: [f64; MAX_DEGREE],
     before: [f64; MAX_DEGREE],
@@ -175,9 +176,9 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    /// Values of the functions that differ from zero.
+    /// Values of the functions that differ from zero; entries beyond the degree are zero.
     #[inline]
-    pub(crate) fn values(&self, point: f64) -> [f64; ORDER] {
+    pub fn values(&self, point: f64) -> [f64; ORDER] {
         self.raised_to(self.degree, point)
     }
 

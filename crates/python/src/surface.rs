@@ -2,14 +2,14 @@
 
 use curve_fit::SplineSpace;
 use numpy::{
-    IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
-    PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3, PyUntypedArrayMethods,
 };
 use nurbs::{Foot, Patch};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use spatial::{Decay, Points};
-use surface_fit::Direction;
+use surface_fit::{Direction, Scattered};
 
 fn refuse(error: impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
@@ -44,6 +44,89 @@ fn fit_surface_grid<'py>(
     coefficients
         .into_pyarray(py)
         .reshape([u.unknowns(), v.unknowns()])
+}
+
+/// Tensor-product splines of [0, 1] × [0, 1] at n points anywhere: products with the design matrix A.
+#[pyclass(frozen)]
+struct ScatteredSplines {
+    spaces: [SplineSpace; 2],
+    at: [Vec<f64>; 2],
+}
+
+impl ScatteredSplines {
+    fn splines(&self) -> PyResult<Scattered<'_>> {
+        let [u, v] = &self.spaces;
+        Scattered::new([u, v], [&self.at[0], &self.at[1]]).map_err(refuse)
+    }
+}
+
+#[pymethods]
+impl ScatteredSplines {
+    #[new]
+    fn new(
+        knots: (PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>),
+        degrees: (usize, usize),
+        at: (PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>),
+    ) -> PyResult<Self> {
+        let space = |knots: &PyReadonlyArray1<'_, f64>, degree| {
+            SplineSpace::new(knots.as_slice()?, 1.0, degree).map_err(refuse)
+        };
+        let spaces = [space(&knots.0, degrees.0)?, space(&knots.1, degrees.1)?];
+        let at = [at.0.as_slice()?.to_vec(), at.1.as_slice()?.to_vec()];
+        let made = Self { spaces, at };
+        made.splines()?;
+        Ok(made)
+    }
+
+    /// AᵀA (m, m).
+    fn normal<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
+        let splines = self.splines()?;
+        let unknowns = splines.unknowns();
+        let normal = py.detach(|| splines.normal());
+        normal.into_pyarray(py).reshape([unknowns, unknowns])
+    }
+
+    /// AᵀV (m, k) for values (n, k).
+    fn sums<'py>(
+        &self,
+        py: Python<'py>,
+        values: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let (splines, columns) = (self.splines()?, values.shape()[1]);
+        let values = values.as_slice()?;
+        let sums = py
+            .detach(|| splines.sums(values, columns))
+            .map_err(refuse)?;
+        sums.into_pyarray(py).reshape([splines.unknowns(), columns])
+    }
+
+    /// A F (n, k) for factors (m, k).
+    fn combined<'py>(
+        &self,
+        py: Python<'py>,
+        factors: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Matrix<'py>> {
+        let (splines, columns) = (self.splines()?, factors.shape()[1]);
+        let factors = factors.as_slice()?;
+        let combined = py
+            .detach(|| splines.combined(factors, columns))
+            .map_err(refuse)?;
+        combined
+            .into_pyarray(py)
+            .reshape([splines.points(), columns])
+    }
+
+    /// a M aᵀ (n,) of every row a of A, for a matrix (m, m).
+    fn squares<'py>(
+        &self,
+        py: Python<'py>,
+        matrix: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let splines = self.splines()?;
+        let matrix = matrix.as_slice()?;
+        let squares = py.detach(|| splines.squares(matrix)).map_err(refuse)?;
+        Ok(squares.into_pyarray(py))
+    }
 }
 
 /// The rows of an array of so many columns.
@@ -182,6 +265,7 @@ fn matrix<'py, const N: usize>(
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<NurbsPatch>()?;
+    module.add_class::<ScatteredSplines>()?;
     module.add_function(wrap_pyfunction!(fit_surface_grid, module)?)?;
     module.add_function(wrap_pyfunction!(pair_sums, module)?)?;
     module.add_function(wrap_pyfunction!(weights_product, module)?)?;

@@ -1,12 +1,14 @@
-//! Least-squares tensor-product splines on a grid of points.
+//! Least-squares tensor-product splines on a grid of points, and what they need at points anywhere (`scattered`).
 //!
 //! On a grid the design matrix is the Kronecker product of those of the two directions, so the solution is
 //! `C = Bu⁺ Z Bv⁺ᵀ`: one banded problem with many right-hand sides a direction (`direction`), and never a matrix of the
 //! whole. The bases are those of `curve-fit`. Nothing here panics: every input is either fitted or refused.
 
 mod direction;
+mod scattered;
 
 pub use direction::{Direction, Refused};
+pub use scattered::Scattered;
 
 /// Coefficients (rows: first direction) that fit `values`, row by row, in the least-squares sense.
 pub fn fit_grid(u: &Direction, v: &Direction, values: &[f64]) -> Result<Vec<f64>, Refused> {

@@ -6,6 +6,7 @@ nothing of the size. They, σ² and τ² are taken out (restricted likelihood; P
 residuals are independent and normal; the more alike the control values are in size, the sharper.
 """
 
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -27,13 +28,18 @@ ROUNDING: Final = 1e-15
 def log_likelihood(places: Places, values: Array, size: Size) -> float:
     """Restricted log likelihood of values (n,) at the places, up to a constant that all sizes share."""
     span = projector(places, size)
-    form = span.coordinates(projector(places, FORM).columns)
-    inside = span.coordinates(values[:, None])[:, 0]
+    both = span.coordinates(np.column_stack([_form(places), values]))
+    form, inside = both[:, :-1], both[:, -1]
     whole = float(values @ values)
     outside = max(whole - float(inside @ inside), ROUNDING * whole, np.finfo(float).tiny)
     spread = span.spread / np.mean(span.spread)
     found = [_of_ratio(float(np.exp(log)), form, inside, outside, spread, len(values)) for log in LOG_RATIOS]
     return _top(np.array(found))
+
+
+@lru_cache(maxsize=4)
+def _form(places: Places) -> Array:
+    return projector(places, FORM).columns
 
 
 def _of_ratio(ratio: float, form: Array, inside: Array, outside: float, spread: Array, count: int) -> float:

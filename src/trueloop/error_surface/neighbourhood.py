@@ -30,8 +30,14 @@ PROBES: Final = 3200.0
 """Random vectors a control point and place: I's expectation is then known to a twentieth of its standard deviation."""
 FEWEST: Final = 16
 MOST: Final = 512
-SHUFFLED: Final = 2_500_000
+EXACTLY: Final = 12_800_000
+"""Columns times places up to which they are exact so: beyond, random vectors are many times quicker."""
+SHUFFLED: Final = 10_000_000
 """Values shuffled at once."""
+DRAWN: Final = 10_000_000
+"""Values shuffled in all, on many places."""
+DRAWS: Final = (19, 199, 999)
+"""Least and most shuffles on more than `DENSE` places, and those on fewer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +89,7 @@ class Neighbourhood:
 def residual_null(near: Neighbourhood, size: Size) -> Null:
     """Moments of I for the residuals of a spline of that size.
 
-    Exact up to `DENSE` places, and up to `EXACT` control points on more; elsewhere with a standard error.
+    Exact up to `DENSE` places, and up to `EXACT` control points on 200 000; elsewhere with a standard error.
     """
     span = projector(near.places, size)
     free = near.count - span.rank
@@ -97,7 +103,8 @@ def residual_null(near: Neighbourhood, size: Size) -> Null:
 def _traces(near: Neighbourhood, span: Projector) -> tuple[float, float, float]:
     """tr(MC), its standard error, and tr(MCMC)."""
     probes = int(np.clip(PROBES * span.rank / near.count, FEWEST, MOST))
-    if near.count <= DENSE or span.rank <= max(EXACT, probes):
+    few = span.rank <= EXACT and span.rank * near.count <= EXACTLY
+    if near.count <= DENSE or few or span.rank <= probes:
         factors, each = np.eye(span.rank), 1.0
     else:
         factors, each = np.random.default_rng(20170601).standard_normal((span.rank, probes)), 1.0 / probes
@@ -116,10 +123,11 @@ def permutation_p_value(
 
     Residuals of a fit are not exchangeable: the fit makes neighbours unlike. What was shuffled is therefore fitted
     again, and the I of what that leaves is compared (after Freedman & Lane, 1983). `draws`: how many shuffles; 999, on
-    more than `DENSE` places 199.
+    more than `DENSE` places 199, on more than 50 000 as many as shuffle `DRAWN` values, down to 19.
     """
     rng = np.random.default_rng(seed)
-    draws = draws or (999 if near.count <= DENSE else 199)
+    least, most, all_of_few = DRAWS
+    draws = draws or (all_of_few if near.count <= DENSE else int(np.clip(DRAWN / near.count, least, most)))
     span = projector(near.places, size)
     own = float(near.moran_i(span.residuals(residuals[:, None]))[0])
     at_once, larger = max(1, SHUFFLED // near.count), 0

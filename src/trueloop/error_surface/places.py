@@ -2,21 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Final
+from functools import cached_property, lru_cache, partial
+from typing import Final
 
 import numpy as np
 
+from trueloop._core import ScatteredSplines
 from trueloop.error_surface.projectors import GridProjector, Projector, ScatteredProjector
 from trueloop.error_surface.spline_surface import Size, SplineSurface, basis, fit_grid
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.surface_deviations import SurfaceDeviations
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, for_kernel
 from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_basis import basis_rows, clamped_knots
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+from trueloop.geometry.surface_basis import clamped_knots
 
 REGULAR: Final = 0.1
 """Points belong to a grid's rows when they stray from them by less than this share of the rows' distance."""
@@ -86,10 +84,10 @@ def projector(places: Places, size: Size) -> Projector:
         along, lengths, _ = np.linalg.svd(basis(size, 0, places.rows), full_matrices=False)
         across, widths, _ = np.linalg.svd(basis(size, 1, places.columns), full_matrices=False)
         return GridProjector(along, across, np.outer(lengths**2, widths**2).ravel())
-    matrix = design(places, size)
-    spread, turn = np.linalg.eigh((matrix.T @ matrix).toarray())
+    spread, turn = np.linalg.eigh(splines(places, size).normal())
     kept = spread > SMOOTHING * np.mean(spread)
-    return ScatteredProjector(matrix, turn[:, kept] / np.sqrt(spread[kept]), spread[kept])
+    # The points are not held with every size tried: a million of them, sixty times over, would not fit.
+    return ScatteredProjector(partial(splines, places, size), turn[:, kept] / np.sqrt(spread[kept]), spread[kept])
 
 
 def regress(places: Places, values_mm: Array, size: Size) -> SplineSurface:
@@ -107,24 +105,18 @@ def regress(places: Places, values_mm: Array, size: Size) -> SplineSurface:
             f"{size.controls} control points for {len(values_mm)} measured points",
             hint="ask for fewer control points, or measure more points",
         )
-    a, rough = design(places, size), _roughness(size)
-    normal, roughness = (a.T @ a).toarray(), rough.T @ rough
+    at, rough = splines(places, size), _roughness(size)
+    normal, roughness = at.normal(), rough.T @ rough
     normal += SMOOTHING * np.trace(normal) / np.trace(roughness) * roughness
-    found = np.linalg.solve(normal, a.T @ values_mm)
-    return SplineSurface(size, found.reshape(size.rows, size.columns))
+    found = np.linalg.solve(normal, at.sums(for_kernel(values_mm[:, None])))
+    return SplineSurface(size, np.asarray(found.reshape(size.rows, size.columns)))
 
 
-def design(places: Places, size: Size) -> "csr_array":
-    """The design matrix (points, controls), of which (degree + 1)² entries a row are not zero."""
-    from scipy.sparse import csr_array  # slow to import
-
-    a = basis_rows(clamped_knots(size.rows, size.degree), size.degree, places.u)
-    b = basis_rows(clamped_knots(size.columns, size.degree), size.degree, places.v)
-    reach = np.arange(size.degree + 1)
-    columns = (a.first[:, None] + reach)[:, :, None] * size.columns + (b.first[:, None] + reach)[:, None, :]
-    values = a.values[:, :, None] * b.values[:, None, :]
-    starts = np.arange(len(places.u) + 1) * len(reach) ** 2
-    return csr_array((values.ravel(), columns.ravel(), starts), shape=(len(places.u), size.controls))
+def splines(places: Places, size: Size) -> ScatteredSplines:
+    """The splines of that size at the places, one by one."""
+    inner = [clamped_knots(n, size.degree)[size.degree + 1 : -size.degree - 1] for n in (size.rows, size.columns)]
+    knots = for_kernel(inner[0]), for_kernel(inner[1])
+    return ScatteredSplines(knots, (size.degree, size.degree), (for_kernel(places.u), for_kernel(places.v)))
 
 
 def _lines(parameters: Array) -> Array | None:

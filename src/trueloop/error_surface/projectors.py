@@ -4,19 +4,14 @@ The columns are the principal directions of the values that independent control 
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
-
-if TYPE_CHECKING:
-    from scipy.sparse import csr_array
-
-ROWS: Final = 65536
-"""Rows of the design matrix worked off at once."""
+from trueloop._core import ScatteredSplines
+from trueloop.geometry.feature import Array, for_kernel
 
 
 class Projector(ABC):
@@ -81,22 +76,21 @@ class GridProjector(Projector):
 
 @dataclass(frozen=True, eq=False)
 class ScatteredProjector(Projector):
-    """Elsewhere Q = A T: A the sparse design matrix, T (controls, rank) what makes its columns orthonormal."""
+    """Elsewhere Q = A T: A the design matrix of splines, T (controls, rank) what makes its columns orthonormal."""
 
-    matrix: "csr_array"
+    splines: Callable[[], ScatteredSplines]
     turn: Array
     spread: Array
 
     def coordinates(self, values: Array) -> Array:
         """Qᵀ V."""
-        return np.asarray(self.turn.T @ (self.matrix.T @ values))
+        return np.asarray(self.turn.T @ self.splines().sums(for_kernel(values)))
 
     def combined(self, factors: Array) -> Array:
         """Q F."""
-        return np.asarray(self.matrix @ (self.turn @ factors))
+        return self.splines().combined(for_kernel(self.turn @ factors))
 
     @cached_property
     def leverages(self) -> Array:
         """Squared lengths of Q's rows."""
-        some = (self.matrix[k : k + ROWS] for k in range(0, self.matrix.shape[0], ROWS))
-        return np.concatenate([np.sum(np.asarray(rows @ self.turn) ** 2, axis=1) for rows in some])
+        return self.splines().squares(for_kernel(self.turn @ self.turn.T))

@@ -13,15 +13,16 @@ POLICY: Final = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsa
 """Content security: the browser itself refuses whatever would come from elsewhere."""
 
 
-def html_page(title: str, body: str) -> str:
-    """The page; title and body are HTML."""
+def html_page(title: str, body: str, script: str = "") -> str:
+    """The page; title and body are HTML. `script` names a file beside this one that the page needs besides."""
+    scripts = "\n".join((HERE / name).read_text(encoding="utf-8") for name in ("page.js", script) if name)
     return (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head>"
         f"<body><main>{body}</main>"
-        f"<script>{_plotly()}</script><script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script></body></html>\n"
+        f"<script>{_plotly()}</script><script>{scripts}</script></body></html>\n"
     )
 
 

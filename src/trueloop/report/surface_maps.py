@@ -3,7 +3,7 @@
 Red is material left on, blue too much taken, white none.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -43,6 +43,13 @@ class DeviationMap:
     error_mm: Array
 
     @property
+    def thinned(self) -> "DeviationMap":
+        """The same at most `CELLS` places a side, or as many scattered ones: a picture needs no more."""
+        most = CELLS if self.error_mm.ndim == 2 else CELLS**2
+        some = tuple(slice(None, None, max(1, -(-n // most))) for n in self.error_mm.shape)
+        return replace(self, points_mm=self.points_mm[some], uv=self.uv[some], error_mm=self.error_mm[some])
+
+    @property
     def sides_mm(self) -> tuple[float, float]:
         """About how long the surface is along u and along v."""
         points, uv = self.points_mm.reshape(-1, 3), self.uv.reshape(-1, 2)
@@ -77,7 +84,7 @@ def solid(maps: list[DeviationMap], range_um: float) -> Figure:
     layout = {"width": 2 * WIDTH, "height": SOLID_HEIGHT, "font": FONT, "paper_bgcolor": "#ffffff", "yaxis": {}}
     layout |= {"scene": {"aspectmode": "data", "camera": camera, **axes}, "updatemenus": [menu]}
     return {
-        "data": [_trace(m, range_um, visible=m is maps[0]) for m in maps],
+        "data": [_trace(m.thinned, range_um, visible=m is maps[0]) for m in maps],
         "layout": {**layout, "margin": {"l": 0, "r": 0, "t": 8, "b": 0}},
     }
 
@@ -89,7 +96,7 @@ def _trace(shown: DeviationMap, range_um: float, *, visible: bool) -> Trace:
         "cmin": -range_um, "cmax": range_um, "colorscale": [list(stop) for stop in SCALE],
         "colorbar": {"title": {"text": "µm"}, "thickness": 12, "len": 0.8},
     }  # fmt: skip
-    trace: Trace = {"x": x, "y": y, "z": z, "visible": visible}
+    trace: Trace = {"name": shown.name, "x": x, "y": y, "z": z, "visible": visible}
     place = "x %{x:.3f} y %{y:.3f} z %{z:.3f} mm<br>"
     if shown.error_mm.ndim == 1:
         dots = {"size": 4, "color": error, **colours}
@@ -105,7 +112,8 @@ def flat(deviations: DeviationMap, range_um: float) -> str:
     u_mm, v_mm = deviations.sides_mm
     across, up = (BOX * side / max(u_mm, v_mm) for side in (v_mm, u_mm))
     draw = _dots if deviations.error_mm.ndim == 1 else _cells
-    frame = f'<rect x="{LEFT}" y="{TOP}" width="{across:.1f}" height="{up:.1f}" fill="none" stroke="{FAINT}"/>'
+    box = f'x="{LEFT}" y="{TOP}" width="{across:.1f}" height="{up:.1f}"'
+    frame = f'<rect class="frame" {box} fill="none" stroke="{FAINT}"/>'
     middle, below = TOP + up / 2, TOP + up + 16
     axes = (
         f'<text x="{LEFT + across / 2:.1f}" y="{below:.1f}" text-anchor="middle" fill="{SOFT}">'
@@ -115,7 +123,7 @@ def flat(deviations: DeviationMap, range_um: float) -> str:
     )
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{deviations.title}" font-family="sans-serif" '
-        f'font-size="12">{draw(deviations, range_um, across, up)}{frame}{axes}'
+        f'font-size="12"><g class="marks">{draw(deviations.thinned, range_um, across, up)}</g>{frame}{axes}'
         f"{_bar(range_um, LEFT + across + 10)}</svg>"
     )
 
@@ -138,7 +146,7 @@ def sheet(maps: list[DeviationMap]) -> str:
 
 
 def _cells(deviations: DeviationMap, range_um: float, across: float, up: float) -> str:
-    error = _thinned(deviations.error_mm) * UM_PER_MM
+    error = deviations.error_mm * UM_PER_MM
     rows, columns = error.shape
     wide, high = across / columns, up / rows
     return "".join(
@@ -167,7 +175,7 @@ def colour(error_um: float, range_um: float) -> str:
     stops = [stop for stop, _ in SCALE]
     k = min(int(np.searchsorted(stops, share, side="right")) - 1, len(SCALE) - 2)
     part = (share - SCALE[k][0]) / (SCALE[k + 1][0] - SCALE[k][0])
-    low, high = (_rgb(SCALE[i][1]) for i in (k, k + 1))
+    low, high = (rgb(SCALE[i][1]) for i in (k, k + 1))
     return "#" + "".join(f"{round(a + (b - a) * part):02x}" for a, b in zip(low, high, strict=True))
 
 
@@ -185,11 +193,6 @@ def _bar(range_um: float, x: float) -> str:
     return boxes + labels
 
 
-def _thinned(error: Array) -> Array:
-    """At most so many cells a side: a picture needs no more."""
-    step = [max(1, -(-n // CELLS)) for n in error.shape]
-    return error[:: step[0], :: step[1]]
-
-
-def _rgb(code: str) -> tuple[int, ...]:
+def rgb(code: str) -> tuple[int, ...]:
+    """Red, green and blue of a colour such as #1558b0, 0 to 255."""
     return tuple(int(code[k : k + 2], 16) for k in (1, 3, 5))

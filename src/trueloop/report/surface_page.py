@@ -1,17 +1,18 @@
 """One page per surface: what was measured, what repeats, what is random, the pattern, and what is predicted after."""
 
 import json
+from itertools import chain
 from typing import Final
 
 import numpy as np
 
-from trueloop.error_surface.part_maps import part_maps
-from trueloop.geometry.feature import Array
-from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel
+from trueloop.error_surface.part_maps import PartMaps, part_maps
+from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel, maps_of
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import html_page
 from trueloop.report.style import plain, signed
 from trueloop.report.surface_maps import DeviationMap, colour_range_um, flat, sheet, solid
+from trueloop.report.surface_parts import caption, map_of_part, maps_of_part, part_choice
 from trueloop.units import UM_PER_MM
 
 PLACES: Final = 50
@@ -23,47 +24,41 @@ SIGN: Final = (
 
 def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection | None = None) -> str:
     """The page of one surface's pattern, and of its correction where there is one."""
-    drawn = maps(model)
-    range_um = colour_range_um(drawn)
+    parts = [own for own, _ in maps_of(model)]
+    own, drawn = [maps_of_part(model, part) for part in parts], _arranged(model, parts[0])
+    range_um = colour_range_um([*drawn, *chain.from_iterable(own)])
+    choice = part_choice(own, [part.deviations.name for part in model.parts], range_um)
     figures = "".join(_figure(m, range_um) for m in drawn)
     findings = items(f"{esc(f.code)}: {esc(f.message)} – {esc(f.hint)}" for f in model.findings)
     body = (
         '<header><p class="kicker">trueloop · machining pattern of a surface</p>'
         f"<h1>{esc(name)}</h1><p class='meta'>{_summary(model)}</p>"
         f"{_prediction(model)}<p class='note'>{SIGN}</p></header>"
-        + section("maps", "Maps", f'<div class="figures">{figures}</div>', _in_space(drawn, range_um))
+        + section("maps", "Maps", choice, f'<div class="figures">{figures}</div>', _in_space(drawn, range_um))
         + section("parts", "Parts", _parts(model))
         + (section("correction", "Correction", _correction(correction)) if correction else "")
         + (section("findings", "Findings", findings) if model.findings else "")
     )
-    return html_page(f"{esc(name)} – machining pattern", body)
+    return html_page(f"{esc(name)} – machining pattern", body, script="surface.js")
 
 
 def maps(model: SurfaceModel) -> list[DeviationMap]:
     """The maps of the page: the first part's own, the pattern, its variability, and the prediction."""
     first = model.parts[0]
-    places, name = first.separation.places, esc(first.deviations.name)
-    own = part_maps(model.pattern, first.separation, first.deviations.name, model.options.weight)
-    shape = (
-        (len(places.u),) if places.rows is None or places.columns is None else (len(places.rows), len(places.columns))
-    )
-    points, uv = places.points_mm.reshape(*shape, 3), np.stack([places.u, places.v], axis=1).reshape(*shape, 2)
+    return _arranged(model, part_maps(model.pattern, first.separation, first.deviations.name, model.options.weight))
 
-    def of_part(key: str, title: str, error: Array) -> DeviationMap:
-        return DeviationMap(key, title, points, uv, error.reshape(shape))
 
+def _arranged(model: SurfaceModel, first: PartMaps) -> list[DeviationMap]:
     at = np.linspace(0.0, 1.0, PLACES)
     (u0, u1), (v0, v1) = model.surface.domain
-    fine = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
-    fine_uv = np.stack(np.meshgrid(at, at, indexing="ij"), axis=2)
-    pattern = model.pattern
+    points = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
+    uv, pattern = np.stack(np.meshgrid(at, at, indexing="ij"), axis=2), model.pattern
+    *apart, predicted = maps_of_part(model, first)
     return [
-        of_part("measured", f"{name}: measured", own.measured_mm),
-        of_part("deterministic", f"{name}: deterministic", own.deterministic_mm),
-        of_part("random", f"{name}: random", own.random_mm),
-        DeviationMap("pattern", f"Pattern of {pattern.parts} parts", fine, fine_uv, pattern.mean.grid_mm(at, at)),
-        of_part("variability", "Standard deviation between parts", own.variability_mm),
-        of_part("predicted", f"{name}: predicted, corrected by the others’ pattern", own.predicted_mm),
+        *apart,
+        DeviationMap("pattern", f"Pattern of {pattern.parts} parts", points, uv, pattern.mean.grid_mm(at, at)),
+        map_of_part(model, first, "variability", "Standard deviation between parts"),
+        predicted,
     ]
 
 
@@ -73,11 +68,8 @@ def maps_picture(model: SurfaceModel) -> str:
 
 
 def _figure(shown: DeviationMap, range_um: float) -> str:
-    low, high = (float(f(shown.error_mm)) * UM_PER_MM for f in (np.nanmin, np.nanmax))
-    return (
-        f'<figure id="{shown.name}" class="small map">{flat(shown, range_um)}'
-        f"<figcaption><b>{shown.title}</b>: {signed(low)} to {signed(high)} µm</figcaption></figure>"
-    )
+    drawn = flat(shown, range_um)
+    return f'<figure id="{shown.name}" class="small map">{drawn}<figcaption>{caption(shown)}</figcaption></figure>'
 
 
 def _in_space(shown: list[DeviationMap], range_um: float) -> str:

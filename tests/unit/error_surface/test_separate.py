@@ -6,7 +6,7 @@ import pytest
 from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.error_surface.likelihood import FORM, log_likelihood
 from trueloop.error_surface.normality import normality
-from trueloop.error_surface.places import Places, design, projector, regress
+from trueloop.error_surface.places import Places, projector, regress, splines
 from trueloop.error_surface.separate import separate
 from trueloop.error_surface.spline_surface import Size
 from trueloop.errors import Severity
@@ -78,7 +78,7 @@ def test_log_likelihood_is_that_of_its_normal_law() -> None:
     rng = np.random.default_rng(7)
     places, size = square_places(9), Size(5, 4, 2)
     values = on_grid(random_surface(rng, 5, 0.01), np.linspace(0, 1, 9)) + rng.normal(0, NOISE_MM, 81)
-    b, x = design(places, size), projector(places, FORM).columns
+    b, x = splines(places, size).combined(np.eye(size.controls)), projector(places, FORM).columns
     spread = np.sum(b * b) / size.controls
 
     def written_out(ratio: float) -> float:
