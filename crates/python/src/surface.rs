@@ -92,12 +92,8 @@ impl ScatteredSplines {
         py: Python<'py>,
         values: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Matrix<'py>> {
-        let (splines, columns) = (self.splines()?, values.shape()[1]);
-        let values = values.as_slice()?;
-        let sums = py
-            .detach(|| splines.sums(values, columns))
-            .map_err(refuse)?;
-        sums.into_pyarray(py).reshape([splines.unknowns(), columns])
+        let splines = self.splines()?;
+        multiplied(py, &values, splines.unknowns(), |v, k| splines.sums(v, k))
     }
 
     /// A F (n, k) for factors (m, k).
@@ -106,14 +102,10 @@ impl ScatteredSplines {
         py: Python<'py>,
         factors: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Matrix<'py>> {
-        let (splines, columns) = (self.splines()?, factors.shape()[1]);
-        let factors = factors.as_slice()?;
-        let combined = py
-            .detach(|| splines.combined(factors, columns))
-            .map_err(refuse)?;
-        combined
-            .into_pyarray(py)
-            .reshape([splines.points(), columns])
+        let splines = self.splines()?;
+        multiplied(py, &factors, splines.points(), |f, k| {
+            splines.combined(f, k)
+        })
     }
 
     /// a M aᵀ (n,) of every row a of A, for a matrix (m, m).
@@ -127,6 +119,18 @@ impl ScatteredSplines {
         let squares = py.detach(|| splines.squares(matrix)).map_err(refuse)?;
         Ok(squares.into_pyarray(py))
     }
+}
+
+/// What becomes of a matrix of k columns: another one of k columns.
+fn multiplied<'py, E: ToString + Send>(
+    py: Python<'py>,
+    matrix: &PyReadonlyArray2<'py, f64>,
+    rows: usize,
+    work: impl Fn(&[f64], usize) -> Result<Vec<f64>, E> + Send,
+) -> PyResult<Matrix<'py>> {
+    let (values, columns) = (matrix.as_slice()?, matrix.shape()[1]);
+    let found = py.detach(|| work(values, columns)).map_err(refuse)?;
+    found.into_pyarray(py).reshape([rows, columns])
 }
 
 /// The rows of an array of so many columns.
