@@ -126,10 +126,10 @@ fn multiplied<'py, E: ToString + Send>(
     py: Python<'py>,
     matrix: &PyReadonlyArray2<'py, f64>,
     rows: usize,
-    work: impl Fn(&[f64], usize) -> Result<Vec<f64>, E> + Send,
+    work: impl FnOnce(&[f64], usize) -> Result<Vec<f64>, E> + Send,
 ) -> PyResult<Matrix<'py>> {
     let (values, columns) = (matrix.as_slice()?, matrix.shape()[1]);
-    let found = py.detach(|| work(values, columns)).map_err(refuse)?;
+    let found = py.detach(move || work(values, columns)).map_err(refuse)?;
     found.into_pyarray(py).reshape([rows, columns])
 }
 
