@@ -85,6 +85,16 @@ def nc_survey(source: bytes, dialect: str) -> tuple[bool, tuple[bool, bool, bool
     and Z are named, and the byte at which each letter is first met.
     """
 
+def nc_said(
+    program: NcProgram,
+    block: NDArray[np.int32],
+    word: NDArray[np.int32],
+    incremental: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Whether X, Y, Z stand where the program said, after each move (n, 3): from its block (n,), the words that set its
+    end (n, 3), and whether its coordinates are increments (n,).
+    """
+
 @final
 class NcField:
     """A displacement for every position, mm."""

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from tests.support.surfaces import SQUARE, on_grid, random_surface, sphere, wavy_surface
 from trueloop.compensation.cutter import Cutter
-from trueloop.compensation.surface_program import SurfaceJob, corrected_program
+from trueloop.compensation.surface_program import corrected_program
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.compensation.surface_shift import corrected_surface
 from trueloop.compensation.surface_zigzag import ZigzagOptions, zigzag
 from trueloop.error_surface.pattern import pattern_of

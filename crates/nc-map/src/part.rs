@@ -9,7 +9,7 @@ use crate::field::{Field, Trouble, Vector};
 use crate::pieces::{pieces, Fault, Geometry, Piece};
 use crate::refusal::{self, Refused};
 use crate::role::{names_axis, roles, Role};
-use crate::standing::{self, leaves, Standing};
+use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
 use crate::writer::Writer;
 use crate::Mapper;
@@ -96,7 +96,7 @@ impl Mapper {
         for index in 0..path.len() {
             let role = roles.get(&(path.block[index] as usize));
             let before = self.standing;
-            self.standing = standing::after(before, program, path, index, role);
+            self.standing = standing::after(before, program, &Saying::of(path, index), role);
             let fate = fate(path, index, role, before, self.standing);
             if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 require_said(program, path, index, before, self.standing)?;
@@ -250,7 +250,7 @@ fn stay(writer: &mut Writer, index: usize) {
     for axis in 0..3 {
         let wordless = path.words[index].iter().all(|word| *word < 0);
         let goes = path.words[index][axis] >= 0 && !state.incremental;
-        if goes || wordless && leaves(writer.program, path, index, axis) {
+        if goes || wordless && leaves(writer.program, path.block[index] as usize, axis) {
             writer.carried[axis] = 0.0;
         }
     }

@@ -2,7 +2,36 @@
 
 use nc_program::{Program, ToolPath};
 
-use crate::role::{names, names_axis, Role};
+use crate::role::{named_axes, names, names_axis, roles, Role};
+
+/// What a move's block says of where it goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Saying {
+    /// Index of the block.
+    pub block: usize,
+    /// Index of the word that sets each axis, negative where none does.
+    pub words: [i32; 3],
+    /// Coordinates are increments.
+    pub incremental: bool,
+}
+
+impl Saying {
+    pub(crate) fn of(path: &ToolPath, index: usize) -> Self {
+        let incremental = path.states[path.state[index] as usize].incremental;
+        Self { block: path.block[index] as usize, words: path.words[index], incremental }
+    }
+}
+
+/// Whether X, Y and Z stand where the program said, after each move of the whole program.
+pub fn said(program: &Program, moves: impl IntoIterator<Item = Saying>) -> Vec<[bool; 3]> {
+    let roles = roles(program);
+    let mut standing = at_start(named_axes(program));
+    let follow = |saying: Saying| {
+        standing = after(standing, program, &saying, roles.get(&saying.block));
+        standing.map(|axis| axis == Standing::Said)
+    };
+    moves.into_iter().map(follow).collect()
+}
 
 /// What is known of an axis before a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,32 +59,24 @@ pub(crate) fn at_start(named: [bool; 3]) -> [Standing; 3] {
 }
 
 /// After a move. An increment from an unknown place leads to another.
-pub(crate) fn after(
-    before: [Standing; 3],
-    program: &Program,
-    path: &ToolPath,
-    index: usize,
-    role: Option<&Role>,
-) -> [Standing; 3] {
+pub(crate) fn after(before: [Standing; 3], program: &Program, saying: &Saying, role: Option<&Role>) -> [Standing; 3] {
     let to_machine = matches!(role, Some(Role::Machine | Role::Home));
     [0, 1, 2].map(|axis| match before[axis] {
         Standing::Never => Standing::Never,
-        _ if to_machine && leaves(program, path, index, axis) => Standing::Machine,
-        _ if !to_machine && is_position(program, path, index, axis) => Standing::Said,
+        _ if to_machine && leaves(program, saying.block, axis) => Standing::Machine,
+        _ if !to_machine && is_position(program, saying, axis) => Standing::Said,
         known => known,
     })
 }
 
 /// Whether a move to a place of the machine takes that axis there.
-pub(crate) fn leaves(program: &Program, path: &ToolPath, index: usize, axis: usize) -> bool {
-    let block = path.block[index] as usize;
+pub(crate) fn leaves(program: &Program, block: usize, axis: usize) -> bool {
     names(program, block, axis) || !names_axis(program, block)
 }
 
 /// Whether a word of the move names the axis by where it goes, not by how far.
-fn is_position(program: &Program, path: &ToolPath, index: usize, axis: usize) -> bool {
-    let word = usize::try_from(path.words[index][axis]).ok().and_then(|word| program.words().get(word));
+fn is_position(program: &Program, saying: &Saying, axis: usize) -> bool {
+    let word = usize::try_from(saying.words[axis]).ok().and_then(|word| program.words().get(word));
     let increments = program.dialect().increments.unwrap_or([0; 3]);
-    let incremental = path.states[path.state[index] as usize].incremental;
-    word.is_some_and(|word| word.letter != increments[axis] && !incremental)
+    word.is_some_and(|word| word.letter != increments[axis] && !saying.incremental)
 }

@@ -42,8 +42,8 @@ type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>);
 
 /// A program as read.
 #[pyclass(frozen)]
-struct NcProgram {
-    program: Program,
+pub struct NcProgram {
+    pub program: Program,
 }
 
 #[pymethods]

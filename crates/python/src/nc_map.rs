@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use nc_map::field::Trouble;
-use nc_map::{named_axes, Affine, Field, Grid, Limits, Mapper, Place, Refusal, Vector};
+use nc_map::{named_axes, Affine, Field, Grid, Limits, Mapper, Place, Refusal, Saying, Vector};
 use nc_program::{jumps, Options, Program};
-use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::nc::{dialect_of, parameters_of};
+use crate::nc::{dialect_of, parameters_of, NcProgram};
 
 /// Code, message, hint, line, column.
 type RefusalTuple = (&'static str, String, String, usize, usize);
@@ -321,9 +321,36 @@ fn letters(program: &Program) -> BTreeMap<char, usize> {
     named.collect()
 }
 
+/// Whether X, Y, Z stand where the program said, after each of its moves: (n, 3), from the block of each (n,), the words
+/// that set its end (n, 3), and whether its coordinates are increments (n,).
+#[pyfunction]
+fn nc_said<'py>(
+    py: Python<'py>,
+    program: &NcProgram,
+    block: PyReadonlyArray1<i32>,
+    word: PyReadonlyArray2<i32>,
+    incremental: PyReadonlyArray1<bool>,
+) -> PyResult<Bound<'py, PyArray2<bool>>> {
+    let (word, _) = word.as_slice()?.as_chunks::<3>();
+    let moves = block
+        .as_slice()?
+        .iter()
+        .zip(word)
+        .zip(incremental.as_slice()?);
+    let sayings = moves.map(|((block, words), incremental)| Saying {
+        block: *block as usize,
+        words: *words,
+        incremental: *incremental,
+    });
+    let said = nc_map::said(&program.program, sayings);
+    let count = said.len();
+    said.into_flattened().into_pyarray(py).reshape([count, 3])
+}
+
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<NcMapper>()?;
     module.add_class::<NcField>()?;
+    module.add_function(wrap_pyfunction!(nc_said, module)?)?;
     module.add_function(wrap_pyfunction!(nc_survey, module)?)
 }

@@ -5,19 +5,15 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.compensation.cutter import Contacts, Cutter, contacts, edge_centres_mm
-from trueloop.errors import Code, TrueloopError
+from trueloop.compensation.cutter import Contacts, Cutter, contacts
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
-from trueloop.units import UM_PER_MM
 
 CUTS_MM: Final = 0.05
 """A cutter farther than this off the nominal surface does not finish it: it leads in, leads out, or passes by."""
 ROUNDS: Final = 12
 SAME_MM: Final = 1e-8
-AROUND: Final = 12
-"""Places around a cutter's edge that are searched for gouges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,33 +39,6 @@ def moved_locations(
     if np.any(cutting):
         moved[cutting] = _moved(before, corrected, cutter, tips_mm, axes, cutting)
     return MovedLocations(moved, cutting, before.gap_mm)
-
-
-def check_gouges(corrected: Surface, cutter: Cutter, tips_mm: Array, axes: Array, allowed_mm: float) -> None:
-    """Refuses locations (n, 3) that cut into the corrected surface by more than `allowed_mm` anywhere.
-
-    The nearest point of the surface is looked for afresh for each, wherever on the patch it is: a ball in a hollow
-    narrower than itself is nearest to a rim it was not meant to touch. So it is for places all around the edge of a
-    bull-nose or flat cutter, which in a hollow cuts where it does not lean. Raises SRF-GOUGE.
-    """
-    found = contacts(corrected, cutter, tips_mm, axes)
-    feet, gap = [found.feet], [found.gap_mm]
-    for centres in edge_centres_mm(cutter, tips_mm, axes, AROUND):
-        feet.append(closest(corrected, centres))
-        gap.append(feet[-1].distance_mm - cutter.corner_mm)
-    inside = np.concatenate([some.beyond_mm for some in feet]) <= SAME_MM
-    points = np.concatenate([some.point_mm for some in feet])
-    deep = np.where(inside, -np.concatenate(gap), -np.inf)
-    worst = int(np.argmax(deep))
-    if deep[worst] > allowed_mm:
-        x, y, z = points[worst]
-        raise TrueloopError(
-            Code.SRF_GOUGE,
-            f"the cutter would cut {deep[worst] * UM_PER_MM:.1f} µm into the corrected surface at x {x:.3f}, "
-            f"y {y:.3f}, z {z:.3f} mm; {allowed_mm * UM_PER_MM:.1f} µm is allowed, exceeded at "
-            f"{np.count_nonzero(deep > allowed_mm)} places",
-            hint="the cutter is too large for a hollow there, or the program belongs to another surface or tool",
-        )
 
 
 def _moved(

@@ -10,11 +10,11 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.program import changes
 from trueloop.compensation.record import MARK, ChangedWord, check_uncorrected, sha256_of
+from trueloop.compensation.surface_gouges import check_gouges
 from trueloop.compensation.surface_lead import held_starts, require_arcs_stay
-from trueloop.compensation.surface_points import CUTS_MM, check_gouges, moved_locations
+from trueloop.compensation.surface_samples import Samples, SurfaceJob, sampled
 from trueloop.compensation.tool_axis import ToolAxes, check_tool_axes, tool_axes
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
@@ -31,7 +31,7 @@ from trueloop.nc.edit import (
 )
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import require_own_shape
-from trueloop.nc.tool_path import INVERSE_TIME, Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, Flags, Integers, Motion, ToolPath
 from trueloop.nc.understood import require_known_frame, require_understood
 from trueloop.units import UM_PER_MM
 
@@ -40,27 +40,8 @@ Waypoint: TypeAlias = tuple[float, Array]
 
 AXES: Final = ((0, "X"), (1, "Y"), (2, "Z"))
 SWITCHES: Final = frozenset("MST")
-UP: Final = (0.0, 0.0, 1.0)
-TURN_DEG: Final = 1.0
-"""The tool turns no more than this between two places that are looked at."""
 ROUNDING_STEPS: Final = 2.0
 """How many steps of the control's resolution rounding may move a point."""
-
-
-@dataclass(frozen=True)
-class SurfaceJob:
-    """How a program is to be corrected: its cutter, the tool axis out of the material, or the letters of the words that
-    turn it (`tool_axis`), the chord tolerance, the distance between the places looked at along a move, and what may be
-    cut too deep.
-    """
-
-    cutter: Cutter
-    axis: tuple[float, float, float] = UP
-    tolerance_mm: float = 5e-4
-    sample_mm: float = 0.5
-    gouge_mm: float = 2e-3
-    cuts_mm: float = CUTS_MM
-    rotary: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,25 +55,6 @@ class CorrectedProgram:
     new_blocks: int
     largest_mm: float
     changes: list[ChangedWord]
-
-
-@dataclass(frozen=True, eq=False)
-class _Samples:
-    """Places along the moves at feed: move and share of it (n,), and tips before and after (n, 3); and the tool's axes
-    along all moves.
-    """
-
-    move: np.ndarray
-    share: Array
-    before_mm: Array
-    after_mm: Array
-    cutting: np.ndarray
-    axes: ToolAxes
-
-    @property
-    def cutting_moves(self) -> np.ndarray:
-        """Indices of the moves that cut."""
-        return np.unique(self.move[self.cutting])
 
 
 def corrected_program(
@@ -109,38 +71,27 @@ def corrected_program(
     require_understood(program)
     path = program.run()
     require_known_frame(path)
-    samples = _sampled(program, path, nominal, corrected, job)
+    samples = sampled(program, path, nominal, corrected, job)
     _check(program, path, samples)
-    cut = samples.cutting
-    axes = samples.axes.directions(samples.move[cut], samples.share[cut])
-    check_gouges(corrected, job.cutter, samples.after_mm[cut], axes, job.gouge_mm)
     ends, between = _targets(path, samples, job.tolerance_mm)
     touched = {move + step for move in ends for step in (0, 1)} | between.keys()
     require_own_shape(program, path, sorted(touched & set(range(len(path)))))
     require_arcs_stay(program, path, ends)
     edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
     source = apply_edits(program, edits)
-    _read_back(program, path, source, ends, between, samples.axes)
+    written = read_program(source, program.dialect.name, program.file)
+    again = written.run()
+    axes = tool_axes(written, again, job.rotary, job.axis)
+    _read_back(program, path, again, ends, between)
+    if samples.axes.letters and not np.array_equal(axes.end[_places(path, between)], samples.axes.end):
+        raise _refusal("the tool's direction changed")
+    check_gouges(written, again, axes, _cutting(path, samples, between), nominal, corrected, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
     return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, changes(program, edits[1:]))
 
 
-def _sampled(program: Program, path: ToolPath, nominal: Surface, corrected: Surface, job: SurfaceJob) -> _Samples:
-    turning = tool_axes(program, path, job.rotary, job.axis)
-    at_feed = np.flatnonzero(np.isin(path.motion, (Motion.LINE, Motion.ARC)))
-    length = np.linalg.norm(path.end_mm - path.start_mm, axis=1)[at_feed]
-    pieces = np.ceil(np.maximum(length / job.sample_mm, turning.turned_deg(at_feed) / TURN_DEG))
-    pieces = np.maximum(1, pieces).astype(int)
-    move = np.repeat(at_feed, pieces + 1)
-    share = np.concatenate([np.linspace(0.0, 1.0, n + 1) for n in pieces]) if len(pieces) else np.empty(0)
-    tips = path.start_mm[move] + share[:, None] * (path.end_mm - path.start_mm)[move]
-    axes = turning.directions(move, share)
-    moved = moved_locations(nominal, corrected, job.cutter, tips, axes, cuts_mm=job.cuts_mm)
-    return _Samples(move, share, tips, moved.tips_mm, moved.cutting, turning)
-
-
-def _check(program: Program, path: ToolPath, samples: _Samples) -> None:
+def _check(program: Program, path: ToolPath, samples: Samples) -> None:
     cutting = samples.cutting_moves
     if not len(cutting):
         hint = "look at frame, tool radius and face"
@@ -160,7 +111,7 @@ def _check(program: Program, path: ToolPath, samples: _Samples) -> None:
 
 
 def _targets(
-    path: ToolPath, samples: _Samples, tolerance_mm: float
+    path: ToolPath, samples: Samples, tolerance_mm: float
 ) -> tuple[dict[int, Array], dict[int, list[Waypoint]]]:
     """Displaced ends by move, and further points within moves, with the share of the move they stand at."""
     ends: dict[int, Array] = {}
@@ -251,22 +202,29 @@ def _mark(program: Program, record_id: str) -> Iterator[Edit]:
     yield insert_heading(program, [program.dialect.comment(line) for line in lines])
 
 
+def _inserted(path: ToolPath, between: dict[int, list[Waypoint]]) -> Integers:
+    """How many moves are put in before each of the source's."""
+    return np.array([len(between.get(move, ())) for move in range(len(path))], dtype=np.intp)
+
+
+def _places(path: ToolPath, between: dict[int, list[Waypoint]]) -> Integers:
+    """Which moves of the written program those of the source have become."""
+    return np.arange(len(path)) + np.cumsum(_inserted(path, between))
+
+
+def _cutting(path: ToolPath, samples: Samples, between: dict[int, list[Waypoint]]) -> Flags:
+    """Which moves of the written program are those that cut, with the ones put in before them."""
+    return np.repeat(np.isin(np.arange(len(path)), samples.cutting_moves), 1 + _inserted(path, between))
+
+
 def _read_back(
-    program: Program,
-    path: ToolPath,
-    source: bytes,
-    ends: dict[int, Array],
-    between: dict[int, list[Waypoint]],
-    axes: ToolAxes,
+    program: Program, path: ToolPath, again: ToolPath, ends: dict[int, Array], between: dict[int, list[Waypoint]]
 ) -> None:
     """The written program run again: every move must end where it was to end, at the feed it had."""
-    written = read_program(source, program.dialect.name, program.file)
-    again = written.run()
-    inserted = np.array([len(between.get(move, ())) for move in range(len(path))])
-    at = np.arange(len(path)) + np.cumsum(inserted)
+    at, new = _places(path, between), sum(map(len, between.values()))
     allowed = ROUNDING_STEPS * program.dialect.step_mm(bool(np.any(path.inch)))
-    if len(again) != len(path) + int(np.sum(inserted)) or np.any(again.motion[at] != path.motion):
-        raise _refusal(f"it has {len(again)} moves instead of {len(path) + int(np.sum(inserted))}")
+    if len(again) != len(path) + new or np.any(again.motion[at] != path.motion):
+        raise _refusal(f"it has {len(again)} moves instead of {len(path) + new}")
     for move, points in between.items():
         found = again.end_mm[at[move] - len(points) : at[move]]
         if (off := float(np.max(np.abs(found - [at for _, at in points])))) > allowed:
@@ -278,8 +236,6 @@ def _read_back(
         raise _refusal(f"a move ends {off * UM_PER_MM:.2f} µm from where it was to end")
     if not np.array_equal(again.feed[at], path.feed, equal_nan=True):
         raise _refusal(f"the feed of {np.count_nonzero(again.feed[at] != path.feed)} moves changed")
-    if axes.letters and not np.array_equal(tool_axes(written, again, axes.letters, UP).end[at], axes.end):
-        raise _refusal("the tool's direction changed")
 
 
 def _refusal(what: str) -> TrueloopError:

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.compensation.surface_program import SurfaceJob
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
 from trueloop.gauging.surface_deviations import MeasuredPoints

@@ -7,7 +7,8 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.compensation.limits import Limits
-from trueloop.compensation.surface_program import CorrectedProgram, SurfaceJob, corrected_program
+from trueloop.compensation.surface_program import CorrectedProgram, corrected_program
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.compensation.surface_shift import CorrectedSurface, corrected_surface
 from trueloop.error_surface.cells import averaged_over_cells
 from trueloop.error_surface.neighbourhood import Neighbourhood

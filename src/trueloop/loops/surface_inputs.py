@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.limits import Limits
 from trueloop.compensation.record import sha256_of
-from trueloop.compensation.surface_program import SurfaceJob
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_input
 from trueloop.formats.points_csv import read_points

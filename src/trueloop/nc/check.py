@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.errors import Code, Finding, Place, Severity
+from trueloop.nc.along import PLANE_AXES
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.path_mode import path_mode_findings
 from trueloop.nc.program import BLOCK_LIMIT, Program
@@ -16,8 +17,6 @@ from trueloop.nc.tool_path import Array, Motion, ToolPath
 from trueloop.nc.written_step import written_step_mm
 from trueloop.units import MM_PER_INCH
 
-_AXES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
-"""First and second axis of a plane."""
 _ROUNDING_STEPS = 3.0
 """Rounding of end point and centre by half a step an axis each adds up to 4·√2/2 ≈ 2.8 steps between the radii."""
 SMALLEST_KINK_RAD = math.radians(0.1)
@@ -76,7 +75,7 @@ def _finding(path: ToolPath, move: int, severity: Severity, code: Code, message:
 
 def _in_plane(path: ToolPath, points: Array) -> Array:
     """(n, 3) → (n, 2): the coordinates in each move's plane."""
-    axes = np.array([_AXES[int(plane)] for plane in range(17, 20)])[path.plane - 17]
+    axes = np.array([PLANE_AXES[plane] for plane in range(17, 20)])[path.plane - 17]
     in_plane: Array = np.take_along_axis(points, axes, axis=1)
     return in_plane
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.nc.along import lengths_mm, points_along
 from trueloop.nc.tool_path import Array, Integers, Motion, ToolPath
 
 SAGITTA_MM: Final = 1e-6
@@ -53,7 +54,7 @@ def path_difference(first: ToolPath, second: ToolPath, *, rapids: bool = False) 
     Raises NC-NO-CONTOUR where a path has none, NC-EXPRESSION where a position is not known.
     """
     chosen = [_chosen(path, rapids) for path in (first, second)]
-    length_mm = max(float(_length_mm(path, moves).sum()) for path, moves in zip((first, second), chosen, strict=True))
+    length_mm = max(float(lengths_mm(path, moves).sum()) for path, moves in zip((first, second), chosen, strict=True))
     spacing_mm = max(_FINEST_MM, length_mm / _MOST_POINTS)
     one, other = (_pieces(path, moves, spacing_mm) for path, moves in zip((first, second), chosen, strict=True))
     there, back = _furthest(one, other, True, spacing_mm), _furthest(other, one, False, spacing_mm)
@@ -80,18 +81,10 @@ def _chosen(path: ToolPath, rapids: bool) -> NDArray[np.intp]:
     return moves
 
 
-def _length_mm(path: ToolPath, moves: NDArray[np.intp]) -> Array:
-    """Length of each move; of a helix that of its circle and its rise taken together."""
-    radius_mm = np.nan_to_num(np.linalg.norm(path.start_mm[moves] - path.centre_mm[moves], axis=1))
-    chord_mm = np.linalg.norm(path.end_mm[moves] - path.start_mm[moves], axis=1)
-    length_mm: Array = np.hypot(chord_mm, radius_mm * np.abs(path.sweep_rad[moves]))
-    return length_mm
-
-
 def _pieces(path: ToolPath, moves: NDArray[np.intp], spacing_mm: float) -> _Pieces:
     points = [
         _points(path, int(move), length, spacing_mm)
-        for move, length in zip(moves, _length_mm(path, moves), strict=True)
+        for move, length in zip(moves, lengths_mm(path, moves), strict=True)
     ]
     counts = [len(of_move) - 1 for of_move in points]
     return _Pieces(
@@ -103,23 +96,12 @@ def _pieces(path: ToolPath, moves: NDArray[np.intp], spacing_mm: float) -> _Piec
 
 def _points(path: ToolPath, move: int, length_mm: float, spacing_mm: float) -> Array:
     """Points along a move, its ends included: (n, 3), at least two."""
-    start, end = path.start_mm[move], path.end_mm[move]
-    count = int(np.ceil(length_mm / spacing_mm))
-    if path.motion[move] != Motion.ARC:
-        straight: Array = start + np.linspace(0.0, 1.0, max(count, 1) + 1)[:, None] * (end - start)
-        return straight
-    i, j = {17: (0, 1), 18: (2, 0), 19: (1, 2)}[int(path.plane[move])]
-    centre, sweep_rad = path.centre_mm[move], path.sweep_rad[move]
-    radial = start - centre
-    radius_mm = float(np.hypot(radial[i], radial[j]))
-    chords = abs(sweep_rad) * np.sqrt(radius_mm / (8 * SAGITTA_MM))
-    share = np.linspace(0.0, 1.0, int(max(count, min(np.ceil(chords), _MOST_POINTS), 1)) + 1)
-    turned = -share * sweep_rad  # positive sweep is clockwise
-    curved: Array = start + share[:, None] * (end - start)
-    curved[:, i] = centre[i] + np.cos(turned) * radial[i] - np.sin(turned) * radial[j]
-    curved[:, j] = centre[j] + np.sin(turned) * radial[i] + np.cos(turned) * radial[j]
-    curved[-1] = end
-    return curved
+    count = max(int(np.ceil(length_mm / spacing_mm)), 1)
+    if path.motion[move] == Motion.ARC:
+        radius_mm = float(np.linalg.norm(path.start_mm[move] - path.centre_mm[move]))
+        chords = abs(path.sweep_rad[move]) * np.sqrt(radius_mm / (8 * SAGITTA_MM))
+        count = max(count, int(min(np.ceil(chords), _MOST_POINTS)))
+    return points_along(path, np.intp(move), np.linspace(0.0, 1.0, count + 1))
 
 
 def _furthest(here: _Pieces, there: _Pieces, first: bool, spacing_mm: float) -> PathDifference:

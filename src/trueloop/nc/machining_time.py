@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.nc.along import lengths_mm
 from trueloop.nc.tool_path import INVERSE_TIME, PER_REVOLUTION, Array, Flags, Motion, ToolPath
 
 _SURFACE_SPEED: Final = 96
@@ -51,7 +52,7 @@ def machining_time(path: ToolPath, rapid_mm_min: float, max_rpm: float | None = 
 
     Raises NC-FEED where a cut has no feed, or no spindle speed that its feed needs, or no limit near the axis.
     """
-    length_mm = path_length_mm(path)
+    length_mm = lengths_mm(path)
     with np.errstate(divide="ignore", invalid="ignore"):
         minutes = np.where(path.feed_mode == INVERSE_TIME, 1.0, length_mm) / path.feed
         per_revolution = path.feed_mode == PER_REVOLUTION
@@ -63,18 +64,6 @@ def machining_time(path: ToolPath, rapid_mm_min: float, max_rpm: float | None = 
     if np.isnan(path.dwell_s).any():
         raise _unknown(path, int(path.dwell_before[np.isnan(path.dwell_s)][0]), "a dwell without a time in seconds")
     return MachiningTime(60.0 * minutes, path.rapid, float(path.dwell_s.sum()))
-
-
-def path_length_mm(path: ToolPath) -> Array:
-    """Length of each move (n,): of a helix the root of the squares of its arc and its rise."""
-    way = path.end_mm - path.start_mm
-    length = np.linalg.norm(way, axis=1)
-    arcs = np.flatnonzero(path.motion == Motion.ARC)
-    third = {17: 2, 18: 1, 19: 0}
-    for k in arcs:
-        radius = np.linalg.norm(np.delete(path.start_mm[k] - path.centre_mm[k], third[int(path.plane[k])]))
-        length[k] = np.hypot(radius * path.sweep_rad[k], way[k, third[int(path.plane[k])]])
-    return np.asarray(length)
 
 
 def _minutes_per_revolution(path: ToolPath, max_rpm: float | None) -> Array:

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.nc.along import points_along
 from trueloop.nc.tool_path import Array, Integers, Motion, ToolPath
 
 CLEARANCE_MM: Final = 0.01
@@ -91,15 +92,7 @@ def _is_internal(path: ToolPath, run: Integers, grid: "_Grid", final: Array) -> 
 
 def _points(path: ToolPath, move: int) -> Array:
     """Points (x, z) along a move, its ends included."""
-    share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
-    start, end = path.start_mm[move, [_X, _Z]], path.end_mm[move, [_X, _Z]]
-    if path.motion[move] != Motion.ARC:
-        straight: Array = start + share * (end - start)
-        return straight
-    centre = path.centre_mm[move, [_X, _Z]]
-    angle = np.arctan2(start[0] - centre[0], start[1] - centre[1]) - share[:, 0] * path.sweep_rad[move]
-    curved: Array = centre + np.hypot(*(start - centre)) * np.stack([np.sin(angle), np.cos(angle)], axis=1)
-    return curved
+    return points_along(path, np.intp(move), np.linspace(0.0, 1.0, _SAMPLES))[:, [_X, _Z]]
 
 
 class _Grid:

@@ -7,7 +7,8 @@ import pytest
 
 from tests.support.surfaces import left_on_mm, random_surface, wavy_surface
 from trueloop.compensation.cutter import Cutter
-from trueloop.compensation.surface_program import SurfaceJob, corrected_program
+from trueloop.compensation.surface_program import corrected_program
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.compensation.surface_shift import corrected_surface
 from trueloop.compensation.surface_zigzag import ZigzagOptions, scallop_step_mm
 from trueloop.compensation.tool_axis import ToolAxes, tool_axes

@@ -10,8 +10,9 @@ import pytest
 from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm, random_surface, wavy_surface
 from trueloop.compensation.cutter import Cutter, contacts
-from trueloop.compensation.surface_points import check_gouges
-from trueloop.compensation.surface_program import SurfaceJob, corrected_program
+from trueloop.compensation.surface_gouges import depths_mm
+from trueloop.compensation.surface_program import corrected_program
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.compensation.surface_shift import CorrectedSurface, corrected_surface
 from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
 from trueloop.errors import Code, TrueloopError
@@ -133,14 +134,12 @@ def test_a_flat_bottom_in_a_hollow_narrower_than_the_cutter_is_a_gouge(corner_mm
     x, y = np.meshgrid(np.linspace(-5, 5, 41), np.linspace(-5, 5, 41), indexing="ij")
     trough = fit_grid(np.stack([x, y, 8 - np.sqrt(64 - y**2)], axis=2)).surface
     up, tip = np.array([[0.0, 0.0, 1.0]]), np.array([[0.0, 0.0, 0.0]])
-    check_gouges(trough, Cutter(3.0, 3.0), tip, up, 1e-3)
-    with pytest.raises(TrueloopError, match="µm into the corrected surface") as told:
-        check_gouges(trough, Cutter(3.0, corner_mm), tip, up, 1e-3)
-    assert told.value.code is Code.SRF_GOUGE
-    # Lifted by as much as the edge is too deep, it is none.
+    assert depths_mm(trough, Cutter(3.0, 3.0), tip, up)[0] == pytest.approx(0.0, abs=1e-6)
     ring = 3.0 - corner_mm
+    across = np.hypot(ring, 8 - corner_mm) - (8 - corner_mm)
+    assert depths_mm(trough, Cutter(3.0, corner_mm), tip, up)[0] == pytest.approx(across, abs=1e-4)
     lift = 8 - corner_mm - np.sqrt((8 - corner_mm) ** 2 - ring**2)
-    check_gouges(trough, Cutter(3.0, corner_mm), tip + lift * up, up, 1e-4)
+    assert depths_mm(trough, Cutter(3.0, corner_mm), tip + lift * up, up)[0] == pytest.approx(0.0, abs=1e-4)
 
 
 def test_half_the_weight_corrects_by_half() -> None:

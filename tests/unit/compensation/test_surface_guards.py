@@ -1,11 +1,15 @@
 """What keeps a corrected surface program from being written where it would not cut what was meant."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from tests.support.surfaces import wavy_surface
 from trueloop.compensation import surface_program
 from trueloop.compensation.cutter import Cutter
-from trueloop.compensation.surface_program import SurfaceJob, corrected_program
+from trueloop.compensation.surface_program import corrected_program
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.compensation.surface_zigzag import ZigzagOptions, zigzag
 from trueloop.compensation.tool_axis import tool_axes
 from trueloop.errors import Code, TrueloopError
@@ -34,6 +38,47 @@ def test_the_read_back_of_an_inch_program_allows_two_steps_of_an_inch_program(mo
     with pytest.raises(TrueloopError, match=r"a move ends 25\.40 µm from") as told:
         corrected_program(inch, FLAT, FLAT, BALL, "0123456789abcdef")
     assert told.value.code is Code.CMP_READ_BACK
+
+
+RAISED = replace(FLAT, control_mm=FLAT.control_mm + np.array([0.0, 0.0, 0.1]))
+"""The corrected surface stands 0.1 mm higher everywhere."""
+
+PASS = "G21 G90 G94 G17\n{before}\nG0 X2 Y10 Z5\nG1 Z0 F100\nX18\nG0 Z5\n{after}\nM30\n"
+
+
+def _raised(before: str = "", after: str = "") -> bytes:
+    program = read_program(PASS.format(before=before, after=after).encode(), "fanuc-mill")
+    return corrected_program(program, FLAT, RAISED, BALL, "0123456789abcdef").source
+
+
+@pytest.mark.parametrize(
+    ("after", "what"),
+    [
+        ("G0 Z0.06\nG0 X2\nG0 Z5", "a rapid move would cut 40.0 µm into"),
+        ("G1 Z0.06\nG1 X2\nG0 Z5", "the cutter would cut 40.0 µm into"),
+        ("G18 G3 X2 Z5 I-8 K4.0077 F99\nG17", r"the cutter would cut (3[6-9]|40)\.\d µm into"),
+    ],
+)
+def test_what_does_not_cut_may_not_cut_the_corrected_surface(after: str, what: str) -> None:
+    """Clear of the nominal surface by 0.06 mm and more than a pass, it stays where it is; an arc swings through."""
+    with pytest.raises(TrueloopError, match=what) as told:
+        _raised(after=after)
+    assert told.value.code is Code.SRF_GOUGE
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("G0 X5 Y5", ""),  # z has no position yet: where a run takes it to be is inside the surface
+        ("G28 G91 Z0\nG90 G0 X5 Y5", ""),  # z is at home
+        ("T2 M6\nG0 X5 Y5 Z0.05\nG0 Z9\nT1 M6", ""),  # another tool
+        ("", "G0 Z0.12\nX2\nZ5"),  # clear of the corrected surface too
+        ("", "G0 X-9\nZ-2\nX-12\nZ5"),  # beside the patch
+        ("", "G0 X-9\nZ-20\nX9\nX-9\nZ5"),  # under it: another side of the part
+    ],
+)
+def test_only_moves_that_are_known_to_come_too_near_are_refused(before: str, after: str) -> None:
+    assert b"Z0.1" in _raised(before, after)
 
 
 def test_a_name_is_no_rotary_word() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.machining_time import machining_time, path_length_mm
+from trueloop.nc.along import lengths_mm
+from trueloop.nc.machining_time import machining_time
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import ToolPath
 
@@ -27,7 +28,7 @@ def test_feed_a_minute_rapid_and_dwell() -> None:
 def test_inverse_time_and_a_helix() -> None:
     path = run("G21 G17 G93\nG1 X5 F4\nG94 F100\nG3 X5 Y0 Z30 I-5 J0 P2", "linuxcnc")
     turn = math.hypot(20 * math.pi, 30)
-    assert path_length_mm(path) == pytest.approx([5, turn])
+    assert lengths_mm(path) == pytest.approx([5, turn])
     assert machining_time(path, 1.0).move_s == pytest.approx([15, turn / 100 * 60])
 
 

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from trueloop.nc.translation.statements import PLANES, Circle, Straight, Vector
+from trueloop.nc.along import PLANE_AXES
+from trueloop.nc.translation.statements import Circle, Straight, Vector
 
 _WHOLE_TURN = 1e-9
 """Share of a turn that rounding of angles may leave."""
@@ -29,14 +30,14 @@ def pieces(circle: Circle, step_mm: float) -> Iterator[Circle | Straight]:
 
 def _along(circle: Circle, share: float) -> Vector:
     """The start, moved along the third axis by a share of the whole way: after whole turns the tool is there."""
-    third = 3 - sum(PLANES[circle.plane])
+    third = 3 - sum(PLANE_AXES[circle.plane])
     rise = share * (circle.end_mm[third] - circle.start_mm[third])
     x, y, z = (at + (rise if axis == third else 0.0) for axis, at in enumerate(circle.start_mm))
     return x, y, z
 
 
 def _with_room(circle: Circle, step_mm: float) -> Circle | Straight:
-    first, second = PLANES[circle.plane]
+    first, second = PLANE_AXES[circle.plane]
     start, end, centre = circle.start_mm, circle.end_mm, circle.centre_mm
     radius_mm = math.hypot(start[first] - centre[first], start[second] - centre[second])
     chord_mm = math.hypot(end[first] - start[first], end[second] - start[second])

@@ -3,6 +3,7 @@
 import math
 
 from trueloop.errors import Severity
+from trueloop.nc.along import PLANE_AXES
 from trueloop.nc.translation import arcs
 from trueloop.nc.translation.in_force import (
     InForce,
@@ -16,7 +17,6 @@ from trueloop.nc.translation.in_force import (
     step_mm,
 )
 from trueloop.nc.translation.statements import (
-    PLANES,
     Circle,
     Compensation,
     Home,
@@ -95,7 +95,7 @@ def circle(target: Target, state: InForce, circle: Circle) -> Writing:
 
 
 def _arc_block(target: Target, state: InForce, circle: Circle) -> Writing:
-    in_plane = sorted(PLANES[circle.plane])
+    in_plane = sorted(PLANE_AXES[circle.plane])
     began = [circle.start_mm[k] if math.isnan(at) else at for k, at in enumerate(state.at_mm)]
     x, y, z = (circle.end_mm[k] if k in in_plane or circle.rises else None for k in range(3))
     words, state = _positions(target, state, (x, y, z))

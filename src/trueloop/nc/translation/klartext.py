@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Final
 
 from trueloop.errors import Severity
+from trueloop.nc.along import PLANE_AXES
 from trueloop.nc.translation import arcs, gcode
 from trueloop.nc.translation.in_force import InForce, Target, Writing, block, decimals, number, position, step_mm
 from trueloop.nc.translation.statements import (
-    PLANES,
     Circle,
     Compensation,
     Dwell,
@@ -175,7 +175,7 @@ def _circle(target: Target, state: InForce, circle: Circle) -> Writing:
 
 def _pole(target: Target, state: InForce, circle: Circle) -> tuple[str, Vector]:
     """The block of the pole, and the pole as it is written."""
-    plane = sorted(PLANES[circle.plane])
+    plane = sorted(PLANE_AXES[circle.plane])
     texts = {axis: position(target, state, axis, circle.centre_mm[axis])[0] for axis in plane}
     x, y, z = (float(texts.get(axis, circle.start_mm[axis])) for axis in range(3))
     return block("CC", *(AXES[axis] + _signed(texts[axis]) for axis in plane)), (x, y, z)
@@ -184,7 +184,7 @@ def _pole(target: Target, state: InForce, circle: Circle) -> tuple[str, Vector]:
 def _arc(target: Target, state: InForce, circle: Circle) -> Writing:
     yield _pole(target, state, circle)[0]
     state = yield from _feed(state, circle.feed)
-    x, y, z = (circle.end_mm[k] if k in PLANES[circle.plane] else None for k in range(3))
+    x, y, z = (circle.end_mm[k] if k in PLANE_AXES[circle.plane] else None for k in range(3))
     words, state = _words(target, state, Straight(False, (x, y, z)))
     wanted = state.words.get("wanted feed", "")
     yield block("C", *words, "DR-" if circle.sweep_rad > 0 else "DR+", state.unless("feed", wanted))
@@ -193,7 +193,7 @@ def _arc(target: Target, state: InForce, circle: Circle) -> Writing:
 
 def _helix(target: Target, state: InForce, circle: Circle) -> Writing:
     """By increments of angle and height about the pole: C has no third axis. The end is where these lead."""
-    third = 3 - sum(PLANES[circle.plane])
+    third = 3 - sum(PLANE_AXES[circle.plane])
     pole, pole_mm = _pole(target, state, circle)
     yield pole
     state = yield from _feed(state, circle.feed)
@@ -216,7 +216,7 @@ def _known(at_mm: Vector, otherwise_mm: Vector) -> Vector:
 
 def _turned(start_mm: Vector, pole_mm: Vector, angle_rad: float, plane: int, rise_mm: float) -> Vector:
     """The start turned about the pole from the plane's first axis to its second, and moved along the third."""
-    first, second = PLANES[plane]
+    first, second = PLANE_AXES[plane]
     u, v = start_mm[first] - pole_mm[first], start_mm[second] - pole_mm[second]
     cos, sin = math.cos(angle_rad), math.sin(angle_rad)
     ends = {first: pole_mm[first] + cos * u - sin * v, second: pole_mm[second] + sin * u + cos * v}

@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Severity
+from trueloop.nc.along import PLANE_AXES, lengths_mm
 from trueloop.nc.program import Word
 from trueloop.nc.tool_path import INVERSE_TIME, Motion, ToolPath
 from trueloop.nc.translation.executed import Course, Executed, Said, Source
 from trueloop.nc.translation.statements import (
-    PLANES,
     Circle,
     Compensation,
     Home,
@@ -105,7 +105,7 @@ def _shifted(at_mm: np.ndarray, shift_mm: Vector) -> Vector:
 
 def _circle(path: ToolPath, move: int, shift_mm: Vector) -> Circle:
     plane = int(path.plane[move])
-    third = 3 - sum(PLANES[plane])
+    third = 3 - sum(PLANE_AXES[plane])
     return Circle(
         _shifted(path.start_mm[move], shift_mm),
         _shifted(path.end_mm[move], shift_mm),
@@ -122,17 +122,8 @@ def feed_of(path: ToolPath, move: int) -> float | None:
     feed = float(path.feed[move])
     if path.rapid[move] or math.isnan(feed):
         return None
-    return feed * length_mm(path, move) if path.feed_mode[move] == INVERSE_TIME else feed
-
-
-def length_mm(path: ToolPath, move: int) -> float:
-    """The way of a move, of an arc along it."""
-    chord = path.end_mm[move] - path.start_mm[move]
-    if path.motion[move] != Motion.ARC:
-        return float(np.linalg.norm(chord))
-    plane = list(PLANES[int(path.plane[move])])
-    radius = float(np.linalg.norm((path.start_mm[move] - path.centre_mm[move])[plane]))
-    return math.hypot(radius * float(path.sweep_rad[move]), float(chord[3 - sum(plane)]))
+    timed = path.feed_mode[move] == INVERSE_TIME
+    return feed * float(lengths_mm(path, np.array([move]))[0]) if timed else feed
 
 
 def _thread(source: Source, move: int, word: Word, end_mm: Partial) -> Iterator[Said]:
@@ -173,7 +164,7 @@ def _unknown(source: Source, course: Course, move: int, word: Word) -> Iterator[
     """An increment, or a move by no word, from where the program has not positioned an axis is no position."""
     path = source.path
     moves = np.abs(path.end_mm[move] - path.start_mm[move]) > _STANDS_MM
-    in_plane = PLANES[int(path.plane[move])] if path.motion[move] == Motion.ARC else ()
+    in_plane = PLANE_AXES[int(path.plane[move])] if path.motion[move] == Motion.ARC else ()
     for axis in set(range(3)) - course.known:
         index = int(path.word[move, axis])
         by = source.program.word(index) if index >= 0 else None

@@ -9,9 +9,6 @@ Vector: TypeAlias = tuple[float, float, float]
 Partial: TypeAlias = tuple[float | None, float | None, float | None]
 """X, Y, Z; None for an axis that is not named and does not move."""
 
-PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
-"""Axes of a plane, first and second."""
-
 
 @dataclass(frozen=True)
 class Lost:
