@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
 from tests.bad_input.mutations import Mutation, Rows, both, cell, job, rewrite, scaled, touches
+from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.cli.main import app
 from trueloop.errors import Code
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -53,7 +53,7 @@ def _into_another_program(folder: Path) -> None:
 
 
 def _correct_first(folder: Path) -> None:
-    first = CliRunner().invoke(app, ["compensate", str(folder / "job.toml"), "-o", str(folder / "first")])
+    first = invoke("compensate", folder / "job.toml", "-o", folder / "first")
     assert first.exit_code == ExitStatus.DONE, first.stderr
     shutil.move(folder / "first" / "corrected.nc", folder / "finish.nc")
     shutil.rmtree(folder / "first")
@@ -169,7 +169,7 @@ def _snapshot(folder: Path) -> dict[str, bytes]:
 
 
 def _run(folder: Path, *arguments: str) -> Result:
-    return CliRunner().invoke(app, ["compensate", str(folder / "job.toml"), *arguments])
+    return invoke("compensate", folder / "job.toml", *arguments)
 
 
 def test_the_job_without_a_mistake_is_accepted(folder: Path) -> None:
@@ -254,7 +254,7 @@ def test_results_never_overwrite_an_input(folder: Path) -> None:
 
 
 def test_a_mistyped_job_is_answered_with_the_nearest(folder: Path) -> None:
-    result = CliRunner().invoke(app, ["compensate", str(folder / "jop.toml")])
+    result = invoke("compensate", folder / "jop.toml")
     assert result.exit_code == ExitStatus.REFUSED
     assert f"JOB-MISSING: there is no file {str(folder / 'jop.toml')!r}" in result.stderr
     assert f"did you mean {str(folder / 'job.toml')!r}?" in result.stderr

@@ -6,10 +6,9 @@ from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from tests.support.chromium import console_errors, dump_dom
-from trueloop.cli.main import app
+from tests.support.cli import invoke
 from trueloop.diagnosis.components import Components, Inspections, error_components
 from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.names import error_name
@@ -24,7 +23,7 @@ TARGETS, CYCLES = 6, 5
 
 
 def _page(arguments: list[str], out: Path, name: str = "") -> str:
-    result = CliRunner().invoke(app, ["machine", *arguments, "-o", str(out)])
+    result = invoke("machine", *arguments, "-o", out)
     assert result.exit_code == 0, result.output
     page = out / name
     assert console_errors(page) == []
@@ -58,7 +57,7 @@ def test_drift_page_shows_displacements_temperatures_and_speeds(tmp_path: Path) 
     dom = _page(["drift", str(log)], tmp_path / "page.html")
     assert dom.count('class="plot js-plotly-plot"') == 3
     assert all(words in dom for words in ("displacement (µm)", "temperature (°C)", "speed (rev/min)"))
-    said = CliRunner().invoke(app, ["machine", "drift", str(log), "--window-h", "0.5"]).output
+    said = invoke("machine", "drift", log, "--window-h", "0.5").output
     assert float(said.split()[1]) == pytest.approx(7170 / 600, abs=0.01)
     assert float(said.splitlines()[0].split("all, ")[1].split()[0]) == pytest.approx(3.0, abs=0.01)
 

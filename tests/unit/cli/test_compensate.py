@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.special import stdtrit
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
+from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.cli.main import app
 from trueloop.compensation.record import sha256_of
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Correction, compensate
@@ -24,9 +24,7 @@ FILES = ["corrected.nc", "offsets.nc", "table.csv", "report.html", "record.json"
 
 
 def _run(*arguments: str) -> Result:
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == ExitStatus.DONE, result.stderr
-    return result
+    return invoke(*arguments, status=ExitStatus.DONE)
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
+from tests.support.cli import output_of
 from tests.support.machines import random_directions, random_model
-from trueloop.cli.main import app
 from trueloop.formats.machine_toml import read_machine
 from trueloop.formats.model_file import read_model
 from trueloop.geometry.feature import Array
@@ -79,14 +78,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     truth = MachineModel(machine, form.terms, coefficients, truth.covariance)
     for run in ("1", "2"):
         _write_readings(where / f"run{run}.csv", truth, rng, 300, run)
-    _run("fit", where / "machine.toml", where / "run1.csv", where / "run2.csv", "-o", where / "model")
+    output_of("machine", "fit", where / "machine.toml", where / "run1.csv", where / "run2.csv", "-o", where / "model")
     return where
-
-
-def _run(*arguments: object, status: int = 0) -> str:
-    result = CliRunner().invoke(app, ["machine", *map(str, arguments)])
-    assert result.exit_code == status, result.output
-    return result.output
 
 
 def test_fit_writes_a_model_and_its_page(folder: Path) -> None:
@@ -101,25 +94,29 @@ def test_fit_writes_a_model_and_its_page(folder: Path) -> None:
 
 
 def test_show_and_check(folder: Path) -> None:
-    shown = _run("show", folder / "model/model.json", "-t", "T1=25")
+    shown = output_of("machine", "show", folder / "model/model.json", "-t", "T1=25")
     assert shown.splitlines()[0].startswith("EXX")
-    checked = json.loads(_run("check", folder / "model/model.json", folder / "run1.csv", "--json"))
+    checked = json.loads(output_of("machine", "check", folder / "model/model.json", folder / "run1.csv", "--json"))
     assert checked["length_mm"]["rms"] < 0.7e-3
     assert checked["length_mm"]["raw"] > 10e-3
     assert checked["angle_rad"] is None
-    _run("check", folder / "model/model.json", folder / "run1.csv", "--limit-um", 0.1, status=1)
+    output_of("machine", "check", folder / "model/model.json", folder / "run1.csv", "--limit-um", 0.1, status=1)
 
 
 def test_compensate_once_and_never_twice(folder: Path) -> None:
     options = ("-m", folder / "model/model.json", "--work-zero", "1=200,0,-150", "--tool", "*=0,0,-90")
-    _run("compensate", folder / "part.ngc", *options, "-t", "T1=26", "-o", folder / "out", "--serial", "4711")
+    output_of(
+        "machine", "compensate", folder / "part.ngc", *options, "-t", "T1=26", "-o", folder / "out", "--serial", "4711"
+    )
     source = (folder / "out/part.ngc").read_text()
     assert source.startswith("(trueloop corrected ")
     assert "( along )" in source
     record = json.loads((folder / "out/part.record.json").read_text())
     assert record["id"] in source
     assert record["options"]["temperatures"] == {"T1": 26.0}
-    again = _run("compensate", folder / "out/part.ngc", *options, "-t", "T1=26", "-o", folder / "twice", status=3)
+    again = output_of(
+        "machine", "compensate", folder / "out/part.ngc", *options, "-t", "T1=26", "-o", folder / "twice", status=3
+    )
     assert "CMP-TWICE" in again
     assert not (folder / "twice").exists()
 
@@ -136,19 +133,29 @@ def test_compensate_once_and_never_twice(folder: Path) -> None:
 )
 def test_refusals(folder: Path, change: list[str], code: str) -> None:
     arguments = ("compensate", folder / "part.ngc", "-m", folder / "model/model.json", "-o", folder / "refused")
-    assert code in _run(*arguments, *change, status=3)
+    assert code in output_of("machine", *arguments, *change, status=3)
     assert not (folder / "refused").exists()
 
 
 def test_a_temperature_out_of_range_by_name(folder: Path) -> None:
     arguments = ("compensate", folder / "part.ngc", "-m", folder / "model/model.json", "-o", folder / "hot")
-    _run(*arguments, "--work-zero", "1=200,0,-150", "-t", "T1=45", "--extrapolate", "T1")
+    output_of("machine", *arguments, "--work-zero", "1=200,0,-150", "-t", "T1=45", "--extrapolate", "T1")
 
 
 def test_export_says_how_far_the_table_is_from_the_model(folder: Path) -> None:
     target = folder / "tables/x.comp"
-    said = _run(
-        "export", folder / "model/model.json", "--control", "linuxcnc", "--axis", "X", "-o", target, "-t", "T1=21"
+    said = output_of(
+        "machine",
+        "export",
+        folder / "model/model.json",
+        "--control",
+        "linuxcnc",
+        "--axis",
+        "X",
+        "-o",
+        target,
+        "-t",
+        "T1=21",
     )
     assert "off the model by" in said
     rows = np.loadtxt(target)
@@ -156,7 +163,8 @@ def test_export_says_how_far_the_table_is_from_the_model(folder: Path) -> None:
     positions = np.column_stack([rows[:, 0], np.zeros((101, 2))])
     error = read_model(folder / "model/model.json").error_mm(State(positions, 1.0, {"T1": 21.0}))
     np.testing.assert_allclose(rows[:, 1] - rows[:, 0], error[:, 0], atol=1e-6)
-    refused = _run(
+    refused = output_of(
+        "machine",
         *("export", folder / "model/model.json", "--control", "linuxcnc", "--axis", "X", "--error-of", "Y"),
         *("-o", folder / "tables/no.comp", "-t", "T1=21"),
         status=3,
@@ -180,7 +188,7 @@ def test_decompose(folder: Path) -> None:
     file.write_text("\n".join(lines))
     out = folder / "parts"
     options = ("--work-zero", "250,0,-150", "--cutting", "T1=24", "--probing", "T1=24", "-o", out)
-    _run("decompose", file, "-m", folder / "model/model.json", *options)
+    output_of("machine", "decompose", file, "-m", folder / "model/model.json", *options)
     with (out / "components.csv").open() as table:
         found = list(csv.DictReader(table))
     assert all(float(row["error_pp_um"]) == pytest.approx(10.0, abs=0.01) for row in found)
@@ -195,10 +203,10 @@ NAMES = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm
 def test_tables_whose_sign_was_not_tried_say_so(folder: Path, control: str) -> None:
     out = folder / control / "x.com"
     arguments = ("export", folder / "model/model.json", "--control", control, "--axis", "X", "-o", out, "-t", "T1=21")
-    assert "was not tried" in _run(*arguments)
+    assert "was not tried" in output_of("machine", *arguments)
     assert "x.com" in (folder / "heidenhain/x.cma").read_text() if control == "heidenhain" else True
     first = out.read_text()
-    _run(*arguments, "--opposite-sign")
+    output_of("machine", *arguments, "--opposite-sign")
     assert out.read_text() != first
 
 
@@ -227,7 +235,7 @@ def dynamic(folder: Path) -> Path:
     for run in range(3):
         runs.append(where / f"run{run}.csv")
         _write_dynamic_run(runs[-1], truth, rng, run)
-    said = _run("fit", where / "machine.toml", *runs, "-o", where / "model")
+    said = output_of("machine", "fit", where / "machine.toml", *runs, "-o", where / "model")
     assert "EZ0S takes column" in said and "takes T2" not in said
     assert "run 'run2' predicted from the others: 0." in said
     time_s = np.arange(0, 7201, 60)
@@ -255,31 +263,31 @@ def test_a_dynamic_term_is_fitted_shown_and_used_with_a_log(dynamic: Path) -> No
     read = read_model(model)
     assert read.lags[0].constant_s == pytest.approx(3600, rel=0.1)
     assert "time constant" in (dynamic / "model/machine.html").read_text()
-    shown = _run("show", model, "-t", dynamic / "log.csv")
+    shown = output_of("machine", "show", model, "-t", dynamic / "log.csv")
     assert shown.startswith("column: T1 after 3")
-    cold = _run("show", model, "-t", "column=20")
+    cold = output_of("machine", "show", model, "-t", "column=20")
     growth = [next(line.split()[1] for line in said.splitlines() if "EZ0S" in line) for said in (cold, shown)]
     # an hour after a step of 6 K a machine with a constant of an hour has felt 1 − 1/e of it, at 2 µm/K
     assert float(growth[1]) - float(growth[0]) == pytest.approx(2 * 6 * (1 - np.exp(-1)), abs=0.3)
-    checked = json.loads(_run("check", model, dynamic / "run1.csv", "--json"))
+    checked = json.loads(output_of("machine", "check", model, dynamic / "run1.csv", "--json"))
     assert checked["length_mm"]["rms"] < 0.6e-3
     options = ("--work-zero", "1=200,0,-150", "-m", model, "-t", dynamic / "log.csv")
-    _run("compensate", dynamic.parent / "part.ngc", *options, "-o", dynamic / "out")
+    output_of("machine", "compensate", dynamic.parent / "part.ngc", *options, "-o", dynamic / "out")
     record = json.loads((dynamic / "out/part.record.json").read_text())
     assert record["options"]["temperatures"]["column"] == pytest.approx(20 + 6 * (1 - np.exp(-1)), abs=0.3)
     export = ("export", model, "--control", "linuxcnc", "--axis", "Z", "-t", dynamic / "log.csv", "-o")
-    _run(*export, dynamic / "z.comp")
-    assert "OUT-INPUT" in _run(*export, dynamic / "log.csv", status=4)
+    output_of("machine", *export, dynamic / "z.comp")
+    assert "OUT-INPUT" in output_of("machine", *export, dynamic / "log.csv", status=4)
 
 
 def test_one_reading_is_not_enough_for_a_dynamic_term(dynamic: Path) -> None:
     model = dynamic / "model/model.json"
-    said = _run("show", model, "-t", "T1=24", status=3)
+    said = output_of("machine", "show", model, "-t", "T1=24", status=3)
     assert "MCH-HISTORY" in said and "one reading" in said
-    steady = _run("show", model, "-t", "column=24")
+    steady = output_of("machine", "show", model, "-t", "column=24")
     assert "EZ0S" in steady
     (dynamic / "untimed.csv").write_text("X_mm,along,reading_um,T1_degC,T2_degC\n10,X,1,20,20\n20,X,1,20,20\n")
-    assert "MCH-HISTORY" in _run("check", model, dynamic / "untimed.csv", status=3)
+    assert "MCH-HISTORY" in output_of("machine", "check", model, dynamic / "untimed.csv", status=3)
 
 
 def test_a_log_apart_from_the_readings(dynamic: Path) -> None:
@@ -292,8 +300,8 @@ def test_a_log_apart_from_the_readings(dynamic: Path) -> None:
         table = np.column_stack([rows[name] for name in columns])
         np.savetxt(dynamic / file, table, delimiter=",", header=",".join(columns), comments="")
     model, log = dynamic / "model/model.json", dynamic / "past.csv"
-    both = [json.loads(_run("check", model, dynamic / "run1.csv", "--json"))]
-    both.append(json.loads(_run("check", model, dynamic / "bare.csv", "--history", log, "--json")))
+    both = [json.loads(output_of("machine", "check", model, dynamic / "run1.csv", "--json"))]
+    both.append(json.loads(output_of("machine", "check", model, dynamic / "bare.csv", "--history", log, "--json")))
     assert both[0]["length_mm"]["rms"] == pytest.approx(both[1]["length_mm"]["rms"], rel=1e-9)
 
 
@@ -310,4 +318,4 @@ def test_a_log_apart_from_the_readings(dynamic: Path) -> None:
 )
 def test_logs_that_are_none(dynamic: Path, tmp_path: Path, text: str, code: str) -> None:
     (tmp_path / "log.csv").write_text(text)
-    assert code in _run("show", dynamic / "model/model.json", "-t", tmp_path / "log.csv", status=3)
+    assert code in output_of("machine", "show", dynamic / "model/model.json", "-t", tmp_path / "log.csv", status=3)

@@ -5,9 +5,8 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from trueloop.cli.main import app
+from tests.support.cli import output_of
 
 MACHINE = """
 [machine]
@@ -43,7 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def fitted(folder: Path) -> str:
-    return _run("fit", folder / "machine.toml", *sorted(folder.glob("*.csv")), "-o", folder / "model")
+    return output_of("machine", "fit", folder / "machine.toml", *sorted(folder.glob("*.csv")), "-o", folder / "model")
 
 
 def _write(path: Path, along: str, unit: str, per_mm: float, run: int, offset: float = 0.0) -> None:
@@ -51,12 +50,6 @@ def _write(path: Path, along: str, unit: str, per_mm: float, run: int, offset: f
     noise = [0.5 * (-1) ** (k + run) for k in range(len(STATIONS))]
     rows = [f"{x},{along},{per_mm * x + offset + e},{run}" for x, e in zip(STATIONS, noise, strict=True)]
     path.write_text("\n".join([f"X_mm,along,{unit},run", *rows]))
-
-
-def _run(*arguments: object, status: int = 0) -> str:
-    result = CliRunner().invoke(app, ["machine", *map(str, arguments)])
-    assert result.exit_code == status, result.output
-    return result.output
 
 
 def test_fit_and_its_page_tell_each_kind_in_its_own_unit(folder: Path, fitted: str) -> None:
@@ -73,19 +66,21 @@ def test_fit_and_its_page_tell_each_kind_in_its_own_unit(folder: Path, fitted: s
 @pytest.mark.parametrize(("limit", "status"), [(499, 1), (501, 0)])
 def test_a_limit_on_angles_is_in_urad(folder: Path, fitted: str, limit: float, status: int) -> None:
     _write(folder / "off.csv", "B", "reading_urad", 0.1, 1, offset=500.0)
-    said = _run("check", folder / "model/model.json", folder / "off.csv", "--limit-urad", limit, status=status)
+    said = output_of(
+        "machine", "check", folder / "model/model.json", folder / "off.csv", "--limit-urad", limit, status=status
+    )
     assert "after the model 499.95 µrad" in said and "µm" not in said
 
 
 def test_angles_do_not_dilute_a_limit_on_lengths(folder: Path, fitted: str) -> None:
     _write(folder / "long.csv", "X", "reading_um", 0.02, 1, offset=12.0)
     files = [folder / "angles1.csv", folder / "long.csv"]
-    _run("check", folder / "model/model.json", *files, "--limit-um", 11.9, status=1)
-    told = json.loads(_run("check", folder / "model/model.json", *files, "--limit-um", 12.2, "--json"))
+    output_of("machine", "check", folder / "model/model.json", *files, "--limit-um", 11.9, status=1)
+    told = json.loads(output_of("machine", "check", folder / "model/model.json", *files, "--limit-um", 12.2, "--json"))
     assert told["length_mm"]["rms"] == pytest.approx(12e-3, rel=0.01)
     assert told["angle_rad"]["rms"] == pytest.approx(0.5e-6, rel=0.35)
 
 
 def test_a_limit_on_what_was_not_read_is_refused(folder: Path, fitted: str) -> None:
-    said = _run("check", folder / "model/model.json", folder / "angles1.csv", "--limit-um", 1, status=2)
+    said = output_of("machine", "check", folder / "model/model.json", folder / "angles1.csv", "--limit-um", 1, status=2)
     assert "limits nothing" in said

@@ -4,9 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from trueloop.cli.main import app
+from tests.support.cli import invoke
 
 MACHINE = """[machine]
 name = "VMC 3"
@@ -39,7 +38,7 @@ def said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Said:
     def run(machine: str = MACHINE, readings: str = READINGS, status: int = 3) -> str:
         Path("m.toml").write_text(machine)
         Path("r.csv").write_text(readings)
-        result = CliRunner().invoke(app, ["machine", "fit", "m.toml", "r.csv", "-o", "out"])
+        result = invoke("machine", "fit", "m.toml", "r.csv", "-o", "out")
         assert result.exit_code == status, result.output
         assert Path("out").exists() == (status == 0)
         return result.output
@@ -133,7 +132,7 @@ def test_mistyped_names_of_files(said: Said) -> None:
             "r.csv",
         ),
     ):
-        result = CliRunner().invoke(app, ["machine", *arguments])
+        result = invoke("machine", *arguments)
         assert result.exit_code == 3
         assert f"did you mean '{meant}'" in result.output
 
@@ -150,15 +149,15 @@ def test_tables_beyond_the_data_or_the_travel(said: Said) -> None:
         ("-t T1=21 --at A=3", "MCH-AXIS"),
         ("", "out/model.json: MCH-SIGNAL"),
     ):
-        result = CliRunner().invoke(app, [*command, *more.split()])
+        result = invoke(*command, *more.split())
         assert result.exit_code in (2, 3) and code in result.output
-    assert CliRunner().invoke(app, [*command, *["-t", "T1=45", "--extrapolate", "T1"]]).exit_code == 0
+    assert invoke(*command, "-t", "T1=45", "--extrapolate", "T1").exit_code == 0
 
 
 def test_a_table_named_as_the_file_that_assigns_it_is_not_lost_to_it(said: Said) -> None:
     said(status=0)
     command = "machine export out/model.json --control heidenhain --axis X -t T1=21 -o t.cma"
-    result = CliRunner().invoke(app, command.split())
+    result = invoke(*command.split())
     assert result.exit_code == 4 and "t.cma: OUT-TWICE" in result.output
     assert not Path("t.cma").exists()
 
@@ -174,14 +173,14 @@ def test_temperatures_beyond_the_data_are_used_by_name_only(said: Said) -> None:
     decompose = "decompose i.csv -m out/model.json --work-zero 0,0,0 --cutting T1=21 --probing T1={} -o x"
     for command in ("show out/model.json -t T1={}", decompose):
         at = ["machine", *command.format(45).split()]
-        answer = CliRunner().invoke(app, at)
+        answer = invoke(*at)
         assert answer.exit_code == 3
         assert "MCH-RANGE: T1 is 45; the model was found from 20 to 24" in answer.output
         assert "--extrapolate T1" in answer.output
         assert answer.output.startswith(("out/model.json: ", "i.csv: "))
-        assert CliRunner().invoke(app, [*at, "--extrapolate", "X"]).exit_code == 3
-        assert CliRunner().invoke(app, [*at, "--extrapolate", "T1"]).exit_code == 0
-        assert CliRunner().invoke(app, ["machine", *command.format(22).split()]).exit_code == 0
+        assert invoke(*at, "--extrapolate", "X").exit_code == 3
+        assert invoke(*at, "--extrapolate", "T1").exit_code == 0
+        assert invoke("machine", *command.format(22).split()).exit_code == 0
 
 
 @pytest.mark.parametrize(
@@ -204,6 +203,6 @@ def test_inspections(said: Said, old: str, new: str, expected: tuple[str, ...]) 
     said(status=0)
     Path("i.csv").write_text(f"{INSPECTED}\n{POINT}".replace(old, new))
     command = "machine decompose i.csv -m out/model.json --work-zero 0,0,0 --cutting T1=21 --probing T1=21 -o x"
-    answer = CliRunner().invoke(app, command.split())
+    answer = invoke(*command.split())
     assert answer.exit_code == 3
     assert all(words in answer.output for words in expected), answer.output

@@ -6,18 +6,13 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
+from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.cli.main import app
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 FINISH = EXAMPLES / "modbas2" / "finish.nc"
 SET = ("--set", "P42=8", "--set", "P46=3.52", "-s", " P47 = 0 ")
-
-
-def _run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, ["nc", *arguments])
 
 
 @pytest.fixture
@@ -29,7 +24,7 @@ def odd(tmp_path: Path) -> Path:
 
 
 def test_the_path_in_mm_with_radii_from_inches_and_diameters() -> None:
-    result = _run("path", str(FINISH), "--dialect", "ge2000t", *SET, "--format", "csv")
+    result = invoke("nc", "path", str(FINISH), "--dialect", "ge2000t", *SET, "--format", "csv")
     assert result.exit_code == ExitStatus.DONE, result.stderr
     rows = list(csv.DictReader(io.StringIO(result.stdout)))
     (cylinder,) = [row for row in rows if row["line"] == "26"]
@@ -39,8 +34,8 @@ def test_the_path_in_mm_with_radii_from_inches_and_diameters() -> None:
 
 
 def test_json_says_the_same_as_csv() -> None:
-    rows = list(csv.DictReader(io.StringIO(_run("path", str(FINISH), *SET).stdout)))
-    told = json.loads(_run("path", str(FINISH), *SET, "-f", "json").stdout)
+    rows = list(csv.DictReader(io.StringIO(invoke("nc", "path", str(FINISH), *SET).stdout)))
+    told = json.loads(invoke("nc", "path", str(FINISH), *SET, "-f", "json").stdout)
     assert (told["file"], told["dialect"]) == (str(FINISH), "ge2000t")
     for row, move in zip(rows, told["moves"], strict=True):
         for name, cell in row.items():
@@ -50,7 +45,7 @@ def test_json_says_the_same_as_csv() -> None:
 @pytest.mark.parametrize("program, dialect", [("modbas2/finish.nc", "ge2000t"), ("linuxcnc/finish.ngc", "linuxcnc")])
 def test_the_dialect_is_found_where_the_text_leaves_no_doubt(program: str, dialect: str) -> None:
     told = json.loads(
-        _run("path", str(EXAMPLES / program), *(SET if dialect == "ge2000t" else ()), "-f", "json").stdout
+        invoke("nc", "path", str(EXAMPLES / program), *(SET if dialect == "ge2000t" else ()), "-f", "json").stdout
     )
     assert told["dialect"] == dialect
 
@@ -58,21 +53,21 @@ def test_the_dialect_is_found_where_the_text_leaves_no_doubt(program: str, diale
 def test_where_it_leaves_doubt_the_dialect_is_asked_for(tmp_path: Path) -> None:
     plain = tmp_path / "plain.nc"
     plain.write_text("G01 X10. Z5.\n")
-    result = _run("path", str(plain))
+    result = invoke("nc", "path", str(plain))
     assert result.exit_code == ExitStatus.REFUSED
     assert f"{plain}: NC-DIALECT: " in result.stderr
     assert "--dialect ge2000t or --dialect linuxcnc" in result.stderr
 
 
 def test_an_unknown_dialect_is_answered_with_the_known_ones() -> None:
-    result = _run("path", str(FINISH), "--dialect", "fanuc")
+    result = invoke("nc", "path", str(FINISH), "--dialect", "fanuc")
     assert result.exit_code == ExitStatus.REFUSED
     assert "unknown NC dialect 'fanuc'" in result.stderr
     assert "ge2000t, linuxcnc" in result.stderr
 
 
 def test_an_undefined_parameter_is_said_where_it_stands_and_leaves_its_cuts_open() -> None:
-    result = _run("path", str(FINISH), "--set", "P42=8", "--set", "P47=0")
+    result = invoke("nc", "path", str(FINISH), "--set", "P42=8", "--set", "P47=0")
     assert result.exit_code == ExitStatus.FINDINGS
     assert result.stderr.startswith(f"{FINISH}:17:")
     assert "NC-PARAMETER: parameter P46 has no value" in result.stderr
@@ -82,7 +77,7 @@ def test_an_undefined_parameter_is_said_where_it_stands_and_leaves_its_cuts_open
 
 def test_a_parameter_of_the_machine_zero_alone_leaves_every_cut_known() -> None:
     """P42 only says where the part's zero is on the machine: it decides a rapid move, and G92 takes over."""
-    result = _run("path", str(FINISH), "--set", "P46=3.52", "--set", "P47=0")
+    result = invoke("nc", "path", str(FINISH), "--set", "P46=3.52", "--set", "P47=0")
     assert result.exit_code == ExitStatus.DONE
     assert "parameter P42 has no value" in result.stderr
     cuts = [row for row in csv.DictReader(io.StringIO(result.stdout)) if row["motion"] in ("line", "arc")]
@@ -92,19 +87,19 @@ def test_a_parameter_of_the_machine_zero_alone_leaves_every_cut_known() -> None:
 
 @pytest.mark.parametrize("setting", ["P46", "P46=", "=3.52", "P46=wide", "P46=1=2"])
 def test_a_setting_that_is_none_is_a_usage_error(setting: str) -> None:
-    result = _run("path", str(FINISH), "--set", setting)
+    result = invoke("nc", "path", str(FINISH), "--set", setting)
     assert result.exit_code == ExitStatus.USAGE
     assert f"{setting!r} is no name=number" in result.stderr
 
 
 def test_a_sound_program_has_no_errors() -> None:
-    result = _run("check", str(FINISH), *SET)
+    result = invoke("nc", "check", str(FINISH), *SET)
     assert result.exit_code == ExitStatus.DONE
     assert "0 of them errors" in result.stdout
 
 
 def test_errors_are_told_with_their_place_and_by_the_exit_status(odd: Path) -> None:
-    result = _run("check", str(odd), "--dialect", "linuxcnc")
+    result = invoke("nc", "check", str(odd), "--dialect", "linuxcnc")
     assert result.exit_code == ExitStatus.FINDINGS
     assert f"{odd}:4:" in result.stdout
     assert "error NC-ARC" in result.stdout
@@ -112,7 +107,7 @@ def test_errors_are_told_with_their_place_and_by_the_exit_status(odd: Path) -> N
 
 
 def test_findings_as_json(odd: Path) -> None:
-    result = _run("check", str(odd), "--dialect", "linuxcnc", "--json")
+    result = invoke("nc", "check", str(odd), "--dialect", "linuxcnc", "--json")
     assert result.exit_code == ExitStatus.FINDINGS
     told = json.loads(result.stdout)
     errors = [finding for finding in told["findings"] if finding["severity"] == "error"]
@@ -122,7 +117,7 @@ def test_findings_as_json(odd: Path) -> None:
 
 
 def test_a_mistyped_file_name_is_answered_with_the_nearest(odd: Path) -> None:
-    result = _run("check", str(odd.with_name("od.ngc")))
+    result = invoke("nc", "check", str(odd.with_name("od.ngc")))
     assert result.exit_code == ExitStatus.REFUSED
     assert f"did you mean {str(odd)!r}?" in result.stderr
 
@@ -132,12 +127,12 @@ def test_diff_says_where_two_programs_lie_furthest_apart(tmp_path: Path) -> None
     one.write_text("G18 G21 G90 G8 F100\nG0 X10 Z0\nG1 Z20\nM2\n")
     other.write_text("G18 G21 G98\nG00 X20. Z0.\nG01 W20. F100.\nX20.25\nM30\n")
     arguments = ("diff", str(one), str(other), "--other-dialect", "fanuc-lathe")
-    result = _run(*arguments, "--tolerance-mm", "0.125")
+    result = invoke("nc", *arguments, "--tolerance-mm", "0.125")
     assert result.exit_code == ExitStatus.DONE, result.output
     assert "largest distance 0.125000 mm" in result.stdout
     assert "other.nc:4:1  x 10.125000 y 0.000000 z 20.000000 mm, x a radius" in result.stdout
     assert "one.ngc:3:4  x 10.000000 y 0.000000 z 20.000000" in result.stdout
-    over = _run(*arguments, "--tolerance-mm", "0.124", "--json")
+    over = invoke("nc", *arguments, "--tolerance-mm", "0.124", "--json")
     assert over.exit_code == ExitStatus.FINDINGS
     assert json.loads(over.stdout)["at"] | {"file": ""} == {
         "file": "", "line": 4, "column": 1, "position_mm": [10.125, 0.0, 20.0],
@@ -148,11 +143,11 @@ def test_how_long_a_program_takes(tmp_path: Path) -> None:
     """100 mm at 200 mm/min are 30 s, 50 mm at 3000 mm/min 1 s, and half a second of dwell."""
     path = tmp_path / "part.nc"
     path.write_text("G21 G94 T3\nG00 X30. Y40.\nG01 Y140. F200.\nG04 P500\nM30\n")
-    result = _run("time", str(path), "-d", "fanuc-mill", "--rapid-mm-min", "3000", "--json")
+    result = invoke("nc", "time", str(path), "-d", "fanuc-mill", "--rapid-mm-min", "3000", "--json")
     answer = json.loads(result.stdout)
     assert answer["seconds"] == pytest.approx({"cutting": 30, "rapid": 1, "dwell": 0.5, "total": 31.5})
     assert answer["seconds_by_tool"] == pytest.approx({"3": 30})
-    text = _run("time", str(path), "-d", "fanuc-mill", "--rapid-mm-min", "3000").stdout
+    text = invoke("nc", "time", str(path), "-d", "fanuc-mill", "--rapid-mm-min", "3000").stdout
     assert "total          31.5 s" in text
 
 
@@ -160,7 +155,7 @@ def test_zeros_of_work_offsets_and_lengths_of_tools_are_told(tmp_path: Path) -> 
     path = tmp_path / "part.nc"
     path.write_text("G21 G55 G00 Z50.\nG43 H3 Z20.\nM30\n")
     told = ("--offset", "G55=0,0,-120", "--tool", "3=R5,L80")
-    rows = list(csv.DictReader(io.StringIO(_run("path", str(path), "-d", "fanuc-mill", *told).stdout)))
+    rows = list(csv.DictReader(io.StringIO(invoke("nc", "path", str(path), "-d", "fanuc-mill", *told).stdout)))
     assert [row["start_z_mm"] for row in rows] == ["120", "-30"]
 
 
@@ -168,4 +163,4 @@ def test_zeros_of_work_offsets_and_lengths_of_tools_are_told(tmp_path: Path) -> 
     "told", [("--offset", "G53=0,0,0"), ("--offset", "G54=1"), ("--offset", "G54"), ("--tool", "R5,L")]
 )
 def test_a_mistyped_offset_or_length_is_a_fault_of_the_command_line(told: tuple[str, str]) -> None:
-    assert _run("path", str(FINISH), "-d", "ge2000t", *told).exit_code == ExitStatus.USAGE
+    assert invoke("nc", "path", str(FINISH), "-d", "ge2000t", *told).exit_code == ExitStatus.USAGE

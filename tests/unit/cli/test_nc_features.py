@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
+from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.cli.main import app
 
 MODBAS2 = Path(__file__).parents[3] / "examples" / "modbas2"
 ARRIVED, COLLAR, DOME, LEFT = 17, 23, 29, 32
@@ -39,7 +39,7 @@ touches = "touches.csv"
 
 
 def _run(job: Path, *arguments: str) -> Result:
-    return CliRunner().invoke(app, ["nc", "features", str(job), *arguments])
+    return invoke("nc", "features", job, *arguments)
 
 
 @pytest.fixture

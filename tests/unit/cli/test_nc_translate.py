@@ -3,10 +3,8 @@
 import json
 from pathlib import Path
 
-from typer.testing import CliRunner
-
+from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.cli.main import app
 
 SIMPLE = "G21 G18 G90\nG0 X10 Z2\nG1 Z-5 F100\nM2\n"
 LOSSY = "G21 G18 G90\nG0 X10 Z2\nG10 L2 P1 X5\nG1 Z-5 F100\nM2\n"
@@ -15,7 +13,7 @@ LOSSY = "G21 G18 G90\nG0 X10 Z2\nG10 L2 P1 X5\nG1 Z-5 F100\nM2\n"
 def run(folder: Path, text: str, *options: str, out: str = "out.nc") -> tuple[int, str, str]:
     (folder / "part.ngc").write_text(text)
     command = ["nc", "translate", str(folder / "part.ngc"), "--dialect", "linuxcnc", "-o", str(folder / out), *options]
-    done = CliRunner().invoke(app, command)
+    done = invoke(*command)
     return done.exit_code, done.stdout, done.stderr
 
 

@@ -1,9 +1,8 @@
 """Options that are numbers: nan and what lies outside their bounds is a fault of the command line."""
 
 import pytest
-from typer.testing import CliRunner
 
-from trueloop.cli.main import app
+from tests.support.cli import invoke
 
 
 @pytest.mark.parametrize(
@@ -21,11 +20,11 @@ from trueloop.cli.main import app
     ],
 )
 def test_it_is_refused_before_any_file_is_read(command: str, option: str) -> None:
-    result = CliRunner().invoke(app, command.split())
+    result = invoke(*command.split())
     assert result.exit_code == 2
     assert option in result.output and "is not a finite number" in result.output
 
 
 def test_nought_is_a_nose_without_a_radius() -> None:
-    result = CliRunner().invoke(app, ["part", "from-program", "nowhere.nc", "--nose-radius-mm", "0"])
+    result = invoke("part", "from-program", "nowhere.nc", "--nose-radius-mm", "0")
     assert (result.exit_code, "NC-FILE" in result.output) == (3, True)

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ezdxf.filemanagement import new
-from typer.testing import CliRunner, Result
 
+from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.cli.main import app
 from trueloop.formats.job import PartTable, read_job
 from trueloop.formats.profile_of_job import profile_of_table
 from trueloop.geometry.feature import Array
@@ -21,10 +20,6 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 MODBAS2 = EXAMPLES / "modbas2"
 FROM_MODBAS2 = ("part", "from-program", str(MODBAS2 / "finish.nc"), "--nose-radius-mm", "0.79375")
 SET = ("--set", "P42=8", "--set", "P46=3.52", "-s", "P47=0")
-
-
-def _run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, arguments)
 
 
 def _profile(table: str) -> Profile:
@@ -37,7 +32,7 @@ def _ends(profile: Profile) -> Array:
 
 def test_a_program_gives_the_profile_that_the_job_spells_out() -> None:
     """The job's coordinates are the drawing's; the program's are rounded to 1e-5 in, on the diameter."""
-    result = _run(*FROM_MODBAS2, *SET)
+    result = invoke(*FROM_MODBAS2, *SET)
     assert result.exit_code == ExitStatus.DONE, result.stderr
     made, drawn = _profile(result.stdout), profile_of_table(read_job(MODBAS2 / "job.toml").part)
     assert np.allclose(_ends(made), _ends(drawn), rtol=0, atol=0.0005)
@@ -46,7 +41,7 @@ def test_a_program_gives_the_profile_that_the_job_spells_out() -> None:
 
 def test_the_table_goes_to_a_file_with_its_decisions_and_name(tmp_path: Path) -> None:
     path = tmp_path / "new" / "part.toml"
-    result = _run(*FROM_MODBAS2, *SET, "--name", "dome, 3.52 in", "--output", str(path))
+    result = invoke(*FROM_MODBAS2, *SET, "--name", "dome, 3.52 in", "--output", str(path))
     assert (result.exit_code, result.stdout) == (ExitStatus.DONE, "")
     text = path.read_text()
     assert tomllib.loads(text)["part"]["name"] == "dome, 3.52 in"
@@ -56,14 +51,14 @@ def test_the_table_goes_to_a_file_with_its_decisions_and_name(tmp_path: Path) ->
 def test_a_table_never_overwrites_its_program(tmp_path: Path) -> None:
     program = tmp_path / "finish.nc"
     program.write_bytes((MODBAS2 / "finish.nc").read_bytes())
-    result = _run("part", "from-program", str(program), "--nose-radius-mm", "0.79375", *SET, "-o", str(program))
+    result = invoke("part", "from-program", str(program), "--nose-radius-mm", "0.79375", *SET, "-o", str(program))
     assert result.exit_code == ExitStatus.OUTPUT
     assert "OUT-INPUT" in result.stderr
     assert program.read_bytes() == (MODBAS2 / "finish.nc").read_bytes()
 
 
 def test_lines_choose_the_pass() -> None:
-    result = _run(*FROM_MODBAS2, *SET, "--lines", "26", "29")
+    result = invoke(*FROM_MODBAS2, *SET, "--lines", "26", "29")
     assert [feature.name for feature in _profile(result.stdout).features] == [
         "cylinder-1", "face-1", "cylinder-2", "arc-1"
     ]  # fmt: skip
@@ -81,7 +76,7 @@ def drawing(tmp_path: Path) -> Path:
 
 
 def test_a_drawing_gives_its_profile(drawing: Path) -> None:
-    result = _run("part", "from-dxf", str(drawing))
+    result = invoke("part", "from-dxf", str(drawing))
     assert result.exit_code == ExitStatus.DONE, result.stderr
     ends = np.array([(2, 3), (1, 3), (0, 4)]) * 25.4
     assert np.allclose(_ends(_profile(result.stdout)), ends, rtol=0, atol=1e-8)
@@ -89,12 +84,12 @@ def test_a_drawing_gives_its_profile(drawing: Path) -> None:
 
 
 def test_the_unit_of_a_drawing_can_be_given(drawing: Path) -> None:
-    result = _run("part", "from-dxf", str(drawing), "--unit", "mm")
+    result = invoke("part", "from-dxf", str(drawing), "--unit", "mm")
     assert np.allclose(_ends(_profile(result.stdout))[0], (2, 3), rtol=0, atol=1e-8)
 
 
 def test_show_as_json_is_the_profile() -> None:
-    shown = json.loads(_run("part", "show", str(MODBAS2 / "job.toml"), "--json").stdout)
+    shown = json.loads(invoke("part", "show", str(MODBAS2 / "job.toml"), "--json").stdout)
     profile = profile_of_table(read_job(MODBAS2 / "job.toml").part)
     assert shown["part"] == "MODBAS2, 3.52 in"
     assert [feature["name"] for feature in shown["features"]] == list(profile.names)
@@ -108,7 +103,7 @@ def test_show_as_json_is_the_profile() -> None:
 
 
 def test_show_for_people_has_a_row_a_feature() -> None:
-    lines = _run("part", "show", str(MODBAS2 / "job.toml")).stdout.splitlines()
+    lines = invoke("part", "show", str(MODBAS2 / "job.toml")).stdout.splitlines()
     assert lines[0].startswith("MODBAS2, 3.52 in: 7 features, ")
     (dome,) = [line for line in lines if line.startswith("dome")]
     assert "convex arc R 37.0840, 90.00°" in dome
@@ -119,4 +114,4 @@ def test_show_for_people_has_a_row_a_feature() -> None:
 def test_show_needs_the_part_and_the_tool_only(tmp_path: Path) -> None:
     """Touches that are not taken yet do not matter."""
     (tmp_path / "job.toml").write_bytes((MODBAS2 / "job.toml").read_bytes())
-    assert _run("part", "show", str(tmp_path / "job.toml")).exit_code == ExitStatus.DONE
+    assert invoke("part", "show", str(tmp_path / "job.toml")).exit_code == ExitStatus.DONE

@@ -7,22 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
+from tests.support.cli import run
 from tests.support.probing import EXAMPLES, log_of
-from trueloop.cli.main import app
 from trueloop.cli.probe import Control
 from trueloop.controllers.probing import WRITERS
 from trueloop.loops.probing import read_probing
 
 JOB = EXAMPLES / "loop" / "modbas2.toml"
 MACHINE = EXAMPLES / "loop" / "machine.toml"
-
-
-def run(*arguments: str | Path, status: int = 0) -> str:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    assert result.exit_code == status, result.output
-    return result.stdout if status == 0 else result.stderr
 
 
 def test_every_control_is_offered() -> None:

@@ -9,22 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
+from tests.support.cli import run
 from trueloop.cli.failure import ExitStatus
-from trueloop.cli.main import app
 from trueloop.compensation.record import sha256_of
 from trueloop.formats.cad import CadFace, read_face, read_faces
 from trueloop.formats.cad_kernel import kernel
 from trueloop.geometry.feature import Array
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
-
-
-def run(*arguments: str | Path, status: int = 0) -> str:
-    result = CliRunner().invoke(app, ["surface", *map(str, arguments)])
-    assert result.exit_code == status, result.output
-    return result.stdout if status == 0 else result.stderr
 
 
 @pytest.fixture
@@ -45,7 +38,7 @@ def edited(job: Path, old: str, new: str) -> Path:
 def corrected(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], Path]:
     """What correcting the example says, and the folder it writes."""
     folder = tmp_path_factory.mktemp("corrected")
-    return json.loads(run("compensate", EXAMPLE / "surface.toml", "-o", folder, "--json")), folder
+    return json.loads(run("surface", "compensate", EXAMPLE / "surface.toml", "-o", folder, "--json")), folder
 
 
 def test_compensate_writes_surface_program_pattern_maps_and_record(corrected: tuple[dict[str, Any], Path]) -> None:
@@ -94,7 +87,7 @@ def test_what_was_corrected_once_is_not_corrected_again(
     corrected: tuple[dict[str, Any], Path], job: Path, tmp_path: Path, old: str, new: str
 ) -> None:
     again = edited(job, old, new.format(corrected[1] / "corrected"))
-    said = run("compensate", again, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    said = run("surface", "compensate", again, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert "CMP-TWICE" in said
     assert corrected[0]["record"] in said
     assert not (tmp_path / "out").exists()
@@ -102,24 +95,24 @@ def test_what_was_corrected_once_is_not_corrected_again(
 
 def test_deviations_and_model_write_a_file_a_part(job: Path, tmp_path: Path) -> None:
     edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S01.csv", "parts/S02.csv"]')
-    listed = run("deviations", job, "-o", tmp_path / "out").split()
+    listed = run("surface", "deviations", job, "-o", tmp_path / "out").split()
     assert [Path(file).name for file in listed] == ["S01-deviations.csv", "S02-deviations.csv"]
     rows = (tmp_path / "out" / "S01-deviations.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0] == "# S01: best fit, 625 points"
     assert len(rows) == 627
-    model = json.loads(run("model", job, "-o", tmp_path / "out", "--json"))
+    model = json.loads(run("surface", "model", job, "-o", tmp_path / "out", "--json"))
     assert [part["alignment"] for part in model["parts"]] == ["best fit", "best fit"]
     assert all(part["moran_p"] > 0.01 for part in model["parts"])
     rows = (tmp_path / "out" / "S01-model.csv").read_text(encoding="utf-8").splitlines()
     assert rows[1] == "u,v,x_mm,y_mm,z_mm,measured_um,deterministic_um,random_um"
     assert len(rows) == 627
-    assert "SRF-PARTS" in run("pattern", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    assert "SRF-PARTS" in run("surface", "pattern", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
 
 
 def test_two_workers_say_the_same_as_one(job: Path, tmp_path: Path) -> None:
     edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S0*.csv"]')
     one, two = (
-        json.loads(run("pattern", job, "-o", tmp_path / "out", "--json", "--workers", workers))
+        json.loads(run("surface", "pattern", job, "-o", tmp_path / "out", "--json", "--workers", workers))
         for workers in ("1", "2")
     )
     assert one == two
@@ -129,10 +122,10 @@ def test_path_prints_a_program_of_a_csv_grid_too(tmp_path: Path) -> None:
     rows = [f"{i + 1},{j + 1},{5 * i},{5 * j},{0.1 * i * j}" for i in range(6) for j in range(6)]
     grid = tmp_path / "grid.csv"
     grid.write_text("\n".join(["row,column,x_mm,y_mm,z_mm", *rows]), encoding="utf-8")
-    program = run("path", grid, "--radius-mm", "3", "--scallop-um", "50", "--chord-um", "20")
+    program = run("surface", "path", grid, "--radius-mm", "3", "--scallop-um", "50", "--chord-um", "20")
     assert program.startswith("G17 G21 G40 G90 G94\n")
     assert program.endswith("M2\n")
-    assert "--radius-mm" in run("path", grid, "--radius-mm", "-1", status=ExitStatus.USAGE)
+    assert "--radius-mm" in run("surface", "path", grid, "--radius-mm", "-1", status=ExitStatus.USAGE)
 
 
 def test_a_scan_of_many_scattered_points_is_written_point_by_point(job: Path, tmp_path: Path) -> None:
@@ -144,7 +137,7 @@ def test_a_scan_of_many_scattered_points_is_written_point_by_point(job: Path, tm
     np.savetxt(job.parent / "scan.csv", points, "%.7f", ",", header="x_mm,y_mm,z_mm", comments="")
     edited(job, 'points = ["parts/*.csv"]', 'points = ["scan.csv"]')
     edited(edited(job, "ball_radius_mm = 2.0", "ball_radius_mm = 0.0"), 'alignment = "best-fit"', 'alignment = "datum"')
-    run("deviations", job, "-o", tmp_path / "out")
+    run("surface", "deviations", job, "-o", tmp_path / "out")
     rows = np.loadtxt(tmp_path / "out" / "scan-deviations.csv", delimiter=",", skiprows=2, usecols=range(2, 11))
     np.testing.assert_allclose(rows[:, -1], 1e3 * error, atol=2e-3)
     np.testing.assert_allclose(rows[:, :2], np.column_stack([u, v]), atol=1e-6)
@@ -187,7 +180,7 @@ def test_the_program_that_cut_the_parts_and_parts_of_today_are_taken(job: Path, 
     edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S0*.csv"]')
     digest = sha256_of((job.parent / "finish.ngc").read_bytes())
     edited(job, "[model]", f'measured_at = {datetime.now(UTC).isoformat()}\nprogram_sha256 = "{digest}"\n[model]')
-    assert json.loads(run("compensate", job, "-o", tmp_path / "out", "--json"))["notes"] == []
+    assert json.loads(run("surface", "compensate", job, "-o", tmp_path / "out", "--json"))["notes"] == []
 
 
 def _without(rows: list[str]) -> list[str]:
@@ -232,9 +225,9 @@ def test_a_point_in_the_bore_of_a_trimmed_face_is_refused(tmp_path: Path) -> Non
     """A plate of 50 × 50 mm with a bore of 20 mm in its middle: its top is touched where there is no material."""
     job, at = bored_job(tmp_path), np.linspace(1, 49, 17)
     measured(tmp_path / "S1.csv", at, at, clear_mm=10.1)
-    assert "S1-deviations.csv" in run("deviations", job, "-o", tmp_path / "good")
+    assert "S1-deviations.csv" in run("surface", "deviations", job, "-o", tmp_path / "good")
     measured(tmp_path / "S1.csv", at, at, clear_mm=0.0)
-    said = run("deviations", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    said = run("surface", "deviations", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert "SRF-OUTSIDE" in said
     assert not (tmp_path / "out").exists()
 
@@ -243,7 +236,7 @@ def test_the_corrected_surface_of_a_bored_plate_is_bored(tmp_path: Path) -> None
     job, at = bored_job(tmp_path), np.linspace(1, 49, 17)
     for k in range(1, 5):
         measured(tmp_path / f"S{k}.csv", at, at, clear_mm=10.1, seed=k)
-    said = run("compensate", job, "-o", tmp_path / "out")
+    said = run("surface", "compensate", job, "-o", tmp_path / "out")
     assert "not trimmed" not in said
     face = read_face(tmp_path / "out" / "corrected.step")
     (u0, u1), (v0, v1) = face.surface.domain
@@ -258,7 +251,7 @@ def test_a_corrected_surface_that_cannot_be_trimmed_is_written_whole_and_said_to
     for k in range(1, 5):
         measured(tmp_path / f"S{k}.csv", at, at, clear_mm=10.1, seed=k)
     monkeypatch.setattr("trueloop.formats.cad.trimmed_face", lambda *_: None)
-    said = run("compensate", job, "-o", tmp_path / "out")
+    said = run("surface", "compensate", job, "-o", tmp_path / "out")
     assert "corrected.step is the whole patch, not trimmed" in " ".join(said.split())
     assert read_face(tmp_path / "out" / "corrected.step").loops == ()
 
@@ -286,7 +279,7 @@ def measured(path: Path, x: Array, y: Array, *, clear_mm: float, seed: int = 0) 
 
 
 def refused(job: Path, tmp_path: Path, code: str) -> str:
-    said = run("compensate", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    said = run("surface", "compensate", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert code in said
     assert "hint:" in said
     assert not (tmp_path / "out").exists()
@@ -310,9 +303,9 @@ def plate_with_bore(path: Path) -> list[CadFace]:
 
 def test_a_surface_is_simulated_from_the_command_line(tmp_path: Path) -> None:
     job = EXAMPLE / "simulate.toml"
-    told = json.loads(run("simulate", job, "--machine", EXAMPLE / "mill.toml", "--parts", "3", "--json"))
+    told = json.loads(run("surface", "simulate", job, "--machine", EXAMPLE / "mill.toml", "--parts", "3", "--json"))
     assert told["parts"] == 3 and told["places_measured"] == 625
     assert told["corrected_truth_um"] < 0.6 * told["programmed_truth_um"]
     (tmp_path / "mill.toml").write_text("[process]\npattern_mm = 0.008\n")
-    said = run("simulate", job, "--machine", tmp_path / "mill.toml", status=ExitStatus.REFUSED)
+    said = run("surface", "simulate", job, "--machine", tmp_path / "mill.toml", status=ExitStatus.REFUSED)
     assert "SIM-FILE" in said and "mill.toml:2" in said and "pattern_um" in said
