@@ -1,5 +1,6 @@
 """The loop on the published parts: the corrected program is measured on its own tool path."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.compensation.contour import shifted_contour
 from trueloop.error_curve.options import FitOptions
+from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Correction, Inputs, compensate
@@ -213,3 +215,20 @@ def test_arcs_written_with_a_radius_stay_within_a_quadrant(sign: float) -> None:
     for k in arcs:
         arms = np.array([path.start_mm[k] - path.centre_mm[k], path.end_mm[k] - path.centre_mm[k]])[:, [0, 2]]
         assert np.all((arms.min(axis=0) > -0.05) | (arms.max(axis=0) < 0.05))
+
+
+def test_what_a_job_says_of_one_feature_s_curve_is_held_to(tmp_path: Path) -> None:
+    """µm and µm/mm of the job are mm and mm/mm of the curve; a feature that is not there is named."""
+    folder = tmp_path / "modbas2"
+    shutil.copytree(EXAMPLES / "modbas2", folder)
+    job = folder / "job.toml"
+    held = "[compensation.features.dome]\nknot_every = 4\nend_um = -3.0\nend_slope_um_per_mm = 0.25\n"
+    job.write_text(job.read_text() + "\n[compensation]\nrepeatability_um = 2.0\n" + held)
+    curve = compensate(read_inputs(job).inputs).model.curves[-1]
+    assert curve.value_mm(curve.length_mm)[0] == pytest.approx(-0.003, abs=1e-12)
+    assert curve.slope(curve.length_mm)[0] == pytest.approx(0.00025, abs=1e-12)
+    assert (curve.knot_every, curve.repeatability_mm) == (4, 0.002)
+    job.write_text(job.read_text().replace("features.dome", "features.doom"))
+    with pytest.raises(TrueloopError, match="'doom'") as refusal:
+        compensate(read_inputs(job).inputs)
+    assert refusal.value.code is Code.FIT_KNOTS

@@ -17,16 +17,31 @@ from trueloop.nc.edit import Edit, coordinate_text, insert_blocks_after, set_off
 from trueloop.nc.program import Block, Program
 from trueloop.nc.tool_path import Array, CoordinateState, ToolPath
 
-LOCAL_SHIFT: Final = ("linuxcnc", "fanuc", "haas", "siemens")
-"""Controls whose tool table a program cannot set for one run only: the contour is put into a shifted frame."""
+SHIFTS: Final = {"linuxcnc": "G52", "fanuc": "G52", "haas": "G52", "siemens": "ATRANS"}
+"""What puts the contour into a shifted frame, by control (a dialect's name up to the dash): a program cannot set the
+tool table of these for one run only."""
+SETS_TOOL: Final = "ge2000t"
+"""The control whose programs set a tool's offset themselves."""
 ONE_REGISTER: Final = "linuxcnc"
 """The control on which G52 and G92 set one and the same shift; on others G92 stays below G52."""
 LEFT_BEHIND: Final = "takes back the shift of a run that was stopped in the cut"
 
 
 def has_local_shift(program: Program) -> bool:
-    """Whether the offset is written as a shift of the frame; otherwise as an update of the tool's offset."""
-    return program.dialect.name.startswith(LOCAL_SHIFT)
+    """Whether the offset is written as a shift of the frame; otherwise as an update of the tool's offset.
+
+    Raises NC-OFFSET for a control of which neither is known.
+    """
+    if program.dialect.name == SETS_TOOL:
+        return False
+    if _control(program) not in SHIFTS:
+        raise TrueloopError(
+            Code.NC_OFFSET,
+            f"how a {program.dialect.name} program shifts a contour by an offset is not known: {len(SHIFTS) + 1} "
+            "controls are",
+            hint=f"known are {', '.join([SETS_TOOL, *SHIFTS])}",
+        )
+    return True
 
 
 def tool_offset_updates(
@@ -66,15 +81,20 @@ def shift_edits(program: Program, path: ToolPath, shifted: Shifted, offset_mm: t
     """A shift by (x as a radius, z) for those moves. Raises NC-OFFSET where it would replace another one."""
     state = path.coordinate_state(shifted.first)
     base_mm, offset = path.register_mm[shifted.first, [0, 2]], np.asarray(offset_mm)
-    if program.dialect.name == "siemens":  # X of a frame is a radius
+    code = SHIFTS[_control(program)]
+    if code == "ATRANS":  # X of a frame is a radius
         state = CoordinateState(state.inch, diameter=False)
-        there, back, head = _words(program, "ATRANS", offset, state), _words(program, "ATRANS", -offset, state), []
+        there, back, head = _words(program, code, offset, state), _words(program, code, -offset, state), []
     else:
         _require_followed(program, path, shifted, base_mm)
-        there, back = (_words(program, "G52", value, state) for value in (base_mm + offset, base_mm))
-        nothing = f"{_words(program, 'G52', 0 * offset, state)} {program.dialect.comment(LEFT_BEHIND)}"
+        there, back = (_words(program, code, value, state) for value in (base_mm + offset, base_mm))
+        nothing = f"{_words(program, code, 0 * offset, state)} {program.dialect.comment(LEFT_BEHIND)}"
         head = [_before(program, _first_of_course(program), nothing)]
     return [*head, _before(program, shifted.begin, there), insert_blocks_after(program, shifted.end, [back])]
+
+
+def _control(program: Program) -> str:
+    return program.dialect.name.partition("-")[0]
 
 
 def _words(program: Program, code: str, value_mm: Array, state: CoordinateState) -> str:
@@ -83,7 +103,7 @@ def _words(program: Program, code: str, value_mm: Array, state: CoordinateState)
 
 
 def _require_followed(program: Program, path: ToolPath, shifted: Shifted, base_mm: Array) -> None:
-    if np.any(base_mm) and not program.dialect.name.startswith(ONE_REGISTER):
+    if np.any(base_mm) and _control(program) != ONE_REGISTER:
         raise TrueloopError(
             Code.NC_OFFSET,
             f"a shift of x {base_mm[0]:g} mm (radius), z {base_mm[1]:g} mm is in force at line "

@@ -19,10 +19,14 @@ ROUNDING_MM: Final = 0.01
 
 @dataclass(frozen=True)
 class ConditionSource:
-    """Where the conditions at one end of a chain come from: a neighbour's end, or an estimate with its uncertainty."""
+    """Where the conditions at one end of a chain come from: a neighbour's end, or an estimate with its uncertainty.
+
+    `gives_slope` says whether the neighbour gives the slope beside the value; the user's own counts as exact.
+    """
 
     neighbour: End | None = None
     standard_u_mm: float = 0.0
+    gives_slope: bool = False
 
 
 Sources: TypeAlias = tuple[ConditionSource, ConditionSource]

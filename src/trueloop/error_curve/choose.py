@@ -64,15 +64,12 @@ class NoseOnPart:
     positions: NDArray[np.intp]
 
 
-def nose_on_part(profile: Profile, vectors: ErrorVectors, nose: NoseModel) -> NoseOnPart | None:
-    """What a nose model of other parts says of this one; None when its touches do not set the tool offsets."""
+def nose_on_part(profile: Profile, vectors: ErrorVectors, nose: NoseModel) -> NoseOnPart:
+    """What a nose model of other parts says of this one. Raises FIT-POINTS when touches do not set the tool offsets."""
     touches = nose_touches("this part", profile, vectors)
     used = touches.on_arc & nose.covers(touches.contact_angle_rad)
     arcs = touches.subset(used)
-    try:
-        return NoseOnPart(nose.predict(arcs), arcs, np.flatnonzero(~vectors.at_reference)[used])
-    except TrueloopError:
-        return None
+    return NoseOnPart(nose.predict(arcs), arcs, np.flatnonzero(~vectors.at_reference)[used])
 
 
 def choose(

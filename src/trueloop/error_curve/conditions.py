@@ -60,7 +60,7 @@ def _from_neighbour(
     at = spline.length_mm if end.at_end else 0.0
     value, slope = float(spline.of(spline.value_form(at))[0]), float(spline.of(spline.slope_form(at))[0])
     tangent = options.tangent_policy == TangentPolicy.PATH
-    return value, slope if tangent else None, ConditionSource(neighbour=end)
+    return value, slope if tangent else None, ConditionSource(neighbour=end, gives_slope=tangent)
 
 
 def _end_covariance(source: ConditionSource, splines: Mapping[int, Spline], value: bool, slope: bool) -> Array:
@@ -72,6 +72,8 @@ def _end_covariance(source: ConditionSource, splines: Mapping[int, Spline], valu
         at = spline.length_mm if source.neighbour.at_end else 0.0
         forms = spline.value_form(at), spline.slope_form(at)
         both = np.array([[spline.covariance(a, b)[0] for b in forms] for a in forms])
+        if not source.gives_slope:
+            both = np.diag([both[0, 0], 0.0])
     chosen: Array = both[np.ix_(given, given)]
     return chosen
 

@@ -37,7 +37,8 @@ def fit_chains(
             fits[i] = _untouched(profile, chains[i], vectors, conditions, sources)
             continue
         fits[i] = _touched(profile, chains[i], vectors, options, conditions, sources)
-        if nose is not None and chains[i].curved and np.any(np.isin(nose.positions, fits[i].touches)):
+        held = any(name in options.prescribed for name in _names(profile, chains[i]))
+        if nose is not None and chains[i].curved and not held and np.any(np.isin(nose.positions, fits[i].touches)):
             fits[i], choice = choose(profile, vectors, fits[i], nose, options.tangent_policy)
             choices.append(choice)
     return tuple(fits[i] for i in range(len(chains))), tuple(choices)

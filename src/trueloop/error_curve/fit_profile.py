@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.check import check_options, check_vectors
-from trueloop.error_curve.choose import ModelChoice, nose_on_part
+from trueloop.error_curve.choose import ModelChoice, NoseOnPart, nose_on_part
 from trueloop.error_curve.curve import ErrorCurve
 from trueloop.error_curve.fit_chains import fit_chains
 from trueloop.error_curve.junctions import DisplacedJunction, displaced_junctions
@@ -18,6 +18,7 @@ from trueloop.error_curve.options import FitOptions
 from trueloop.error_curve.spline import EndConditions
 from trueloop.error_curve.tangency import Tangency, tangencies
 from trueloop.error_curve.uncertainty import FittedChains, finish
+from trueloop.errors import TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
@@ -67,7 +68,7 @@ def fit_profile(
     options = options or FitOptions()
     check_options(profile, options)
     check_vectors(profile, vectors)
-    on_part = None if nose is None else nose_on_part(profile, vectors, nose)
+    on_part, unused = _nose(profile, vectors, nose)
     fits, choices = fit_chains(profile, vectors, options, on_part)
     fitted = finish(fits, vectors)
     free = fitted
@@ -91,9 +92,19 @@ def fit_profile(
         tangency=tangencies(profile, free, options.tangent_policy),
         scatter_mm=max(fitted.scatter_mm),
         degrees_of_freedom=fitted.degrees_of_freedom,
-        notes=(*(note for fit in fitted.fits for note in fit.notes), *drawn_out),
+        notes=(*unused, *(note for fit in fitted.fits for note in fit.notes), *drawn_out),
         choices=choices,
     )
+
+
+def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tuple[NoseOnPart | None, tuple[str, ...]]:
+    """The nose model on this part, or a note why it does not serve."""
+    if nose is None:
+        return None, ()
+    try:
+        return nose_on_part(profile, vectors, nose), ()
+    except TrueloopError as refusal:
+        return None, (f"the nose model of other parts does not serve: {refusal.message}",)
 
 
 def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:

@@ -101,12 +101,23 @@ class GaugingTable(Table):
     finish_touches: Path | None = None
 
 
+class FeatureFitTable(Table):
+    """What one feature's error curve is held to: its knots, and error and slope of error at its ends."""
+
+    knot_every: Count | None = None
+    start_um: Finite | None = None
+    start_slope_um_per_mm: Finite | None = None
+    end_um: Finite | None = None
+    end_slope_um_per_mm: Finite | None = None
+
+
 class CompensationTable(Table):
     """How much of the error to take out, how, and what to refuse."""
 
     weight: Share = 1.0
     junctions: Literal["part", "path"] = "part"
     knot_every: Count | None = None
+    features: dict[str, FeatureFitTable] = Field(default_factory=dict)
     nose_from: tuple[Path, ...] = ()
     chord_tolerance_um: Positive = 0.5
     arcs: Literal["auto", "lines", "arcs"] = "auto"
@@ -115,6 +126,7 @@ class CompensationTable(Table):
     max_scatter_um: Positive = 10.0
     max_age_hours: Positive = 24.0
     cut_to_cut_um: NotNegative = 0.0
+    repeatability_um: NotNegative | None = None
 
 
 class OutputTable(Table):

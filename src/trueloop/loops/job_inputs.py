@@ -10,9 +10,10 @@ from pathlib import Path
 from trueloop.compensation.limits import Limits
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.nose_model import NoseModel
+from trueloop.error_curve.spline import EndConditions
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
-from trueloop.formats.job import Job, read_job
+from trueloop.formats.job import FeatureFitTable, Job, read_job
 from trueloop.formats.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.touches_csv import read_touches
 from trueloop.gauging.error_vectors import ErrorVectors
@@ -190,6 +191,9 @@ def _options(job: Job) -> Options:
         weight=given.weight,
         junctions=given.junctions,
         knot_every=given.knot_every,
+        knot_every_on={name: fit.knot_every for name, fit in given.features.items() if fit.knot_every is not None},
+        prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
+        repeatability_mm=None if given.repeatability_um is None else given.repeatability_um / UM_PER_MM,
         cut_to_cut_mm=given.cut_to_cut_um / UM_PER_MM,
         chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,
         arcs=given.arcs,
@@ -203,6 +207,11 @@ def _options(job: Job) -> Options:
         offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
         tool=job.tool.number,
     )
+
+
+def _ends(fit: FeatureFitTable) -> EndConditions:
+    given = (fit.start_um, fit.start_slope_um_per_mm, fit.end_um, fit.end_slope_um_per_mm)
+    return EndConditions(*(None if number is None else number / UM_PER_MM for number in given))
 
 
 def _nose_radius_mm(job: Job) -> float:

@@ -24,6 +24,7 @@ from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.error_curve.nose_model import NoseModel
 from trueloop.error_curve.options import FitOptions
+from trueloop.error_curve.spline import EndConditions
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_loop_sign
@@ -40,12 +41,16 @@ from trueloop.nc.program import Program
 class Options:
     """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
 
-    `cut_to_cut_mm` is as in `FitOptions`: it widens the predicted bands and changes no correction.
+    Those of the fit are as in `FitOptions`; `cut_to_cut_mm` and `repeatability_mm` change the predicted bands and no
+    correction.
     """
 
     weight: float = 1.0
     junctions: str = "part"
     knot_every: int | None = None
+    knot_every_on: Mapping[str, int] = field(default_factory=dict)
+    prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
+    repeatability_mm: float | None = None
     cut_to_cut_mm: float = 0.0
     chord_tolerance_mm: float = 0.0005
     arcs: str = "auto"
@@ -195,6 +200,9 @@ def _fit_options(options: Options) -> FitOptions:
     return FitOptions(
         tangent_policy=TangentPolicy(options.junctions),
         knot_every=options.knot_every,
+        knot_every_on=options.knot_every_on,
+        prescribed=options.prescribed,
+        repeatability_mm=options.repeatability_mm,
         cut_to_cut_mm=options.cut_to_cut_mm,
     )
 

@@ -16,7 +16,6 @@ from trueloop.compensation.shifted_frame import shifted_moves
 from trueloop.loops.commanded import Commanded
 from trueloop.loops.written import Writing
 from trueloop.nc.edit import Edit
-from trueloop.units import MM_PER_INCH
 
 
 def write_offsets(
@@ -40,8 +39,7 @@ def _shifted(writing: Writing, offset_mm: tuple[float, float]) -> list[Edit]:
     shifted = shifted_moves(program, path, cuts)
     edits = shift_edits(program, path, shifted, offset_mm)
     after = writing.run.of(writing.reread(writing.with_edits(edits)))
-    dialect = program.dialect
-    step_mm = dialect.resolution_inch * MM_PER_INCH if path.inch[shifted.first] else dialect.resolution_mm
+    step_mm = program.dialect.step_mm(bool(path.inch[shifted.first]))
     require_shift(program, path, after, shifted, cuts, offset_mm, step_mm / 2 + SAME_MM)
     return edits
 

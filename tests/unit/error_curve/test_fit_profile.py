@@ -10,6 +10,7 @@ from tests.support.profiles import modbas2, polyline
 from tests.support.touched import chosen, noise, tool_offsets, touched
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.options import FitOptions
 from trueloop.error_curve.spline import EndConditions
 from trueloop.error_curve.untouched import BETWEEN_FEATURES_MM
@@ -94,6 +95,29 @@ def test_prescribed_ends_are_met() -> None:
     assert dome.value_mm(dome.length_mm)[0] == pytest.approx(-0.02, abs=1e-15)
     assert dome.slope(dome.length_mm)[0] == pytest.approx(0.001, abs=1e-15)
     assert dome.conditions.end_slope == 0.001
+
+
+def test_a_slope_of_the_user_s_own_beside_a_neighbour_s_value_counts_as_exact() -> None:
+    """The value at the dome's start is the neck's and as uncertain as that; its slope is said."""
+    touches = [0, 0, 4, 4, 3, 4, 16]
+    held = fit(touches, options=FitOptions(prescribed={"dome": EndConditions(start_slope=0.0)})).curves[DOME].spline
+    assert held.covariance(held.slope_form(0.0), held.slope_form(0.0))[0] == pytest.approx(0.0, abs=1e-20)
+    assert held.covariance(held.value_form(0.0), held.value_form(0.0))[0] > 1e-12
+    path = FitOptions(tangent_policy=TangentPolicy.PATH)
+    neck_s = fit(touches, options=path).curves[DOME].spline
+    assert neck_s.covariance(neck_s.slope_form(0.0), neck_s.slope_form(0.0))[0] > 1e-16
+
+
+def test_a_nose_model_that_cannot_serve_is_told_and_one_gives_way_to_prescribed_ends() -> None:
+    full = touched(PROFILE, [0, 0, 4, 4, 1, 1, 16], noise(0.0004))
+    nose = fit_nose_model([nose_touches("another part", PROFILE, full)])
+    without_arc = fit_profile(PROFILE, touched(PROFILE, [0, 0, 4, 4, 1, 1, 0], noise(0.0004)), nose=nose)
+    assert "the nose model of other parts does not serve" in without_arc.notes[0]
+    ends = FitOptions(prescribed={"dome": EndConditions(end_value_mm=0.003)})
+    assert [bool(fit_profile(PROFILE, full, options, nose).choices) for options in (FitOptions(), ends)] == [
+        True,
+        False,
+    ]
 
 
 def test_the_ends_of_the_profile_are_displaced_along_their_normals() -> None:

@@ -19,6 +19,7 @@ MODELS: dict[str, type[BaseModel]] = {
     "[programs]": job.ProgramsTable,
     "[gauging]": job.GaugingTable,
     "[compensation]": job.CompensationTable,
+    "[compensation.features.NAME]": job.FeatureFitTable,
     "[output]": job.OutputTable,
 }
 UNITS = {"_mm": "mm", "_um": "µm", "_in": "inch", "_um_per_mm": "µm/mm", "_hours": "h"}
