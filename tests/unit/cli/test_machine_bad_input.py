@@ -61,6 +61,7 @@ def test_the_files_are_good_as_they_stand(said: Said) -> None:
         ("travel_mm = [0, 500]", "", ("m.toml:9: MCH-BASIS", "travel")),
         ("axes.Y", "axes.W", ("m.toml:6: MCH-AXIS", "'W'")),
         ("EX0S", "EX9S", ("m.toml:12: MCH-NAME", "EX9S")),
+        ("EX0S", "EXX", ("m.toml:12: MCH-FILE", "EXX has 2 tables")),
         ("signals =", "signal =", ("m.toml:13: MCH-FILE: 'term.1.signal'", "did you mean 'signals'")),
         ("20.0", '"warm"', ("m.toml:13: MCH-FILE: 'term.1.signals.T1'", "warm")),
         ("T1 = 20.0", "T9 = 20.0", ("m.toml: MCH-SIGNAL", "T9", "T1")),
