@@ -107,13 +107,18 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Macro calls with arguments (G65)": _for(
         lathe="G65 P2 Z5.\nM30\nO2 G21\nG00 Z#26\nM99", mill="G65 P2 Z5.\nM30\nO2 G21\nG00 Z#26\nM99"
     ),
-    "Macros called after each move (G66)": _for(lathe="G66 P2 Z5.\nM30\nO2 M99", mill="G66 P2 Z5.\nM30\nO2 M99"),
+    "Macros called after each move (G66)": _for(
+        lathe="G21 G66 P2 Z5.\nG00 X1.\nG67\nM30\nO2 G00 Z#26\nM99",
+        mill="G21 G66 P2 Z5.\nG00 X1.\nG67\nM30\nO2 G00 Z#26\nM99",
+    ),
     "Contours of the finishing cycle (G70)": _for(lathe="G21\nG70 P1 Q2\nM30\nN1 G00 X1.\nN2 Z1."),
     "Roughing cycles (G71–G73)": _for(
         siemens='CYCLE95("PART",1,0.1,0.1,,0.2,0.1,0.1,9)',
         lathe="G21 G00 X9. Z1.\nG71 U1. R.1\nG71 P1 Q2 U.1 W.1 F.1\nN1 G00 X1.\nN2 G01 Z-5.",
     ),
-    "Grooving cycles (G74, G75)": _for(siemens="CYCLE93(20,-5,3,2)", lathe="G75 R.1\nG75 X1. Z-5. P100 Q100"),
+    "Grooving cycles (G74, G75)": _for(
+        siemens="CYCLE93(20,-5,3,2)", lathe="G21 G00 X9. Z1.\nG75 R.1\nG75 X1. Z-5. P1000 Q1000 F.1"
+    ),
     "Threads in passes (G76)": _for(
         siemens="CYCLE97(1.5,,0,-20,20,20,3,1,0.9,0.1,30,0,6,2,1,1)",
         linuxcnc="G21 G18 G0 X9\nG76 P1 Z-5 I-1 J.5 K1",
@@ -134,6 +139,9 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         lathe="G21 G83 Z-5. R-1. F.1",
         haas_lathe="G21 G81 Z-5. R-1. F.1",
         mill="G21 G81 X1. Z-1. R1. F9.",
+    ),
+    "Splines (G5, G5.1, G5.2)": _for(
+        linuxcnc="G17 G21 G5 X9 Y0 I1 J1 P-1 Q1 F9\nG5.1 X18 I1 J9\nG5.2 P1\nX20 Y9 P1\nX30 P2\nG5.3"
     ),
     "Corners between two blocks (,R ,C)": _for(
         heidenhain="0 BEGIN PGM A MM\n1 L X+9 F100\n2 RND R5\n3 L Y+9",

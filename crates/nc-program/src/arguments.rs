@@ -8,20 +8,35 @@ use crate::visit::times;
 /// Letters in order of the parameter that each becomes, from #1; a space where there is none.
 const LETTERS: &[u8; 26] = b"ABCIJKDEF H M   QRSTUVWXYZ";
 
+/// Numbers of parameters and their values.
+pub(crate) type Arguments = Vec<(u32, f64)>;
+
 impl Runner<'_> {
-    /// G65 P, L times. What is not in this file is not followed.
+    /// G65 P, L times.
     pub(crate) fn call_macro(&mut self, request: &Request, word: i32) {
+        if let Some((start, arguments)) = self.macro_called(request, word) {
+            self.visit_macro(start, times(request), &arguments);
+        }
+    }
+
+    /// The block at which the macro of P starts, and its arguments. One that is not in this file is not followed.
+    pub(crate) fn macro_called(&mut self, request: &Request, word: i32) -> Option<(usize, Arguments)> {
         let number = request.get(b'P').filter(|p| (0.0..=99_999_999.0).contains(p)).map(|p| p.round() as u32);
         let Some(start) = number.and_then(|number| self.labels().program(number)) else {
-            return self.note_opaque(word, "what it does is not in the path");
+            self.note_opaque(word, "what it does is not in the path");
+            return None;
         };
         let numbered = LETTERS.iter().enumerate();
         let given = numbered.filter_map(|(place, letter)| Some((place as u32 + 1, request.get(*letter)?)));
-        let arguments: Vec<_> = given.collect();
+        Some((start, given.collect()))
+    }
+
+    /// Runs a macro, with parameters of its own.
+    pub(crate) fn visit_macro(&mut self, start: usize, times: u64, arguments: &[(u32, f64)]) {
         let depth = self.visits.len();
-        self.visit(start, times(request));
+        self.visit(start, times);
         if self.visits.len() > depth {
-            self.state.store.enter_macro(&arguments);
+            self.state.store.enter_macro(arguments);
             self.owns_parameters();
         }
     }

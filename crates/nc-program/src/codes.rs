@@ -7,6 +7,7 @@ use crate::modal::{Compensation, FeedMode, Motion};
 use crate::request::Request;
 use crate::rough::Rough;
 use crate::run::Runner;
+use crate::spline::Spline;
 use crate::tool::{Called, NONE_CALLED};
 
 /// What a block does besides setting modes.
@@ -30,6 +31,9 @@ enum Action {
     TurningCycle,
     Thread(i32),
     CallMacro(i32),
+    ModalMacro(i32),
+    Groove(u8, i32),
+    EndSpline,
     Nothing,
 }
 
@@ -37,7 +41,7 @@ impl Runner<'_> {
     /// Does what the block asks for: modes first, then feed, speed and tool, then parameters, then its action.
     pub(crate) fn execute(&mut self, request: &mut Request) {
         let action = self.apply_codes(request);
-        if !matches!(action, Action::CallMacro(_)) {
+        if !matches!(action, Action::CallMacro(_) | Action::ModalMacro(_)) {
             self.apply_feed_speed_tool(request, action);
         }
         if action != Action::TurningCycle {
@@ -47,8 +51,12 @@ impl Runner<'_> {
         }
         match action {
             Action::Motion(in_machine) => {
+                let before = self.path.len();
                 self.motion(request, in_machine);
                 self.ask_corner(request);
+                if self.path.len() > before {
+                    self.call_modal_macro();
+                }
             }
             Action::SetRegister => self.set_register(request),
             Action::OffsetRegister => self.offset_register(request),
@@ -65,6 +73,9 @@ impl Runner<'_> {
             Action::RoughContour(rough, word) => self.rough_contour(request, rough, word),
             Action::TurningCycle => self.turning_cycle(request),
             Action::CallMacro(word) => self.call_macro(request, word),
+            Action::ModalMacro(word) => self.set_modal_macro(request, word),
+            Action::Groove(deep, word) => self.groove(request, usize::from(deep), word),
+            Action::EndSpline => self.spline(request, Spline::End),
             Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
         }
@@ -142,7 +153,8 @@ impl Runner<'_> {
                 self.start_passes(pass, word);
             }
             G::RetractToPlane(plane) => self.state.retracts_to_plane = plane,
-            G::NoMotion => modal.motion = Motion::None,
+            G::NoMotion | G::EndSpline => modal.motion = Motion::None,
+            G::EndModalMacro => self.state.modal_macro = None,
             G::Plane(plane) => modal.plane = plane,
             G::Inch(inch) => {
                 modal.inch = inch;
@@ -251,6 +263,9 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::TurningCycle => Some(Action::TurningCycle),
         G::Thread => Some(Action::Thread(word)),
         G::CallMacro => Some(Action::CallMacro(word)),
+        G::ModalMacro => Some(Action::ModalMacro(word)),
+        G::Groove(deep) => Some(Action::Groove(deep, word)),
+        G::EndSpline => Some(Action::EndSpline),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         _ => None,
     }

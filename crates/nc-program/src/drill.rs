@@ -41,13 +41,15 @@ pub(crate) struct Hole {
     pub bottom: f64,
     pub plane: f64,
     pub peck: f64,
+    /// Dwell at the bottom, s; NaN where none is given.
+    dwell: f64,
     /// Height at which the series of holes began.
     pub initial: f64,
 }
 
 impl Hole {
     pub const fn new(drill: Drill, along: Option<usize>, word: i32, initial: f64) -> Self {
-        Self { drill, along, word, bottom: f64::NAN, plane: f64::NAN, peck: f64::NAN, initial }
+        Self { drill, along, word, bottom: f64::NAN, plane: f64::NAN, peck: f64::NAN, dwell: f64::NAN, initial }
     }
 }
 
@@ -115,6 +117,7 @@ impl Runner<'_> {
     fn read_hole(&mut self, request: &Request, hole: &mut Hole, third: usize) {
         let (mm, axis_mm) = (self.state.modal.mm(), self.state.modal.axis_mm(third));
         hole.plane = request.get(b'R').map_or(hole.plane, |r| r * mm);
+        hole.dwell = self.dwell_of_p(request).unwrap_or(hole.dwell);
         hole.peck = request.get(b'Q').map_or(hole.peck, |q| q * mm);
         hole.bottom = request.get(AXES[third]).map_or(hole.bottom, |z| z * axis_mm);
         if self.program.dialect().rules.drills_from_start {
@@ -150,11 +153,24 @@ impl Runner<'_> {
             _ => (MoveKind::Line, MoveKind::Rapid),
         };
         self.height(down, at, heights.third, heights.bottom, heights.word);
+        if !hole.dwell.is_nan() && self.dwells_at_bottom(hole) {
+            self.path.dwells.push((self.path.len(), hole.dwell));
+        }
         if matches!(hole.drill, Drill::Ream | Drill::Tap) && heights.clear != heights.plane {
             self.height(out, at, heights.third, heights.plane, INHERITED);
             return self.height(MoveKind::Rapid, at, heights.third, heights.clear, INHERITED);
         }
         self.height(out, at, heights.third, heights.clear, INHERITED);
+    }
+
+    /// Whether P of that cycle is a dwell: LinuxCNC's G82, G86 and G89; of others every one but G81.
+    fn dwells_at_bottom(&self, hole: &Hole) -> bool {
+        let word = usize::try_from(hole.word).ok().and_then(|word| self.program.words().get(word));
+        let code = word.map_or(0.0, |word| word.value);
+        match self.program.dialect().flow {
+            FlowStyle::OWords => [82.0, 86.0, 89.0].contains(&code),
+            _ => code != 81.0,
+        }
     }
 
     /// All pecks but the last.

@@ -10,14 +10,17 @@ impl Runner<'_> {
     pub(crate) fn dwell(&mut self, request: &Request) {
         let style = self.program.dialect().flow;
         let seconds = match style {
-            FlowStyle::Macro => {
-                let p = request.get(b'P').map(|p| if self.has_point(request.word(b'P')) { p } else { p / 1000.0 });
-                p.or(request.get(b'X')).or(request.get(b'U'))
-            }
+            FlowStyle::Macro => self.dwell_of_p(request).or(request.get(b'X')).or(request.get(b'U')),
             FlowStyle::OWords => request.get(b'P'),
             _ => request.get(b'F').or(request.get(b'X')).or(request.get(b'P')),
         };
         self.path.dwells.push((self.path.len(), seconds.unwrap_or(f64::NAN)));
+    }
+
+    /// P as a time, s.
+    pub(crate) fn dwell_of_p(&self, request: &Request) -> Option<f64> {
+        let thousandths = self.program.dialect().flow == FlowStyle::Macro && !self.has_point(request.word(b'P'));
+        request.get(b'P').map(|time| if thousandths { time / 1000.0 } else { time })
     }
 
     /// Whether a number is written with a decimal point, or computed.

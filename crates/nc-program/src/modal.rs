@@ -1,10 +1,10 @@
 //! Modal state: what stays in force from block to block.
 
+use crate::spline::Spline;
 use crate::tool::{Called, NONE_CALLED};
 
 /// Motion in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
 pub enum Motion {
     /// G00.
     Rapid,
@@ -30,6 +30,8 @@ pub enum Motion {
     Opaque,
     /// None: a coordinate alone does nothing.
     None,
+    /// A spline.
+    Spline(Spline),
 }
 
 /// Plane of arcs, named by its first and second axis.

@@ -19,12 +19,16 @@ impl Runner<'_> {
         if self.wait_with_line(request) {
             return;
         }
-        if !(self.names_axis(request) || is_arc(self.state.modal.motion) && request.any(&CENTRES)) {
+        if !(self.names_axis(request)
+            || is_arc(self.state.modal.motion) && request.any(&CENTRES)
+            || begins_spline(request))
+        {
             return self.warn_no_target(request);
         }
         match self.state.modal.motion {
             Motion::Drill => return self.drill(request),
             Motion::Pass => return self.pass(request),
+            Motion::Spline(spline) => return self.spline(request, spline),
             _ => {}
         }
         let (mut end, mut words) = self.target(request, in_machine);
@@ -42,7 +46,7 @@ impl Runner<'_> {
                 let word = AXES.iter().map(|letter| request.word(*letter)).find(|word| *word >= 0).unwrap_or(INHERITED);
                 return self.note_opaque(word, "the moves of the cycle in force are not in the path");
             }
-            Motion::Drill | Motion::Pass => return,
+            Motion::Drill | Motion::Pass | Motion::Spline(_) => return,
             Motion::None => return self.warn_no_motion(request),
         };
         if kind == MoveKind::Thread {
@@ -198,6 +202,11 @@ impl Runner<'_> {
             millimetre
         }
     }
+}
+
+/// Whether a spline begins here, be it without a point.
+fn begins_spline(request: &Request) -> bool {
+    request.codes().iter().any(|(code, _)| matches!(code, G::Motion(Motion::Spline(_))))
 }
 
 fn is_arc(motion: Motion) -> bool {

@@ -64,7 +64,10 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
         (WordKind::Name, _) => dialect.names.get(word.value as usize) == Some(Name::Code(G::Motion(Motion::Tangent))),
         (WordKind::Flow, _) | (WordKind::Expression, b'G' | b'M') => true,
         (WordKind::Number, b'G') => {
-            matches!((dialect.g)((word.value * 10.0).round() as u16), Some(G::FinishContour | G::RoughContour(_)))
+            matches!(
+                (dialect.g)((word.value * 10.0).round() as u16),
+                Some(G::FinishContour | G::RoughContour(_) | G::CallMacro | G::ModalMacro)
+            )
         }
         // A return is the end of a program that nothing calls, unless it names a block.
         (WordKind::Number, b'M') => match (dialect.m)(word.value.round() as u16) {

@@ -4,11 +4,13 @@ use crate::contouring::Contouring;
 use crate::drill::Hole;
 use crate::frame::Frame;
 use crate::modal::Modal;
+use crate::modal_macro::ModalMacro;
 use crate::parameters::{Key, Store};
 use crate::pass::Passes;
 use crate::program::Program;
 use crate::rough_cycle::RoughData;
 use crate::run::Options;
+use crate::spline::SplineData;
 use crate::thread_cycle::ThreadData;
 
 /// The state of the control; and what was met or said already.
@@ -43,6 +45,11 @@ pub(crate) struct State {
     pub thread: ThreadData,
     /// What the first block of a roughing cycle said.
     pub rough: RoughData,
+    /// How far a grooving cycle's tool goes back after a peck, mm; NaN where no block said it.
+    pub groove_back: f64,
+    pub spline: SplineData,
+    /// The macro that every move calls.
+    pub modal_macro: Option<ModalMacro>,
     /// Drilling cycles retract to the plane R.
     pub retracts_to_plane: bool,
     /// Block of the O number of the program being run; `None` before the first.
@@ -74,6 +81,9 @@ impl State {
             passes: None,
             thread: ThreadData::NONE,
             rough: RoughData::NONE,
+            groove_back: f64::NAN,
+            spline: SplineData::default(),
+            modal_macro: None,
             retracts_to_plane: dialect.rules.retracts_to_plane,
             program_start: None,
         }

@@ -1,6 +1,6 @@
 """How long a program takes, from its tool path: cuts at the programmed feed, rapid moves at a stated rate, dwells.
 
-Accelerations, overrides, tool changes and dwells inside cycles are left out, so that a machine takes longer.
+Accelerations, overrides, tool changes are left out, so that a machine takes longer.
 """
 
 from dataclasses import dataclass

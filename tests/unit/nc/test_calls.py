@@ -115,3 +115,25 @@ def test_a_dwell_is_between_two_moves() -> None:
     path = run("G71 G1 X1 F100\nG4 F2\nX2\nG4 S30", "siemens")
     assert path.feed.tolist() == [100, 100]
     assert path.dwell_s[0] == 2 and math.isnan(path.dwell_s[1])
+
+
+MODAL = (
+    "O1 G21 G90\nG00 X0 Y0 Z9.\nG66 P2 L{} Z-5.\nX1.\nM98 P3\nG67\nX3.\nM30\nO2 G01 Z#26 F9.\nZ9.\nM99\nO3 G00 X2.\nM99"
+)
+
+
+def test_a_macro_after_each_move_until_it_ends() -> None:
+    """Not after those of its own; after those of subprograms too; and not in the block of G66 itself."""
+    path = run(MODAL.format(1), "fanuc-mill")
+    places = [(float(x), float(z)) for x, _, z in path.end_mm]
+    assert places == [(0, 9), (1, 9), (1, -5), (1, 9), (2, 9), (2, -5), (2, 9), (3, 9)]
+    assert path.findings == ()
+
+
+def test_a_macro_after_each_move_runs_as_often_as_l_says() -> None:
+    assert len(run(MODAL.format(2), "haas-mill")) == 8 + 4
+
+
+def test_a_macro_after_each_move_that_is_not_there_is_said() -> None:
+    path = run("O1 G21\nG66 P9 Z1.\nG00 X1.\nG67", "fanuc-mill")
+    assert [found.code for found in path.findings] == [Code.NC_OPAQUE]

@@ -3,6 +3,7 @@
 use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::spline::Spline;
 
 /// The dialect.
 pub const LINUXCNC: Dialect = Dialect {
@@ -72,7 +73,11 @@ fn g_code(tenths: u16) -> Option<G> {
         540 | 550 | 560 | 570 | 580 => G::WorkOffset((tenths - 530) / 10),
         590 => G::WorkOffset(6),
         591..=593 => G::WorkOffset(tenths - 584),
-        50 | 51 | 52 | 53 | 331 | 700..=702 | 710..=712 | 720..=722 => G::OpaqueCycle,
+        50 => G::Motion(Motion::Spline(Spline::Cubic)),
+        51 => G::Motion(Motion::Spline(Spline::Quadratic)),
+        52 => G::Motion(Motion::Spline(Spline::Points)),
+        53 => G::EndSpline,
+        331 | 700..=702 | 710..=712 | 720..=722 => G::OpaqueCycle,
         760 => G::Thread,
         730 => G::Drill(Drill::Chip),
         810 | 820 | 860 => G::Drill(Drill::Plain),

@@ -149,6 +149,14 @@ pub enum G {
     OpaqueMode,
     /// Calls the program of P with arguments.
     CallMacro,
+    /// Calls it after each move that follows.
+    ModalMacro,
+    /// No macro after moves any more.
+    EndModalMacro,
+    /// Grooves side by side, in pecks along that axis (0 is X, 2 is Z).
+    Groove(u8),
+    /// Ends the points of a spline, which is cut.
+    EndSpline,
     /// Runs the blocks from N of P to N of Q, then goes back to where it began.
     FinishContour,
     /// Roughs out the contour between N of P and N of Q; these blocks are passed over.

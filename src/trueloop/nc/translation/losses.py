@@ -22,13 +22,15 @@ UNWRITTEN: Final = {
 """What moves the tool, or changes where it is taken to be, and is not written."""
 TOLD: Final = frozenset({"Compensation", "ToolTableOffset", "Shift", *UNWRITTEN})
 """Codes whose NC-OPAQUE says no more than what is said of the code itself."""
-CALLS: Final = frozenset({"MCallProgram", "MCallBlock", "CallMacro", "FinishContour"})
+CALLS: Final = frozenset({"MCallProgram", "MCallBlock", "CallMacro", "ModalMacro", "FinishContour"})
 BY_PATH: Final = frozenset("XYZUVWIJKRFSTNOGMapqnijktmrcws")
 """Letters whose values are in the path and its states, or are said with their code."""
 BY_CODE: Final = {
     "Dwell": "PXUFS",
     "Pause": "P",
     "CallMacro": "ABCDEHLPQ",
+    "ModalMacro": "ABCDEHLPQ",
+    "Groove": "DPQ",
     "ExtendedOffset": "P",
     "Pass": "Q",
     "Thread": "DEHLPQ",
