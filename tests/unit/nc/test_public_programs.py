@@ -32,7 +32,7 @@ def test_linuxcnc_makes_the_same_moves(corpus: Path, name: str, plane: int, move
     ("name", "dialect", "moves", "cuts", "oddities"),
     [
         ("fanuc-lathe-round-head-plug.nc", "fanuc-lathe", 51 + 16 * 5, 22 + 16, 13),  # G76: 16 passes of 5 moves
-        ("fanuc-lathe-weld-pin.nc", "fanuc-lathe", 28 + 16 * 5, 7 + 16, 9),
+        ("fanuc-lathe-weld-pin.nc", "fanuc-lathe", 28 + 16 * 5 + 2 * 140 + 1, 7 + 16 + 140, 9),  # G75: 140 pecks
         ("fanuc-mill-nims.nc", "fanuc-mill", 200, 97, 15),
     ],
 )
