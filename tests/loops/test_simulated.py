@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.probing import EXAMPLES, example
+from trueloop.errors import TrueloopError
 from trueloop.loops.simulated import Trial, simulate, trial_of
 from trueloop.loops.study import Study, study
 from trueloop.simulator.machine_error import ErrorTerm, MachineError
@@ -58,6 +59,14 @@ def test_the_measuring_machine_agrees_within_its_limits() -> None:
     part = simulate(trial("modbas2"), workshop)
     limit = workshop.cmm.mpe_mm + 0.35 * UM + 4 * workshop.cmm.frame_mm
     assert np.max(np.abs(part.cmm_mm - part.finish_truth_mm)) < limit
+
+
+def test_a_touch_that_meets_no_part_is_missed_as_on_a_control() -> None:
+    """A tool set 1.2 mm too deep: the probing moves go to their ends, which a control reports as touches."""
+    workshop = exact()
+    deep = replace(workshop, machine=replace(workshop.machine, tool_offset_mm=(-1.2, -1.2)))
+    with pytest.raises(TrueloopError, match=r"PRB-MISSED: .* 1.000 mm into the part"):
+        simulate(trial("modbas2"), deep)
 
 
 def test_the_same_seed_gives_the_same_part_to_the_last_bit() -> None:

@@ -1,7 +1,7 @@
 """The probing plan: how to come to every gauging point, and back, without touching anything else."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
@@ -75,31 +75,44 @@ def probe_plan(
     Raises PRB-BALL where the ball does not fit, PRB-REACH for a point that ball or stem cannot reach: both name the
     point and what is in the way.
     """
-    names = names or [str(k + 1) for k in range(len(points.arc_length_mm))]
     safe = _safe(obstacle, stylus, approach)
-    starts, contacts, targets = _positions(points, stylus, approach)
     touches, at = [], safe
-    for k, name in enumerate(names):
-        feature = profile.names[int(points.feature_index[k])]
-        _require_fit(name, feature, obstacle, stylus, approach, contacts[k])
-        _require_free(name, feature, obstacle, stylus, approach, starts[k], contacts[k])
-        way = _way(name, feature, obstacle, stylus, approach, at, starts[k], safe)
-        touches.append(
-            PlannedTouch(
-                point=name,
-                feature=feature,
-                nominal_mm=_point(points.nominal_mm[k]),
-                normal=_point(points.outward_normal[k]),
-                way_mm=tuple(_point(p) for p in way),
-                start_mm=_point(starts[k]),
-                contact_mm=_point(contacts[k]),
-                target_mm=_point(targets[k]),
-            )
-        )
-        at = starts[k]
+    for touch in probing_moves(profile, points, stylus, approach, names):
+        name, feature = touch.point, touch.feature
+        start, contact = np.array(touch.start_mm), np.array(touch.contact_mm)
+        _require_fit(name, feature, obstacle, stylus, approach, contact)
+        _require_free(name, feature, obstacle, stylus, approach, start, contact)
+        way = _way(name, feature, obstacle, stylus, approach, at, start, safe)
+        touches.append(replace(touch, way_mm=tuple(_point(p) for p in way)))
+        at = start
     last = touches[-1].point if touches else "the last one"
     retreat = _way(last, "the way back", obstacle, stylus, approach, at, safe, safe)
     return ProbePlan(tuple(touches), _point(safe), tuple(_point(p) for p in (*retreat, safe)), stylus, approach)
+
+
+def probing_moves(
+    profile: Profile,
+    points: GaugingPoints,
+    stylus: Stylus,
+    approach: Approach,
+    names: Sequence[str] | None = None,
+) -> tuple[PlannedTouch, ...]:
+    """The probing moves alone, with no way from one to the next: what a log of touches is matched with."""
+    names = names or [str(k + 1) for k in range(len(points.arc_length_mm))]
+    starts, contacts, targets = _positions(points, stylus, approach)
+    return tuple(
+        PlannedTouch(
+            point=name,
+            feature=profile.names[int(points.feature_index[k])],
+            nominal_mm=_point(points.nominal_mm[k]),
+            normal=_point(points.outward_normal[k]),
+            way_mm=(),
+            start_mm=_point(starts[k]),
+            contact_mm=_point(contacts[k]),
+            target_mm=_point(targets[k]),
+        )
+        for k, name in enumerate(names)
+    )
 
 
 def _safe(obstacle: Obstacle, stylus: Stylus, approach: Approach) -> Array:

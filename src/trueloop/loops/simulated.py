@@ -18,9 +18,12 @@ from trueloop.formats.job import read_job
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
 from trueloop.gauging.calibration import BallCalibration, calibrate
 from trueloop.gauging.error_vectors import ErrorVectors
-from trueloop.gauging.touch import Touch
+from trueloop.gauging.plan import GaugingPoints
+from trueloop.gauging.probe_match import match_touches
+from trueloop.gauging.probe_plan import Approach, ProbePlan, probing_moves
+from trueloop.gauging.stylus import Stylus
 from trueloop.gauging.touches import Gauging, error_vectors
-from trueloop.geometry.feature import Array
+from trueloop.geometry.feature import Array, contact_angle_rad
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Correction, Inputs, compensate
@@ -29,6 +32,7 @@ from trueloop.nc.tool_path import ToolPath
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.path import CentrePath, path_along, paths_of_program
 from trueloop.simulator.presets import Workshop, nist
+from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.stock import Stock
 
 SPHERE_RADIUS_MM: Final = 12.5
@@ -159,30 +163,38 @@ def finish_along(
 def probe_part(
     trial: Trial, workshop: Workshop, stock: Stock, rng: np.random.Generator, temperature_c: float
 ) -> ErrorVectors:
-    """What the loop gets to see: the touches of a semi-finished part, by a probe that was calibrated just before."""
-    plan, allowance_mm = trial.inputs.touches, trial.inputs.allowance_mm
-    machine, probe = workshop.machine, workshop.probe
-    calibration = calibrated(workshop, rng)
-    at = plan.nominal_mm + allowance_mm * plan.outward_normal
-    reported = probe.touch(stock, at, plan.outward_normal, rng, machine.error, temperature_c)
-    reported = calibration.surface_points_mm(reported, plan.outward_normal)
-    names = trial.inputs.profile.names
-    touches = [
-        Touch(name, (float(x), float(z)), names[int(i)], measured_mm=(float(rx), float(rz)))
-        for name, (x, z), i, (rx, rz) in zip(plan.point, plan.nominal_mm, plan.feature_index, reported, strict=True)
-    ]
-    gauging = Gauging(
-        allowance_mm=allowance_mm,
-        range_x_mm=probe.range_x_mm,
-        range_z_mm=probe.range_z_mm,
-        z_reference=trial.z_reference,
-    )
-    return error_vectors(trial.inputs.profile, touches, gauging)
+    """What the loop gets to see: the touches of a semi-finished part, by a probe that was calibrated just before.
+
+    The control's log is matched with the plan as one of a real control. Raises PRB-MISSED for a point where no part is.
+    """
+    asked, probe, profile = trial.inputs.touches, workshop.probe, trial.inputs.profile
+    calibration = calibrated(workshop, rng, asked.outward_normal)
+    plan = _plan(trial, probe)
+    at = asked.nominal_mm + plan.approach.allowance_mm * asked.outward_normal
+    reported = probe.touch(stock, at, asked.outward_normal, rng, workshop.machine.error, temperature_c)
+    ends = np.array([touch.target_mm for touch in plan.touches])
+    beyond = np.einsum("ij,ij->i", reported - ends, asked.outward_normal) < 0.0
+    logged = np.where(beyond[:, None], ends, reported)
+    lines = range(1, len(logged) + 1)
+    matched = match_touches(plan, [(x, z) for x, z in logged.tolist()], lines, calibration)
+    gauging = Gauging(range_x_mm=probe.range_x_mm, range_z_mm=probe.range_z_mm, z_reference=trial.z_reference)
+    return error_vectors(profile, [replace(touch, line=None) for touch in matched.touches], gauging)
 
 
-def calibrated(workshop: Workshop, rng: np.random.Generator) -> BallCalibration:
-    """The probe after touching a calibration sphere, every direction five times."""
-    angles = np.repeat(np.linspace(*CALIBRATED_RAD, DIRECTIONS), REPEATS)
+def _plan(trial: Trial, probe: VirtualProbe) -> ProbePlan:
+    """The probing moves; a virtual stylus is its ball, so there are no ways to be kept clear."""
+    asked, stylus = trial.inputs.touches, Stylus(probe.ball_radius_mm, 0.0)
+    approach = Approach(allowance_mm=trial.inputs.allowance_mm)
+    points = GaugingPoints(asked.feature_index, asked.arc_length_mm, asked.nominal_mm, asked.outward_normal)
+    moves = probing_moves(trial.inputs.profile, points, stylus, approach, asked.point)
+    return ProbePlan(moves, moves[0].start_mm, (), stylus, approach)
+
+
+def calibrated(workshop: Workshop, rng: np.random.Generator, outward_normal: Array) -> BallCalibration:
+    """The probe after touching a calibration sphere, every direction five times; all of the part's among them."""
+    part = contact_angle_rad(outward_normal)
+    low, high = min(CALIBRATED_RAD[0], float(part.min())), max(CALIBRATED_RAD[1], float(part.max()))
+    angles = np.repeat(np.linspace(low, high, DIRECTIONS), REPEATS)
     centres = workshop.probe.touch_sphere(SPHERE_CENTRE_MM, SPHERE_RADIUS_MM, angles, rng)
     return calibrate(centres, SPHERE_RADIUS_MM, lobes=workshop.probe.lobes)
 

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop._core import NoseSweep
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 
@@ -58,13 +59,14 @@ class Nose:
 
 def _pieces(angle_rad: tuple[float, ...], wear_mm: tuple[float, ...]) -> Array:
     """Cubics of one width with the spline's values and slopes at their ends: neighbours agree in value and slope."""
-    if len(angle_rad) < 2 or len(angle_rad) != len(wear_mm) or np.any(np.diff(angle_rad) <= 0.0):
+    ascending = len(angle_rad) == len(wear_mm) >= 2 and np.all(np.diff(angle_rad) > 0.0)
+    if not (ascending and np.all(np.isfinite(wear_mm))):
         if not angle_rad and not wear_mm:
             return np.zeros((0, 4))
         raise TrueloopError(
             Code.SIM_NOSE,
             f"a worn nose given by {len(angle_rad)} angles and {len(wear_mm)} radius errors",
-            hint="give at least two contact angles in ascending order and one radius error for each",
+            hint="give at least two contact angles in ascending order and one finite radius error for each",
         )
     from scipy.interpolate import CubicSpline  # only a worn nose needs it
 
@@ -79,21 +81,25 @@ def _pieces(angle_rad: tuple[float, ...], wear_mm: tuple[float, ...]) -> Array:
 
 
 def _check(nose: Nose) -> None:
-    """Convexity at 16 places of every piece, the radius a positive number."""
-    if not (math.isfinite(nose.radius_mm) and nose.radius_mm > 0.0 and np.all(np.isfinite(nose.pieces))):
+    """A radius, angles of one turn, and what the sweep asks of the body: that it is convex."""
+    if not (math.isfinite(nose.radius_mm) and nose.radius_mm > 0.0):
         raise TrueloopError(
             Code.SIM_NOSE,
             f"a nose radius of {nose.radius_mm} mm with {len(nose.wear_mm)} radius errors",
-            hint="the simulated nose has a radius above 0 mm and finite radius errors",
+            hint="the simulated nose has a finite radius above 0 mm",
         )
-    u = np.linspace(0.0, nose.step_rad, 16)
-    for k, piece in enumerate(nose.pieces):
-        curvature_radius = nose.radius_mm + np.polynomial.polynomial.polyval(u, piece) + 2 * piece[2] + 6 * piece[3] * u
-        if np.min(curvature_radius) <= 0.0:
-            angle_deg = math.degrees(nose.first_rad + k * nose.step_rad)
+    for angle in nose.wear_angle_rad:
+        if not abs(angle) <= math.pi:
             raise TrueloopError(
                 Code.SIM_NOSE,
-                f"the worn nose is hollow at a contact angle of {angle_deg:.0f}°: "
-                f"its local radius is {np.min(curvature_radius):.4f} mm",
-                hint="a nose touches the work only where it is convex: make the radius errors smoother over angle",
+                f"a radius error at a contact angle of {math.degrees(angle):.1f}°",
+                hint="contact angles are degrees from −180 to 180, from +z towards +x",
             )
+    try:
+        NoseSweep(np.zeros((1, 2)), nose.radius_mm, nose.first_rad, nose.step_rad, nose.pieces)
+    except ValueError as hollow:
+        raise TrueloopError(
+            Code.SIM_NOSE,
+            str(hollow),
+            hint="a nose touches the work only where it is convex: make the radius errors smoother over angle",
+        ) from hollow
