@@ -60,13 +60,13 @@ class Nose:
 def _pieces(angle_rad: tuple[float, ...], wear_mm: tuple[float, ...]) -> Array:
     """Cubics of one width with the spline's values and slopes at their ends: neighbours agree in value and slope."""
     ascending = len(angle_rad) == len(wear_mm) >= 2 and np.all(np.diff(angle_rad) > 0.0)
-    if not (ascending and np.all(np.isfinite(wear_mm))):
+    if not (ascending and np.all(np.isfinite([*angle_rad, *wear_mm]))):
         if not angle_rad and not wear_mm:
             return np.zeros((0, 4))
         raise TrueloopError(
             Code.SIM_NOSE,
             f"a worn nose given by {len(angle_rad)} angles and {len(wear_mm)} radius errors",
-            hint="give at least two contact angles in ascending order and one finite radius error for each",
+            hint="give at least two contact angles in ascending order and a radius error for each, all finite",
         )
     from scipy.interpolate import CubicSpline  # only a worn nose needs it
 
