@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.formats.measured_rows import SIGNAL_UNITS, named_by, read_measured, signals_in
+from trueloop.formats.measured_rows import SIGNAL_UNITS, named_by, read_measured, signals_in, units_in
 from trueloop.formats.rows import CsvFile, Rows
 from trueloop.geometry.feature import Array
 from trueloop.machine.drift import DriftTest
@@ -19,7 +19,7 @@ DISPLACEMENT: Final = "_um"
 def read_history(path: Path) -> History:
     """Temperatures and speeds. Raises MCH-FILE for times that do not ascend or no signal, MCH-UNIT for other units."""
     file, rows = _read(path)
-    history = History(_times(rows), signals_in(rows))
+    history = History(_times(rows), signals_in(rows), units_in(rows))
     if not history.signals:
         raise file.refusal("no column is a temperature (NAME_degC) or a speed (NAME_rpm)")
     return history

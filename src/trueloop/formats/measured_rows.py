@@ -9,8 +9,9 @@ import numpy as np
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.rows import CsvFile, CsvKind, Rows, read_csv
 from trueloop.geometry.feature import Array
+from trueloop.units import SIGNALS
 
-SIGNAL_UNITS: Final = ("_degC", "_rpm")
+SIGNAL_UNITS: Final = tuple(SIGNALS)
 WRONG_UNITS: Final = ("_in", "_degF", "_inch", "_ft", "_K", "_min", "_h", "_ms")
 BARE: Final = (*"XYZABC", "reading", "u", "temperature", "time")
 HINT: Final = "a header such as X_mm,travel_X,along,reading_um,T1_degC and a row a reading"
@@ -30,6 +31,11 @@ def read_measured(path: Path) -> CsvFile:
 def signals_in(rows: Rows) -> dict[str, Array]:
     """Temperatures and speeds by name without unit, (n,)."""
     return {name: values for unit in SIGNAL_UNITS for name, values in named_by(unit, rows).items()}
+
+
+def units_in(rows: Rows) -> dict[str, str]:
+    """The units of those, by the same names."""
+    return {name.removesuffix(end): unit for name in rows.header for end, unit in SIGNALS.items() if name.endswith(end)}
 
 
 def named_by(unit: str, rows: Rows) -> dict[str, Array]:

@@ -34,6 +34,7 @@ def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
             {"error": str(t.name), "both_ways": t.both_ways, "parts": [_part(p) for p in t.parts]} for t in model.terms
         ],
         "lags": [_lag(lag) for lag in model.lags],
+        "units": dict(model.units),
         "coefficients": model.coefficients.tolist(),
         "covariance": model.covariance.tolist(),
     }
@@ -60,7 +61,8 @@ def _model(content: dict[str, Any]) -> MachineModel:
     if not (np.isfinite(coefficients).all() and np.isfinite(covariance).all()):
         raise ValueError(f"some of {size} coefficients and their covariance are no numbers")
     identified = {name: (float(low), float(high)) for name, (low, high) in content["identified"].items()}
-    return MachineModel(machine, terms, coefficients, covariance, identified, lags)
+    units = {str(name): str(unit) for name, unit in content.get("units", {}).items()}
+    return MachineModel(machine, terms, coefficients, covariance, identified, lags, units)
 
 
 def _lag(lag: Lag) -> dict[str, Any]:

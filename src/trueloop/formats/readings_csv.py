@@ -22,11 +22,11 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.measured_rows import SIGNAL_UNITS, read_measured, signals_in, vectors, wrong_unit
+from trueloop.formats.measured_rows import SIGNAL_UNITS, read_measured, signals_in, units_in, vectors, wrong_unit
 from trueloop.formats.rows import CsvFile, Rows
 from trueloop.geometry.feature import Array
 from trueloop.machine.chain import Axis, AxisKind, Chain
-from trueloop.machine.history import Clock, History, logged
+from trueloop.machine.history import Clock, History, logged, units_of
 from trueloop.machine.model import State
 from trueloop.machine.names import COMPONENTS
 from trueloop.machine.observations import Observations
@@ -63,6 +63,7 @@ def read_readings(path: Path, chain: Chain, history: History | None = None) -> O
         tuple(run or path.stem for run in rows.texts("run")),
         np.array(rows.lines),
         clock,
+        {**units_of(clock), **units_in(rows)},
     )
 
 
@@ -131,7 +132,7 @@ def _clock(rows: Rows, history: History | None) -> Clock | None:
     time_s = rows.numbers("time_s")
     if history is None:
         ascending, first = np.unique(time_s, return_index=True)
-        history = History(ascending, {name: values[first] for name, values in signals_in(rows).items()})
+        history = History(ascending, {name: values[first] for name, values in signals_in(rows).items()}, units_in(rows))
     return Clock(time_s, np.zeros(len(time_s), dtype=np.intp), (history,))
 
 

@@ -9,11 +9,10 @@ from trueloop.geometry.feature import Array
 from trueloop.machine.drift import DriftTest
 from trueloop.machine.drift_model import DriftModel, fit_drift
 from trueloop.machine.validity import check_range, in_unit
-from trueloop.units import UM_PER_MM
+from trueloop.units import SIGNALS, UM_PER_MM
 
 STATIC = ((0.0,),)
 """The ladder of a model that knows no past."""
-UNITS = {"degC": "°C", "rpm": "rev/min"}
 
 
 @dataclass(frozen=True)
@@ -60,9 +59,9 @@ def predicted_um(
     for channel, model in models.items():
         found[channel] = model.predict(test.time_s, test.signals)
         for column in model.signals:
-            name, _, unit = column.rpartition("_")
+            name, _, ending = column.rpartition("_")
             if not {name, column} & set(extrapolate):
-                check_range(name, test.signals[column], model.known[column], in_unit(UNITS[unit]))
+                check_range(name, test.signals[column], model.known[column], in_unit(SIGNALS[f"_{ending}"]))
     return found
 
 

@@ -4,7 +4,7 @@ A lag is a signal like any other once it is computed, so terms, tables and the c
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +35,14 @@ class Lag:
 
 @dataclass(frozen=True)
 class History:
-    """What sensors said: `time_s` (m,) ascending, each signal (m,). The machine is in equilibrium at the first row."""
+    """What sensors said: `time_s` (m,) ascending, each signal (m,). The machine is in equilibrium at the first row.
+
+    `units` are those of the signals, where they are known.
+    """
 
     time_s: Array
     signals: Mapping[str, Array]
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,18 @@ def joined_clocks(clocks: Sequence[Clock]) -> Clock:
         np.concatenate([clock.source + start for clock, start in zip(clocks, starts, strict=False)]),
         tuple(history for clock in clocks for history in clock.histories),
     )
+
+
+def units_of(clock: Clock | None) -> dict[str, str]:
+    """The units of all histories' signals."""
+    histories = clock.histories if clock else ()
+    return {name: unit for history in histories for name, unit in history.units.items()}
+
+
+def lag_units(lags: Sequence[Lag], units: Mapping[str, str]) -> dict[str, str]:
+    """The units of lags: those of what they follow, to its power."""
+    known = [lag for lag in lags if lag.of in units]
+    return {lag.name: units[lag.of] if lag.power == 1 else f"({units[lag.of]})^{lag.power}" for lag in known}
 
 
 def slope_name(lag: Lag) -> str:

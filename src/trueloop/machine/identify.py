@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.collinearity import collinear_findings
-from trueloop.machine.history import Lag, slope_name
+from trueloop.machine.history import Lag, lag_units, slope_name
 from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.observations import Observations, ranges
 from trueloop.machine.term import Term, block_diagonal
@@ -86,7 +86,8 @@ def _with_given_lags(
     solution, covariance, scatter, outlier = _solve(rows, values, robust)
     slopes = [slope_name(lag) for lag in lags]
     identified = {name: known for name, known in ranges(machine.chain, readings).items() if name not in slopes}
-    model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags)
+    units = {**readings.units, **lag_units(lags, readings.units)}
+    model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags, units)
     residual = readings.reading - readings.predicted(model)
     findings += _outlier_findings(readings, residual, outlier)
     freedom = len(rows) - rows.shape[1]

@@ -46,6 +46,7 @@ class MachineModel:
 
     `identified` holds the range of every axis and signal in the data: outside it the model is not known to hold.
     `lags` are signals made of the past of others (`history.py`); a state has to hold them like any other signal.
+    `units` are those of the signals, where they are known.
     """
 
     machine: Machine
@@ -54,6 +55,7 @@ class MachineModel:
     covariance: Array
     identified: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     lags: tuple[Lag, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def slices(self) -> list[slice]:
         """Where each term's coefficients are."""

@@ -22,6 +22,7 @@ class Observations:
     step gauge, or a ball bar (`along` from its centre to the tool, the reading its change of length).
     `standard_u` is each reading's standard uncertainty, NaN where it is not known. `run` names what was measured in
     one go: hold-out leaves out whole runs. `clock` says when each reading was taken and what the sensors said before.
+    `units` are those of the signals, where they are known.
     """
 
     state: State
@@ -32,6 +33,7 @@ class Observations:
     run: tuple[str, ...]
     line: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
     clock: Clock | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.reading)
@@ -51,6 +53,7 @@ class Observations:
             tuple(run for run, keep in zip(self.run, rows, strict=True) if keep),
             self.line[rows] if len(self.line) else self.line,
             self.clock.only(rows) if self.clock else None,
+            self.units,
         )
 
     def with_lags(self, lags: Sequence[Lag]) -> "Observations":
@@ -115,6 +118,7 @@ def joined(parts: list[Observations]) -> Observations:
         tuple(run for p in whole for run in p.run),
         np.concatenate([p.line for p in whole]),
         joined_clocks(clocks) if len(clocks) == len(parts) else None,
+        {name: unit for p in parts for name, unit in p.units.items()},
     )
 
 

@@ -34,7 +34,7 @@ def check_signals(model: MachineModel, signals: Signals, extrapolate: Collection
     """Refuses signals beyond the data (MCH-RANGE), but those named."""
     for name in model.needs():
         if name in model.identified and name in signals and name not in extrapolate:
-            check_range(name, np.atleast_1d(signals[name]), model.identified[name], in_unit(""))
+            check_range(name, np.atleast_1d(signals[name]), model.identified[name], in_unit(model.units.get(name, "")))
 
 
 def _depends_on(model: MachineModel, axis: str) -> bool:

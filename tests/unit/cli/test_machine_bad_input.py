@@ -176,7 +176,7 @@ def test_temperatures_beyond_the_data_are_used_by_name_only(said: Said) -> None:
         at = ["machine", *command.format(45).split()]
         answer = invoke(*at)
         assert answer.exit_code == 3
-        assert "MCH-RANGE: T1 is 45; the model was found from 20 to 24" in answer.output
+        assert "MCH-RANGE: T1 is 45 °C; the model was found from 20 °C to 24 °C" in answer.output
         assert "--extrapolate T1" in answer.output
         assert answer.output.startswith(("out/model.json: ", "i.csv: "))
         assert invoke(*at, "--extrapolate", "X").exit_code == 3

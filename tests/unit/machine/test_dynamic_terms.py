@@ -1,5 +1,7 @@
 """Terms that feel temperatures and speed a while later: time constants found with honest bands, sensors chosen."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import t as student
@@ -17,6 +19,7 @@ from trueloop.machine.names import error_name
 from trueloop.machine.observations import Observations
 from trueloop.machine.position_basis import CONSTANT, polynomial
 from trueloop.machine.term import Part, Term
+from trueloop.machine.validity import check_state
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
 COLUMN = Lag("column", "T1", 3000.0, between_s=(300.0, 20000.0))
@@ -163,3 +166,12 @@ def test_readings_without_time_and_readings_outside_the_log() -> None:
     with pytest.raises(TrueloopError, match="but the history") as refusal:
         lag_signals((COLUMN,), late)
     assert refusal.value.code is Code.MCH_HISTORY
+
+
+def test_a_lag_is_in_the_unit_of_what_it_follows_to_its_power() -> None:
+    data = _readings(np.random.default_rng(78), 0.0)
+    model = _found(replace(data, units={"T1": "°C", "spindle": "rev/min"})).model
+    assert dict(model.units) == {"T1": "°C", "spindle": "rev/min", "column": "°C", "bearing": "(rev/min)^2"}
+    hot = State(MILL.chain.positions({}), 0.0, {"column": 99.0, "bearing": 0.0})
+    with pytest.raises(TrueloopError, match=r"column is 99 °C; the model was found from [\d.]+ °C"):
+        check_state(model, hot, ("X", "Y", "Z"))
