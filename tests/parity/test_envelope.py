@@ -37,6 +37,30 @@ def test_kernel_and_definition_agree_on_any_path(seed: int, nose: Nose, step: fl
     assert np.max(np.abs(found - expected)) < NANOMETRE
 
 
+@settings(max_examples=25)
+@given(seed=st.integers(0, 2**32 - 1), nose=st.sampled_from([ROUND, WORN]), spread=st.floats(0.0, 0.3))
+def test_neighbouring_rays_share_what_they_look_at_and_find_what_each_finds_alone(
+    seed: int, nose: Nose, spread: float
+) -> None:
+    """Any path, folded and crossing itself, and twenty rays of hardly one direction, some already met elsewhere."""
+    rng = np.random.default_rng(seed)
+    turning = np.cumsum(rng.normal(0.0, 0.1, 400))
+    nodes = np.cumsum(0.01 * np.column_stack([np.sin(turning), np.cos(turning)]), axis=0)
+    nodes += rng.normal(0.0, 1e-3, nodes.shape) * rng.integers(0, 2)
+    angle = rng.uniform(-np.pi, np.pi) + 0.2 * spread * rng.uniform(-1, 1, 20)
+    origin = nodes[rng.integers(0, 400)] + rng.normal(0.0, 0.6, 2)
+    rays = rays_out_of(origin + spread * np.sort(rng.uniform(-1, 1, 20))[:, None] * rng.normal(0, 1, 2), angle)
+    known = np.where(rng.random(20) < 0.2, rng.uniform(-2, 1, 20), FAR)
+    swept = sweep(nodes, nose)
+    together = swept.entries(*rays, known, FAR)
+    alone = [swept.entries(rays[0][[k]], rays[1][[k]], known[[k]], FAR)[0] for k in range(20)]
+    assert np.max(np.abs(together - alone)) < 1e-9
+    some = rng.integers(0, 20, 3)
+    few = (rays[0][some], rays[1][some])
+    expected = entries(nodes, lambda phi: nose.radius_mm + nose.wear_at_mm(phi), few, FAR)
+    assert np.max(np.abs(together[some] - np.minimum(expected, known[some]))) < NANOMETRE
+
+
 def test_the_support_of_a_worn_nose_is_what_a_line_leaves() -> None:
     """Along a line of contact angle φ the surface stands R + w(φ) below the path, whatever the rest of the nose."""
     for degrees in (0.0, 17.0, 45.0, 90.0, 100.0):

@@ -3,8 +3,10 @@
 //! The plane is (x, z). A nose is a convex body given by its support function (`nose`), so that a worn nose is as
 //! exact as a round one. Its sweep along a polyline is the union of one convex hull a segment (`sweep`). A ray that
 //! leaves the material asks where it first meets that union; boxes around runs of segments (`tree`) leave a handful of
-//! segments to look at. A ball-end cutter in space is asked the same way (`mill`). Undercuts need nothing special: rays go in any direction. Nothing here panics.
+//! segments to look at, and neighbouring rays look for them together (`bundle`). A ball-end cutter in space is asked the
+//! same way (`mill`). Undercuts need nothing special: rays go in any direction. Nothing here panics.
 
+mod bundle;
 mod mill;
 mod nose;
 mod ray;

@@ -1,5 +1,6 @@
 //! The region a nose passes over, and where rays out of the material meet it.
 
+use crate::bundle::{Bundle, Runs, Waiting, BUNDLE};
 use crate::nose::{Disc, Nose};
 use crate::ray::{Point, Ray};
 use crate::tree::{Tree, RUN};
@@ -24,7 +25,7 @@ struct Asked {
 }
 
 /// The lowest meeting so far, and the run of segments it was found in.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Found {
     along: f64,
     run: usize,
@@ -39,6 +40,20 @@ impl Asked {
             along - self.disc.above - square.sqrt()
         } else {
             f64::INFINITY
+        }
+    }
+}
+
+impl Asked {
+    /// The lower of that and `best`: the root is taken only where it says something.
+    fn lower(&self, (along, over): (f64, f64), best: f64) -> f64 {
+        let beside = over - self.disc.beside;
+        let square = self.disc.radius * self.disc.radius - beside * beside;
+        let (from, above) = (along - self.disc.above, along - self.disc.above - best);
+        if square > 0.0 && along > self.floor && (above < 0.0 || above * above < square) {
+            best.min(from - square.sqrt())
+        } else {
+            best
         }
     }
 }
@@ -66,31 +81,121 @@ impl Sweep {
     ///
     /// `known` where it meets nothing lower. A nose whose centre lies below −reach on the ray is not seen.
     pub fn entries(&self, rays: impl Iterator<Item = (Ray, f64)>, reach: f64) -> Vec<f64> {
-        let mut run = 0;
-        rays.map(|(ray, known)| {
-            let angle = if self.nose.is_round() {
-                0.0
+        let mut entries = Vec::with_capacity(rays.size_hint().0);
+        let (mut bundled, mut near) = (Vec::with_capacity(BUNDLE), 0);
+        for (ray, known) in rays {
+            bundled.push((self.asked(ray, -reach), known));
+            if bundled.len() == BUNDLE {
+                self.enter(&bundled, &mut near, &mut entries);
+                bundled.clear();
+            }
+        }
+        self.enter(&bundled, &mut near, &mut entries);
+        entries
+    }
+
+    fn asked(&self, ray: Ray, floor: f64) -> Asked {
+        let angle = if self.nose.is_round() {
+            0.0
+        } else {
+            ray.angle()
+        };
+        Asked {
+            ray,
+            angle,
+            disc: self.nose.disc(angle),
+            floor,
+        }
+    }
+
+    /// The entries of some rays: neighbours share what they look at, where it is little.
+    fn enter(&self, rays: &[(Asked, f64)], near: &mut usize, entries: &mut Vec<f64>) {
+        let mut found = [Found::default(); BUNDLE];
+        let mut worst = f64::NEG_INFINITY;
+        for (found, (asked, known)) in found.iter_mut().zip(rays) {
+            *near = self.nearer(asked, *near);
+            *found = Found {
+                along: *known,
+                run: *near / RUN,
+            };
+            // As far as a round nose reaches a worn one need not.
+            if let (true, Some(node)) = (self.nose.is_round(), self.nodes.get(*near)) {
+                found.along = asked.lower(asked.ray.of(*node), *known);
+            }
+            worst = worst.max(found.along);
+        }
+        let shared = self.shared(rays, worst).filter(|_| self.nose.is_round());
+        for (found, (asked, _)) in found.iter_mut().zip(rays) {
+            let run = found.run;
+            self.look_at(asked, run, found);
+            match shared.as_ref() {
+                Some(runs) => self.look_at_those(asked, runs.as_slice(), run, found),
+                None => *found = self.entry(asked, *found),
+            }
+            entries.push(found.along.max(asked.floor));
+            if !self.nose.is_round() {
+                *near = found.run * RUN;
+            }
+        }
+    }
+
+    /// The node that passes the ray closer than its neighbours, from one on along the path: where to look first.
+    fn nearer(&self, asked: &Asked, from: usize) -> usize {
+        let beside = |node: usize| self.nodes.get(node).map(|node| asked.ray.of(*node).1.abs());
+        let (mut near, Some(mut least)) = (from, beside(from)) else {
+            return from;
+        };
+        for forward in [true, false] {
+            while let Some(next) = if forward {
+                near.checked_add(1)
             } else {
-                ray.angle()
+                near.checked_sub(1)
+            } {
+                match beside(next) {
+                    Some(closer) if closer < least => (near, least) = (next, closer),
+                    _ => break,
+                }
+            }
+        }
+        near
+    }
+
+    /// The runs that may reach below `worst` on any of the rays; none where there are many, or the rays differ.
+    fn shared(&self, rays: &[(Asked, f64)], worst: f64) -> Option<Runs> {
+        let bundle = Bundle::of(rays.iter().map(|(asked, _)| (&asked.ray, &asked.disc)))?;
+        let floor = rays.first()?.0.floor;
+        let (mut runs, mut waiting) = (Runs::default(), Waiting::of(self.tree.top()));
+        while let Some((level, index)) = waiting.next() {
+            let Some(around) = self.tree.get(level, index) else {
+                continue;
             };
-            let asked = Asked {
-                ray,
-                angle,
-                disc: self.nose.disc(angle),
-                floor: -reach,
-            };
-            let found = self.entry(&asked, Found { along: known, run });
-            run = found.run;
-            found.along.max(-reach)
-        })
-        .collect()
+            let low = around.lowest_of_bundle(&bundle, floor, worst);
+            if low >= worst {
+                continue;
+            }
+            if level > 0 {
+                waiting.halves(level, index);
+            } else if !runs.push((index, low)) {
+                return None;
+            }
+        }
+        Some(runs)
+    }
+
+    /// Looks at those of some runs that reach below what was found; at `seen` it has looked.
+    fn look_at_those(&self, asked: &Asked, runs: &[(usize, f64)], seen: usize, found: &mut Found) {
+        for (run, low) in runs {
+            let below = *run != seen && *low < found.along;
+            if below && self.lowest(asked, 0, *run, found) < found.along {
+                self.look_at(asked, *run, found);
+            }
+        }
     }
 
     /// Neighbouring rays meet neighbouring segments: looking first where the last one was met, then from there up the
     /// tree at what stands beside, leaves little to look at.
     fn entry(&self, asked: &Asked, mut found: Found) -> Found {
         let mut index = found.run;
-        self.look_at(asked, index, &mut found);
         for level in 0..self.tree.top() {
             if self.lowest(asked, level, index ^ 1, &found) < found.along {
                 self.descend(asked, level, index ^ 1, &mut found);
@@ -149,7 +254,7 @@ impl Sweep {
         if self.nose.is_round() {
             return seen
                 .iter()
-                .fold(best, |best, here| best.min(asked.low(*here)));
+                .fold(best, |best, here| asked.lower(*here, best));
         }
         let mut turn = 0.0;
         let mut depth = |best: f64, (along, over): (f64, f64)| {
@@ -202,7 +307,7 @@ fn flat(asked: &Asked, a: (f64, f64), b: (f64, f64), contacts: &[Point; 2]) -> f
 
 fn contacts_of(a: Point, b: Point, nose: &Nose) -> [Point; 2] {
     let (dx, dz) = (b[0] - a[0], b[1] - a[1]);
-    let length = dx.hypot(dz);
+    let length = (dx * dx + dz * dz).sqrt();
     if length <= 0.0 {
         return [[0.0; 2]; 2];
     }
