@@ -10,16 +10,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.support.linuxcnc import interpret
+from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops import mapped_program
-from trueloop.loops.mapped_program import MapOptions, Mapped, map_program
+from trueloop.loops.mapped_program import MapOptions, map_program
 from trueloop.nc.difference import path_difference
-from trueloop.nc.field import Field, affine_field, function_field, similarity_field, table_field
+from trueloop.nc.field import affine_field, function_field, similarity_field, table_field
 from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Array, ToolPath
+from trueloop.nc.tool_path import Array
 
-FREE = MapOptions(limit_mm=np.inf, slope=np.inf)
 PART = """%
 G21 G17 G90 G54 F200 (pocket, boss and slope)
 #1=20
@@ -45,35 +45,6 @@ N190 G0 Z20
 M2
 %
 """
-MIXED = function_field(
-    lambda p: np.column_stack([0.03 * np.sin(p[:, 1] / 30), 0.02 * np.cos(p[:, 0] / 25), 1e-4 * p[:, 0]]), "mixed"
-)
-
-
-def mapped(
-    folder: Path, text: str, field: Field, dialect: str = "linuxcnc", options: MapOptions = FREE
-) -> tuple[str, Mapped]:
-    source, target = folder / "program.ngc", folder / "mapped.ngc"
-    source.write_bytes(text.encode("latin-1"))
-    done = map_program(source, target, field, options, dialect=dialect)
-    return target.read_bytes().decode("latin-1"), done
-
-
-def path_of(text: str, dialect: str = "linuxcnc") -> ToolPath:
-    return read_program(text.encode("latin-1"), dialect).run()
-
-
-def displaced_path(path: ToolPath, field: Field) -> ToolPath:
-    """The cuts' points, a hundredth of a degree or 50 µm apart, displaced one by one: no fitting, no rounding."""
-    from trueloop.nc.difference import _pieces
-
-    pieces = _pieces(path, np.flatnonzero(~path.rapid), 0.05)
-    ends = [points + field.displacement_mm(points) for points in (pieces.start_mm, pieces.end_mm)]
-    chords = "".join(
-        f"G0X{a[0]:.9f}Y{a[1]:.9f}Z{a[2]:.9f}\nG1X{b[0]:.9f}Y{b[1]:.9f}Z{b[2]:.9f}\n"
-        for a, b in zip(*ends, strict=True)
-    )
-    return path_of(f"G21 F1\n{chords}")
 
 
 def test_the_written_path_is_the_displaced_one_and_linuxcnc_runs_it(tmp_path: Path) -> None:

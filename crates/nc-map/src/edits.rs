@@ -76,7 +76,13 @@ impl Edits {
         const ORDER: &[u8] = b"NGXUYVZWIJK";
         let rank = |letter: u8| ORDER.iter().position(|known| *known == letter);
         let (words, mine) = (program.words_of(block), rank(letter));
-        let before = words.iter().rev().find(|word| rank(word.letter).is_some_and(|other| Some(other) <= mine));
+        let named = words.iter().find(|word| word.kind == WordKind::Name).map(|word| word.start);
+        let rank_of = |word: &Word| match word.kind {
+            WordKind::Label => rank(b'N'),
+            WordKind::Name if named == Some(word.start) => rank(b'G'),
+            _ => rank(word.letter).filter(|_| is_value(word)),
+        };
+        let before = words.iter().rev().find(|word| rank_of(word).is_some_and(|other| Some(other) <= mine));
         let space: &[u8] = if is_spaced(program, block) { b" " } else { b"" };
         let at = before.map_or(words.first().map_or(0, |word| word.start as usize), Word::end);
         let leads = before.is_some();
@@ -92,5 +98,5 @@ impl Edits {
 /// Whether a block's words are set apart; a single word says nothing and counts as such.
 fn is_spaced(program: &Program, block: usize) -> bool {
     let words = program.words_of(block);
-    words.len() < 2 || words.windows(2).any(|pair| pair[0].end() < pair[1].start as usize)
+    program.dialect().formulas || words.len() < 2 || words.windows(2).any(|pair| pair[0].end() < pair[1].start as usize)
 }

@@ -14,6 +14,7 @@ mod refusal;
 mod role;
 mod standing;
 mod text;
+mod value;
 mod writer;
 
 use nc_program::{Dialect, Options, Program, Session};

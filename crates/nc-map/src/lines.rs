@@ -1,6 +1,6 @@
 //! New lines after a block, numbered as the program numbers its blocks.
 
-use nc_program::{Program, WordKind};
+use nc_program::{Program, Word, WordKind};
 
 /// A number further on than this many blocks is not looked for.
 const FURTHER: usize = 100;
@@ -22,7 +22,10 @@ pub(crate) fn new_lines(program: &Program, block: usize, texts: &[Vec<u8>], out:
 /// Number of the block, its width, and the space after it, where `count` numbers fit after it.
 fn numbers(program: &Program, block: usize, count: usize) -> Option<(usize, usize, &[u8])> {
     let number = |block: usize| {
-        let word = program.words_of(block).iter().find(|word| word.letter == b'N' && word.kind == WordKind::Number)?;
+        let is_number = |word: &&Word| word.letter == b'N' && word.kind == WordKind::Number;
+        let word = program.words_of(block).iter().find(is_number)?;
+        // Numbers without a letter are the control's: it counts anew.
+        let word = Some(word).filter(|word| !program.text(word)[0].is_ascii_digit())?;
         (0.0..1e9).contains(&word.value).then_some((word, word.value as usize))
     };
     let (word, own) = number(block)?;

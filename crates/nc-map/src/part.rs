@@ -11,6 +11,7 @@ use crate::refusal::{self, Refused};
 use crate::role::{names_axis, roles, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
+use crate::writer::pole::poles;
 use crate::writer::Writer;
 use crate::Mapper;
 
@@ -68,7 +69,8 @@ impl Mapper {
             path: &path,
             geometry: &geometry,
             edits,
-            steps: [false, true].map(|inch| Step::of(program.dialect(), inch)),
+            poles: poles(program),
+            steps: [false, true].map(|inch| Step::of(program, inch)),
             carried: self.carried,
             added: 0,
             tolerance_mm,
@@ -246,10 +248,9 @@ fn require_said(
 /// A move that stays: the axes it takes to a place of the machine, or to a position, are there without displacement.
 fn stay(writer: &mut Writer, index: usize) {
     let path = writer.path;
-    let state = &path.states[path.state[index] as usize];
     for axis in 0..3 {
         let wordless = path.words[index].iter().all(|word| *word < 0);
-        let goes = path.words[index][axis] >= 0 && !state.incremental;
+        let goes = standing::is_position(writer.program, &Saying::of(path, index), axis);
         if goes || wordless && leaves(writer.program, path.block[index] as usize, axis) {
             writer.carried[axis] = 0.0;
         }
@@ -277,7 +278,7 @@ fn require_known(
     end: usize,
 ) -> Result<(), Refused> {
     let refuses = |found: &Finding| match (found.severity, found.code) {
-        (Severity::Error, _) | (Severity::Warning, finding::OPAQUE) => true,
+        (Severity::Error, _) | (Severity::Warning, finding::OPAQUE | finding::DIAMETER) => true,
         (_, finding::OPAQUE) => {
             let block = program.block_at(found.at);
             let cycle = roles.get(&block) == Some(&Role::Cycle);

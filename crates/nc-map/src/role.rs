@@ -29,19 +29,20 @@ pub(crate) enum Role {
 /// The blocks of a part that have a role, with their index.
 pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
     let mut roles = HashMap::new();
-    for word in program.words().iter().filter(|word| word.letter == b'G' && word.kind == WordKind::Number) {
-        let role = match (program.dialect().g)((word.value * 10.0).round() as u16) {
+    for word in program.words() {
+        let role = match program.code(word) {
             Some(G::MachineCoordinates) => Role::Machine,
             Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
-            Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset) => Role::Register,
-            Some(G::ToolOffset | G::Dwell) => Role::Data,
+            Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset | G::Shift(_)) => Role::Register,
+            Some(G::ToolOffset | G::Dwell | G::Pole(_)) => Role::Data,
             Some(G::OpaqueCycle | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle | G::Thread | G::Pass(_)) => {
                 Role::Cycle
             }
             _ => continue,
         };
         let block = program.block_at(word.start as usize);
-        if names_axis(program, block) || role == Role::Home {
+        let cuts_unseen = role == Role::Cycle && word.kind == WordKind::Name;
+        if names_axis(program, block) || role == Role::Home || cuts_unseen {
             roles.insert(block, role);
         }
     }

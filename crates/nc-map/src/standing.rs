@@ -1,6 +1,6 @@
 //! What a program says of where each axis stands: a run takes an axis for 0 until it is named, the machine does not.
 
-use nc_program::{Program, ToolPath};
+use nc_program::{Program, ToolPath, Word};
 
 use crate::role::{named_axes, names, names_axis, roles, Role};
 
@@ -75,8 +75,12 @@ pub(crate) fn leaves(program: &Program, block: usize, axis: usize) -> bool {
 }
 
 /// Whether a word of the move names the axis by where it goes, not by how far.
-fn is_position(program: &Program, saying: &Saying, axis: usize) -> bool {
+pub(crate) fn is_position(program: &Program, saying: &Saying, axis: usize) -> bool {
     let word = usize::try_from(saying.words[axis]).ok().and_then(|word| program.words().get(word));
-    let increments = program.dialect().increments.unwrap_or([0; 3]);
-    word.is_some_and(|word| word.letter != increments[axis] && !saying.incremental)
+    word.is_some_and(|word| !is_increment(program, Some(word), saying.incremental))
+}
+
+/// Whether a word is an increment: `U`, `X=IC(5)`, `IX+5`, or any while increments are in force.
+pub(crate) fn is_increment(program: &Program, word: Option<&Word>, in_force: bool) -> bool {
+    word.and_then(|word| program.reference(word)).unwrap_or(in_force)
 }

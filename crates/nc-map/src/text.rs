@@ -1,21 +1,38 @@
 //! Numbers as text, in steps of the control's resolution.
 
-use nc_program::Dialect;
+use nc_program::dialect::FlowStyle;
+use nc_program::{Dialect, Program, WordKind};
 
-/// The smallest programmable step in a program unit, and how many decimals it has.
+use crate::value::closes_at_end;
+
+/// The smallest programmable step in a program unit, how many decimals it has, and how numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Step {
     pub unit: f64,
     pub decimals: usize,
     /// Steps in a program unit.
     scale: f64,
+    /// Klartext writes the sign of what is positive.
+    plus: bool,
+    /// Its decimal point: some of its controls take a comma.
+    point: u8,
 }
 
 impl Step {
-    pub fn of(dialect: &Dialect, inch: bool) -> Self {
+    pub fn of(program: &Program, inch: bool) -> Self {
+        let step = Self::plain(program.dialect(), inch);
+        if program.dialect().flow != FlowStyle::Labels {
+            return step;
+        }
+        let mut numbers = program.words().iter().filter(|word| word.kind == WordKind::Number);
+        let comma = numbers.any(|word| program.text(word).contains(&b','));
+        Self { plus: true, point: if comma { b',' } else { b'.' }, ..step }
+    }
+
+    fn plain(dialect: &Dialect, inch: bool) -> Self {
         let unit = if inch { dialect.resolution.0 } else { dialect.resolution.1 };
         let decimals = (-unit.log10()).round().max(0.0) as usize;
-        Self { unit, decimals, scale: 10f64.powi(decimals as i32) }
+        Self { unit, decimals, scale: 10f64.powi(decimals as i32), plus: false, point: b'.' }
     }
 
     /// The number of steps nearest to a value in program units, halves to even.
@@ -28,12 +45,19 @@ impl Step {
         steps as f64 / self.scale
     }
 
-    /// Writes a number with at least `decimals` decimals and `digits` digits before the point.
-    pub fn write(&self, out: &mut Vec<u8>, steps: i64, decimals: usize, digits: usize) {
+    /// Writes a number as one that is new.
+    pub fn write(&self, out: &mut Vec<u8>, steps: i64) {
+        self.signed(out, steps, self.plus, 0, 1);
+    }
+
+    /// With at least `decimals` decimals and `digits` digits before the point; the plus sign where it is wanted.
+    fn signed(&self, out: &mut Vec<u8>, steps: i64, plus: bool, decimals: usize, digits: usize) {
         let scale = self.scale as u64;
         let (whole, fraction) = (steps.unsigned_abs() / scale, steps.unsigned_abs() % scale);
         if steps < 0 {
             out.push(b'-');
+        } else if plus {
+            out.push(b'+');
         }
         if whole > 0 || digits > 0 {
             write_digits(out, whole, digits.max(1));
@@ -41,7 +65,7 @@ impl Step {
         if decimals.max(self.decimals) == 0 {
             return;
         }
-        out.push(b'.');
+        out.push(self.point);
         write_digits(out, fraction, self.decimals);
         out.extend(std::iter::repeat_n(b'0', decimals.saturating_sub(self.decimals)));
     }
@@ -61,11 +85,9 @@ impl Step {
                 _ => {}
             }
         }
-        if old.first() == Some(&b'+') && steps >= 0 {
-            out.push(b'+');
-        }
+        let plus = old.first() == Some(&b'+') || self.plus && old.first() == Some(&b'-');
         let digits = if leading_zero { whole } else { usize::from(whole > 0) };
-        self.write(out, steps, decimals, digits);
+        self.signed(out, steps, plus, decimals, digits);
     }
 
     /// An expression plus a term: inside its own brackets, or in new ones where it has none.
@@ -79,11 +101,8 @@ impl Step {
                 out.extend(old);
             }
         }
-        if steps >= 0 {
-            out.push(b'+');
-        }
         let mut term = Vec::new();
-        self.write(&mut term, steps, 0, 1);
+        self.signed(&mut term, steps, true, 0, 1);
         let kept = term.len() - term.iter().rev().take_while(|byte| **byte == b'0').count();
         out.extend(term.get(..kept).unwrap_or(&[]));
         out.push(close);
@@ -102,21 +121,6 @@ fn write_digits(out: &mut Vec<u8>, number: u64, least: usize) {
     out.extend(digits.get(at..).unwrap_or(&[]));
 }
 
-fn closes_at_end(text: &[u8], open: u8, close: u8) -> bool {
-    let mut depth = 0usize;
-    for (position, byte) in text.iter().enumerate() {
-        if *byte == open {
-            depth += 1;
-        } else if *byte == close {
-            depth = depth.saturating_sub(1);
-        }
-        if depth == 0 {
-            return position + 1 == text.len();
-        }
-    }
-    false
-}
-
 /// Whether operators that bind more weakly than a sum may be in the text: words of two or three letters.
 fn compares(text: &[u8]) -> bool {
     const WEAK: [&[u8]; 9] = [b"EQ", b"NE", b"GT", b"GE", b"LT", b"LE", b"AND", b"OR", b"XOR"];
@@ -130,7 +134,7 @@ mod tests {
     use nc_program::dialect::{GE2000T, LINUXCNC};
     use proptest::prelude::*;
 
-    const STEP: Step = Step { unit: 0.001, decimals: 3, scale: 1000.0 };
+    const STEP: Step = Step { unit: 0.001, decimals: 3, scale: 1000.0, plus: false, point: b'.' };
 
     fn restyled(old: &str, steps: i64) -> String {
         let mut out = Vec::new();
@@ -152,6 +156,19 @@ mod tests {
         ] {
             assert_eq!(restyled(old, steps), new, "{old}");
         }
+    }
+
+    #[test]
+    fn klartext_writes_its_signs_and_keeps_its_comma() {
+        let klartext = Step { plus: true, point: b',', ..STEP };
+        for (old, steps, new) in [("+2,5", 2_501, "+2,501"), ("-0,1", 1, "+0,001"), ("7", 7_001, "7,001")] {
+            let mut out = Vec::new();
+            klartext.restyle(&mut out, old.as_bytes(), steps);
+            assert_eq!(String::from_utf8(out).unwrap(), new, "{old}");
+        }
+        let mut out = Vec::new();
+        klartext.write(&mut out, 1);
+        assert_eq!(out, b"+0,001");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 
 mod centre;
 mod coordinate;
+pub(crate) mod pole;
 mod refusals;
 mod turned;
 
@@ -17,7 +18,7 @@ use crate::lines::new_lines;
 use crate::part::Course;
 use crate::pieces::{Geometry, Piece};
 use crate::refusal::Refused;
-use crate::standing::Standing;
+use crate::standing::{is_increment, Standing};
 use crate::text::Step;
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -30,6 +31,8 @@ pub(crate) struct Writer<'a> {
     pub path: &'a ToolPath,
     pub geometry: &'a Geometry<'a>,
     pub edits: Edits,
+    /// The blocks that set the pole of arcs.
+    pub poles: Vec<usize>,
     /// In millimetres and in inches.
     pub steps: [Step; 2],
     /// Actual less programmed position, mm.
@@ -88,7 +91,7 @@ impl<'a> Writer<'a> {
             self.require_divisible(&here)?;
         }
         let actual = self.first(&here, before, live, pieces)?;
-        let texts = self.following(&here, actual, live, pieces);
+        let texts = self.following(&here, actual, live, pieces)?;
         if !texts.is_empty() {
             let end = self.program.blocks().get(here.block).map_or(0, |block| block.end as usize);
             let program = self.program;
@@ -98,7 +101,10 @@ impl<'a> Writer<'a> {
             return Err(self.twice(here.block));
         }
         self.added += texts.len();
-        Ok(())
+        match (self.geometry.arc(index), pieces.first().and_then(|piece| piece.centre)) {
+            (Some(arc), Some(centre)) if self.is_about_pole(&here) => self.write_pole(&here, arc, centre),
+            _ => Ok(()),
+        }
     }
 
     fn here(&self, index: usize) -> Result<Here<'a>, Refused> {
@@ -106,12 +112,12 @@ impl<'a> Writer<'a> {
         let block = path.block[index] as usize;
         let state = &path.states[path.state[index] as usize];
         let step = self.steps[usize::from(state.inch)];
-        let increments = program.dialect().increments.unwrap_or([0; 3]);
         let axes = [0, 1, 2].map(|axis| {
             let word = usize::try_from(path.words[index][axis]).ok().and_then(|word| program.words().get(word));
             let letter = word.map_or(AXES[axis], |word| word.letter);
-            let incremental = letter == increments[axis] || state.incremental;
-            Axis { index: axis, letter, word, incremental, unit: state.axis_mm(axis) }
+            let incremental = is_increment(program, word, state.incremental);
+            let unit = if incremental { state.increment_mm(axis) } else { state.axis_mm(axis) };
+            Axis { index: axis, letter, word, incremental, unit }
         });
         let here = Here { index, block, state, step, axes, words: program.words_of(block) };
         for axis in &axes {
@@ -157,14 +163,16 @@ impl<'a> Writer<'a> {
         };
         let mut actual = before;
         for axis in here.axes.iter().filter(|axis| live[axis.index]) {
-            actual[axis.index] = self.coordinate(here, axis, before, first.end[axis.index], whole);
+            actual[axis.index] = self.coordinate(here, axis, before, first.end[axis.index], whole)?;
         }
         if let (Some(arc), Some(centre)) = (self.geometry.arc(here.index), first.centre) {
             let closed = whole && self.path.start[here.index] == self.path.end[here.index];
             if closed && here.axes.iter().any(|axis| (actual[axis.index] - before[axis.index]).abs() > SAME_MM) {
                 return Err(self.open_circle(here));
             }
-            self.centre(here, arc, before, actual, centre, whole)?;
+            if !self.is_about_pole(here) {
+                self.centre(here, arc, before, actual, centre, whole)?;
+            }
         }
         let end = self.path.end[here.index];
         if whole {
@@ -174,12 +182,18 @@ impl<'a> Writer<'a> {
     }
 
     /// The blocks of the pieces after the first; the last keeps the programmer's expressions.
-    fn following(&mut self, here: &Here, mut actual: Vector, live: [bool; 3], pieces: &[Piece]) -> Vec<Vec<u8>> {
+    fn following(
+        &mut self,
+        here: &Here,
+        mut actual: Vector,
+        live: [bool; 3],
+        pieces: &[Piece],
+    ) -> Result<Vec<Vec<u8>>, Refused> {
         let mut texts = Vec::new();
         for (number, piece) in pieces.iter().enumerate().skip(1) {
             let turned = piece.centre.is_some() && self.is_off(here, &actual, &piece.start);
             if turned {
-                texts.push(self.straight(here, piece.start, live, &mut actual));
+                texts.push(self.straight(here, piece.start, live, &mut actual)?);
             }
             let (before, mut text) = (actual, self.motion_words(here));
             if turned && text.is_empty() {
@@ -188,7 +202,7 @@ impl<'a> Writer<'a> {
             for axis in here.axes.iter().filter(|axis| live[axis.index]) {
                 let last = number + 1 == pieces.len();
                 separate(&mut text);
-                actual[axis.index] = self.new_coordinate(here, axis, before, piece.end[axis.index], last, &mut text);
+                actual[axis.index] = self.new_coordinate(here, axis, before, piece.end[axis.index], last, &mut text)?;
             }
             if let Some(centre) = piece.centre {
                 self.new_centre(here, centre, before, actual, &mut text);
@@ -198,7 +212,7 @@ impl<'a> Writer<'a> {
         if !texts.is_empty() {
             self.carried = [0, 1, 2].map(|axis| actual[axis] - self.path.end[here.index][axis]);
         }
-        texts
+        Ok(texts)
     }
 }
 

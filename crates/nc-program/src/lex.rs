@@ -129,7 +129,7 @@ impl Lexer<'_> {
         if let Some((index, end)) = self.numbered_assignment(start, letter) {
             return self.push(start, end, letter, WordKind::Assignment, index);
         }
-        if let Some((value, end)) = self.odd_number(start) {
+        if let Some((value, end)) = self.odd_number(start + 1) {
             return self.push(start, end, letter, WordKind::Number, value);
         }
         match self.scanner.expression_end(start + 1) {
@@ -170,9 +170,9 @@ impl Lexer<'_> {
     }
 
     /// Numbers with white space or a decimal comma in them, where the dialect has such.
-    fn odd_number(&self, start: usize) -> Option<(f64, usize)> {
+    pub(crate) fn odd_number(&self, start: usize) -> Option<(f64, usize)> {
         let mut digits = Vec::new();
-        let (mut at, mut comma, mut end) = (start + 1, false, start + 1);
+        let (mut at, mut comma, mut end) = (start, false, start);
         while let Some(&byte) = self.source.get(at) {
             at += 1;
             match byte {

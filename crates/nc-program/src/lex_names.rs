@@ -61,6 +61,9 @@ impl Lexer<'_> {
     /// A value after an address: a plain number, or something to be computed.
     fn address(&mut self, start: usize, value: usize, letter: u8) {
         let value = self.scanner.skip_space(value);
+        if let Some((number, end)) = self.odd_number(value).filter(|_| self.dialect.decimal_comma) {
+            return self.push(start, end, letter, WordKind::Number, number);
+        }
         let Some(end) = self.scanner.value_end(value) else { return self.unknown(start) };
         match number::read(self.source, value) {
             Some((number, after)) if after == end => self.push(start, end, letter, WordKind::Number, number),

@@ -56,7 +56,7 @@ fn unknown(program: &Program, word: &Word) -> Option<Finding> {
 fn odd_number(program: &Program, word: &Word) -> Option<Finding> {
     let dialect = program.dialect();
     let text = || finding::excerpt(program.text(word));
-    if word.kind == WordKind::Number && program.text(word).contains(&b',') {
+    if word.kind == WordKind::Number && dialect.flow != FlowStyle::Labels && program.text(word).contains(&b',') {
         let message = format!("\"{}\" has a comma for its decimal point: read as {}", text(), word.value);
         return Some(warning(finding::NUMBER, word, message, "write a point"));
     }

@@ -165,4 +165,13 @@ impl Modal {
             self.mm()
         }
     }
+
+    /// The same of an increment.
+    pub fn increment_mm(&self, axis: usize) -> f64 {
+        if self.radius_increments {
+            self.mm()
+        } else {
+            self.axis_mm(axis)
+        }
+    }
 }

@@ -80,8 +80,8 @@ impl Runner<'_> {
                 continue;
             };
             let increment = request.reference(AXES[axis]).unwrap_or(self.state.modal.incremental);
-            let radius = increment && self.state.modal.radius_increments;
-            let value = value * if radius { self.state.modal.mm() } else { self.state.modal.axis_mm(axis) };
+            let modal = &self.state.modal;
+            let value = value * if increment { modal.increment_mm(axis) } else { modal.axis_mm(axis) };
             end[axis] = if in_machine {
                 value - self.state.frame.total()[axis]
             } else if increment {

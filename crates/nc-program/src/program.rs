@@ -1,6 +1,6 @@
 //! A program: its bytes, and the blocks and words laid over them.
 
-use crate::dialect::{Class, Dialect, Name};
+use crate::dialect::{Class, Dialect, Name, G};
 use crate::lex;
 use crate::names;
 
@@ -183,6 +183,21 @@ impl Program {
         match name.as_slice() {
             b"IC" => Some(true),
             b"AC" | b"DC" | b"ACP" | b"ACN" => Some(false),
+            _ => None,
+        }
+    }
+
+    /// What a word does as a code, where it is one that the dialect knows: `G01`, `TRANS`, `L`.
+    pub fn code(&self, word: &Word) -> Option<G> {
+        match (word.kind, word.letter) {
+            (WordKind::Number, b'G') => {
+                let tenths = (word.value * 10.0).round();
+                (0.0..=9999.0).contains(&tenths).then(|| (self.dialect.g)(tenths as u16)).flatten()
+            }
+            (WordKind::Name, _) => match self.dialect.names.get(word.value as usize) {
+                Some(Name::Code(code) | Name::Text(code)) => Some(code),
+                _ => None,
+            },
             _ => None,
         }
     }

@@ -1,7 +1,7 @@
 //! A run in parts: a program too large to be held is read some lines at a time, and the state goes on from part to part.
 
 use crate::contouring::{CORNERS, EVERY_ROUND};
-use crate::dialect::{FlowStyle, Name, G, M};
+use crate::dialect::{FlowStyle, G, M};
 use crate::finding::Finding;
 use crate::flow::Table;
 use crate::modal::Motion;
@@ -60,14 +60,16 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
         (WordKind::Number | WordKind::Expression, letter) if CORNERS.contains(&letter) || letter == EVERY_ROUND => true,
         (WordKind::Number | WordKind::Expression, letter) if dialect.line_angle.contains(&letter) => true,
         (WordKind::Number, b'L') => dialect.flow == FlowStyle::Structured,
-        // An arc that leaves as the move before arrives, which may be of another part.
-        (WordKind::Name, _) => dialect.names.get(word.value as usize) == Some(Name::Code(G::Motion(Motion::Tangent))),
+        // An arc that leaves as the move before arrives, or goes about a pole: either may be of another part.
+        (WordKind::Name, _) => match program.code(word) {
+            Some(G::Motion(Motion::Tangent)) => true,
+            Some(G::Pole(_)) => dialect.about_pole,
+            _ => false,
+        },
         (WordKind::Flow, _) | (WordKind::Expression, b'G' | b'M') => true,
         (WordKind::Number, b'G') => {
-            matches!(
-                (dialect.g)((word.value * 10.0).round() as u16),
-                Some(G::FinishContour | G::RoughContour(_) | G::CallMacro | G::ModalMacro)
-            )
+            let elsewhere = |code| matches!(code, G::FinishContour | G::RoughContour(_) | G::CallMacro | G::ModalMacro);
+            program.code(word).is_some_and(elsewhere)
         }
         // A return is the end of a program that nothing calls, unless it names a block.
         (WordKind::Number, b'M') => match (dialect.m)(word.value.round() as u16) {

@@ -5,6 +5,7 @@ their blocks may run in any order.
 """
 
 import hashlib
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,17 +106,12 @@ def map_program(
 
 
 def _require_followed(source: Path, survey: _Survey, field: Field) -> None:
-    if dialect_named(survey.dialect).formulas:
+    # o: an axis that Sinumerik calls by a letter and a number, A1.
+    if turning := sorted({*field.still, *("o" if field.still else "")} & survey.letters.keys()):
+        axis = "an axis with a number" if turning[0] == "o" else turning[0]
         raise TrueloopError(
             Code.NC_MAP,
-            f"programs of the dialect {survey.dialect} are not mapped: frames and positions look alike",
-            hint="have the program written for another control, map that",
-            place=Place(str(source)),
-        )
-    if turning := sorted(field.still & survey.letters.keys()):
-        raise TrueloopError(
-            Code.NC_MAP,
-            f"{turning[0]} turns in this program, which the field takes to stand still",
+            f"{axis} turns in this program, which the field takes to stand still",
             hint="leave the word out, say with --at where the axis stands, and correct one program a position",
             place=Place(str(source), survey.letters[turning[0]]),
         )
@@ -218,9 +214,13 @@ def _require_uncorrected(path: Path, lines: bytes, lines_before: int) -> None:
         raise TrueloopError(found.code, found.message, hint=found.hint, place=place) from None
 
 
+_HEADING = re.compile(rb"\s*(?:%[^\n]*\n(?:;\$PATH[^\n]*\n)?|\d*[ \t]*BEGIN PGM[^\n]*\n)", re.IGNORECASE)
+"""Lines that have to be a program's first: a tape mark, where Sinumerik files it, the head of Klartext."""
+
+
 def _marked(source: bytes, comment: str) -> bytes:
-    """The mark on a line of its own: after a leading % line, else first."""
-    first = len(source) - len(source.lstrip())
-    at = source.find(b"\n", first) + 1 if source.startswith(b"%", first) else 0
+    """The mark on a line of its own, after the lines that have to be first."""
+    heading = _HEADING.match(source)
+    at = heading.end() if heading else 0
     ending = b"\r\n" if b"\r\n" in source else b"\n"
     return source[:at] + comment.encode("latin-1", "replace") + ending + source[at:]

@@ -1,9 +1,11 @@
 //! The words of centres and radii.
 
 use super::{separate, Here, Writer};
+use crate::edits::is_value;
 use crate::field::Vector;
 use crate::refusal::Refused;
-use nc_program::{Arc, Word, WordKind};
+use crate::value::Value;
+use nc_program::{Arc, Word};
 
 const CENTRES: [u8; 3] = *b"IJK";
 
@@ -21,34 +23,29 @@ impl Writer<'_> {
         let (first, second, _) = here.state.plane.axes();
         let centre = equidistant(wanted, before, actual, first, second);
         let mm = here.state.mm();
-        let number = |letter: u8| here.words.iter().rev().find(|word| word.letter == letter);
+        let number = |letter: u8| here.words.iter().rev().find(|word| word.letter == letter && is_value(word));
         if let Some(word) = number(b'R') {
             let sign = if whole && arc.sweep.abs() > std::f64::consts::PI { -1.0 } else { 1.0 };
             let old = sign * arc.radius / mm;
             let radius = sign * (before[first] - centre[first]).hypot(before[second] - centre[second]) / mm;
-            self.replace_value(here, word, radius, old, whole);
-            return Ok(());
+            return self.replace_value(here, word, radius, old, whole);
         }
         if number(CENTRES[first]).or(number(CENTRES[second])).is_none() {
-            let hint = "write the arc with I, J, K or R in its own block";
-            let message = "the arc's centre is not said in its block of 1 move".to_owned();
-            return Err(Refused::block(self.block_start(here.block), message, hint));
+            return Err(self.no_centre(here));
         }
         for axis in [first, second] {
-            let origin = |start: &Vector| {
-                if here.state.centre_absolute {
-                    0.0
-                } else {
-                    start[axis]
-                }
-            };
-            let value = (centre[axis] - origin(&before)) / mm;
-            let old = (arc.centre[axis] - origin(&self.path.start[here.index])) / mm;
+            let said = number(CENTRES[axis]).and_then(|word| self.program.reference(word)); // I=AC(), I=IC()
+            let absolute = said.map_or(here.state.centre_absolute, |increment| !increment);
+            // I=AC() is a diameter where X is.
+            let unit = if said == Some(false) { here.state.axis_mm(axis) } else { mm };
+            let origin = |start: &Vector| if absolute { 0.0 } else { start[axis] };
+            let value = (centre[axis] - origin(&before)) / unit;
+            let old = (arc.centre[axis] - origin(&self.path.start[here.index])) / unit;
             match number(CENTRES[axis]) {
-                Some(word) => self.replace_value(here, word, value, old, whole),
+                Some(word) => self.replace_value(here, word, value, old, whole)?,
                 None if here.step.round(value) != 0 => {
                     let (steps, step) = (here.step.round(value), here.step);
-                    self.edits.insert(self.program, here.block, CENTRES[axis], |text| step.write(text, steps, 0, 1));
+                    self.edits.insert(self.program, here.block, CENTRES[axis], |text| step.write(text, steps));
                 }
                 None => {}
             }
@@ -56,35 +53,44 @@ impl Writer<'_> {
         Ok(())
     }
 
-    pub(super) fn replace_value(&mut self, here: &Here, word: &Word, value: f64, old: f64, whole: bool) {
+    pub(super) fn replace_value(
+        &mut self,
+        here: &Here,
+        word: &Word,
+        value: f64,
+        old: f64,
+        whole: bool,
+    ) -> Result<(), Refused> {
         let (step, program) = (here.step, self.program);
         let change = step.round(value - old);
         if change == 0 {
-            return;
+            return Ok(());
         }
-        let (start, end) = (program.value_start(word), word.end());
-        let text = program.source().get(start..end).unwrap_or(&[]);
-        if word.kind == WordKind::Expression && whole {
-            self.edits.replace(start, end, |out| step.with_term(out, text, change, program.dialect()));
-        } else {
-            self.edits.replace(start, end, |out| step.restyle(out, text, step.round(value)));
+        let place = Value::of(program, word)?;
+        if !place.is_number && !whole {
+            self.edits.replace(place.start, place.end, |out| step.write(out, step.round(value)));
+            return Ok(());
         }
+        let text = place.change(program, word, step, step.round(value), change)?;
+        self.edits.replace(place.start, place.end, |out| out.extend(text));
+        Ok(())
     }
 
     pub(super) fn new_centre(&self, here: &Here, wanted: Vector, before: Vector, actual: Vector, text: &mut Vec<u8>) {
         let (first, second, _) = here.state.plane.axes();
         let centre = equidistant(wanted, before, actual, first, second);
-        let mut write = |letter: u8, value: f64| {
+        let mut write = |address: &[u8], value: f64| {
             separate(text);
-            text.push(letter);
-            here.step.write(text, here.step.round(value / here.state.mm()), 0, 1);
+            text.extend(address);
+            here.step.write(text, here.step.round(value / here.state.mm()));
         };
-        if here.words.iter().any(|word| word.letter == b'R') {
-            return write(b'R', (before[first] - centre[first]).hypot(before[second] - centre[second]));
+        if here.words.iter().any(|word| word.letter == b'R' && is_value(word)) {
+            let address = self.program.dialect().radius_address();
+            return write(address.as_bytes(), (before[first] - centre[first]).hypot(before[second] - centre[second]));
         }
         for axis in [first, second] {
             let origin = if here.state.centre_absolute { 0.0 } else { before[axis] };
-            write(CENTRES[axis], centre[axis] - origin);
+            write(&[CENTRES[axis]], centre[axis] - origin);
         }
     }
 }

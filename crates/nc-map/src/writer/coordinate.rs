@@ -4,6 +4,7 @@ use super::{Axis, Here, Writer, SAME_MM};
 use crate::edits::is_value;
 use crate::field::Vector;
 use crate::refusal::Refused;
+use crate::value::Value;
 use nc_program::WordKind;
 
 impl Writer<'_> {
@@ -35,34 +36,39 @@ impl Writer<'_> {
     }
 
     /// Writes one coordinate; gives where it then is.
-    pub(super) fn coordinate(&mut self, here: &Here, axis: &Axis, before: Vector, target: f64, whole: bool) -> f64 {
+    pub(super) fn coordinate(
+        &mut self,
+        here: &Here,
+        axis: &Axis,
+        before: Vector,
+        target: f64,
+        whole: bool,
+    ) -> Result<f64, Refused> {
         let origin = if axis.incremental { before[axis.index] } else { 0.0 };
         let wanted = (target - origin) / axis.unit;
         let steps = here.step.round(wanted);
         let (step, program) = (here.step, self.program);
         let Some(word) = axis.word else {
-            self.edits.insert(program, here.block, axis.letter, |text| step.write(text, steps, 0, 1));
-            return origin + step.value(steps) * axis.unit;
+            self.edits.insert(program, here.block, axis.letter, |text| step.write(text, steps));
+            return Ok(origin + step.value(steps) * axis.unit);
         };
         let said = if word.kind == WordKind::Number { word.value } else { self.said(here, axis) };
         let change = step.round(wanted - said);
         if change == 0 {
-            return origin + said * axis.unit;
+            return Ok(origin + said * axis.unit);
         }
-        let (start, end) = (program.value_start(word), word.end());
-        let old = program.source().get(start..end).unwrap_or(&[]);
-        if word.kind == WordKind::Expression && whole {
-            self.edits.replace(start, end, |text| step.with_term(text, old, change, program.dialect()));
-            return origin + (said + step.value(change)) * axis.unit;
+        let value = Value::of(program, word)?;
+        if !value.is_number && !whole {
+            self.edits.replace(value.start, value.end, |text| step.write(text, steps));
+            return Ok(origin + step.value(steps) * axis.unit);
         }
-        if word.kind == WordKind::Expression {
-            self.edits.replace(start, end, |text| step.write(text, steps, 0, 1));
-        } else {
-            self.edits.replace(start, end, |text| step.restyle(text, old, steps));
-        }
-        origin + step.value(steps) * axis.unit
+        let text = value.change(program, word, step, steps, change)?;
+        self.edits.replace(value.start, value.end, |out| out.extend(text));
+        Ok(origin + if value.is_number { step.value(steps) } else { said + step.value(change) } * axis.unit)
     }
 
+    /// The word of an axis in a new block: as the mode in force has it, whatever the old word said of itself. The last
+    /// piece keeps the programmer's formula.
     pub(super) fn new_coordinate(
         &self,
         here: &Here,
@@ -71,23 +77,29 @@ impl Writer<'_> {
         target: f64,
         last: bool,
         text: &mut Vec<u8>,
-    ) -> f64 {
-        let origin = if axis.incremental { before[axis.index] } else { 0.0 };
-        let steps = here.step.round((target - origin) / axis.unit);
-        text.push(axis.letter);
-        let expression = axis.word.filter(|word| last && !axis.incremental && word.kind == WordKind::Expression);
-        let Some(word) = expression else {
-            here.step.write(text, steps, 0, 1);
-            return origin + here.step.value(steps) * axis.unit;
+    ) -> Result<f64, Refused> {
+        let formula = axis.word.filter(|word| last && !axis.incremental && word.kind == WordKind::Expression);
+        let Some(word) = formula else {
+            let increments = self.program.dialect().increments.is_some_and(|letters| letters.contains(&axis.letter));
+            let incremental = increments || here.state.incremental;
+            let unit = if incremental { here.state.increment_mm(axis.index) } else { here.state.axis_mm(axis.index) };
+            let origin = if incremental { before[axis.index] } else { 0.0 };
+            let steps = here.step.round((target - origin) / unit);
+            text.push(axis.letter);
+            here.step.write(text, steps);
+            return Ok(origin + here.step.value(steps) * unit);
         };
-        let said = self.said(here, axis);
+        let (said, steps) = (self.said(here, axis), here.step.round(target / axis.unit));
         let change = here.step.round(target / axis.unit - said);
-        let old = self.program.source().get(self.program.value_start(word)..word.end()).unwrap_or(&[]);
+        let value = Value::of(self.program, word)?;
+        let source = self.program.source();
+        text.extend(source.get(word.start as usize..value.start).unwrap_or(&[]));
         if change == 0 {
-            text.extend(old);
+            text.extend(value.text(self.program));
         } else {
-            here.step.with_term(text, old, change, self.program.dialect());
+            text.extend(value.change(self.program, word, here.step, steps, change)?);
         }
-        (said + here.step.value(change)) * axis.unit
+        text.extend(source.get(value.end..word.end()).unwrap_or(&[]));
+        Ok((said + here.step.value(change)) * axis.unit)
     }
 }

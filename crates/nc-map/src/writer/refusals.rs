@@ -2,10 +2,15 @@
 
 use super::{Axis, Here, Writer};
 use crate::refusal::Refused;
-use nc_program::{FeedMode, MoveKind, Word};
+use crate::value::takes_terms;
+use nc_program::{FeedMode, MoveKind, Word, WordKind};
 
 /// M codes that may come before a move that was one: spindle, tool, coolant. The others are done after a block's move.
 const BEFORE_MOVE: [u16; 5] = [3, 4, 6, 7, 8];
+
+fn is_formula(word: &Word) -> bool {
+    word.kind == WordKind::Expression
+}
 
 impl Writer<'_> {
     /// Some moves are one to the control: a thread, one whose time is given, one with a code that is done at its end.
@@ -16,14 +21,28 @@ impl Writer<'_> {
             "a thread".to_owned()
         } else if here.state.feed_mode == FeedMode::InverseTime {
             "a move whose time is given (G93)".to_owned()
+        } else if !takes_terms(self.program) && self.path.kind[here.index] == MoveKind::Arc {
+            "an arc of Klartext".to_owned()
+        } else if !takes_terms(self.program) && here.axes.iter().any(|axis| axis.word.is_some_and(is_formula)) {
+            "a move to a parameter".to_owned()
         } else if let Some(code) = code {
             format!("a move with {code} in its block")
         } else {
             return Ok(());
         };
-        let message = format!("{why} would have to become several blocks to follow the field");
+        Err(self.indivisible(here, &why))
+    }
+
+    pub(super) fn indivisible(&self, here: &Here, what: &str) -> Refused {
+        let message = format!("{what} would have to become several blocks to follow the field");
         let hint = "put the code into a block of its own, or allow a larger tolerance";
-        Err(Refused::block(self.block_start(here.block), message, hint))
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    pub(super) fn no_centre(&self, here: &Here) -> Refused {
+        let message = "the arc's centre is not said in its block of 1 move".to_owned();
+        let hint = "write the arc with I, J, K or R in its own block, in Klartext with X and Y in CC before it";
+        Refused::block(self.block_start(here.block), message, hint)
     }
 
     pub(super) fn nowhere(&self, here: &Here, axis: &Axis, off_mm: f64) -> Refused {

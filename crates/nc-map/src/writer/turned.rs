@@ -4,8 +4,9 @@ use super::{separate, Here, Writer};
 use crate::field::Vector;
 use crate::lines::line_ending;
 use crate::refusal::Refused;
+use crate::value::takes_terms;
 use nc_program::dialect::G;
-use nc_program::{MoveKind, Word, WordKind};
+use nc_program::{MoveKind, Word};
 
 impl Writer<'_> {
     /// Whether the tool has to go to a start first: an axis turned round, or what the field depends on changed.
@@ -22,12 +23,15 @@ impl Writer<'_> {
         start: Vector,
         live: [bool; 3],
     ) -> Result<Vector, Refused> {
+        if !takes_terms(self.program) {
+            return Err(self.indivisible(here, "an arc of Klartext"));
+        }
         let block = self.program.blocks().get(here.block).copied();
         let Some(block) = block.filter(|block| !block.optional && !self.whole) else {
             return Err(self.unreachable(here));
         };
         let mut actual = before;
-        let mut text = self.straight(here, start, live, &mut actual);
+        let mut text = self.straight(here, start, live, &mut actual)?;
         if let Some(feed) = here.words.iter().find(|word| word.letter == b'F') {
             separate(&mut text);
             text.extend(self.program.text(feed));
@@ -43,13 +47,19 @@ impl Writer<'_> {
     }
 
     /// A straight block to a point.
-    pub(super) fn straight(&self, here: &Here, to: Vector, live: [bool; 3], actual: &mut Vector) -> Vec<u8> {
+    pub(super) fn straight(
+        &self,
+        here: &Here,
+        to: Vector,
+        live: [bool; 3],
+        actual: &mut Vector,
+    ) -> Result<Vec<u8>, Refused> {
         let (before, mut text) = (*actual, b"G01".to_vec());
         for axis in here.axes.iter().filter(|axis| live[axis.index]) {
             separate(&mut text);
-            actual[axis.index] = self.new_coordinate(here, axis, before, to[axis.index], false, &mut text);
+            actual[axis.index] = self.new_coordinate(here, axis, before, to[axis.index], false, &mut text)?;
         }
-        text
+        Ok(text)
     }
 
     pub(super) fn arc_code(&self, here: &Here) -> &'static [u8] {
@@ -62,10 +72,7 @@ impl Writer<'_> {
     }
 
     pub(super) fn motion_words(&self, here: &Here) -> Vec<u8> {
-        let motion = |word: &&Word| {
-            let code = (self.program.dialect().g)((word.value * 10.0).round() as u16);
-            word.letter == b'G' && word.kind == WordKind::Number && matches!(code, Some(G::Motion(_)))
-        };
+        let motion = |word: &&Word| matches!(self.program.code(word), Some(G::Motion(_)));
         here.words.iter().find(motion).map_or(Vec::new(), |word| self.program.text(word).to_vec())
     }
 }

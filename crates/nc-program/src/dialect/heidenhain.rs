@@ -36,7 +36,7 @@ pub const HEIDENHAIN: Dialect = Dialect {
     parameters: Parameters { mark: b'Q', named: Naming::Plain, computed: true, unset_is_zero: false },
     functions: Functions::Klartext,
     spaced_numbers: false,
-    decimal_comma: false,
+    decimal_comma: true,
     turns: false,
     line_angle: b"",
     about_pole: true,

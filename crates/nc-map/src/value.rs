@@ -1,0 +1,82 @@
+//! The value of a word: which bytes an edit may replace, and how.
+
+use nc_program::dialect::FlowStyle;
+use nc_program::{Program, Word, WordKind};
+
+use crate::refusal::Refused;
+use crate::text::Step;
+
+/// The bytes of a word's value; `AC( )` and `IC( )` of Sinumerik do not belong to it.
+#[derive(Clone, Copy)]
+pub(crate) struct Value {
+    pub start: usize,
+    pub end: usize,
+    /// A number, not to be computed.
+    pub is_number: bool,
+}
+
+impl Value {
+    /// That of a word; refused where it stands in a way that no edit knows.
+    pub fn of(program: &Program, word: &Word) -> Result<Self, Refused> {
+        let (start, end) = (program.value_start(word), word.end());
+        let text = program.source().get(start..end).unwrap_or(&[]);
+        let named = text.first().is_some_and(u8::is_ascii_alphabetic) && program.reference(word).is_some();
+        if word.kind != WordKind::Expression || !named || program.dialect().flow != FlowStyle::Structured {
+            return Ok(Self { start, end, is_number: word.kind == WordKind::Number });
+        }
+        let open = memchr::memchr(b'(', text).unwrap_or(text.len());
+        let inside = text.get(open..).filter(|text| closes_at_end(text, b'(', b')'));
+        let Some(inside) = inside.and_then(|text| text.get(1..text.len() - 1)) else {
+            let message = format!("{} says its position in a way that is not followed", excerpt(program, word));
+            return Err(Refused::block(word.start as usize, message, "write the position plainly, X=AC(5)"));
+        };
+        let number = inside.trim_ascii();
+        let is_number = !number.is_empty() && number.iter().all(|byte| b"+-.0123456789".contains(byte));
+        Ok(Self { start: start + open + 1, end: end - 1, is_number })
+    }
+
+    /// Its bytes.
+    pub fn text<'a>(&self, program: &'a Program) -> &'a [u8] {
+        program.source().get(self.start..self.end).unwrap_or(&[])
+    }
+
+    /// Writes it changed: a number anew, a formula with a term. Klartext has no formulas in its coordinates.
+    pub fn change(&self, program: &Program, word: &Word, step: Step, to: i64, by: i64) -> Result<Vec<u8>, Refused> {
+        let mut out = Vec::new();
+        let old = self.text(program);
+        if self.is_number {
+            step.restyle(&mut out, old, to);
+        } else if takes_terms(program) {
+            step.with_term(&mut out, old, by, program.dialect());
+        } else {
+            let message = format!("{} would have to be displaced, but takes no sum", excerpt(program, word));
+            return Err(Refused::block(word.start as usize, message, "write the coordinate as a number"));
+        }
+        Ok(out)
+    }
+}
+
+/// Whether a coordinate may be a formula.
+pub(crate) fn takes_terms(program: &Program) -> bool {
+    program.dialect().flow != FlowStyle::Labels
+}
+
+fn excerpt(program: &Program, word: &Word) -> String {
+    String::from_utf8_lossy(program.text(word)).into_owned()
+}
+
+/// Whether the bracket that opens a text closes at its end.
+pub(crate) fn closes_at_end(text: &[u8], open: u8, close: u8) -> bool {
+    let mut depth = 0usize;
+    for (position, byte) in text.iter().enumerate() {
+        if *byte == open {
+            depth += 1;
+        } else if *byte == close {
+            depth = depth.saturating_sub(1);
+        }
+        if depth == 0 {
+            return position + 1 == text.len();
+        }
+    }
+    false
+}

@@ -1,0 +1,316 @@
+"""A field over programs of Sinumerik and Klartext: read back by our own runner, translated and judged by LinuxCNC."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.support.linuxcnc import Tool, interpret
+from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
+from tests.support.nc_judge import assert_same_moves
+from trueloop.errors import Code, TrueloopError
+from trueloop.loops.mapped_program import MapOptions
+from trueloop.nc.difference import path_difference
+from trueloop.nc.field import Field, affine_field, function_field, similarity_field
+from trueloop.nc.program import read_program
+from trueloop.nc.translation.translate import translate
+
+SHIFT = affine_field(np.eye(3), (0.01, 0.02, -0.003))
+TURNED = similarity_field(shift_mm=(0.013, -0.021, 0.004), rotation_rad=2e-4, scale=1.0003, about_mm=(3.0, 4.0, 0.0))
+NOTHING = affine_field(np.eye(3), (0.0, 0.0, 0.0))
+STEP_MM = 1e-4
+
+SINUMERIK = """%_N_A_MPF
+;$PATH=/_N_MPF_DIR
+N10 G17 G71 G90 G94 T1 M6
+N20 G0 X=-20 Y=AC(0) Z5
+N30 G1 Z-3 F=200
+N40 X15.25 Y=IC(5)
+N50 R1=20
+N60 G3 X=R1+5.25 Y=AC(15) I=AC(15.25) J10
+N70 G91 G2 X-5 Y=AC(20) CR=-5
+N80 AGAIN: G90 G1 X=(R1+2)
+N90 G0 Z5
+N100 M30
+"""
+SINUMERIK_SHIFTED = {
+    4: "N20 G0 X=-19.9900 Y=AC(0.0200) Z4.9970",
+    5: "N30 G1 Z-3.0030 F=200",
+    6: "N40 X15.2600 Y=IC(5)",
+    8: "N60 G3 X=(R1+5.25+0.01) Y=AC(15.0200) I=AC(15.2600) J10",
+    9: "N70 G91 G2 X-5 Y=AC(20.0200) CR=-5",
+    10: "N80 AGAIN: G90 G1 X=(R1+2+0.01)",
+    11: "N90 G0 Z4.9970",
+}
+KLARTEXT = """0 BEGIN PGM PLATE MM
+1 BLK FORM 0.1 Z X-50 Y-50 Z-20
+2 TOOL CALL 5 Z S3000 F500
+3 L Z+50 R0 FMAX M3
+4 L X-0,01 Y+0,5 R0 F MAX
+5 L Z-3 F200
+6 L X+15,0 IY+4,5
+7 CC X+15 Y+15
+8 C X+25 Y+15 DR+
+9 CR X+15 Y+25 R+10 DR+ F AUTO
+10 L IX-5
+11 CC X+10 Y+20
+12 C X+10 Y+15 DR-
+13 C X+10 Y+25 DR-
+14 L Z+50 FMAX M30
+15 END PGM PLATE MM
+"""
+KLARTEXT_SHIFTED = {
+    4: "3 L Z+49,9970 R0 FMAX M3",
+    5: "4 L X+0,0000 Y+0,5200 R0 F MAX",
+    6: "5 L Z-3,0030 F200",
+    7: "6 L X+15,0100 IY+4,5",
+    8: "7 CC X+15,0100 Y+15,0200",
+    9: "8 C X+25,0100 Y+15,0200 DR+",
+    10: "9 CR X+15,0100 Y+25,0200 R+10 DR+ F AUTO",
+    12: "11 CC X+10,0100 Y+20,0200",
+    13: "12 C X+10,0100 Y+15,0200 DR-",
+    14: "13 C X+10,0100 Y+25,0200 DR-",
+    15: "14 L Z+49,9970 FMAX M30",
+}
+PROGRAMS = [(SINUMERIK, "siemens"), (KLARTEXT, "heidenhain")]
+
+
+def without_mark(text: str) -> list[str]:
+    return [line for line in text.splitlines() if "trueloop corrected" not in line]
+
+
+def assert_judged(folder: Path, text: str, dialect: str) -> None:
+    """LinuxCNC moves as our own runner does, by the program's translation."""
+    path = path_of(text, dialect)
+    told = folder / "translated.ngc"
+    told.write_bytes(translate(read_program(text.encode(), dialect), "linuxcnc", decimals=9).source)
+    assert_same_moves(
+        path, interpret(told, tools=[Tool(number) for number in range(1, 6)], startup="G17 G21"), same_lines=False
+    )
+
+
+def assert_displaced(source: str, text: str, dialect: str, field: Field) -> None:
+    """Every end from the first cut on, to half a step, whatever its word said."""
+    before, after = path_of(source, dialect), path_of(text, dialect)
+    first_cut = np.flatnonzero(~before.rapid)[0]
+    wanted_mm = before.end_mm + field.displacement_mm(before.end_mm)
+    assert np.abs(after.end_mm - wanted_mm)[first_cut:].max() <= 0.5001 * STEP_MM
+    turned = (before.sweep_rad, after.sweep_rad)
+    assert np.abs(turned[0] - turned[1]).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "changed", "mark_line"),
+    [(SINUMERIK, "siemens", SINUMERIK_SHIFTED, 3), (KLARTEXT, "heidenhain", KLARTEXT_SHIFTED, 2)],
+)
+def test_the_programmers_words_stay_what_they_were(
+    tmp_path: Path, text: str, dialect: str, changed: dict[int, str], mark_line: int
+) -> None:
+    written, _ = mapped(tmp_path, text, SHIFT, dialect)
+    wanted = [changed.get(line, old) for line, old in enumerate(text.splitlines(), 1)]
+    assert without_mark(written) == wanted
+    assert written.splitlines()[mark_line - 1].startswith("; trueloop corrected")
+
+
+@pytest.mark.parametrize(("text", "dialect"), PROGRAMS)
+def test_the_written_path_is_the_displaced_one_and_linuxcnc_agrees(tmp_path: Path, text: str, dialect: str) -> None:
+    written, _ = mapped(tmp_path, text, SHIFT, dialect)
+    assert_displaced(text, written, dialect, SHIFT)
+    assert_judged(tmp_path, written, dialect)
+
+
+@pytest.mark.parametrize(("text", "dialect"), PROGRAMS)
+@pytest.mark.parametrize("ending", ["\n", "\r\n"])
+def test_no_displacement_leaves_every_byte_but_the_mark(tmp_path: Path, text: str, dialect: str, ending: str) -> None:
+    written, done = mapped(tmp_path, text.replace("\n", ending), NOTHING, dialect)
+    assert done.edits == 0
+    assert ending.join(without_mark(written)) + ending == text.replace("\n", ending)
+
+
+def test_x_is_a_diameter_its_increments_and_centres_are_what_the_program_says(tmp_path: Path) -> None:
+    """Under DIAM90 increments are radii; I=AC() is a diameter, I a radius."""
+    text = "DIAM90 G18 G71 G90 G95\nG0 X=20 Z0\nG1 X=IC(5) F0.1\nG3 X=AC(40) Z-5 I=AC(30) K=AC(-5)\nG2 X50 Z-10 I5 K0\n"
+    shift = affine_field(np.diag([1.001, 1.0, 1.001]), (0.5, 0.0, 0.0))
+    written, _ = mapped(tmp_path, text, shift, "siemens")
+    assert without_mark(written)[1:] == [
+        "G0 X=21.0200 Z0",
+        "G1 X=IC(5.0050) F0.1",
+        "G3 X=AC(41.0400) Z-5.0050 I=AC(31.0300) K=AC(-5.0050)",
+        "G2 X51.0500 Z-10.0100 I5.0050 K0",
+    ]
+
+
+def test_moves_that_bend_become_several_blocks_in_the_mode_in_force(tmp_path: Path) -> None:
+    """New blocks say positions or increments as the mode has it; in Klartext they begin with L and have no number."""
+    sinumerik = "G71 G17 G90\nN10 G0 X-80 Y-60 Z0\nN20 G1 X=IC(160) Y0 F200\nN30 G91 G1 X=AC(-80) Y=AC(-60)\nN40 Y50\n"
+    klartext = "0 BEGIN PGM A MM\n1 L X-80 Y-60 Z+0 R0 FMAX\n2 L IX+160 Y+0 F200\n3 L X-80 IY-60\n4 END PGM A MM\n"
+    for text, dialect, line in ((sinumerik, "siemens", "G1 X"), (klartext, "heidenhain", "L X-")):
+        written, done = mapped(tmp_path, text, MIXED, dialect)
+        assert done.added_blocks > 4
+        assert any(new.startswith(line) for new in written.splitlines())
+        before, after = path_of(text, dialect), path_of(written, dialect)
+        assert path_difference(after, displaced_path(before, MIXED)).distance_mm < 0.0006
+        assert_judged(tmp_path, written, dialect)
+
+
+HEAD = "G71 G17 G90 F100\nG0 X20 Y1 Z1\n"
+PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "code", "line", "words"),
+    [
+        ("siemens", HEAD + "TRANS X5\nG1 X2\n", Code.NC_MAP, 3, "set anew"),
+        ("siemens", HEAD + "ROT Z30\nG1 X2\n", Code.NC_OPAQUE, 3, "ROT"),
+        ("siemens", HEAD + "MCALL CYCLE81(10,0,2,-5)\nX5 Y5\n", Code.NC_OPAQUE, 3, "CYCLE81"),
+        ("siemens", HEAD + "CYCLE81(10,0,2,-5)\nX5 Y5\n", Code.NC_OPAQUE, 3, "CYCLE81"),
+        ("siemens", HEAD + "POCKET4(1)\n", Code.NC_OPAQUE, 3, "POCKET4"),
+        ("siemens", HEAD + "G1 X5\nCT X9 Y3\n", Code.NC_MAP, 4, "centre is not said"),
+        ("siemens", HEAD + "G1 X5\nCIP X9 Y3 I1=AC(6) J1=AC(4)\n", Code.NC_MAP, 4, "centre is not said"),
+        ("siemens", HEAD + "G111 X0 Y0\nG1 AP=30 RP=20\n", Code.NC_MAP, 4, "does not say"),
+        ("siemens", HEAD + "G1 X9 RND=1\nY9\n", Code.NC_MAP, 3, "does not say"),
+        ("siemens", HEAD + "G1 X9 ANG=30\n", Code.NC_MAP, 3, "does not say"),
+        ("siemens", HEAD + "G1 X=AC(5)+1\n", Code.NC_MAP, 3, "X=AC(5)+1"),
+        ("siemens", "G71 G18 G90 F100\nG0 X1 Z1\nG1 X5\n", Code.NC_DIAMETER, 2, "diameter"),
+        ("siemens", HEAD + "SUPA G0 Z9\nG1 X2\n", Code.NC_MAP, 4, "place of the machine"),
+        ("heidenhain", PLATE + "2 Q1 = 5\n3 L X+Q1\n", Code.NC_MAP, 4, "takes no sum"),
+        ("heidenhain", PLATE + "2 L X+5 Y+1\n3 CT X+9 Y+3\n", Code.NC_MAP, 4, "centre is not said"),
+        ("heidenhain", PLATE + "2 C X-20 Y+1 DR+\n", Code.NC_MAP, 3, "centre is not said"),
+        ("heidenhain", PLATE + "2 CC IX+1 Y+1\n3 C X+22 Y+1 DR+\n", Code.NC_MAP, 4, "centre is not said"),
+        ("heidenhain", PLATE + "2 CC\n3 L X+30\n4 C X+10 Y+1 DR+\n", Code.NC_MAP, 5, "centre is not said"),
+        ("heidenhain", PLATE + "2 CC X+2 Y+1\n3 LP PR+9 PA+0\n", Code.NC_MAP, 4, "does not say"),
+        ("heidenhain", PLATE + "2 L X+9\n3 RND R1\n4 L Y+9\n", Code.NC_MAP, 3, "does not say"),
+        ("heidenhain", PLATE + "2 CYCL DEF 200 DRILLING ~\n  Q200=2 ;A\n3 CYCL CALL\n", Code.NC_OPAQUE, 3, "CYCL DEF"),
+        ("heidenhain", PLATE + "2 CYCL DEF 7.0 DATUM SHIFT\n3 CYCL DEF 7.1 X+5\n", Code.NC_MAP, 4, "set anew"),
+        ("heidenhain", PLATE + "2 L M91 Z+9 FMAX\n3 L X+2 F9\n", Code.NC_MAP, 4, "place of the machine"),
+    ],
+)
+def test_what_cannot_be_displaced_is_refused_with_its_place_and_nothing_written(
+    tmp_path: Path, dialect: str, text: str, code: Code, line: int, words: str
+) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, text, SHIFT, dialect)
+    assert (refused.value.code, refused.value.place.line) == (code, line), refused.value
+    assert words in refused.value.message
+    assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
+
+
+def test_a_pole_of_two_arcs_has_to_go_to_one_place(tmp_path: Path) -> None:
+    arcs = "2 CC X+22 Y+1\n3 C X+24 Y+1 DR+\n4 L X+60\n5 CC X+22 Y+1\n6 L X+24\n7 C X+20 Y+1 DR+\n"
+    text = f"{PLATE}{arcs}"
+    assert mapped(tmp_path, text, SHIFT, "heidenhain")[0].count("CC X+22.0100 Y+1.0200") == 2
+    shared = "2 LBL 1\n3 CC X+22 Y+1\n4 C X+24 Y+1 DR+\n5 L X+20\n6 CALL LBL 1 REP 1\n"
+    assert "CC X+22.0100" in mapped(tmp_path, f"{PLATE}{shared}", SHIFT, "heidenhain")[0]
+
+
+def test_what_would_have_to_become_several_blocks_is_refused_where_klartext_has_none(tmp_path: Path) -> None:
+    """An arc's blocks would need poles, a parameter's move has nowhere to stop on the way."""
+    bend = function_field(lambda p: np.column_stack([1e-4 * p[:, 0] ** 2, 1e-5 * p[:, 0] ** 2, 0 * p[:, 0]]), "bend")
+    for cut, what in (("2 CC X+60 Y+1\n3 C X+100 Y+1 DR+\n", "arc of Klartext"), ("2 Q1=99\n3 L X+Q1\n", "parameter")):
+        with pytest.raises(TrueloopError, match=what) as refused:
+            mapped(tmp_path, PLATE + cut, bend, "heidenhain")
+        assert (refused.value.code, refused.value.place.line) == (Code.NC_MAP, 4)
+
+
+def test_an_axis_with_a_number_may_turn(tmp_path: Path) -> None:
+    """`A1=30` is a turn as `A30` is: a field that takes A to stand refuses both."""
+    still = Field(SHIFT.told, SHIFT.core, frozenset("A"))
+    for word in ("A=30", "A1=30"):
+        with pytest.raises(TrueloopError, match="turns in this program") as refused:
+            mapped(tmp_path, f"{HEAD}G1 X5 {word}\n", still, "siemens")
+        assert refused.value.place.line == 3
+
+
+def decimal(value: int) -> str:
+    return f"{value / 1000:.3f}"
+
+
+steps = st.integers(-30_000, 30_000)
+sizes = st.integers(1_000, 20_000)
+
+
+@st.composite
+def sinumerik_blocks(draw: st.DrawFn) -> str:
+    """Lines and half circles, every word in one of the ways in which a position or an increment may be said."""
+    forms = [
+        "{a}{v}",
+        "{a}={v}",
+        "{a} = {v}",
+        "{a}=AC({v})",
+        "{a}=IC({v})",
+        "{a}=R1+{v}",
+        "{a}=(R1*2+{v})",
+        "{a}=AC(R1)",
+    ]
+    kind = draw(st.sampled_from(["line", "centre", "about", "radius"]))
+    if kind == "line":
+        axes = draw(st.lists(st.sampled_from("XYZ"), min_size=1, unique=True))
+        words = [draw(st.sampled_from(forms)).format(a=axis, v=decimal(draw(steps))) for axis in axes]
+        return " ".join([draw(st.sampled_from(["G0", "G1", "G90 G1", "G91 G1"])), *words])
+    code, i, j = draw(st.sampled_from(["G2", "G3"])), draw(sizes), draw(sizes)
+    if kind == "centre":
+        return f"{code} X=IC({decimal(2 * i)}) Y=IC({decimal(2 * j)}) I{decimal(i)} J=IC({decimal(j)})"
+    if kind == "about":
+        x, y = draw(steps), draw(steps)
+        to = f"X=AC({decimal(x + 2 * i)}) Y=AC({decimal(y)}) I=AC({decimal(x + i)}) J=AC({decimal(y)})"
+        return f"G1 X=AC({decimal(x)}) Y=AC({decimal(y)})\n{code} {to}"
+    return f"{code} X=IC({decimal(8 * i)}) Y=IC(0) CR={draw(st.sampled_from(['', '-']))}{decimal(5 * i)}"
+
+
+@st.composite
+def klartext_blocks(draw: st.DrawFn) -> str:
+    """Without numbers: L with positions and increments, CC with one or two half circles, CR."""
+    kind = draw(st.sampled_from(["line", "pole", "radius"]))
+    signed = st.sampled_from(["", "+"])
+
+    def word(axis: str, value: int, increment: bool = False) -> str:
+        plus = draw(signed) if value >= 0 else ""
+        return f"{'I' if increment else ''}{axis}{plus}{decimal(value)}"
+
+    if kind == "line":
+        axes = draw(st.lists(st.sampled_from("XYZ"), min_size=1, unique=True))
+        words = [word(axis, draw(steps), draw(st.booleans())) for axis in axes]
+        return " ".join(["L", *words, draw(st.sampled_from(["", "R0 FMAX", "F200 M3"]))]).rstrip()
+    turn = draw(st.sampled_from(["DR+", "DR-"]))
+    if kind == "radius":
+        size = draw(sizes)
+        return f"CR {word('X', 8 * size, True)} R{draw(st.sampled_from(['+', '-']))}{decimal(5 * size)} {turn}"
+    x, y, radius = draw(steps), draw(steps), draw(sizes)
+    back = f"\nC {word('X', x)} {word('Y', y)} {turn}" if draw(st.booleans()) else ""
+    lead = f"L {word('X', x)} {word('Y', y)} F99\nCC {word('X', x)} {word('Y', y + radius)}"
+    return f"{lead}\nC {word('X', x)} {word('Y', y + 2 * radius)} {turn}{back}"
+
+
+fields = st.sampled_from([SHIFT, TURNED])
+WIDE = MapOptions(tolerance_mm=0.002, limit_mm=np.inf, slope=np.inf)
+CHECKED = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@CHECKED
+@given(st.lists(sinumerik_blocks(), min_size=1, max_size=8), fields)
+def test_every_end_of_generated_sinumerik_programs_is_displaced(
+    tmp_path: Path, blocks: list[str], field: Field
+) -> None:
+    body = "\n".join(blocks)
+    check(tmp_path, f"G71 G17 G90 F100\nR1=7\nG0 X0 Y0 Z0\nG1 X1\n{body}\nM30\n", "siemens", field)
+
+
+@CHECKED
+@given(st.lists(klartext_blocks(), min_size=1, max_size=8), fields, st.booleans())
+def test_every_end_of_generated_klartext_is_displaced(
+    tmp_path: Path, blocks: list[str], field: Field, comma: bool
+) -> None:
+    lines = "\n".join(["TOOL CALL 1 Z S1000", "L X+0 Y+0 Z+0 R0 FMAX", "L X+1 F100", *blocks, "L Z+5 M30"]).split("\n")
+    text = "".join(f"{number} {line}\n" for number, line in enumerate(["BEGIN PGM A MM", *lines, "END PGM A MM"]))
+    check(tmp_path, text.replace(".", ",") if comma else text, "heidenhain", field)
+
+
+def check(folder: Path, text: str, dialect: str, field: Field) -> None:
+    """Displaced to half a step, as LinuxCNC runs its translation; nothing displaced, byte for byte."""
+    written, done = mapped(folder, text, field, dialect, WIDE)
+    assert done.added_blocks == 0
+    assert_displaced(text, written, dialect, field)
+    assert_judged(folder, written, dialect)
+    assert without_mark(mapped(folder, text, NOTHING, dialect, FREE)[0]) == text.splitlines()
