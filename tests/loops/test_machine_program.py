@@ -132,12 +132,17 @@ def test_an_arc_by_its_radius_keeps_to_the_displaced_circle(radius: str) -> None
     assert after.programmed_radius_mm[1] == pytest.approx(6.0 * (1 - 0.001), abs=2e-4)
 
 
-@pytest.mark.parametrize("dialect", ["siemens", "heidenhain"])
-def test_frames_that_are_no_g_codes_are_refused(dialect: str) -> None:
-    source = "L X+1 Y+1 F100\n" if dialect == "heidenhain" else "G1 X1 F100\n"
-    with pytest.raises(TrueloopError) as refusal:
-        corrected(source, STRETCHED, SETUP, dialect=dialect)
-    assert refusal.value.code is Code.NC_MAP
+@pytest.mark.parametrize(
+    ("dialect", "shift", "cut", "line"),
+    [
+        ("linuxcnc", "G21 G52 X-30\n", "G1 X50. Y0 F100\n", "G1 X49.97300 Y0 F100"),
+        ("siemens", "G71\nTRANS X-30\n", "G1 X50 Y0 F100\n", "G1 X49.9730 Y0 F100"),
+        ("heidenhain", "1 CYCL DEF 7.1 X-30\n", "2 L X+50 Y+0 F100\n", "2 L X+49.9730 Y+0 F100"),
+    ],
+)
+def test_a_shift_of_the_programs_own_is_no_place_of_the_machine(dialect: str, shift: str, cut: str, line: str) -> None:
+    """X50 is cut where X20 is without the shift, and is as far off as that."""
+    assert corrected(shift + cut, STRETCHED, SETUP, dialect=dialect).splitlines()[-1] == line
 
 
 def test_machine_coordinates_and_probing_stay() -> None:

@@ -20,12 +20,14 @@ pub enum Trouble {
 }
 
 /// What a field of the machine has to know beside the position, which is the program's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Number of the work offset in force.
     pub work_offset: u16,
     /// The T word in force; −1 before the first.
     pub tool: i32,
+    /// What G52, G92 or TRANS add to a position to make it one of the work offset, mm.
+    pub shift: Vector,
     /// The way each axis goes there, or went last: +1, −1; 0 before its first move.
     pub travel: [i8; 3],
 }

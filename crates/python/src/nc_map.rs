@@ -30,6 +30,19 @@ enum Told {
     PlacesAndTravel,
 }
 
+impl Function {
+    /// A machine is asked at positions of the work offset, whatever the program calls them.
+    fn asked(&self, points: &[Vector], places: &[Place]) -> Vec<Vector> {
+        if self.told == Told::Nothing {
+            return points.to_vec();
+        }
+        let pairs = points.iter().zip(places);
+        pairs
+            .map(|(point, place)| [0, 1, 2].map(|axis| point[axis] + place.shift[axis]))
+            .collect()
+    }
+}
+
 impl Field for Function {
     fn knows_travel(&self) -> bool {
         self.told == Told::PlacesAndTravel
@@ -42,7 +55,7 @@ impl Field for Function {
         found: &mut Vec<Vector>,
     ) -> Result<(), Trouble> {
         let asked = Python::attach(|py| {
-            let flat = points.as_flattened().to_vec().into_pyarray(py);
+            let flat = self.asked(points, places).into_flattened().into_pyarray(py);
             let rows = flat.reshape([points.len(), 3])?;
             let answer = if self.told == Told::Nothing {
                 self.function.call1(py, (rows,))?
@@ -294,6 +307,7 @@ impl NcField {
 const NOWHERE: Place = Place {
     work_offset: 1,
     tool: -1,
+    shift: [0.0; 3],
     travel: [0; 3],
 };
 

@@ -1,11 +1,8 @@
 """Klartext programs: words, edits of them, what is said of them."""
 
-from pathlib import Path
-
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.mapped_program import map_program
 from trueloop.nc.edit import (
     apply_edits,
     displace_word,
@@ -14,7 +11,6 @@ from trueloop.nc.edit import (
     insert_word,
     replace_block,
 )
-from trueloop.nc.field import similarity_field
 from trueloop.nc.guess import guess_dialect
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import CoordinateState, Motion
@@ -103,13 +99,10 @@ def test_the_dialect_is_guessed() -> None:
     assert guess_dialect(b"0 BEGIN PGM A MM\n1 L X+1 R0 FMAX\n2 END PGM A MM") == "heidenhain"
 
 
-@pytest.mark.parametrize("dialect", ["heidenhain", "siemens"])
-def test_a_field_is_not_added_to_what_it_would_misread(dialect: str, tmp_path: Path) -> None:
-    source = tmp_path / "part.nc"
-    source.write_text("TRANS X5\n")
-    with pytest.raises(TrueloopError) as refused:
-        map_program(source, tmp_path / "out.nc", similarity_field(scale=1.0001), dialect=dialect)
-    assert refused.value.code == Code.NC_MAP
+@pytest.mark.parametrize(("text", "value"), [("X+10,5", 10.5), ("IX-0,25", -0.25), ("X+10.5", 10.5), ("PR7,5", 7.5)])
+def test_a_comma_may_be_the_decimal_point(text: str, value: float) -> None:
+    program = klartext(f"1 L {text} F100")
+    assert (program.block(0).words[2].value, program.findings) == (value, ())
 
 
 def test_the_coordinates_of_a_pole_are_the_plane_of_its_arcs() -> None:
