@@ -171,7 +171,10 @@ impl Runner<'_> {
         let kind = if cut.way.turn.is_some() { MoveKind::Arc } else { MoveKind::Line };
         let state = self.path.state.last().copied().unwrap_or(0);
         let before = self.path.states.get(state as usize).copied().zip(self.path.origins.get(state as usize).copied());
-        let state = match (asked.feed, before) {
+        // By default a Sinumerik takes the feed of the block that leads away from the corner.
+        let leads_away = self.program.dialect().flow == FlowStyle::Structured;
+        let feed = asked.feed.or(leads_away.then_some(self.state.modal.feed));
+        let state = match (feed, before) {
             (Some(feed), Some((modal, origin))) => {
                 self.path.state_index(&crate::modal::Modal { feed, ..modal }, origin)
             }

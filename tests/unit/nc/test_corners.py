@@ -101,6 +101,11 @@ def test_a_rounding_between_a_line_and_an_arc_touches_both() -> None:
     assert path.sweep_rad[3] == pytest.approx(math.acos(2 / 12), abs=1e-9)
 
 
+def test_a_sinumerik_takes_the_feed_of_the_block_after_the_corner() -> None:
+    path = read_program(b"G71 G17 G90 G1 X10 F100 RND=2\nY10 F50", "siemens").run()
+    assert path.feed.tolist() == [100, 50, 50]
+
+
 def test_a_feed_beside_rnd_is_the_corner_s_own() -> None:
     path = run("1 BEGIN PGM A MM\n2 L X+10 F100\n3 RND R2 F50\n4 L Y+10", "heidenhain")
     assert path.feed.tolist() == [100, 50, 100]

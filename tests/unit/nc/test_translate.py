@@ -20,6 +20,7 @@ WHOLE = (
     *("facetst-finish", "fanuc-lathe-b", "fanuc-macros", "linuxcnc-diameter", "linuxcnc-expressions", "linuxcnc-flow"),
     *("metric-increments", "modbas2-finish", "optional-block", "piecs11-finish", "siemens-curves", "turning-cycle"),
     *("linuxcnc-planes", "siemens-mill", "siemens-lathe", "fanuc-lathe-compensated", "linuxcnc-spelling"),
+    *("fanuc-lathe-roughing", "fanuc-lathe-grooves", "linuxcnc-splines"),
 )
 """Programs whose moves all have words in every dialect of their kind."""
 STARTUP = "G17 G20 G8 G40 G90 G94 S1000"
@@ -234,3 +235,9 @@ def test_a_corner_between_two_blocks_comes_before_what_the_second_switches() -> 
     made = of("G21 G0 X0. Y0.\nG01 X10. ,R2. F9.\nM08 Y10.\nM30", "fanuc-mill", "linuxcnc")
     assert b"G01 X8.0 F9.0\nG03 X10.0 Y2.0 I0.0 J2.0\nM08\nG01 Y10.0" in made.source
     assert not lost(made, Severity.ERROR)
+
+
+def test_what_looks_like_a_comment_in_a_comment_is_part_of_it() -> None:
+    written = of("G21 G18 (one; two)\nG0 X1 ; (three)\nM2\n", "linuxcnc", "fanuc-lathe").source.decode()
+    assert written.count("two") == written.count("three") == 1
+    assert "(one; two)" in written

@@ -1,7 +1,7 @@
 //! Fanuc series 16 to 31 with custom macro B: turning in code systems A and B, milling.
 //!
-//! Codes and words from the operator's manuals as remembered, checked against public shop programs; what the manuals
-//! leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
+//! Which codes are confirmed, and by what, docs/dialects.md says; they were compared with public shop programs. What the
+//! manuals leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
 use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
 use crate::drill::Drill;

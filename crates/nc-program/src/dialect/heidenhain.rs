@@ -1,7 +1,7 @@
 //! Heidenhain Klartext (TNC 426 to TNC 640): milling.
 //!
-//! Words and cycles are from memory of the user's manuals, none of it looked up; compared with excerpts of a few public
-//! programs, most of them written by CAM systems. No control and no simulator has confirmed a path.
+//! Which words are confirmed by a manual, and which are from memory, docs/dialects.md says; compared with excerpts of a
+//! few public programs, most of them written by CAM systems. No control and no simulator has confirmed a path.
 //! A block's function says how its coordinates move: nothing of it stays in force but feed, compensation and the pole.
 
 use super::{

@@ -1,8 +1,8 @@
 //! Siemens Sinumerik 840D: turning and milling.
 //!
-//! Codes, names, priorities of operators and what DIAMON and TRANS act on are from memory of the programming manuals
-//! (Fundamentals, Job Planning), none of it looked up; the spelling was compared with excerpts of public
-//! post-processors and one public milling program. No control and no simulator has confirmed a path. What hangs on
+//! Which words are confirmed by a manual docs/dialects.md says; most codes and names, the priorities of operators and what
+//! DIAMON and TRANS act on are from memory. The spelling was compared with excerpts of public post-processors and one
+//! public milling program. No control and no simulator has confirmed a path. What hangs on
 //! machine data, such as diameters at the start, a program has to say: DIAMON or DIAMOF, G17 or G18.
 
 use super::{

@@ -62,14 +62,18 @@ def statements(source: Source) -> Iterator[Said]:
 
 
 def comments(program: Program, executed: Executed) -> Iterator[str]:
-    """The texts of a block's comments."""
+    """The texts of a block's comments; what looks like one within another is part of it."""
     block = executed.block
     text = program.source[block.start : block.end].decode("latin-1")
-    for opening in OPENINGS.get(program.dialect.name, "("):
-        for found in COMMENTS[opening].finditer(text):
-            at = block.start + found.start()
-            if found[1].strip() and not any(word.start <= at < word.end for word in block.words if opening != "*"):
-                yield found[1].strip()
+    openings = OPENINGS.get(program.dialect.name, "(")
+    matches = [(opening, found) for opening in openings for found in COMMENTS[opening].finditer(text)]
+    end = 0
+    for opening, found in sorted(matches, key=lambda match: match[1].start()):
+        at = block.start + found.start()
+        in_word = any(word.start <= at < word.end for word in block.words if opening != "*")
+        if found.start() >= end and found[1].strip() and not in_word:
+            end = found.end()
+            yield found[1].strip()
 
 
 def _block(source: Source, course: Course, executed: Executed) -> Reading:
