@@ -72,6 +72,8 @@ def _part_row(part: Part) -> dict[str, object]:
         "moran_i": chosen.moran_i,
         "moran_p": chosen.moran_p,
         "permutation_p": part.separation.permutation_p,
+        "geary_c": part.separation.geary_c,
+        "expected_geary_c": part.separation.expected_geary_c,
         "lilliefors_p": chosen.normality.lilliefors_p,
         "ks_p": chosen.normality.ks_p,
         "random_sigma_um": part.separation.sigma_mm * UM_PER_MM,

@@ -4,6 +4,7 @@ Weights fall with distance, c = d^-k [MPM Eq. 3], none for a point with itself. 
 randomness; above it, neighbours resemble each other.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +50,12 @@ def moran_i(points_mm: Array, values: Array, exponent: float = EXPONENT) -> floa
 def geary_c(points_mm: Array, values: Array, exponent: float = EXPONENT) -> float:
     """Geary's C = (n − 1) Σ c (zᵢ − zⱼ)² / (2 S0 Σ z²), about 1 for spatial randomness; raises as `moran_i`."""
     points, z = _checked(points_mm, values, exponent)
-    rows, products = Weights(points, exponent).times(np.stack([np.ones_like(z), z], axis=1)).T
+    return geary_of(Weights(points, exponent).times, z)
+
+
+def geary_of(weighted: Callable[[Array], Array], z: Array) -> float:
+    """Geary's C of values (n,) about zero, from what multiplies the weights with vectors (n, k)."""
+    rows, products = weighted(np.stack([np.ones_like(z), z], axis=1)).T
     return float((len(z) - 1) * (rows @ z**2 - z @ products) / (np.sum(rows) * (z @ z)))
 
 

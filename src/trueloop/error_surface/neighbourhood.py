@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.error_surface.moran import EXPONENT, Null
+from trueloop.error_surface.moran import EXPONENT, Null, geary_of
 from trueloop.error_surface.places import Places, projector
 from trueloop.error_surface.projectors import Projector
 from trueloop.error_surface.spline_surface import Size
@@ -84,6 +84,10 @@ class Neighbourhood:
             products = np.sum(residuals * (self.matrix @ residuals), axis=0)
         return np.asarray(self.count / self.weights.total * products / np.sum(residuals**2, axis=0))
 
+    def geary_c(self, residuals: Array) -> float:
+        """Geary's C of residuals (n,) about zero; less than `expected_geary_c` where neighbours are alike."""
+        return geary_of(self.times, residuals)
+
 
 @lru_cache(maxsize=256)
 def residual_null(near: Neighbourhood, size: Size) -> Null:
@@ -98,6 +102,17 @@ def residual_null(near: Neighbourhood, size: Size) -> Null:
     expected = scale * first / free
     square = scale**2 * (first**2 + 2 * second) / (free * (free + 2.0))
     return Null(expected, float(np.sqrt(square - expected**2)), scale * error / free)
+
+
+def expected_geary_c(near: Neighbourhood, size: Size) -> float:
+    """Expectation of C for the residuals of a spline of that size: above 1, for the fit makes neighbours unlike.
+
+    C is z'(D − W)z over z'z, D the weights' row sums; each quadratic form of residuals has the trace of its own.
+    """
+    span = projector(near.places, size)
+    rows = near.times(np.ones((near.count, 1)))[:, 0]
+    own = float(rows @ (1.0 - span.leverages)) / (near.weights.total * (near.count - span.rank))
+    return (near.count - 1) * (own - residual_null(near, size).expected / near.count)
 
 
 def _traces(near: Neighbourhood, span: Projector) -> tuple[float, float, float]:

@@ -16,7 +16,7 @@ import numpy as np
 from trueloop.error_surface.candidates import DEGREES, FULLEST, climbed, most_likely, sizes, thinner
 from trueloop.error_surface.likelihood import log_likelihood
 from trueloop.error_surface.moran import Null
-from trueloop.error_surface.neighbourhood import Neighbourhood, permutation_p_value, residual_null
+from trueloop.error_surface.neighbourhood import Neighbourhood, expected_geary_c, permutation_p_value, residual_null
 from trueloop.error_surface.normality import Normality, normality
 from trueloop.error_surface.places import Places, projector, regress
 from trueloop.error_surface.spline_surface import Size, SplineSurface
@@ -71,6 +71,16 @@ class Separation:
     def places(self) -> Places:
         """Where the deviations are known."""
         return self.near.places
+
+    @cached_property
+    def geary_c(self) -> float:
+        """Geary's C of the random part: it looks at differences between neighbours, where Moran's I sees products."""
+        return self.near.geary_c(self.random_mm)
+
+    @cached_property
+    def expected_geary_c(self) -> float:
+        """What C would be for a random part without order in space."""
+        return expected_geary_c(self.near, self.chosen.size)
 
     @cached_property
     def permutation_p(self) -> float:

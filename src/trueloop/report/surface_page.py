@@ -107,14 +107,15 @@ def _prediction(model: SurfaceModel) -> str:
 
 def _parts(model: SurfaceModel) -> str:
     head = (
-        "part", "controls", "Moran’s I", "expected", "p", "p shuffled", "Lilliefors p", "K–S p", "random σ (µm)",
-        "errors (µm)",
+        "part", "controls", "Moran’s I", "expected", "p", "p shuffled", "Geary’s C", "expected", "Lilliefors p",
+        "K–S p", "random σ (µm)", "errors (µm)",
     )  # fmt: skip
     rows = [_row(part) for part in model.parts]
     note = (
         "<p class='note'>Expected: Moran’s I where what is left has no order in space. p: that residuals so alike come "
-        "by chance, by the moments of regression residuals; shuffled: by permutation. Kolmogorov–Smirnov takes mean "
-        "and scatter for known, which they are not: Lilliefors decides.</p>"
+        "by chance, by the moments of regression residuals; shuffled: by permutation. Geary’s C is below what is "
+        "expected where neighbours are alike. Kolmogorov–Smirnov takes mean and scatter for known, which they are not: "
+        "Lilliefors decides.</p>"
     )
     return table(head, rows, name="parts-table") + note
 
@@ -129,6 +130,8 @@ def _row(part: Part) -> tuple[str, ...]:
         plain(trial.null.expected, 4),
         plain(trial.moran_p, 3),
         plain(apart.permutation_p, 3),
+        plain(apart.geary_c, 3),
+        plain(apart.expected_geary_c, 3),
         plain(trial.normality.lilliefors_p, 3),
         plain(trial.normality.ks_p, 3),
         plain(apart.sigma_mm * UM_PER_MM, 2),

@@ -6,7 +6,7 @@ from scipy.spatial.distance import cdist
 
 from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface
 from trueloop.error_surface.moran import Null, geary_c, moran_i, raw_null
-from trueloop.error_surface.neighbourhood import Neighbourhood, permutation_p_value, residual_null
+from trueloop.error_surface.neighbourhood import Neighbourhood, expected_geary_c, permutation_p_value, residual_null
 from trueloop.error_surface.places import Places, projector
 from trueloop.error_surface.spline_surface import Size
 
@@ -37,6 +37,17 @@ def test_statistics_and_raw_moments_are_those_of_esda(exponent: float) -> None:
 def simulated_residuals(draws: int, seed: int) -> np.ndarray:
     noise = np.random.default_rng(seed).normal(size=(625, draws))
     return projector(SQUARE, SIZE).residuals(noise)
+
+
+def test_geary_s_c_of_residuals_is_that_of_their_values_and_as_expected() -> None:
+    """Residuals of a spline have no mean; neighbours that are alike bring C below what is expected of residuals."""
+    draws = simulated_residuals(400, 3).T
+    assert NEAR.geary_c(draws[0]) == pytest.approx(geary_c(SQUARE.points_mm, draws[0]), rel=1e-9)
+    found, expected = np.array([NEAR.geary_c(z) for z in draws]), expected_geary_c(NEAR, SIZE)
+    assert expected > 1.05
+    assert abs(np.mean(found) - expected) < 4 * np.std(found) / np.sqrt(len(found))
+    waves = np.sin(SQUARE.points_mm[:, 0] / 5)
+    assert NEAR.geary_c(waves - np.mean(waves)) < 0.6
 
 
 def test_p_values_of_residuals_are_uniform_and_those_of_the_raw_null_are_not() -> None:
