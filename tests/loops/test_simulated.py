@@ -65,7 +65,7 @@ def test_a_touch_that_meets_no_part_is_missed_as_on_a_control() -> None:
     """A tool set 1.2 mm too deep: the probing moves go to their ends, which a control reports as touches."""
     workshop = exact()
     deep = replace(workshop, machine=replace(workshop.machine, tool_offset_mm=(-1.2, -1.2)))
-    with pytest.raises(TrueloopError, match=r"PRB-MISSED: .* 1.000 mm into the part"):
+    with pytest.raises(TrueloopError, match=r"^PRB-MISSED: .* 1.000 mm into the part"):
         simulate(trial("modbas2"), deep)
 
 

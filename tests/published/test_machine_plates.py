@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from trueloop.cli.main import app
+from tests.support.cli import output_of
 from trueloop.formats.plate_report import read_plate_report
 from trueloop.machine.planar_field import Plate, fit_pattern
 from trueloop.machine.plates import after_pattern_mm
@@ -34,8 +33,7 @@ def _corrected(source: Path, folder: Path, magnitude: float) -> bytes:
     """
     out = folder / "corrected.par"
     options = ["-d", "fanuc-mill", "--all-words", "--quadrupole", f"{magnitude},{ANGLE}", "-o", str(out)]
-    result = CliRunner().invoke(app, ["machine", "points", str(source), *options])
-    assert result.exit_code == 0, result.output
+    output_of("machine", "points", source, *options)
     return out.read_bytes()
 
 

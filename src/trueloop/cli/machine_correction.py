@@ -56,6 +56,7 @@ def compensate(
 ) -> None:
     """Take the machine's error out of a program: every position moved by COMP_MTG."""
     from trueloop.cli.nc_map import tell_mapped
+    from trueloop.errors import in_file
     from trueloop.formats.model_file import read_model
     from trueloop.loops.job_inputs import user_name
     from trueloop.loops.machine_program import ModelFile, compensate_program
@@ -63,7 +64,8 @@ def compensate(
     from trueloop.machine.setup import Setup
 
     known = read_model(model)
-    _require_machine(known, serial)
+    with in_file(model):
+        _require_machine(known, serial)
     setup = Setup(
         numbered(work_zero, "--work-zero"),
         numbered(tool or ["*=0,0,0"], "--tool"),

@@ -175,8 +175,10 @@ def probe_part(
     ends = np.array([touch.target_mm for touch in plan.touches])
     beyond = np.einsum("ij,ij->i", reported - ends, asked.outward_normal) < 0.0
     logged = np.where(beyond[:, None], ends, reported)
-    lines = range(1, len(logged) + 1)
-    matched = match_touches(plan, [(x, z) for x, z in logged.tolist()], lines, calibration)
+    try:
+        matched = match_touches(plan, [(x, z) for x, z in logged.tolist()], range(len(logged)), calibration)
+    except TrueloopError as refused:  # there is no file whose line could be named
+        raise TrueloopError(refused.code, refused.message, hint=refused.hint) from refused
     gauging = Gauging(range_x_mm=probe.range_x_mm, range_z_mm=probe.range_z_mm, z_reference=trial.z_reference)
     return error_vectors(profile, [replace(touch, line=None) for touch in matched.touches], gauging)
 

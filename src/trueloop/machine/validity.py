@@ -51,9 +51,10 @@ def check_travel(axis: Axis, position: Array) -> None:
     """Raises MCH-TRAVEL for positions that the axis cannot reach."""
     if outside(position, axis.travel).any():
         low, high, *ends = map(axis.shown, (float(position.min()), float(position.max()), *axis.travel))
+        way = f"to {low}" if low == high else f"from {low} to {high}"
         raise TrueloopError(
             Code.MCH_TRAVEL,
-            f"{axis.name} would go from {low} to {high}, its travel is {ends[0]} to {ends[1]}",
+            f"{axis.name} would go {way}, its travel is {ends[0]} to {ends[1]}",
             hint="check the work offset and the tool length, both in machine coordinates and mm",
         )
 

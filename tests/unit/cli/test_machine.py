@@ -128,7 +128,7 @@ def test_compensate_once_and_never_twice(folder: Path) -> None:
         (["--work-zero", "1=400,0,-150", "-t", "T1=26"], "MCH-TRAVEL"),
         (["--work-zero", "1=200,0,-150", "-t", "T1=45"], "MCH-RANGE"),
         (["--work-zero", "1=200,0,-150"], "MCH-SIGNAL"),
-        (["--work-zero", "1=200,0,-150", "-t", "T1=26", "--serial", "4712"], "MCH-MACHINE"),
+        (["--work-zero", "1=200,0,-150", "-t", "T1=26", "--serial", "4712"], "model.json: MCH-MACHINE"),
     ],
 )
 def test_refusals(folder: Path, change: list[str], code: str) -> None:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from trueloop.cli.main import app
+from tests.support.cli import output_of
 from trueloop.machine.lag import lagged
 
 
@@ -31,10 +30,8 @@ def _log(path: Path, seed: int, *, offset_um: float = 0.0, warmer: float = 0.0, 
     return path
 
 
-def _run(*arguments: str, status: int = 0) -> str:
-    result = CliRunner().invoke(app, ["machine", *arguments])
-    assert result.exit_code == status, result.output
-    return result.output
+def _run(*arguments: object, status: int = 0) -> str:
+    return output_of("machine", *arguments, status=status)
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from trueloop.cli.main import app
+from tests.support.cli import output_of
 from trueloop.geometry.feature import Array
 
 
@@ -31,10 +30,8 @@ def reports(tmp_path: Path) -> list[str]:
     return [str(_report(tmp_path / f"plate-{k}.txt", k, 0.1 * k)) for k in (1, 2)]
 
 
-def _run(*arguments: str, status: int = 0) -> str:
-    result = CliRunner().invoke(app, ["machine", *arguments])
-    assert result.exit_code == status, result.output
-    return result.output
+def _run(*arguments: object, status: int = 0) -> str:
+    return output_of("machine", *arguments, status=status)
 
 
 def test_plates_to_a_corrected_program(tmp_path: Path, reports: list[str]) -> None:
