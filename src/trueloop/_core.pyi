@@ -163,12 +163,15 @@ class NoseSweep:
 
 @final
 class CutterSweep:
-    """A ball-end cutter swept along a polyline of its centre, (n, 3), mm.
+    """A cutter's end swept along a polyline of the middle of its ring, (n, 3), mm.
 
-    Raises ValueError for a radius that is not positive and for points that are no finite numbers.
+    It is all within `corner` of a disc of radius `ring` across the axis, a unit vector: a ball without a ring.
+    ValueError for what is none, or no finite number.
     """
 
-    def __new__(cls, nodes: NDArray[np.float64], radius: float) -> CutterSweep: ...
+    def __new__(
+        cls, nodes: NDArray[np.float64], ring: float, corner: float, axis: tuple[float, float, float]
+    ) -> CutterSweep: ...
     def entries(
         self, origins: NDArray[np.float64], directions: NDArray[np.float64], reach: float
     ) -> NDArray[np.float64]:

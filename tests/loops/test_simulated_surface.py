@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.surfaces import wavy_surface
+from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.prediction import rms
+from trueloop.compensation.surface_program import SurfaceJob
 from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
@@ -22,6 +23,8 @@ from trueloop.loops.simulated_surface import (
 )
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.program import read_program
+from trueloop.simulator.mill import EndMill
+from trueloop.simulator.surface_process import SurfaceProcess
 from trueloop.simulator.virtual_mill import VirtualMill
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"
@@ -101,10 +104,50 @@ def test_a_program_that_the_mill_cannot_follow_is_refused(words: str, program: b
         surface_trial(replace(trial.inputs, program=read_program(program, "linuxcnc")), (25, 25))
 
 
-def test_another_cutter_than_a_ball_end_is_refused() -> None:
+def test_a_cutter_that_turns_is_refused() -> None:
     _, trial = example()
     assert trial.inputs.cutter is not None
-    bull_nose = replace(trial.inputs.cutter, cutter=Cutter(8.0, 2.0))
-    with pytest.raises(TrueloopError, match=r"corners of 2 mm") as refused:
-        surface_trial(replace(trial.inputs, cutter=bull_nose), (25, 25))
+    turning = replace(trial.inputs.cutter, rotary="CA")
+    with pytest.raises(TrueloopError, match="'CA' turn the cutter") as refused:
+        surface_trial(replace(trial.inputs, cutter=turning), (25, 25))
     assert refused.value.code is Code.SIM_MILL
+
+
+LEAN = (0.25, 0.05, 0.95)
+
+
+def leaning(cutter: Cutter, axis: tuple[float, float, float]) -> SurfaceTrial:
+    """A zig-zag over a surface of 16 mm by a cutter whose tip is programmed, its axis fixed."""
+    surface, job = (
+        wavy_surface(side_mm=16.0, height_mm=0.8),
+        SurfaceJob(cutter, axis, tolerance_mm=1e-4, gouge_mm=0.005),
+    )
+    u, rows = np.linspace(0.0, 1.0, 33), np.linspace(0.0, 1.0, 97)
+    direction = np.asarray(axis) / np.linalg.norm(axis)
+    lines = ["G17 G21 G40 G90 G94", "G0 Z20"]
+    for k, v in enumerate(rows.tolist()):
+        at = u[:: -1 if k % 2 else 1], np.full(len(u), v)
+        mill = EndMill(cutter, (float(direction[0]), float(direction[1]), float(direction[2])))
+        tips = mill.centres_mm(surface.point_mm(*at), surface.normal(*at)) - cutter.corner_mm * direction
+        lines += [f"G1 X{x:.6f} Y{y:.6f} Z{z:.6f} F300" for x, y, z in tips.tolist()]
+    program = read_program("\n".join([*lines, "G0 Z20", "M2", ""]).encode(), "linuxcnc")
+    inputs = example()[1].inputs
+    options = replace(inputs.options, best_fit=False)
+    return surface_trial(replace(inputs, surface=surface, program=program, cutter=job, options=options), (20, 20))
+
+
+@pytest.mark.parametrize(
+    ("cutter", "axis"),
+    [(Cutter(3.0, 3.0), LEAN), (Cutter(3.0, 1.0), (0.0, 0.0, 1.0)), (Cutter(3.0, 1.0), LEAN), (Cutter(2.0, 0.0), LEAN)],
+    ids=["ball that leans", "bull nose", "bull nose that leans", "flat end that leans"],
+)
+def test_corrected_programs_of_every_cutter_leave_little_but_ridges(
+    cutter: Cutter, axis: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where parts do not differ and hardly anything scatters, what is wrong with them, ridges apart, is gone."""
+    monkeypatch.setattr("trueloop.loops.simulated_surface.TOLD", (31, 29))
+    trial = leaning(cutter, axis)
+    process = SurfaceProcess(random_surface(np.random.default_rng(5), 5, 0.020), 0.0, 0.0, 1e-5)
+    done = simulate_surface(trial, VirtualMill(process, grid=(20, 20)), parts=3, seed=1)
+    before, after = (values - done.ridges_mm for values in (done.truth_mm[0], done.corrected_truth_mm))
+    assert rms(after) < 0.1 * rms(before)

@@ -10,7 +10,7 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import Motion
-from trueloop.simulator.mill import BallEndMill, MilledStock
+from trueloop.simulator.mill import MilledStock, ball_end
 
 GRID = np.linspace(0.0, 1.0, 25)
 
@@ -64,4 +64,4 @@ def ball_centres(program: bytes, radius_mm: float) -> Array:
 
 def left_on_mm(centres_mm: Array, radius_mm: float, points_mm: Array, normal: Array) -> Array:
     """What a ball through these centres leaves at points of a surface, along its normals."""
-    return MilledStock().cut_by(BallEndMill(radius_mm), [centres_mm]).height_mm(points_mm, normal, 0.5)
+    return MilledStock().cut_by(ball_end(radius_mm), [centres_mm]).height_mm(points_mm, normal, 0.5)

@@ -1,4 +1,6 @@
-//! A ball-end cutter along a polyline in space: where rays out of the material meet what it passed over.
+//! A milling cutter along a polyline in space: where rays out of the material meet what it passed over.
+
+use crate::ring::End;
 
 /// A point or a vector: (x, y, z).
 pub type Point3 = [f64; 3];
@@ -6,26 +8,29 @@ pub type Point3 = [f64; 3];
 /// Segments in a box of the lowest level.
 const RUN: usize = 8;
 
-/// A ball swept along a polyline of its centre.
+/// A cutter's end swept along a polyline of its centre: a ball, or a ring of balls and what it encloses.
 #[derive(Clone, Debug)]
-pub struct BallSweep {
+pub struct EndSweep {
     nodes: Vec<Point3>,
+    end: End,
+    /// Of a ball around the whole end.
     radius: f64,
     /// Lower and upper corners of boxes around runs of segments, the lowest level first.
     levels: Vec<Vec<[Point3; 2]>>,
 }
 
-fn minus(a: Point3, b: Point3) -> Point3 {
+pub(crate) fn minus(a: Point3, b: Point3) -> Point3 {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-fn dot(a: Point3, b: Point3) -> f64 {
+pub(crate) fn dot(a: Point3, b: Point3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-impl BallSweep {
-    /// The sweep; nodes and radius must be finite numbers, the radius positive.
-    pub fn new(nodes: Vec<Point3>, radius: f64) -> Self {
+impl EndSweep {
+    /// The sweep; nodes must be finite numbers.
+    pub fn new(nodes: Vec<Point3>, end: End) -> Self {
+        let radius = end.reach();
         let segments = nodes.len().saturating_sub(1);
         let mut levels: Vec<Vec<[Point3; 2]>> = Vec::new();
         let mut run = RUN;
@@ -39,6 +44,7 @@ impl BallSweep {
             if count == 1 {
                 return Self {
                     nodes,
+                    end,
                     radius,
                     levels,
                 };
@@ -49,7 +55,7 @@ impl BallSweep {
 
     /// Where each ray, coming out of the material, first meets the swept region: between −reach and +reach.
     ///
-    /// A ray is an origin and a unit vector. A ball whose centre lies below −reach on the ray is not seen.
+    /// A ray is an origin and a unit vector. An end whose centre lies below −reach on the ray is not seen.
     pub fn entries(&self, rays: impl Iterator<Item = (Point3, Point3)>, reach: f64) -> Vec<f64> {
         rays.map(|(origin, direction)| {
             let mut best = reach;
@@ -62,7 +68,7 @@ impl BallSweep {
                     continue;
                 }
                 if level == 0 {
-                    best = best.min(self.run(index, origin, direction, reach));
+                    best = best.min(self.run(index, origin, direction, [-reach, best]));
                 } else {
                     stack.push((level - 1, 2 * index));
                     stack.push((level - 1, 2 * index + 1));
@@ -73,7 +79,7 @@ impl BallSweep {
         .collect()
     }
 
-    /// Below what no ball with its centre in the box reaches on the ray.
+    /// Below what no end with its centre in the box reaches on the ray.
     fn lowest(
         &self,
         [low, high]: &[Point3; 2],
@@ -100,16 +106,30 @@ impl BallSweep {
         along - spread - (self.radius * self.radius - beside * beside).sqrt()
     }
 
-    fn run(&self, index: usize, origin: Point3, direction: Point3, reach: f64) -> f64 {
+    fn run(&self, index: usize, origin: Point3, direction: Point3, within: [f64; 2]) -> f64 {
         let nodes = self.nodes.get(index * RUN..).unwrap_or_default();
+        let segments = nodes.windows(2).take(RUN).filter_map(|pair| match pair {
+            [a, b] => Some((minus(*a, origin), minus(*b, *a))),
+            _ => None,
+        });
         let mut best = f64::INFINITY;
-        for node in nodes.iter().take(RUN + 1) {
-            best = best.min(self.ball(minus(*node, origin), direction, reach));
-        }
-        for pair in nodes.windows(2).take(RUN) {
-            if let [a, b] = pair {
-                best = best.min(self.tube(minus(*a, origin), minus(*b, *a), direction, reach));
+        if self.end.ring > 0.0 {
+            let [low, mut high] = within;
+            let single = nodes
+                .iter()
+                .take(1)
+                .map(|node| (minus(*node, origin), [0.0; 3]));
+            for (from, segment) in single.chain(segments) {
+                best = best.min(self.end.entry(from, segment, direction, [low, high]));
+                high = high.min(best);
             }
+            return best;
+        }
+        for node in nodes.iter().take(RUN + 1) {
+            best = best.min(self.ball(minus(*node, origin), direction, -within[0]));
+        }
+        for (from, segment) in segments {
+            best = best.min(self.tube(from, segment, direction, -within[0]));
         }
         best
     }
@@ -164,9 +184,59 @@ fn around(nodes: &[Point3]) -> [Point3; 2] {
 mod tests {
     use super::*;
 
+    const UP: Point3 = [0.0, 0.0, 1.0];
+
+    fn along_x(ring: f64, corner: f64) -> EndSweep {
+        let nodes = vec![[0.0, 0.0, corner], [50.0, 0.0, corner]];
+        EndSweep::new(nodes, End::new(ring, corner, UP))
+    }
+
+    #[test]
+    fn a_ring_leaves_a_flat_with_round_sides() {
+        for corner in [0.0, 1.0] {
+            let sweep = along_x(2.0, corner);
+            let rays = (0..12).map(|k| ([20.0, 0.25 * k as f64, 0.0], UP));
+            for (k, height) in sweep.entries(rays, 5.0).into_iter().enumerate() {
+                let over = (0.25 * k as f64 - 2.0).max(0.0);
+                let wanted = if over > corner {
+                    5.0
+                } else {
+                    corner - (corner * corner - over * over).sqrt()
+                };
+                assert!((height - wanted).abs() < 1e-10, "{corner} {k} {height}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_ring_of_none_is_a_ball() {
+        let nodes: Vec<Point3> = (0..40)
+            .map(|k| {
+                [
+                    0.7 * k as f64,
+                    (0.3 * k as f64).sin(),
+                    3.0 + 0.2 * (0.5 * k as f64).cos(),
+                ]
+            })
+            .collect();
+        let tilted = [0.6, 0.0, 0.8];
+        let (ball, ring) = (
+            EndSweep::new(nodes.clone(), End::new(0.0, 3.0, UP)),
+            EndSweep::new(nodes, End::new(1e-13, 3.0, tilted)),
+        );
+        let rays = || (0..60).map(|k| ([0.4 * k as f64, 0.02 * k as f64, 0.0], tilted));
+        for (a, b) in ball
+            .entries(rays(), 5.0)
+            .into_iter()
+            .zip(ring.entries(rays(), 5.0))
+        {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+
     #[test]
     fn a_straight_pass_leaves_a_round_groove() {
-        let sweep = BallSweep::new(vec![[0.0, 0.0, 3.0], [50.0, 0.0, 3.0]], 3.0);
+        let sweep = along_x(0.0, 3.0);
         let rays = (0..20).map(|k| ([5.0 + k as f64, 0.1 * k as f64, 0.0], [0.0, 0.0, 1.0]));
         for (k, height) in sweep.entries(rays, 5.0).into_iter().enumerate() {
             let y = 0.1 * k as f64;
@@ -176,7 +246,7 @@ mod tests {
 
     #[test]
     fn beyond_its_end_it_leaves_its_own_ball() {
-        let sweep = BallSweep::new(vec![[0.0, 0.0, 3.0], [50.0, 0.0, 3.0]], 3.0);
+        let sweep = along_x(0.0, 3.0);
         let rays = [
             ([51.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
             ([90.0, 0.0, 0.0], [0.0, 0.0, 1.0]),

@@ -1,6 +1,6 @@
 //! `envelope` for Python: a swept nose, asked by rays.
 
-use envelope::{BallSweep, Nose, Point, Point3, Ray, Sweep};
+use envelope::{End, EndSweep, Nose, Point, Point3, Ray, Sweep};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -92,23 +92,34 @@ fn points3(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Point3>> {
         .collect())
 }
 
-/// A ball-end cutter swept along a polyline of its centre, (n, 3), mm.
+/// A cutter's end swept along a polyline of its centre, (n, 3), mm.
 #[pyclass(frozen)]
 struct CutterSweep {
-    sweep: BallSweep,
+    sweep: EndSweep,
 }
 
 #[pymethods]
 impl CutterSweep {
     #[new]
-    fn new(nodes: PyReadonlyArray2<'_, f64>, radius: f64) -> PyResult<Self> {
-        if !(radius.is_finite() && radius > 0.0) {
+    fn new(
+        nodes: PyReadonlyArray2<'_, f64>,
+        ring: f64,
+        corner: f64,
+        axis: [f64; 3],
+    ) -> PyResult<Self> {
+        let (length, size) = (
+            axis.map(|part| part * part).iter().sum::<f64>(),
+            ring + corner,
+        );
+        if !(ring >= 0.0 && corner >= 0.0 && size.is_finite() && size > 0.0)
+            || !((length - 1.0).abs() < 1e-9)
+        {
             return Err(PyValueError::new_err(
-                "the radius must be a positive number",
+                "ring and corner must be numbers not below 0, one of them above, and the axis a unit vector",
             ));
         }
         Ok(Self {
-            sweep: BallSweep::new(points3(&nodes)?, radius),
+            sweep: EndSweep::new(points3(&nodes)?, End::new(ring, corner, axis)),
         })
     }
 

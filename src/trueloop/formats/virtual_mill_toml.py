@@ -27,7 +27,7 @@ class MilledProcessTable(Table):
     noise_um: NotNegative | None = None
 
 
-class BallEndTable(Table):
+class WearTable(Table):
     """The cutter: by how much it is larger than programmed, negative where it is worn."""
 
     radius_error_um: Finite = 0.0
@@ -44,7 +44,7 @@ class VirtualMillFile(Table):
     """A whole file; all of it may be left out."""
 
     process: MilledProcessTable = MilledProcessTable()
-    cutter: BallEndTable = BallEndTable()
+    cutter: WearTable = WearTable()
     cmm: CmmTable = CmmTable()
     grid: GridTable = GridTable()
 

@@ -21,7 +21,7 @@ from trueloop.loops.surface_correction import RecordedCorrection, correct_job
 from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Motion
-from trueloop.simulator.mill import REACH_MM, BallEndMill, MilledStock
+from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock
 from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
 
 TOLD: Final = (101, 97)
@@ -48,7 +48,7 @@ class SurfaceTrial:
 
     inputs: SurfaceInputs
     passes: Passes
-    radius_mm: float
+    cutter: EndMill
     touched: Grid
     told: Grid
 
@@ -92,8 +92,8 @@ def surface_trial(inputs: SurfaceInputs, grid: tuple[int, int]) -> SurfaceTrial:
     program, cutter = _program_and_cutter(inputs)
     return SurfaceTrial(
         inputs=replace(inputs, measured_at=None, program_sha256=None),
-        passes=passes_over(inputs.surface, _centres_mm(program, cutter)),
-        radius_mm=cutter.cutter.radius_mm,
+        passes=passes_over(inputs.surface, _centres_mm(program, cutter), _end_mill(cutter)),
+        cutter=_end_mill(cutter),
         touched=_grid(inputs.surface, grid),
         told=_grid(inputs.surface, TOLD),
     )
@@ -108,13 +108,13 @@ def simulate_surface(trial: SurfaceTrial, mill: VirtualMill, parts: int = 10, se
     recorded = correct_job(replace(trial.inputs, parts=measured))
     model, told = recorded.correction.model, trial.told
     truth_mm, found_mm = _part(trial, mill, _corrected_passes(trial, recorded), seed, parts)
-    ridges = MilledStock().cut_by(BallEndMill(trial.radius_mm), trial.passes.centres_mm)
+    ridges = MilledStock().cut_by(trial.cutter, trial.passes.centres_mm)
     return SimulatedSurface(
         recorded=recorded,
         truth_mm=np.array([truth for truth, _ in cut]),
         measured_mm=np.array([_compared_mm(trial, trial.touched, found) for _, found in cut]),
         predicted_mm=np.array([maps.predicted_mm for maps, _ in maps_of(model)]),
-        pattern_truth_mm=_truth_mm(trial, mill.cut(trial.passes, trial.radius_mm, None)),
+        pattern_truth_mm=_truth_mm(trial, mill.cut(trial.passes, trial.cutter, None)),
         pattern_mm=model.pattern.mean.grid_mm(told.u, told.v).ravel(),
         pattern_u95_mm=model.pattern.uncertainty_grid_mm(told.u, told.v).ravel(),
         corrected_truth_mm=truth_mm,
@@ -133,7 +133,7 @@ def _grid(surface: Surface, counts: tuple[int, int]) -> Grid:
 def _part(trial: SurfaceTrial, mill: VirtualMill, passes: Passes, seed: int, number: int) -> tuple[Array, Array]:
     """True deviations of one part, and its measured heights; its random errors depend on its number alone."""
     rng, touched = random_of(seed, number), trial.touched
-    stock = mill.cut(passes, trial.radius_mm, mill.process.variation(rng))
+    stock = mill.cut(passes, trial.cutter, mill.process.variation(rng))
     return _truth_mm(trial, stock), mill.measure(stock, touched.points_mm, touched.normal, rng)
 
 
@@ -168,7 +168,7 @@ def _corrected_passes(trial: SurfaceTrial, recorded: RecordedCorrection) -> Pass
     written = recorded.correction.program
     assert written is not None  # there is a program to correct
     corrected = read_program(written.source, program.dialect.name)
-    return passes_over(trial.inputs.surface, _centres_mm(corrected, cutter))
+    return passes_over(trial.inputs.surface, _centres_mm(corrected, cutter), trial.cutter)
 
 
 def _program_and_cutter(inputs: SurfaceInputs) -> tuple[Program, SurfaceJob]:
@@ -178,19 +178,22 @@ def _program_and_cutter(inputs: SurfaceInputs) -> tuple[Program, SurfaceJob]:
             "the job has 0 programs to cut with",
             hint="give it tables [program] and [cutter]; `trueloop surface path` makes a program",
         )
-    cutter = inputs.cutter.cutter
-    if cutter.ring_mm > 0.0 or inputs.cutter.rotary:
+    if inputs.cutter.rotary:
         raise TrueloopError(
             Code.SIM_MILL,
-            f"a cutter of radius {cutter.radius_mm:g} mm with corners of {cutter.corner_mm:g} mm, turned by the words "
-            f"{inputs.cutter.rotary!r}",
-            hint="the virtual mill has a ball end on a fixed axis: leave `corner_mm` and `rotary` out",
+            f"the words {inputs.cutter.rotary!r} turn the cutter as it cuts",
+            hint="the virtual mill keeps the cutter's axis, which may be tilted (cutter.axis): leave `rotary` out",
         )
     return inputs.program, inputs.cutter
 
 
+def _end_mill(job: SurfaceJob) -> EndMill:
+    x, y, z = (np.asarray(job.axis) / np.linalg.norm(job.axis)).tolist()
+    return EndMill(job.cutter, (x, y, z))
+
+
 def _centres_mm(program: Program, cutter: SurfaceJob) -> list[Array]:
-    """Centres of the ball along each uninterrupted run of straight feed moves; rapid moves cut nothing here."""
+    """Centres of the cutter's end along each uninterrupted run of straight feed moves; rapid moves cut nothing here."""
     path = program.run()
     arcs, cutting = np.count_nonzero(path.motion == Motion.ARC), np.flatnonzero(path.motion == Motion.LINE)
     if arcs or not len(cutting):
@@ -199,6 +202,6 @@ def _centres_mm(program: Program, cutter: SurfaceJob) -> list[Array]:
             f"{arcs} of {len(path)} moves are arcs" if arcs else f"0 of {len(path)} moves are straight ones at feed",
             hint="the virtual mill follows straight moves at feed: write the program in lines",
         )
-    up = cutter.cutter.radius_mm * np.asarray(cutter.axis) / np.linalg.norm(cutter.axis)
+    up = cutter.cutter.corner_mm * np.asarray(_end_mill(cutter).axis)
     runs = np.split(cutting, np.flatnonzero(np.diff(cutting) > 1) + 1)
     return [np.vstack([path.start_mm[run[:1]], path.end_mm[run]]) + up for run in runs]

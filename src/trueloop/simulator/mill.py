@@ -1,7 +1,8 @@
-"""A free-form surface milled with a ball-end cutter: what really stays, cusps included.
+"""A free-form surface milled with an end mill: what really stays, cusps included.
 
-The surface is not that of the design displaced by errors: it is the envelope of the ball along the actual passes.
-Between two passes a cusp is left, which on a plane is R − √(R² − s²/4) high for a step-over s.
+The surface is not that of the design displaced by errors: it is the envelope of the cutter's end along the actual
+passes, of a ball, or of the ring of a bull-nose or flat end with what it encloses. Shank and flanks cut nothing here.
+Between two passes a ball of radius R leaves a cusp, which on a plane is R − √(R² − s²/4) high for a step-over s.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -11,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from trueloop._core import CutterSweep
+from trueloop.compensation.cutter import Cutter
 from trueloop.geometry.feature import Array
 
 Displacement: TypeAlias = Callable[[Array], Array]
@@ -20,16 +22,35 @@ REACH_MM = 2.0
 
 
 @dataclass(frozen=True)
-class BallEndMill:
-    """A ball-end cutter. `radius_error_mm` is by how much it is larger than the program believes (negative: worn)."""
+class EndMill:
+    """A cutter as the program believes it to be, its axis a unit vector out of the material, and by how much it is
+    larger (negative: worn): a ball or corner by its radius, a flat end by that of its ring.
+    """
 
-    radius_mm: float
+    cutter: Cutter
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     radius_error_mm: float = 0.0
 
     def centres_mm(self, contact_mm: Array, normal: Array) -> Array:
-        """Programmed centres for contacts and surface normals out of the material, (…, 3) → (…, 3)."""
-        centres: Array = contact_mm + self.radius_mm * normal
-        return centres
+        """Programmed middles of the ring for contacts and surface normals out of the material, (…, 3) → (…, 3)."""
+        across = normal - np.sum(normal * self.axis, axis=-1, keepdims=True) * np.asarray(self.axis)
+        length = np.linalg.norm(across, axis=-1, keepdims=True)
+        lean = np.where(length > 1e-9, across / np.maximum(length, 1e-300), 0.0)
+        return np.asarray(contact_mm + self.cutter.corner_mm * normal + self.cutter.ring_mm * lean)
+
+    def swept(self, centres_mm: Array) -> CutterSweep:
+        """What the cutter as it is passes over with the middle of its ring at (n, 3)."""
+        ring, corner = self.cutter.ring_mm, self.cutter.corner_mm
+        if corner > 0.0:
+            corner += self.radius_error_mm
+        else:
+            ring += self.radius_error_mm
+        return CutterSweep(np.ascontiguousarray(centres_mm), ring, corner, self.axis)
+
+
+def ball_end(radius_mm: float, radius_error_mm: float = 0.0) -> EndMill:
+    """A ball end, whose axis is of no matter."""
+    return EndMill(Cutter(radius_mm, radius_mm), radius_error_mm=radius_error_mm)
 
 
 @dataclass(frozen=True)
@@ -39,12 +60,11 @@ class MilledStock:
     passes: tuple[CutterSweep, ...] = ()
 
     def cut_by(
-        self, cutter: BallEndMill, passes_mm: Iterable[Array], displacement: Displacement | None = None
+        self, cutter: EndMill, passes_mm: Iterable[Array], displacement: Displacement | None = None
     ) -> "MilledStock":
         """The stock after passes of programmed centres, (n, 3) each, at which the cutter really stands displaced."""
-        radius = cutter.radius_mm + cutter.radius_error_mm
         actual = (p if displacement is None else p + displacement(p) for p in passes_mm)
-        return MilledStock((*self.passes, *(CutterSweep(np.ascontiguousarray(p), radius) for p in actual)))
+        return MilledStock((*self.passes, *map(cutter.swept, actual)))
 
     def height_mm(self, points_mm: Array, normal: Array, reach_mm: float = REACH_MM) -> Array:
         """Where a line through each nominal point (n, 3) along its normal (n, 3) leaves the material, (n,).
@@ -58,7 +78,7 @@ class MilledStock:
         return height
 
 
-def raster(contact_mm: Array, normal: Array, cutter: BallEndMill) -> Sequence[Array]:
+def raster(contact_mm: Array, normal: Array, cutter: EndMill) -> Sequence[Array]:
     """Passes along the rows of a grid of contacts (rows, n, 3) with normals alike, every other one backwards."""
     centres = cutter.centres_mm(contact_mm, normal)
     return [row if k % 2 == 0 else row[::-1] for k, row in enumerate(centres)]

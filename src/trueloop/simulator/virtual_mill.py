@@ -1,16 +1,16 @@
-"""A milling machine whose parts are wrong in known ways, with a ball-end cutter."""
+"""A milling machine whose parts are wrong in known ways, with an end mill whose axis stands still."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
 
+from trueloop.compensation.cutter import contacts
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest
 from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.mill import BallEndMill, MilledStock
+from trueloop.simulator.mill import EndMill, MilledStock
 from trueloop.simulator.surface_process import SurfaceProcess, Variation
 
 STEP_MM: Final = 0.5
@@ -19,8 +19,8 @@ STEP_MM: Final = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Passes:
-    """Programmed centres of the ball, (n, 3) a pass, and where all of them stand on the surface: parameters in [0, 1]
-    and normals, a row a centre, pass after pass.
+    """Programmed centres of the cutter's end, (n, 3) a pass, and where it touches the surface from all of them:
+    parameters in [0, 1] and normals, a row a centre, pass after pass.
     """
 
     centres_mm: tuple[Array, ...]
@@ -41,14 +41,14 @@ class VirtualMill:
     cmm: VirtualCmm = field(default_factory=VirtualCmm)
     grid: tuple[int, int] = (25, 25)
 
-    def cut(self, passes: Passes, radius_mm: float, variation: Variation | None) -> MilledStock:
-        """One part, cut by a ball of programmed radius; without variation it is what all parts have alike."""
+    def cut(self, passes: Passes, cutter: EndMill, variation: Variation | None) -> MilledStock:
+        """One part, cut by a cutter as programmed; without variation it is what all parts have alike."""
         off = self.process.pattern.value_mm(passes.u, passes.v)
         if variation is not None:
             off = off + variation.value_mm(passes.u, passes.v)
         ends = np.cumsum([len(centres) for centres in passes.centres_mm])[:-1]
         actual = np.split(np.concatenate(passes.centres_mm) + off[:, None] * passes.normal, ends)
-        return MilledStock().cut_by(BallEndMill(radius_mm, self.radius_error_mm), actual)
+        return MilledStock().cut_by(replace(cutter, radius_error_mm=self.radius_error_mm), actual)
 
     def measure(self, stock: MilledStock, points_mm: Array, normal: Array, rng: np.random.Generator) -> Array:
         """Deviations along the nominal normals, (n,), as the measuring machine finds them."""
@@ -56,10 +56,12 @@ class VirtualMill:
         return self.cmm.measure(stock, points_mm, normal, rng) + noise
 
 
-def passes_over(surface: Surface, centres_mm: Sequence[Array]) -> Passes:
+def passes_over(surface: Surface, centres_mm: Sequence[Array], cutter: EndMill) -> Passes:
     """Passes of programmed centres, with a centre at least every half millimetre."""
     close = tuple(_close(centres) for centres in centres_mm)
-    feet = closest(surface, np.concatenate(close))
+    axis = np.asarray(cutter.axis)
+    tips = np.concatenate(close) - cutter.cutter.corner_mm * axis
+    feet = contacts(surface, cutter.cutter, tips, np.broadcast_to(axis, tips.shape)).feet
     (u0, u1), (v0, v1) = surface.domain
     return Passes(close, (feet.u - u0) / (u1 - u0), (feet.v - v0) / (v1 - v0), feet.normal)
 

@@ -1,14 +1,15 @@
-"""The ball-end cutter: cusps by their closed forms, and a free-form surface by brute force."""
+"""End mills: cusps by their closed forms, and a free-form surface by brute force."""
 
 import math
 
 import numpy as np
 import pytest
 
+from trueloop.compensation.cutter import Cutter
 from trueloop.geometry.feature import Array
-from trueloop.simulator.mill import BallEndMill, MilledStock, cusp_height_mm, raster
+from trueloop.simulator.mill import EndMill, MilledStock, ball_end, cusp_height_mm, raster
 
-CUTTER = BallEndMill(3.0)
+CUTTER = ball_end(3.0)
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -62,12 +63,7 @@ def test_a_free_form_surface_is_what_the_nearest_ball_position_leaves() -> None:
     rng = np.random.default_rng(4)
     points, out = wavy(rng.uniform(-4, 4, 40), rng.uniform(-2, 2, 40))
     found = MilledStock().cut_by(CUTTER, passes).height_mm(points, out)
-    dense = np.concatenate(
-        [
-            np.column_stack([np.interp(np.linspace(0, 120, 4801), np.arange(121), p[:, k]) for k in range(3)])
-            for p in passes
-        ]
-    )
+    dense = np.concatenate([_dense(p, 4801) for p in passes])
     for point, direction, height in zip(points, out, found, strict=True):
         from_point = dense - point
         along = from_point @ direction
@@ -77,9 +73,65 @@ def test_a_free_form_surface_is_what_the_nearest_ball_position_leaves() -> None:
     assert np.all(found > -2e-4) and found.max() < 1.3 * cusp_height_mm(0.5, 3.0)
 
 
+LEAD = math.radians(12.0)
+
+
+@pytest.mark.parametrize("along", [True, False], ids=["lead", "tilt"])
+def test_a_flat_end_that_leans_leaves_an_ellipse_or_a_slope(along: bool) -> None:
+    """Leaning along its way it leaves half an ellipse R wide and R sin α high; aside, a slope of tan α."""
+    axis = (math.sin(LEAD), 0.0, math.cos(LEAD)) if along else (0.0, math.sin(LEAD), math.cos(LEAD))
+    flat = EndMill(Cutter(2.0, 0.0), axis)
+    bottom = 2.0 * math.sin(LEAD)
+    ends = np.array([[-20.0, 0.0, bottom], [20.0, 0.0, bottom]])
+    y = np.linspace(-1.8, 1.8, 13)
+    points = np.column_stack([np.linspace(-3, 3, 13), y, np.zeros(13)])
+    found = MilledStock().cut_by(flat, [ends]).height_mm(points, np.tile(UP, (13, 1)))
+    expected = bottom - math.sin(LEAD) * np.sqrt(4.0 - y**2) if along else bottom - y * math.tan(LEAD)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("corner", [1.0, 0.25])
+def test_a_bull_nose_that_leans_leaves_what_the_nearest_ball_of_its_ring_leaves(corner: float) -> None:
+    """Dense balls around the ring, at dense places of every pass, one by one: above by what lies between, below 0.4 µm."""
+    axis = np.array([math.sin(LEAD), 0.1, math.cos(LEAD)])
+    axis /= np.linalg.norm(axis)
+    cutter = EndMill(Cutter(3.0, corner), (float(axis[0]), float(axis[1]), float(axis[2])))
+    x, y = np.meshgrid(np.linspace(-4, 4, 41), np.linspace(-1, 1, 5))
+    passes = raster(*wavy(x, y), cutter)
+    points, out = wavy(np.random.default_rng(4).uniform(-2, 2, 12), np.random.default_rng(5).uniform(-0.6, 0.6, 12))
+    found = MilledStock().cut_by(cutter, passes).height_mm(points, out)
+    aside = np.cross(axis, [0.0, 1.0, 0.0])
+    aside /= np.linalg.norm(aside)
+    turn = np.linspace(0, 2 * np.pi, 1200, endpoint=False)
+    ring = cutter.cutter.ring_mm * (np.cos(turn)[:, None] * aside + np.sin(turn)[:, None] * np.cross(axis, aside))
+    centres = np.concatenate([_dense(p, 401) for p in passes])
+    for point, direction, height in zip(points, out, found, strict=True):
+        near = centres[np.linalg.norm(centres - point, axis=1) < 3.4]
+        from_point = (near[:, None] + ring[None]).reshape(-1, 3) - point
+        along = from_point @ direction
+        square = corner**2 - (np.sum(from_point**2, axis=1) - along**2)
+        assert -1e-9 < np.min(along[square > 0] - np.sqrt(square[square > 0])) - height < 4e-4
+    assert np.all(np.abs(found) < 0.03)
+
+
+def _dense(centres: Array, count: int) -> Array:
+    at = np.linspace(0, len(centres) - 1, count)
+    return np.column_stack([np.interp(at, np.arange(len(centres)), centres[:, k]) for k in range(3)])
+
+
+def test_a_worn_corner_leaves_material_on_and_a_worn_flat_end_is_narrower() -> None:
+    y = np.array([0.0, 2.985, 2.995])
+    points, normal = np.column_stack([0 * y, y, 0 * y]), np.tile(UP, (3, 1))
+    for corner, expected in ((1.0, [0.010, 1 - math.sqrt(0.99**2 - 0.985**2), 0.5]), (0.0, [0.0, 0.0, 0.5])):
+        worn = EndMill(Cutter(3.0, corner), radius_error_mm=-0.010)
+        stock = MilledStock().cut_by(worn, [np.array([[-5.0, 0.0, corner], [5.0, 0.0, corner]])])
+        np.testing.assert_allclose(stock.height_mm(points, normal, 0.5 + corner)[:2], expected[:2], atol=1e-10)
+        assert stock.height_mm(points, normal, 0.5)[2] == expected[2]
+
+
 def test_a_worn_cutter_and_a_machine_error_stay_on_the_part() -> None:
     """10 µm less radius leaves 10 µm on; a machine 5 µm too high leaves 5 µm more."""
-    worn = BallEndMill(3.0, -0.010)
+    worn = ball_end(3.0, -0.010)
     stock = MilledStock().cut_by(worn, plane_passes(0.5), lambda p: np.tile([0.0, 0.0, 0.005], (len(p), 1)))
     height = stock.height_mm(np.zeros((1, 3)), UP[None])
     assert math.isclose(height[0], 0.015, abs_tol=1e-12)

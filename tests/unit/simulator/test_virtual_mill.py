@@ -10,7 +10,7 @@ from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.mill import MilledStock
+from trueloop.simulator.mill import MilledStock, ball_end
 from trueloop.simulator.surface_process import WAVES, SurfaceProcess, Variation, published_process
 from trueloop.simulator.virtual_mill import STEP_MM, Passes, VirtualMill, passes_over
 
@@ -27,7 +27,7 @@ def plane() -> Surface:
 def passes() -> Passes:
     """Along x, from edge to edge."""
     ends = [np.array([[0.0, y, RADIUS], [20.0, y, RADIUS]]) for y in np.arange(0.0, 20.1, STEP_OVER)]
-    return passes_over(plane(), ends)
+    return passes_over(plane(), ends, ball_end(RADIUS))
 
 
 def sloping(low_mm: float, high_mm: float) -> SplineSurface:
@@ -44,14 +44,14 @@ def test_the_ball_stands_off_by_the_pattern_and_leaves_as_much() -> None:
     """Under a pass that climbs by 6 µm in 20 mm the material stands as high as the ball was off, to second order."""
     mill = VirtualMill(SurfaceProcess(sloping(0.002, 0.008), 0.0, 0.0, 0.0))
     points, normal = under_a_pass()
-    left = mill.cut(passes(), RADIUS, None).height_mm(points, normal)
+    left = mill.cut(passes(), ball_end(RADIUS), None).height_mm(points, normal)
     assert np.allclose(left, 0.002 + 0.006 * points[:, 0] / 20.0, atol=2e-7)
 
 
 @pytest.mark.parametrize("worn_mm", [-0.004, 0.003])
 def test_a_worn_cutter_leaves_material_on(worn_mm: float) -> None:
     mill = VirtualMill(SurfaceProcess(sloping(0.0, 0.0), 0.0, 0.0, 0.0), radius_error_mm=worn_mm)
-    assert np.allclose(mill.cut(passes(), RADIUS, None).height_mm(*under_a_pass()), -worn_mm, atol=1e-9)
+    assert np.allclose(mill.cut(passes(), ball_end(RADIUS), None).height_mm(*under_a_pass()), -worn_mm, atol=1e-9)
 
 
 def test_what_a_part_has_of_its_own_is_added_to_the_pattern() -> None:
@@ -60,7 +60,7 @@ def test_what_a_part_has_of_its_own_is_added_to_the_pattern() -> None:
     variation = Variation(0.003, 0.003, weights)
     mill = VirtualMill(SurfaceProcess(sloping(0.001, 0.001), 0.0, 0.0, 0.0))
     points, normal = under_a_pass()
-    left = mill.cut(passes(), RADIUS, variation).height_mm(points, normal)
+    left = mill.cut(passes(), ball_end(RADIUS), variation).height_mm(points, normal)
     expected = 0.001 + 0.003 * np.sin(points[:, 0] / 20) * math.cos(0.5) / 3
     assert np.allclose(left, expected, atol=5e-7)
 
