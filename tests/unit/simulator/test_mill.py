@@ -92,7 +92,7 @@ def test_a_flat_end_that_leans_leaves_an_ellipse_or_a_slope(along: bool) -> None
 
 @pytest.mark.parametrize("corner", [1.0, 0.25])
 def test_a_bull_nose_that_leans_leaves_what_the_nearest_ball_of_its_ring_leaves(corner: float) -> None:
-    """Dense balls around the ring, at dense places of every pass, one by one: above by what lies between, below 0.4 µm."""
+    """Dense balls around the ring, at dense places of every pass: above by less than 0.4 µm, never below."""
     axis = np.array([math.sin(LEAD), 0.1, math.cos(LEAD)])
     axis /= np.linalg.norm(axis)
     cutter = EndMill(Cutter(3.0, corner), (float(axis[0]), float(axis[1]), float(axis[2])))
