@@ -10,7 +10,7 @@ import pytest
 from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.prediction import rms
-from trueloop.compensation.surface_program import SurfaceJob
+from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array

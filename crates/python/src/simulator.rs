@@ -107,13 +107,10 @@ impl CutterSweep {
         corner: f64,
         axis: [f64; 3],
     ) -> PyResult<Self> {
-        let (length, size) = (
-            axis.map(|part| part * part).iter().sum::<f64>(),
-            ring + corner,
-        );
-        if !(ring >= 0.0 && corner >= 0.0 && size.is_finite() && size > 0.0)
-            || !((length - 1.0).abs() < 1e-9)
-        {
+        let length: f64 = axis.map(|part| part * part).iter().sum();
+        let size = ring + corner;
+        let an_end = ring >= 0.0 && corner >= 0.0 && size.is_finite() && size > 0.0;
+        if !an_end || !length.is_finite() || (length - 1.0).abs() > 1e-9 {
             return Err(PyValueError::new_err(
                 "ring and corner must be numbers not below 0, one of them above, and the axis a unit vector",
             ));

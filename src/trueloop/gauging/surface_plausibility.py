@@ -66,7 +66,7 @@ def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name
             raise TrueloopError(
                 Code.SRF_UNIT,
                 f"the points of {name!r} stand {off:.3f} mm off; multiplied by {factor:g} they fit",
-                hint=f"the unit is not mm but {unit}: say so where the points are read",
+                hint=f"the unit is not mm but {unit}: write the points in mm",
             )
 
 
