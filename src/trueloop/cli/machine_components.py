@@ -8,6 +8,7 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.machine_options import Extrapolate, ModelOption, logs_of, signals_of
 from trueloop.cli.program_file import vector_of
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 
 @guarded
@@ -48,5 +49,7 @@ def decompose(
     }
     write_all(out, contents.items(), inputs=(inspections, model, *logs_of([*cutting, *probing])))
     if frame is not None:
-        typer.echo(f"part frame: shift {1e3 * frame.shift_mm} µm, turn {1e6 * frame.turn_rad} µrad taken out")
+        typer.echo(
+            f"part frame: shift {UM_PER_MM * frame.shift_mm} µm, turn {URAD_PER_RAD * frame.turn_rad} µrad taken out"
+        )
     typer.echo(f"{len(points)} points; written: {out / 'components.csv'}, {out / 'components.html'}")

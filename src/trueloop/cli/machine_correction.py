@@ -124,8 +124,8 @@ def export(
         files.append((out.with_suffix(".cma").name, control_tables.heidenhain_cma(axis, out.name)))
     write_all(out.parent, [(name, text.encode()) for name, text in files], inputs=(model, *logs_of(temperatures)))
     typer.echo(
-        f"{len(table.position_mm)} entries; off the model by {1e3 * table.deviation_mm:.3f} µm along the table, "
-        f"up to {1e3 * table.elsewhere_mm:.1f} µm elsewhere in the travel"
+        f"{len(table.position_mm)} entries; off the model by {UM_PER_MM * table.deviation_mm:.3f} µm along the table, "
+        f"up to {UM_PER_MM * table.elsewhere_mm:.1f} µm elsewhere in the travel"
     )
     if control != "linuxcnc":
         for words in control_tables.CAUTION:

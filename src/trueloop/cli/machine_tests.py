@@ -9,6 +9,7 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.terminal import AsJson, print_json
+from trueloop.units import UM_PER_MM
 
 Page = Annotated[Path | None, typer.Option("--out", "-o", metavar="PAGE.html", help="Page with the plots.")]
 
@@ -70,9 +71,10 @@ def drift(
         print_json({"channels": [item.__dict__ for item in found]})
         return
     for item in found:
+        over_all_um, within_um = UM_PER_MM * item.total_range, UM_PER_MM * item.window_range
         typer.echo(
-            f"{item.channel:<8} {1e3 * item.total_range:9.2f} µm over all, {1e3 * item.window_range:.2f} within "
-            f"{window_h:g} h from {item.window_start_s / 3600:.2f} h"
+            f"{item.channel:<8} {over_all_um:9.2f} µm over all, {within_um:.2f} within {window_h:g} h from "
+            f"{item.window_start_s / 3600:.2f} h"
         )
     if out is not None:
         typer.echo(f"written: {out}")

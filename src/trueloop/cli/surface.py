@@ -10,6 +10,7 @@ from trueloop.cli.numbers import positive
 from trueloop.cli.surface_simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.errors import Code, TrueloopError
+from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.formats.outputs import Named
@@ -116,7 +117,7 @@ def path(
     from trueloop.nc.dialect import dialect_named
 
     with busy(f"passes over {nominal}"):
-        options = ZigzagOptions(radius_mm, scallop_um / 1000, chord_um / 1000, feed)
+        options = ZigzagOptions(radius_mm, scallop_um / UM_PER_MM, chord_um / UM_PER_MM, feed)
         passes = zigzag(read_nominal(nominal, face, flip=flip), options)
     typer.echo(program_text(passes, dialect_named(dialect), options), nl=False)
 

@@ -16,7 +16,7 @@ from trueloop.simulator.nose import Nose
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
-from trueloop.units import UM_PER_MM
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 Power = Annotated[int, Field(ge=0, le=6, strict=True)]
 
@@ -187,7 +187,7 @@ def cmm_of(table: CmmTable) -> VirtualCmm:
     """The table as values."""
     return VirtualCmm(
         table.frame_um / UM_PER_MM,
-        table.tilt_urad * 1e-6,
+        table.tilt_urad / URAD_PER_RAD,
         table.mpe_um / UM_PER_MM,
         table.mpe_um_per_m / UM_PER_MM / 1000.0,
     )

@@ -12,6 +12,7 @@ from trueloop.machine.planar_field import PlanarField
 from trueloop.machine.point_program import IN_NO_CASE, NO_POSITIONS, displace_points
 from trueloop.nc.edit import apply_edits, insert_heading
 from trueloop.nc.program import Program
+from trueloop.units import UM_PER_MM
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,10 @@ def correct_points(
         if size > limit_mm:
             raise TrueloopError(
                 Code.CMP_SIZE,
-                f"a correction of {axis} by {1e3 * size:.1f} µm is larger than {1e3 * limit_mm:g} µm",
+                f"a correction of {axis} by {UM_PER_MM * size:.1f} µm is larger than {UM_PER_MM * limit_mm:g} µm",
                 hint="check the unit and the sign of the field",
                 place=program.place(found.largest_at),
-                override=f"--limit-um {math.ceil(1e3 * size)}",
+                override=f"--limit-um {math.ceil(UM_PER_MM * size)}",
             )
     digest = sha256_of(program.source)
     identity = record_id({"program": digest}, {"field": told, "all_words": all_words})

@@ -19,6 +19,7 @@ from trueloop.geometry.feature import Array
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.loops.job_inputs import ReadPart, read_part
+from trueloop.units import UM_PER_MM
 
 REPORTING_SURFACES: Final = ("renishaw",)
 """Controls whose probing macros take the ball off by themselves."""
@@ -78,7 +79,9 @@ def touches_csv(matched: MatchedTouches) -> str:
     for touch in matched.touches:
         assert touch.error_mm is not None
         x, z = touch.nominal_mm
-        lines.append(f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * 1000:.3f}")
+        lines.append(
+            f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * UM_PER_MM:.3f}"
+        )
     return "\n".join([*lines, ""])
 
 

@@ -14,6 +14,7 @@ from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.observations import Observations, ranges
 from trueloop.machine.term import Term, block_diagonal
 from trueloop.machine.time_constants import at_bounds, sought_constants, with_lag_covariance
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 HUBER = 1.345
 """Bound of Huber's weights in standard deviations: 95 % efficiency on clean normal data (Huber 1964)."""
@@ -128,7 +129,7 @@ def _weights(readings: Observations) -> Array:
     if np.all(np.isfinite(readings.standard_u)):
         inverse: Array = 1.0 / readings.standard_u
         return inverse
-    return np.where(readings.is_angle, 1e3, 1.0)
+    return np.where(readings.is_angle, URAD_PER_RAD / UM_PER_MM, 1.0)
 
 
 def _solve(rows: Array, values: Array, robust: bool) -> tuple[Array, Array, float, NDArray[np.bool_]]:
@@ -210,7 +211,7 @@ def _too_few(parameters: int, count: int) -> TrueloopError:
 def _outlier_findings(readings: Observations, residual: Array, outlier: NDArray[np.bool_]) -> list[Finding]:
     found = []
     for k in np.flatnonzero(outlier):
-        size, unit = (residual[k] * 1e6, "µrad") if readings.is_angle[k] else (residual[k] * 1e3, "µm")
+        size, unit = (residual[k] * URAD_PER_RAD, "µrad") if readings.is_angle[k] else (residual[k] * UM_PER_MM, "µm")
         line = int(readings.line[k]) if len(readings.line) else None
         found.append(
             Finding(

@@ -7,6 +7,7 @@ import numpy as np
 from trueloop.geometry.feature import Array
 from trueloop.machine.model import MachineModel
 from trueloop.machine.term import Signals, Term
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 POINTS = 101
 
@@ -58,6 +59,7 @@ def _curve(model: MachineModel, term: Term, where: slice, signals: Signals) -> T
         for way in (1.0, -1.0)
     ]
     variance = np.einsum("ni,ij,nj->n", rows[0], model.covariance[where, where], rows[0])
-    forward, reverse = (1e6 if term.name.is_rotation else 1e3) * np.stack(rows) @ model.coefficients[where]
-    u = (1e6 if term.name.is_rotation else 1e3) * np.sqrt(np.maximum(variance, 0.0))
+    scale = URAD_PER_RAD if term.name.is_rotation else UM_PER_MM
+    forward, reverse = scale * np.stack(rows) @ model.coefficients[where]
+    u = scale * np.sqrt(np.maximum(variance, 0.0))
     return TermCurve(str(term.name), term.name.unit, position, forward, reverse, u)

@@ -17,6 +17,7 @@ from trueloop.nc.edit import Edit, displace_word, insert_word
 from trueloop.nc.field import Field
 from trueloop.nc.program import Block, Program, Word
 from trueloop.nc.tool_path import CoordinateState
+from trueloop.units import UM_PER_MM
 
 MILLS: Final = ("fanuc-mill", "haas-mill", "linuxcnc")
 """Dialects in which X and Y are positions of a plane, X no diameter."""
@@ -59,7 +60,7 @@ class TableField:
         if np.any(moved[:, 2]):
             raise TrueloopError(
                 Code.MCH_PROGRAM,
-                f"the table displaces Z by {1e3 * float(np.abs(moved[:, 2]).max()):.1f} µm: points have X and Y only",
+                f"the table displaces Z by {UM_PER_MM * np.abs(moved[:, 2]).max():.1f} µm: points have X and Y only",
                 hint="leave dz out, or give the table to `trueloop nc map`",
             )
         return -moved[:, :2]

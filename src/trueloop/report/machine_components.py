@@ -25,7 +25,7 @@ from trueloop.report.style import (
     plain,
     signed,
 )
-from trueloop.units import UM_PER_MM
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 SURFACES = (
     ("NOMINALSURFACE CMM", None),
@@ -41,7 +41,7 @@ FIGURES = 12
 
 def surface_error_diagram(parts: Components, k: int) -> Figure:
     """One gauging point: surfaces as lines at their height, vectors as arrows between them, µm."""
-    heights = {name: 0.0 if field is None else 1e3 * float(getattr(parts, field)[k]) for name, field in SURFACES}
+    heights = {name: 0.0 if field is None else UM_PER_MM * float(getattr(parts, field)[k]) for name, field in SURFACES}
     nominal_mt, free_mt = heights[SURFACES[1][0]], heights[SURFACES[2][0]]
     detected, gt, free = heights["detected surface"], heights[SURFACES[4][0]], heights[SURFACES[5][0]]
     vectors = (
@@ -111,9 +111,9 @@ def _cell(parts: Components, name: str, k: int) -> str:
 def _frame(frame: FrameDiscrepancy | None) -> str:
     if frame is None:
         return ""
-    shift = ", ".join(signed(1e3 * float(v), 1) for v in frame.shift_mm)
-    turn = ", ".join(signed(1e6 * float(v), 0) for v in frame.turn_rad)
+    shift = ", ".join(signed(UM_PER_MM * float(v), 1) for v in frame.shift_mm)
+    turn = ", ".join(signed(URAD_PER_RAD * float(v), 0) for v in frame.turn_rad)
     return (
         f"<p>Part coordinate system discrepancy taken out: shift ({shift}) µm, turn ({turn}) µrad; differences along "
-        f"the normals {1e3 * frame.rms_before_mm:.1f} → {1e3 * frame.rms_after_mm:.1f} µm RMS.</p>"
+        f"the normals {UM_PER_MM * frame.rms_before_mm:.1f} → {UM_PER_MM * frame.rms_after_mm:.1f} µm RMS.</p>"
     )

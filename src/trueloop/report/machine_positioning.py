@@ -29,6 +29,7 @@ from trueloop.report.style import (
     padded,
     plain,
 )
+from trueloop.units import UM_PER_MM
 
 COLOURS: Final = (INK, AFTER, LEFT_ON, TAKEN, SOFT, "#b26a00", "#6a1b9a", "#5d4037", "#00838f", "#827717")
 WIDTH: Final = 980
@@ -50,7 +51,7 @@ def values_of(test: Positioning) -> list[tuple[str, str, BothWays]]:
 
 def scale_of(test: Positioning) -> tuple[float, str]:
     """Factor to, and name of, the unit in which deviations are told: µm, or arcseconds."""
-    return (ARCSECONDS, "″") if test.angular else (1e3, "µm")
+    return (ARCSECONDS, "″") if test.angular else (UM_PER_MM, "µm")
 
 
 def positioning_page(name: str, test: Positioning) -> str:
@@ -127,7 +128,7 @@ def positioning_figure(test: Positioning) -> Figure:
 def drift_page(name: str, test: DriftTest, found: Sequence[Drift]) -> str:
     """Displacements and temperatures over time, and the ranges of ISO 230-3."""
     every = max(1, len(test.time_s) // POINTS)
-    moved = {channel: 1e3 * (values - values[0]) for channel, values in test.displacement_mm.items()}
+    moved = {channel: UM_PER_MM * (values - values[0]) for channel, values in test.displacement_mm.items()}
     panels = (
         ("displacement (µm)", moved),
         ("temperature (°C)", test.temperature),
@@ -145,7 +146,10 @@ def drift_page(name: str, test: DriftTest, found: Sequence[Drift]) -> str:
     )
     names = ("channel", "range over all (µm)", f"largest within {found[0].window_s / 3600:g} h", "from (h)")
     rows = [
-        (esc(d.channel), *(plain(v, 2) for v in (1e3 * d.total_range, 1e3 * d.window_range, d.window_start_s / 3600)))
+        (
+            esc(d.channel),
+            *(plain(v, 2) for v in (UM_PER_MM * d.total_range, UM_PER_MM * d.window_range, d.window_start_s / 3600)),
+        )
         for d in found
     ]
     body = head + section("plots", "Over time", *figures) + section("ranges", "Ranges", table(names, rows))

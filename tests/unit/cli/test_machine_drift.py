@@ -30,14 +30,10 @@ def _log(path: Path, seed: int, *, offset_um: float = 0.0, warmer: float = 0.0, 
     return path
 
 
-def _run(*arguments: object, status: int = 0) -> str:
-    return output_of("machine", *arguments, status=status)
-
-
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("drift")
-    told = json.loads(_run("drift-fit", str(_log(folder / "log.csv", 5)), "-o", str(folder), "--json"))
+    told = json.loads(output_of("machine", "drift-fit", str(_log(folder / "log.csv", 5)), "-o", folder, "--json"))
     left = told["left_um_rms"]["z"]
     assert left["dynamic"] < 0.1 * left["raw"] and left["dynamic"] < 0.5 * left["static"]
     assert "drift model" in (folder / "drift.html").read_text()
@@ -47,7 +43,7 @@ def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_another_day_is_predicted_with_its_sign(fitted: Path, tmp_path: Path) -> None:
     """Its displacement was zeroed elsewhere: that offset is told apart."""
     log, out = _log(tmp_path / "day.csv", 6, offset_um=100.0), tmp_path / "p.csv"
-    left = json.loads(_run("drift-predict", str(fitted), str(log), "-o", str(out), "--json"))["left_um_rms"]["z"]
+    left = json.loads(output_of("machine", "drift-predict", fitted, log, "-o", out, "--json"))["left_um_rms"]["z"]
     assert left["without_mean"] < 1.0 and left["as_read"] == pytest.approx(100, abs=1)
     read, written = (np.genfromtxt(path, delimiter=",", names=True) for path in (log, out))
     assert np.polyfit(written["z_um"], read["z_um"], 1)[0] == pytest.approx(1, abs=0.1)
@@ -55,23 +51,25 @@ def test_another_day_is_predicted_with_its_sign(fitted: Path, tmp_path: Path) ->
 
 def test_a_log_without_displacements_will_do(fitted: Path, tmp_path: Path) -> None:
     log, out = _log(tmp_path / "day.csv", 6, displacement=False), tmp_path / "p.csv"
-    assert "written" in _run("drift-predict", str(fitted), str(log), "-o", str(out))
+    assert "written" in output_of("machine", "drift-predict", fitted, log, "-o", out)
 
 
 def test_signals_beyond_the_data_need_their_name(fitted: Path, tmp_path: Path) -> None:
     log, out = _log(tmp_path / "day.csv", 5, warmer=9.0), tmp_path / "p.csv"
-    said = _run("drift-predict", str(fitted), str(log), "-o", str(out), status=3)
+    said = output_of("machine", "drift-predict", fitted, log, "-o", out, status=3)
     assert "day.csv: MCH-RANGE: T" in said and "°C; the model was found from" in said and not out.exists()
     allowed = ["--extrapolate", "T1", "--extrapolate", "T2_degC"]
-    assert "written" in _run("drift-predict", str(fitted), str(log), "-o", str(out), *allowed)
+    assert "written" in output_of("machine", "drift-predict", fitted, log, "-o", out, *allowed)
 
 
 def test_refusals(fitted: Path, tmp_path: Path) -> None:
     out = str(tmp_path / "p.csv")
     short = tmp_path / "short.csv"
     short.write_text("\n".join(_log(tmp_path / "day.csv", 6).read_text().splitlines()[:50]))
-    assert "MCH-DATA" in _run("drift-fit", str(short), "-o", str(tmp_path), status=3)
+    assert "MCH-DATA" in output_of("machine", "drift-fit", short, "-o", tmp_path, status=3)
     renamed = tmp_path / "renamed.csv"
     renamed.write_text(short.read_text().replace("spindle_rpm", "speed_rpm"))
-    assert "MCH-SIGNAL: 1 signals" in _run("drift-predict", str(fitted), str(renamed), "-o", out, status=3)
-    assert "MCH-FILE" in _run("drift-predict", str(short), str(short), "-o", out, status=3)
+    assert "MCH-SIGNAL: 1 signals" in output_of(
+        "machine", "drift-predict", str(fitted), str(renamed), "-o", out, status=3
+    )
+    assert "MCH-FILE" in output_of("machine", "drift-predict", short, short, "-o", out, status=3)

@@ -30,20 +30,16 @@ def reports(tmp_path: Path) -> list[str]:
     return [str(_report(tmp_path / f"plate-{k}.txt", k, 0.1 * k)) for k in (1, 2)]
 
 
-def _run(*arguments: object, status: int = 0) -> str:
-    return output_of("machine", *arguments, status=status)
-
-
 def test_plates_to_a_corrected_program(tmp_path: Path, reports: list[str]) -> None:
     """The pattern holds the shape; what all plates have of offset, scale and rotation is theirs, not the machine's."""
     field, out = tmp_path / "field.csv", tmp_path / "out.nc"
-    told = json.loads(_run("plates", *reports, "-o", str(field), "--step-mm", "5", "--json"))
+    told = json.loads(output_of("machine", "plates", *reports, "-o", field, "--step-mm", "5", "--json"))
     assert all(row["after_others_um_rms"] < 0.3 * row["left_um_rms"] for row in told["plates"])
     assert told["table_off_um"] < 0.1
     at = np.array([[x, y] for x in (-100, -50, 0, 50, 100) for y in (-90, 0, 90)], dtype=np.float64)
     program = tmp_path / "holes.nc"
     program.write_text("G21 G90\n" + "".join(f"X{x:.5f} Y{y:.5f}\n" for x, y in at))
-    said = _run("points", str(program), "-t", str(field), "-d", "linuxcnc", "-o", str(out))
+    said = output_of("machine", "points", program, "-t", field, "-d", "linuxcnc", "-o", out)
     assert "over 15 points" in said
     lines = [line.split() for line in out.read_text().splitlines() if line.startswith("X")]
     moved = np.array([[float(word[1:]) for word in words] for words in lines])
@@ -55,8 +51,8 @@ def test_plates_to_a_corrected_program(tmp_path: Path, reports: list[str]) -> No
 
 
 def test_one_plate_has_no_others_to_judge_it(reports: list[str]) -> None:
-    assert json.loads(_run("plates", reports[0], "--json"))["plates"][0]["after_others_um_rms"] is None
-    assert "with the pattern of the others" not in _run("plates", reports[0])
+    assert json.loads(output_of("machine", "plates", reports[0], "--json"))["plates"][0]["after_others_um_rms"] is None
+    assert "with the pattern of the others" not in output_of("machine", "plates", reports[0])
 
 
 @pytest.mark.parametrize(
@@ -82,7 +78,9 @@ def test_points_says_what_it_does_not_take(
 ) -> None:
     source, out = tmp_path / "holes.nc", tmp_path / "out.nc"
     source.write_text(program)
-    assert words in _run("points", str(source), "-d", "linuxcnc", "-o", str(out), *options, status=status)
+    assert words in output_of(
+        "machine", "points", str(source), "-d", "linuxcnc", "-o", str(out), *options, status=status
+    )
     assert out.exists() == (status == 0)
 
 
@@ -90,17 +88,17 @@ def test_frames_move_only_when_told(tmp_path: Path) -> None:
     source, out = tmp_path / "holes.nc", tmp_path / "out.nc"
     source.write_text("G21 G90\nG52 X100. Y0.\nX100. Y0.\nG4 X100.\nG68 X100. Y0. R5.\n")
     arguments = ["points", str(source), "-d", "fanuc-mill", "-o", str(out), "--quadrupole", "1e-4,0"]
-    _run(*arguments)
+    output_of("machine", *arguments)
     assert out.read_text().splitlines()[2:] == ["G52 X100. Y0.", "X99.990 Y0.", "G4 X100.", "G68 X100. Y0. R5."]
-    _run(*arguments, "--all-words")
+    output_of("machine", *arguments, "--all-words")
     assert out.read_text().splitlines()[2:] == ["G52 X99.990 Y0.", "X99.990 Y0.", "G4 X100.", "G68 X100. Y0. R5."]
 
 
 def test_plates_name_what_is_no_report(tmp_path: Path, reports: list[str]) -> None:
     damaged = tmp_path / "damaged.txt"
     damaged.write_text("Meas X\n1 2 3\n")
-    assert "MCH-FILE" in _run("plates", str(damaged), status=3)
+    assert "MCH-FILE" in output_of("machine", "plates", damaged, status=3)
     few = tmp_path / "few.txt"
     few.write_text("\n".join(Path(reports[0]).read_text().splitlines()[:8]))
-    assert "6 holes on 1 plates do not determine a pattern" in _run("plates", str(few), status=3)
-    assert "OUT-INPUT" in _run("plates", reports[0], "-o", reports[0], status=4)
+    assert "6 holes on 1 plates do not determine a pattern" in output_of("machine", "plates", few, status=3)
+    assert "OUT-INPUT" in output_of("machine", "plates", reports[0], "-o", reports[0], status=4)
