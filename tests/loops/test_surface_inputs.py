@@ -1,5 +1,6 @@
 """What a surface's job names: nothing is counted twice, and nothing mistyped is passed over."""
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -26,10 +27,10 @@ def folder(tmp_path: Path) -> Path:
     """A folder whose name is no pattern, with a nominal surface and parts in two folders of it."""
     x, y = np.meshgrid(np.linspace(0, 50, 6), np.linspace(0, 50, 6), indexing="ij")
     points, folder = np.stack([x, y, np.sin(x / 14)], axis=2), tmp_path / "job [1]"
-    for name in ("nominal", "parts/S01", "parts/S02", "again/S01", "again/S03"):
+    for k, name in enumerate(("nominal", "parts/S01", "parts/S02", "again/S01", "again/S03")):
         file = folder / f"{name}.csv"
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(points_to_csv(points.reshape(-1, 3), (6, 6)))
+        file.write_bytes(points_to_csv((points + 0.001 * k).reshape(-1, 3), (6, 6)))
     return folder
 
 
@@ -54,6 +55,13 @@ def test_a_part_is_not_counted_twice_nor_taken_for_another_of_its_name(folder: P
     refusal = refused(_read, folder, points)
     assert refusal.code is Code.SRF_TWICE
     assert "'S01'" in refusal.message and str(folder / points[1].replace("*", "1")) in refusal.message
+
+
+def test_a_copy_under_another_name_is_no_further_part(folder: Path) -> None:
+    shutil.copy(folder / "parts/S01.csv", folder / "parts/S09.csv")
+    refusal = refused(_read, folder, ["parts/*.csv"])
+    assert refusal.code is Code.SRF_TWICE
+    assert "'S01.csv' and 'S09.csv'" in refusal.message
 
 
 def test_every_pattern_must_be_like_a_file(folder: Path) -> None:

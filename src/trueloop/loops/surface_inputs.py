@@ -68,17 +68,20 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
     program = path.parent / job.program.finish if job.program else None
     surface, face = _nominal(nominal, job.surface.face, flip=job.surface.flip)
     files = (path, nominal, *points, *([program] if program else []))
+    parts = tuple(_part(file, job.gauging.ball_radius_mm) for file in points)
+    hashes = {file: sha256_of(file.read_bytes()) for file in files}
+    _require_measured_once(points, hashes)
     return SurfaceInputs(
         name=job.name,
         surface=surface,
-        parts=tuple(_part(file, job.gauging.ball_radius_mm) for file in points),
+        parts=parts,
         options=options_of(job),
         program=None if program is None or job.program is None else _program(program, job.program.dialect),
         cutter=_cutter(job),
         cad_file=job.compensation.cad_file,
         output_folder=path.parent / job.output.folder,
         files=files,
-        sha256={_named(file, path.parent): sha256_of(file.read_bytes()) for file in files},
+        sha256={_named(file, path.parent): digest for file, digest in hashes.items()},
         nominal=nominal,
         face=face,
         measured_at=job.gauging.measured_at,
@@ -185,6 +188,20 @@ def _require_different(files: Sequence[Path], path: Path) -> None:
                 place=Place(str(path)),
             )
         by_name[file.stem] = file
+
+
+def _require_measured_once(files: Sequence[Path], hashes: Mapping[Path, str]) -> None:
+    """Raises SRF-TWICE for a copy under another name: it would count as a further part, and agree to the last digit."""
+    by_hash: dict[str, Path] = {}
+    for file in files:
+        first = by_hash.setdefault(hashes[file], file)
+        if first is not file:
+            raise TrueloopError(
+                Code.SRF_TWICE,
+                f"two of {len(files)} parts are one: {first.name!r} and {file.name!r} have the same bytes",
+                hint="leave the copy out of gauging.points",
+                place=Place(str(file)),
+            )
 
 
 def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) -> None:
