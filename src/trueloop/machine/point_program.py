@@ -141,14 +141,10 @@ def _edits(program: Program, point: _Point, correction: Array, before: Array) ->
 
 
 def _as_fine_as_written(program: Program, points: Sequence[_Point]) -> Program:
-    """The program with a resolution of as many decimals as its points have, in inches and in mm."""
-    decimals = {False: 0, True: 0}
-    for point in points:
-        for word in point.words.values():
-            fraction = word.text.partition(".")[2].strip()
-            decimals[point.state.inch] = max(decimals[point.state.inch], len(fraction))
-    steps = (min(program.dialect.step(inch), float(f"1e-{decimals[inch]}")) for inch in (True, False))
-    inch, metric = steps
+    """The program with a resolution of as many decimals as its finest point has, in mm and in inches alike."""
+    fractions = (word.text.partition(".")[2].strip() for point in points for word in point.words.values())
+    finest = float(f"1e-{max(map(len, fractions), default=0)}")
+    inch, metric = (min(program.dialect.step(inch), finest) for inch in (True, False))
     return replace(program, dialect=replace(program.dialect, resolution_inch=inch, resolution_mm=metric))
 
 
