@@ -148,10 +148,10 @@ class Job(Table):
 
 def read_job(path: Path) -> Job:
     """Reads a job file; raises JOB errors that name the table, the key and the line."""
-    return read_job_file(path, Job)
-
-
-def read_job_file(path: Path, kind: type[T]) -> T:
-    """Reads a job file of some kind."""
     hint = "docs/job-file.md lists every table and key with its unit and default; `trueloop demo` runs a ready job"
+    return read_job_file(path, Job, hint)
+
+
+def read_job_file(path: Path, kind: type[T], hint: str) -> T:
+    """Reads a job file of some kind; `hint` says what such a file holds."""
     return read_tables(path, kind, Code.JOB_KEY, hint=hint, missing=Code.JOB_MISSING, syntax=Code.JOB_SYNTAX)

@@ -98,4 +98,5 @@ class SurfaceJobFile(Table):
 
 def read_surface_job(path: Path) -> SurfaceJobFile:
     """Reads a job file of a surface; raises JOB errors that name the table, the key and the line."""
-    return read_job_file(path, SurfaceJobFile)
+    hint = "docs/surface.md lists every key with its default; examples/surface/surface.toml is a ready job"
+    return read_job_file(path, SurfaceJobFile, hint)

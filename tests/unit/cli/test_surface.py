@@ -232,6 +232,11 @@ def test_a_point_in_the_bore_of_a_trimmed_face_is_refused(tmp_path: Path) -> Non
     assert not (tmp_path / "out").exists()
 
 
+def test_a_missing_job_points_to_the_page_of_surface_jobs(tmp_path: Path) -> None:
+    said = run("surface", "compensate", tmp_path / "jop.toml", status=ExitStatus.REFUSED)
+    assert "JOB-MISSING" in said and "docs/surface.md" in said
+
+
 def test_the_corrected_surface_of_a_bored_plate_is_bored(tmp_path: Path) -> None:
     job, at = bored_job(tmp_path), np.linspace(1, 49, 17)
     for k in range(1, 5):
