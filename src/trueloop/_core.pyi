@@ -80,9 +80,9 @@ class NcProgram:
 
 # nc-map: a field applied to a program
 
-def nc_survey(source: bytes, dialect: str) -> tuple[bool, tuple[bool, bool, bool], dict[str, int]]:
+def nc_survey(source: bytes, dialect: str) -> tuple[bool, tuple[bool, bool, bool], dict[str, int], int | None]:
     """Of whole lines: whether a block may send its run elsewhere (a loop, a call, a contour by number), which of X, Y
-    and Z are named, and the byte at which each letter is first met.
+    and Z are named, the byte at which each letter is first met, and the byte at which G10 first sets an offset.
     """
 
 def nc_said(

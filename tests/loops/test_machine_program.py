@@ -115,6 +115,16 @@ def test_an_unknown_offset_is_told_with_its_line() -> None:
     assert (refusal.value.code, refusal.value.place.line) == (Code.MCH_FRAME, 3)
 
 
+@pytest.mark.parametrize("word", ["G10 L2 P1 X5 Y0 Z0", "G10 L10 P1 R3"])
+@pytest.mark.parametrize("dialect", ["linuxcnc", "fanuc-mill"])
+def test_an_offset_set_by_the_program_is_not_what_the_set_up_says(word: str, dialect: str) -> None:
+    """The error would be taken where the zero lay before."""
+    source = f"G21 G90 G54\nG0 X0 Y0 Z5\n{word}\nG1 X50 F100\n"
+    with pytest.raises(TrueloopError, match="G10 sets an offset") as refusal:
+        corrected(source, STRETCHED, SETUP, dialect=dialect)
+    assert (refusal.value.code, refusal.value.place.line) == (Code.MCH_FRAME, 3)
+
+
 @pytest.mark.parametrize("radius", ["R-6.", "R6."])
 def test_an_arc_by_its_radius_keeps_to_the_displaced_circle(radius: str) -> None:
     """X and Y read 1 µm a millimetre too far: the circle has to be as much smaller, on whichever side of the chord."""

@@ -23,7 +23,7 @@ use standing::Standing;
 
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
 pub use refusal::Refusal;
-pub use role::named_axes;
+pub use role::{named_axes, sets_offset};
 pub use standing::{said, Saying};
 
 /// What is accepted.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use nc_program::dialect::G;
-use nc_program::{Program, WordKind};
+use nc_program::{Program, Word, WordKind};
 
 /// Letters of positions and increments.
 pub(crate) const COORDINATES: &[u8] = b"XYZUVW";
@@ -57,6 +57,15 @@ pub(crate) fn names_axis(program: &Program, block: usize) -> bool {
 /// Whether a block names that axis, by position or increment.
 pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
     program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].contains(&word.letter))
+}
+
+/// Where a code first sets a work offset or a tool's data (G10), in bytes.
+pub fn sets_offset(program: &Program) -> Option<usize> {
+    let sets = |word: &&Word| {
+        let code = (program.dialect().g)((word.value * 10.0).round() as u16);
+        word.letter == b'G' && word.kind == WordKind::Number && matches!(code, Some(G::SetData | G::SetWorkOffset))
+    };
+    program.words().iter().find(sets).map(|word| word.start as usize)
 }
 
 /// Which of X, Y, Z any block names.

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use nc_map::field::Trouble;
-use nc_map::{named_axes, Affine, Field, Grid, Limits, Mapper, Place, Refusal, Saying, Vector};
+use nc_map::{
+    named_axes, sets_offset, Affine, Field, Grid, Limits, Mapper, Place, Refusal, Saying, Vector,
+};
 use nc_program::{jumps, Options, Program};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -311,18 +313,22 @@ const NOWHERE: Place = Place {
     travel: [0; 3],
 };
 
-/// Of some lines of a program: whether a block may send its run elsewhere, which of X, Y, Z are named, and the bytes at
-/// which each letter is first met.
+/// Whether a block may send its run elsewhere, which of X, Y, Z are named, the bytes at which each letter is first met,
+/// and the byte at which G10 first sets an offset.
+type Surveyed = (bool, [bool; 3], BTreeMap<char, usize>, Option<usize>);
+
+/// Of some lines of a program.
 #[pyfunction]
-fn nc_survey(
-    py: Python<'_>,
-    source: &[u8],
-    dialect: &str,
-) -> PyResult<(bool, [bool; 3], BTreeMap<char, usize>)> {
+fn nc_survey(py: Python<'_>, source: &[u8], dialect: &str) -> PyResult<Surveyed> {
     let dialect = dialect_of(dialect)?;
     Ok(py.detach(|| match Program::read(source.to_vec(), dialect) {
-        Ok(program) => (jumps(&program), named_axes(&program), letters(&program)),
-        Err(_) => (true, [true; 3], BTreeMap::new()),
+        Ok(program) => (
+            jumps(&program),
+            named_axes(&program),
+            letters(&program),
+            sets_offset(&program),
+        ),
+        Err(_) => (true, [true; 3], BTreeMap::new(), None),
     }))
 }
 

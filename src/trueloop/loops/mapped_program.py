@@ -57,13 +57,16 @@ class Mapped:
 
 @dataclass(frozen=True)
 class _Survey:
-    """What one look at the whole file tells: which of X, Y, Z are named, and the line of each letter's first word."""
+    """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, and the
+    first line that sets an offset by G10.
+    """
 
     dialect: str
     sha256: str
     jumps: bool
     named: tuple[bool, bool, bool]
     letters: Mapping[str, int]
+    sets_offset: int | None
 
 
 def map_program(
@@ -114,6 +117,13 @@ def _require_followed(source: Path, survey: _Survey, field: Field) -> None:
             f"{axis} turns in this program, which the field takes to stand still",
             hint="leave the word out, say with --at where the axis stands, and correct one program a position",
             place=Place(str(source), survey.letters[turning[0]]),
+        )
+    if field.of_machine and survey.sets_offset is not None:
+        raise TrueloopError(
+            Code.MCH_FRAME,
+            "G10 sets an offset in the program, 1 place at least: where its zero lies then is not what the set-up says",
+            hint="take the block out, give the offset with --work-zero or --tool, and set it at the control",
+            place=Place(str(source), survey.sets_offset),
         )
 
 
@@ -180,16 +190,19 @@ def _survey(path: Path, dialect: str | None) -> _Survey:
     """Hash, dialect, whether it jumps, what it names; refuses a program that was corrected before."""
     digest, jumps, line, named = hashlib.sha256(), False, 0, (False, False, False)
     letters: dict[str, int] = {}
+    sets_offset: int | None = None
     for lines in _whole_lines(path):
         digest.update(lines)
         dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
-        jumps_here, named_here, letters_here = nc_survey(lines, dialect)
+        jumps_here, named_here, letters_here, sets_here = nc_survey(lines, dialect)
         jumps, named = jumps or jumps_here, _any(named, named_here)
         for letter, at in letters_here.items():
             letters.setdefault(letter, line + 1 + lines.count(b"\n", 0, at))
+        if sets_offset is None and sets_here is not None:
+            sets_offset = line + 1 + lines.count(b"\n", 0, sets_here)
         _require_uncorrected(path, lines, line)
         line += lines.count(b"\n")
-    return _Survey(dialect or guess_dialect(b"", str(path)), digest.hexdigest(), jumps, named, letters)
+    return _Survey(dialect or guess_dialect(b"", str(path)), digest.hexdigest(), jumps, named, letters, sets_offset)
 
 
 def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:

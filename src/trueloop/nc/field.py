@@ -22,12 +22,14 @@ goes there or went last, (n, 3): +1, −1, or 0 before its first move."""
 class Field:
     """A displacement for every position, in the program's coordinates. `told` identifies it in a corrected program.
 
-    `still` are letters of axes that it takes to stand: a program that names one is refused.
+    `still` are letters of axes that it takes to stand: a program that names one is refused. One `of_machine` knows from
+    outside where the program's zero lies: a program that sets that itself is refused too.
     """
 
     told: dict[str, object]
     core: NcField = field(repr=False, compare=False)
     still: frozenset[str] = frozenset()
+    of_machine: bool = False
 
     def displacement_mm(self, points_mm: Array) -> Array:
         """At (n, 3) positions. Raises NC-FIELD for one outside of where the field is known."""
@@ -53,7 +55,7 @@ def machine_field(
     displace: DisplaceInMachine, told: dict[str, object], *, knows_travel: bool, still: frozenset[str] = frozenset()
 ) -> Field:
     """A machine's: with `knows_travel` arcs are cut where an axis turns round, and a start that jumped is gone to."""
-    return Field(told, NcField.function(displace, knows_travel), still)
+    return Field(told, NcField.function(displace, knows_travel), still, of_machine=True)
 
 
 def affine_field(matrix: Array, shift_mm: Sequence[float]) -> Field:
