@@ -78,7 +78,10 @@ def _refusing_damage(path: Path) -> Iterator[None]:
     """What ezdxf raises over a damaged file, while it is opened or as its entities are asked, in words."""
     from ezdxf.lldxf.const import DXFError
 
-    damage = (OSError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RecursionError, DXFError)
+    damage = (
+        *(OSError, ValueError, ArithmeticError, LookupError, TypeError, AttributeError, RecursionError, DXFError),
+        StopIteration,  # a header that does not end
+    )
     try:
         yield
     except damage as error:

@@ -121,3 +121,10 @@ def test_a_nose_that_is_none_is_told_with_its_file(path: Path) -> None:
     path.write_text(f'preset = "nist"\n{nose}')
     refusal = refused(read_virtual_machine, path)
     assert (refusal.code, refusal.place.file) == (Code.SIM_NOSE, str(path))
+
+
+def test_a_drawing_whose_header_does_not_end_is_refused(path: Path) -> None:
+    path.write_text(
+        "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n0\nENDSEC\n0\nEOF\n".replace("0\nENDSEC\n0\nEOF\n", "1\nAC1009\n")
+    )
+    assert refused(read_dxf, path).code is Code.GEO_DXF
