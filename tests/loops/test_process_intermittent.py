@@ -232,3 +232,19 @@ def test_what_a_job_says_of_one_feature_s_curve_is_held_to(tmp_path: Path) -> No
     with pytest.raises(TrueloopError, match="'doom'") as refusal:
         compensate(read_inputs(job).inputs)
     assert refusal.value.code is Code.FIT_KNOTS
+
+
+def test_ranges_of_repeated_touches_are_read_in_micrometres(tmp_path: Path) -> None:
+    """A rectangular distribution: the standard uncertainty is the range by √12, along x on cylinders, z on faces."""
+    shutil.copytree(EXAMPLES / "facetst", tmp_path / "facetst")
+    job = tmp_path / "facetst" / "job.toml"
+    text = job.read_text()
+    assert "repeatability_" not in text
+    job.write_text(text.replace("[gauging]", "[gauging]\nrepeatability_diameter_um = 2.4\nrepeatability_face_um = 0.6"))
+    touches = read_inputs(job).inputs.touches
+    along_x = np.abs(touches.outward_normal[:, 0]) > 0.99
+    along_z = np.abs(touches.outward_normal[:, 1]) > 0.99
+    assert along_x.any() and along_z.any()
+    np.testing.assert_allclose(touches.standard_u_mm[along_x], 0.0024 / np.sqrt(12), rtol=1e-6)
+    both = np.where(touches.at_reference, 1.0, np.sqrt(2))  # the touch and the one that z is counted from
+    np.testing.assert_allclose(touches.standard_u_mm[along_z], (both * 0.0006 / np.sqrt(12))[along_z], rtol=1e-6)
