@@ -7,6 +7,8 @@ MM_PER_INCH: Final = 25.4
 
 UM_PER_MM: Final = 1000.0
 
+MM_PER_M: Final = 1000.0
+
 URAD_PER_RAD: Final = 1e6
 
 SIGNALS: Final = {"_degC": "°C", "_rpm": "rev/min"}

@@ -61,10 +61,7 @@ pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
 
 /// Where a code first sets a work offset or a tool's data (G10), in bytes.
 pub fn sets_offset(program: &Program) -> Option<usize> {
-    let sets = |word: &&Word| {
-        let code = (program.dialect().g)((word.value * 10.0).round() as u16);
-        word.letter == b'G' && word.kind == WordKind::Number && matches!(code, Some(G::SetData | G::SetWorkOffset))
-    };
+    let sets = |word: &&Word| matches!(program.code(word), Some(G::SetData | G::SetWorkOffset));
     program.words().iter().find(sets).map(|word| word.start as usize)
 }
 

@@ -8,7 +8,7 @@ use crate::request::Request;
 use crate::run::{Runner, AXES};
 
 /// How far above the last depth the tool goes back down at rapid after a peck: LinuxCNC's, mm.
-const PECK_CLEARANCE: f64 = 0.254;
+pub(crate) const PECK_CLEARANCE: f64 = 0.254;
 /// More repetitions, or pecks in all of them, than this are a slip.
 const MOST: f64 = 10_000.0;
 
@@ -129,7 +129,8 @@ impl Runner<'_> {
             hole.bottom = from + depth * axis_mm;
         }
         if matches!(hole.drill, Drill::Peck | Drill::Chip) && self.program.dialect().flow == FlowStyle::Macro {
-            self.note_opaque(hole.word, "how far it goes back is the control's; taken as 0.254 mm");
+            let what = format!("how far it goes back is the control's; taken as {PECK_CLEARANCE} mm");
+            self.note_opaque(hole.word, &what);
         }
     }
 

@@ -1,6 +1,7 @@
 //! Grooving cycles of lathes (G74 along Z, G75 along X) taken apart into moves, in the plane of (deep, across).
 
 use crate::arc::Point;
+use crate::drill::PECK_CLEARANCE;
 use crate::finding;
 use crate::path::{MoveKind, INHERITED};
 use crate::request::Request;
@@ -10,8 +11,6 @@ use crate::run::Runner;
 const MOST: f64 = 10_000.0;
 /// Lengths closer than this are one, mm.
 const SAME: f64 = 1e-9;
-/// How far the tool goes back after a peck where the program does not say it, mm.
-const BACK: f64 = 0.254;
 
 /// Grooves side by side, each cut in pecks.
 struct Grooving {
@@ -84,7 +83,7 @@ impl Runner<'_> {
             end: [end[deep], end[across]],
             peck,
             step,
-            back: if known { self.state.groove_back } else { BACK },
+            back: if known { self.state.groove_back } else { PECK_CLEARANCE },
             relief: relief.unwrap_or(0.0).abs(),
         };
         let Some(steps) = grooving.steps() else {
@@ -93,7 +92,8 @@ impl Runner<'_> {
             return self.refuse(finding::MISPLACED, self.block_start(), message, hint);
         };
         if !known && peck < (end[deep] - start[deep]).abs() {
-            self.note_opaque(word, "how far it goes back after a peck is the control's; taken as 0.254 mm");
+            let what = format!("how far it goes back after a peck is the control's; taken as {PECK_CLEARANCE} mm");
+            self.note_opaque(word, &what);
         }
         for (kind, point) in steps {
             let mut position = start;

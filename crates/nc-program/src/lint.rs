@@ -91,10 +91,7 @@ fn lacks_point(program: &Program, word: &Word) -> bool {
 
 /// R of a pattern that is repeated (G73) is a number of passes, no length.
 fn counts_passes(program: &Program, word: &Word) -> bool {
-    let repeats = |code: &Word| {
-        let known = (program.dialect().g)((code.value * 10.0).round() as u16);
-        code.letter == b'G' && known == Some(G::RoughContour(Rough::Pattern))
-    };
+    let repeats = |code: &Word| program.code(code) == Some(G::RoughContour(Rough::Pattern));
     word.letter == b'R' && program.words_of(program.block_at(word.start as usize)).iter().any(repeats)
 }
 

@@ -91,7 +91,8 @@ impl Runner<'_> {
         }
         let steps = roughing.cuts().ok_or("its depth of cut makes no sense")?;
         if data.escape.is_nan() {
-            self.note_opaque(word, "how far the tool is lifted after a cut is the control's; taken as 1.27 mm");
+            let what = format!("how far the tool is lifted after a cut is the control's; taken as {ESCAPE} mm");
+            self.note_opaque(word, &what);
         }
         let allowance = self.allowance(request);
         let further = [request.get(b'I'), None, request.get(b'K')].map(|i| i.unwrap_or(0.0) * self.state.modal.mm());

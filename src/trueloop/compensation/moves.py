@@ -51,17 +51,6 @@ class Move:
             return to_ends
         return np.where(self._beside(points), self.distance_mm(points), to_ends)
 
-    def points_mm(self, count: int) -> Array:
-        """Points (count, 2) evenly along the move, ends included."""
-        share = np.linspace(0.0, 1.0, count)[:, None]
-        start, end = np.asarray(self.start_mm), np.asarray(self.end_mm)
-        if self.centre_mm is None:
-            return np.asarray(start + share * (end - start))
-        arm = start - np.asarray(self.centre_mm)
-        angle = np.arctan2(arm[0], arm[1]) - share * self.sweep_rad
-        radial = np.hstack([np.sin(angle), np.cos(angle)])
-        return np.asarray(np.asarray(self.centre_mm) + np.hypot(*arm) * radial)
-
     def _beside(self, points: Array) -> Flags:
         """Whether the nearest point of the line or circle belongs to the move."""
         if self.centre_mm is None:

@@ -10,6 +10,7 @@ from trueloop.compensation.moves import Move
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Array, Point
 from trueloop.geometry.profile import Profile
+from trueloop.nc.along import points_along
 from trueloop.nc.tool_path import Integers, Motion, ToolPath
 from trueloop.units import UM_PER_MM
 
@@ -34,19 +35,30 @@ def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[Cent
             )
 
 
-def check_nothing_else(before: Sequence[Move], after: Sequence[Move], lines: Sequence[int], bound_mm: float) -> None:
-    """Refuses written moves that go anywhere but where the source's went, give or take the largest correction.
+def check_way(before: ToolPath, after: ToolPath, moves: range, written: range, bound_mm: float) -> None:
+    """Refuses `written` moves that go where none of the source's `moves` went, give or take the largest correction.
 
     `check_contour` sees a part of the contour that is missing; this sees a move too many and an arc turned the long way
-    round. `lines` are those of the moves `after`.
+    round.
     """
-    for move, line in zip(after, lines, strict=True):
-        off = _off(before, move.points_mm(SAMPLES_OF_MOVE))
+    was = [move_of(before, k) for k in moves]
+    for k in written:
+        off = _off(was, points_along(after, np.intp(k), np.linspace(0.0, 1.0, SAMPLES_OF_MOVE))[:, [0, 2]])
         if (worst := float(np.max(off))) > bound_mm:
             raise not_as_intended(
-                f"the move of line {line} goes {worst:.4f} mm away from every move of the source; corrections and "
-                f"rounding explain {bound_mm:.4f} mm"
+                f"the move of line {after.line[k]} goes {worst:.4f} mm away from every move of the source; corrections "
+                f"and rounding explain {bound_mm:.4f} mm"
             )
+
+
+def farthest_mm(before: Sequence[CentrePiece], after: Sequence[CentrePiece]) -> float:
+    """How far a correction takes the nose's centre at the most, along all pieces."""
+    along = [
+        new.shifted.centre_mm(s) - old.shifted.centre_mm(s)
+        for old, new in zip(before, after, strict=True)
+        for s in [np.linspace(new.start_mm, new.end_mm, SAMPLES)]
+    ]
+    return float(np.max(np.linalg.norm(np.concatenate(along), axis=1)))
 
 
 def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None:

@@ -17,7 +17,7 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
 from trueloop.nc.along import points_along, said_ends
 from trueloop.nc.program import Program
-from trueloop.nc.tool_path import Flags, ToolPath
+from trueloop.nc.tool_path import NO_COMPENSATION, Flags, ToolPath
 from trueloop.units import UM_PER_MM
 
 AROUND: Final = 12
@@ -42,7 +42,7 @@ def check_gouges(
     """
     before, after = said_ends(program, path)
     like = np.isin(path.tool, path.tool[cutting]) & np.isin(path.work_offset, path.work_offset[cutting])
-    beside = np.all(before & after, axis=1) & like & (path.compensation == 40) & ~axes.unsaid
+    beside = np.all(before & after, axis=1) & like & (path.compensation == NO_COMPENSATION) & ~axes.unsaid
     move, share = places(path, axes, np.flatnonzero(cutting | beside), job.sample_mm)
     tips, directions = points_along(path, move, share), axes.directions(move, share)
     depth_mm, points = depths_mm(corrected, job.cutter, tips, directions)

@@ -31,7 +31,7 @@ from trueloop.nc.edit import (
 )
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import require_own_shape
-from trueloop.nc.tool_path import INVERSE_TIME, Flags, Integers, Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, NO_COMPENSATION, Integers, Motion, ToolPath
 from trueloop.nc.understood import require_known_frame, require_understood
 from trueloop.units import UM_PER_MM
 
@@ -82,10 +82,13 @@ def corrected_program(
     written = read_program(source, program.dialect.name, program.file)
     again = written.run()
     axes = tool_axes(written, again, job.rotary, job.axis)
-    _read_back(program, path, again, ends, between)
-    if samples.axes.letters and not np.array_equal(axes.end[_places(path, between)], samples.axes.end):
+    inserted = _inserted(path, between)
+    at = np.arange(len(path)) + np.cumsum(inserted)  # what the source's moves have become
+    _read_back(program, path, again, ends, between, at)
+    if samples.axes.letters and not np.array_equal(axes.end[at], samples.axes.end):
         raise _refusal("the tool's direction changed")
-    check_gouges(written, again, axes, _cutting(path, samples, between), nominal, corrected, job)
+    of_pass = np.repeat(np.isin(np.arange(len(path)), samples.cutting_moves), 1 + inserted)
+    check_gouges(written, again, axes, of_pass, nominal, corrected, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
     return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, changes(program, edits[1:]))
@@ -96,10 +99,11 @@ def _check(program: Program, path: ToolPath, samples: Samples) -> None:
     if not len(cutting):
         hint = "look at frame, tool radius and face"
         raise TrueloopError(Code.SRF_PROGRAM, "0 moves of the program come near the surface", hint=hint)
+    compensated = path.compensation[cutting] != NO_COMPENSATION
     arcs, lines = path.motion[cutting] == Motion.ARC, "have the finish pass, and the way in and out, written as lines"
     wrong = [
         (arcs, "arcs begin, end or run on the surface", lines),
-        (path.compensation[cutting] != 40, "moves cut it under G41 or G42", "write the path of the tool's tip"),
+        (compensated, "moves cut it under G41 or G42", "write the path of the tool's tip"),
         (path.feed_mode[cutting] == INVERSE_TIME, "moves cut it with inverse-time feed", "write the pass with G94"),
         (path.incremental[cutting], "moves cut it by increments", "write the pass in absolute coordinates"),
     ]
@@ -207,21 +211,16 @@ def _inserted(path: ToolPath, between: dict[int, list[Waypoint]]) -> Integers:
     return np.array([len(between.get(move, ())) for move in range(len(path))], dtype=np.intp)
 
 
-def _places(path: ToolPath, between: dict[int, list[Waypoint]]) -> Integers:
-    """Which moves of the written program those of the source have become."""
-    return np.arange(len(path)) + np.cumsum(_inserted(path, between))
-
-
-def _cutting(path: ToolPath, samples: Samples, between: dict[int, list[Waypoint]]) -> Flags:
-    """Which moves of the written program are those that cut, with the ones put in before them."""
-    return np.repeat(np.isin(np.arange(len(path)), samples.cutting_moves), 1 + _inserted(path, between))
-
-
 def _read_back(
-    program: Program, path: ToolPath, again: ToolPath, ends: dict[int, Array], between: dict[int, list[Waypoint]]
+    program: Program,
+    path: ToolPath,
+    again: ToolPath,
+    ends: dict[int, Array],
+    between: dict[int, list[Waypoint]],
+    at: Integers,
 ) -> None:
     """The written program run again: every move must end where it was to end, at the feed it had."""
-    at, new = _places(path, between), sum(map(len, between.values()))
+    new = sum(map(len, between.values()))
     allowed = ROUNDING_STEPS * program.dialect.step_mm(bool(np.any(path.inch)))
     if len(again) != len(path) + new or np.any(again.motion[at] != path.motion):
         raise _refusal(f"it has {len(again)} moves instead of {len(path) + new}")

@@ -13,6 +13,7 @@ from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.uncertainty import FittedChains
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.units import UM_PER_MM
 
 
 @dataclass(frozen=True)
@@ -34,12 +35,12 @@ class Tangency:
     @property
     def predicted_um_per_mm(self) -> float:
         """The tangency error as the trade says it: µm of height a mm of length."""
-        return self.predicted_rad * 1000.0
+        return self.predicted_rad * UM_PER_MM
 
     @property
     def standard_u_um_per_mm(self) -> float:
         """Its standard uncertainty in the same unit."""
-        return self.standard_u_rad * 1000.0
+        return self.standard_u_rad * UM_PER_MM
 
 
 def tangencies(profile: Profile, free: FittedChains, policy: TangentPolicy) -> tuple[Tangency, ...]:

@@ -93,7 +93,7 @@ class Neighbourhood:
 def residual_null(near: Neighbourhood, size: Size) -> Null:
     """Moments of I for the residuals of a spline of that size.
 
-    Exact up to `DENSE` places, and up to `EXACT` control points on 200 000; elsewhere with a standard error.
+    Exact up to `DENSE` places, and up to `EXACT` control points on `EXACTLY` / `EXACT`; else with a standard error.
     """
     span = projector(near.places, size)
     free = near.count - span.rank
@@ -138,7 +138,7 @@ def permutation_p_value(
 
     Residuals of a fit are not exchangeable: the fit makes neighbours unlike. What was shuffled is therefore fitted
     again, and the I of what that leaves is compared (after Freedman & Lane, 1983). `draws`: how many shuffles; 999, on
-    more than `DENSE` places 199, on more than 50 000 as many as shuffle `DRAWN` values, down to 19.
+    more than `DENSE` places 199 or as many as shuffle `DRAWN` values, but 19 at least.
     """
     rng = np.random.default_rng(seed)
     least, most, all_of_few = DRAWS

@@ -16,7 +16,7 @@ from trueloop.simulator.nose import Nose
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
-from trueloop.units import UM_PER_MM, URAD_PER_RAD
+from trueloop.units import MM_PER_M, UM_PER_MM, URAD_PER_RAD
 
 Power = Annotated[int, Field(ge=0, le=6, strict=True)]
 
@@ -189,5 +189,5 @@ def cmm_of(table: CmmTable) -> VirtualCmm:
         table.frame_um / UM_PER_MM,
         table.tilt_urad / URAD_PER_RAD,
         table.mpe_um / UM_PER_MM,
-        table.mpe_um_per_m / UM_PER_MM / 1000.0,
+        table.mpe_um_per_m / UM_PER_MM / MM_PER_M,
     )

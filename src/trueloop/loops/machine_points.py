@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from trueloop.compensation.read_back import not_as_intended
 from trueloop.compensation.record import MARK, check_uncorrected, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.outputs import write_all
 from trueloop.machine.planar_field import PlanarField
-from trueloop.machine.point_program import IN_NO_CASE, NO_POSITIONS, displace_points
+from trueloop.machine.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.nc.edit import apply_edits, insert_heading
-from trueloop.nc.program import Program
+from trueloop.nc.program import Program, read_program
 from trueloop.units import UM_PER_MM
 
 
@@ -39,13 +40,13 @@ def correct_points(
     """Writes the program with −E at every X and Y word; `told` identifies the field in its mark.
 
     With `all_words` those words too that set coordinate systems or name places of the machine, but for dwells and the
-    centre of a rotation. Raises CMP-TWICE (corrected before), CMP-SIZE (a correction beyond the limit), MCH-PROGRAM and
-    what the field raises; nothing is written then.
+    centre of a rotation. Raises CMP-TWICE (corrected before), CMP-SIZE (a correction beyond the limit), CMP-READ-BACK,
+    MCH-PROGRAM and what the field raises; nothing is written then.
     """
-    path = Path(program.file or target)
+    path, left_alone = Path(program.file or target), IN_NO_CASE if all_words else NO_POSITIONS
     with in_file(path):
         check_uncorrected(program.source)
-        found = displace_points(program, field, IN_NO_CASE if all_words else NO_POSITIONS)
+        found = displace_points(program, field, left_alone)
     for axis, size in zip("XY", found.largest_mm, strict=True):
         if size > limit_mm:
             raise TrueloopError(
@@ -59,5 +60,7 @@ def correct_points(
     identity = record_id({"program": digest}, {"field": told, "all_words": all_words})
     mark = program.dialect.comment(f"{MARK} {identity} by a field, source {digest[:16]}")
     written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
+    for line, off in off_mm(read_program(written, program.dialect.name, program.file), found.wanted_mm, left_alone):
+        raise not_as_intended(f"line {line} of the written program stands {off * UM_PER_MM:.2f} µm from where it shall")
     write_all(target.parent, [(target.name, written)], inputs=inputs)
-    return CorrectedPoints(identity, digest, found.points, len(found.edits), found.largest_mm)
+    return CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)

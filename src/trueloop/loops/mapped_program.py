@@ -121,7 +121,7 @@ def _require_followed(source: Path, survey: _Survey, field: Field) -> None:
     if field.of_machine and survey.sets_offset is not None:
         raise TrueloopError(
             Code.MCH_FRAME,
-            "G10 sets an offset in the program, 1 place at least: where its zero lies then is not what the set-up says",
+            f"G10 sets an offset in line {survey.sets_offset}: where the zero lies then is not what the set-up says",
             hint="take the block out, give the offset with --work-zero or --tool, and set it at the control",
             place=Place(str(source), survey.sets_offset),
         )

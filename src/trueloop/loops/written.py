@@ -9,11 +9,11 @@ from trueloop.compensation.contour import CentrePiece
 from trueloop.compensation.moves import between
 from trueloop.compensation.program import Displacements, changes, corrected_source, displacements
 from trueloop.compensation.read_back import (
-    SAMPLES,
     check_contour,
-    check_nothing_else,
     check_rapids,
     check_rest,
+    check_way,
+    farthest_mm,
     move_of,
     require_nose_fits,
 )
@@ -102,7 +102,9 @@ def write_contour(
     span = targets.first + 1, len(path) - 1 - (len(old) - 1 - targets.last)
     tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.told.resolution_mm
     check_contour(path, span, after, tolerance_mm)
-    _check_way(old, path, targets, span[1], _farthest_mm(targets, before, after) + tolerance_mm)
+    largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
+    moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
+    check_way(old, path, moves, written, largest_mm + tolerance_mm)
     if driven is not None:
         compensated = writing.run.driven(writing.reread(source), driven.nose_radius_mm)
         require_nose_fits(compensated, path.line[[*span]])
@@ -111,23 +113,6 @@ def write_contour(
     x_before, x_after = old.end_mm[first : last + 1, 0], path.end_mm[span[0] - 1 : span[1] + 1, 0]
     notes = shared_contour_notes(writing.program, int(old.block[first]), x_before, x_after)
     return source, changes(writing.program, edits), notes
-
-
-def _check_way(old: ToolPath, path: ToolPath, targets: Displacements, last: int, bound_mm: float) -> None:
-    """The moves from the one that leads to the contour to its last stay by the source's."""
-    was = [move_of(old, k) for k in range(targets.first, targets.last + 1)]
-    written = range(targets.first, last + 1)
-    check_nothing_else(was, [move_of(path, k) for k in written], [int(path.line[k]) for k in written], bound_mm)
-
-
-def _farthest_mm(targets: Displacements, before: Sequence[CentrePiece], after: Sequence[CentrePiece]) -> float:
-    """How far a correction takes the nose's centre at the most, at the ends of moves and along them."""
-    along = [
-        np.linalg.norm(new.shifted.centre_mm(s) - old.shifted.centre_mm(s), axis=1)
-        for old, new in zip(before, after, strict=True)
-        for s in [np.linspace(new.start_mm, new.end_mm, SAMPLES)]
-    ]
-    return float(np.max(np.concatenate([np.linalg.norm([*targets.ends.values()], axis=1), *along])))
 
 
 def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:

@@ -4,6 +4,7 @@ Works on the words, not on the tool path, because drilling cycles and a shop's o
 it. Only X and Y words change; where a block names one of them, the other is written in when its correction differs.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -68,10 +69,10 @@ class TableField:
 
 @dataclass(frozen=True)
 class Displaced:
-    """Edits of a program, the number of its points, the largest correction of X and of Y, and the byte where it is."""
+    """A program's edits, where its points are to be (n, 2), the largest correction of X and of Y, and its byte."""
 
     edits: list[Edit]
-    points: int
+    wanted_mm: Array
     largest_mm: tuple[float, float]
     largest_at: int
 
@@ -100,7 +101,7 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
         )
     points = list(_points(program, no_positions))
     if not points:
-        return Displaced([], 0, (0.0, 0.0), 0)
+        return Displaced([], np.empty((0, 2)), (0.0, 0.0), 0)
     fine = _as_fine_as_written(program, points)
     at = -_error_mm(program, field, points)
     before = np.vstack([at[:1], at[:-1]])
@@ -112,7 +113,22 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
     size = np.abs(at)
     x, y = size.max(axis=0).tolist()
     worst = points[int(size.max(axis=1).argmax())]
-    return Displaced(edits, len(points), (x, y), min(word.start for word in worst.words.values()))
+    wanted = np.array([point.position for point in points]) + at
+    return Displaced(edits, wanted, (x, y), min(word.start for word in worst.words.values()))
+
+
+def off_mm(
+    written: Program, wanted_mm: Array, no_positions: frozenset[float] = NO_POSITIONS
+) -> list[tuple[int, float]]:
+    """How far the points of a written program are from where they shall be: line and distance along X or Y of those
+    that are further off than a step of the control; line 0 and infinity where there are more or fewer.
+    """
+    points = list(_points(written, no_positions))
+    if len(points) != len(wanted_mm):
+        return [(0, math.inf)]
+    off = np.abs(np.array([point.position for point in points]).reshape(-1, 2) - wanted_mm).max(axis=1)
+    step = [written.dialect.step_mm(point.state.inch) for point in points]
+    return [(points[k].block.line, float(off[k])) for k in np.flatnonzero(off > step)]
 
 
 def _error_mm(program: Program, field: PlanarField, points: Sequence[_Point]) -> Array:

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Arc, Array, Feature, Line, Point
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.tool_path import NO_COMPENSATION, Motion, ToolPath
 
 _SAME_PLACE_MM: Final = 1e-9
 _X, _Z = 0, 2
-NO_COMPENSATION: Final = 40
 _LATHE_PLANE: Final = 18
 
 

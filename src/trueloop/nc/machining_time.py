@@ -11,10 +11,10 @@ import numpy as np
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.nc.along import lengths_mm
 from trueloop.nc.tool_path import INVERSE_TIME, PER_REVOLUTION, Array, Flags, Motion, ToolPath
+from trueloop.units import MM_PER_M
 
 _SURFACE_SPEED: Final = 96
 _PIECES: Final = 64
-_MM_PER_M: Final = 1000.0
 _MM_PER_FOOT: Final = 304.8
 
 
@@ -72,7 +72,7 @@ def _minutes_per_revolution(path: ToolPath, max_rpm: float | None) -> Array:
     surface = path.spindle_mode == _SURFACE_SPEED
     if not surface.any():
         return np.asarray(constant)
-    unit_mm = np.where(path.inch, _MM_PER_FOOT, _MM_PER_M)
+    unit_mm = np.where(path.inch, _MM_PER_FOOT, MM_PER_M)
     limit_rpm = np.fmin(path.spindle_limit, np.inf if max_rpm is None else max_rpm)
     limit_rpm = np.where(np.isnan(limit_rpm), np.inf, limit_rpm)
     radius_mm = _radii_mm(path)

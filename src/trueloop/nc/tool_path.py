@@ -7,7 +7,7 @@ is called, not where the tool is: the start of the next move is then not the end
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ Array: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.integer[Any]]
 Flags: TypeAlias = NDArray[np.bool_]
 
+
+NO_COMPENSATION: Final = 40
+"""Neither G41 nor G42 is in force."""
 
 INVERSE_TIME, PER_MINUTE, PER_REVOLUTION = 93, 94, 95
 """Feed modes, by the G code that calls them on a mill: an F word is 1/min of the whole move, mm/min, or mm/rev."""

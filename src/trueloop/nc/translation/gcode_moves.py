@@ -4,6 +4,7 @@ import math
 
 from trueloop.errors import Severity
 from trueloop.nc.along import PLANE_AXES
+from trueloop.nc.tool_path import NO_COMPENSATION
 from trueloop.nc.translation import arcs
 from trueloop.nc.translation.in_force import (
     InForce,
@@ -51,7 +52,7 @@ def compensation_words(target: Target, compensation: Compensation | None) -> str
     """G40 to G42, with the tool where it is named."""
     if compensation is None:
         return ""
-    named = target.control.names_compensation and compensation.tool is not None and compensation.side != 40
+    named = target.control.names_compensation and compensation.tool is not None and compensation.side != NO_COMPENSATION
     return block(f"G{compensation.side}", f"D{compensation.tool}" if named else "")
 
 

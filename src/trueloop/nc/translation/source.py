@@ -8,7 +8,7 @@ from typing import Final, TypeAlias
 
 from trueloop.errors import Severity
 from trueloop.nc.program import Program, Word
-from trueloop.nc.tool_path import PER_REVOLUTION
+from trueloop.nc.tool_path import NO_COMPENSATION, PER_REVOLUTION
 from trueloop.nc.translation.executed import Course, Executed, Said, Source, executed_blocks
 from trueloop.nc.translation.functions import functions_after, functions_before
 from trueloop.nc.translation.losses import lost_in_findings, lost_in_words, not_run
@@ -197,10 +197,10 @@ def _compensation(
         return course, None
     side = SIDES[executed.meanings[word.index].partition("(")[2].rstrip(")")]
     named = executed.number("D") if source.control.names_compensation else None
-    wanted = Compensation(side, int(named.value) if named and side != 40 else None)
+    wanted = Compensation(side, int(named.value) if named and side != NO_COMPENSATION else None)
     if course.last.get("compensation") == wanted:
         return course, None
-    if side != 40:
+    if side != NO_COMPENSATION:
         what = "kept as it is: how the tool enters and rounds corners is the new control's own"
         yield word, Lost(Severity.WARNING, what)
     return replace(course, last={**course.last, "compensation": wanted}), wanted
