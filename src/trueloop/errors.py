@@ -116,6 +116,7 @@ class Code(StrEnum):
     # SRF: surfaces, their deviations and patterns
     SRF_SURFACE = "SRF-SURFACE"  # knots, control points and weights that make no patch
     SRF_DEGENERATE = "SRF-DEGENERATE"  # a place without a normal
+    SRF_SETUP = "SRF-SETUP"  # a best fit that moves a part farther than its set-up is off, or leaves motions out
     SRF_GRID = "SRF-GRID"  # a point grid that no surface can be fitted to
     SRF_POINTS = "SRF-POINTS"  # too few points measured on a surface
     SRF_UNIT = "SRF-UNIT"  # points in another unit than mm

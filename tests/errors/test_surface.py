@@ -152,6 +152,7 @@ def _cad_of(path: Path, content: bytes) -> object:
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_SURFACE: lambda: replace(SURFACE, degrees=(4, 3)),
     Code.SRF_DEGENERATE: lambda: sphere().normal(np.array([0.5]), np.array([1.0])),
+    Code.SRF_SETUP: lambda: surface_deviations(SURFACE, MeasuredPoints(_points(0.3), name="A"), fit=True).findings,
     Code.SRF_GRID: lambda: fit_grid(np.full((5, 5, 3), np.nan)),
     Code.SRF_POINTS: lambda: _measured(_points()[:9]),
     Code.SRF_TRIM: _trimmed_by_a_crossing,

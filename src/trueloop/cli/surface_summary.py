@@ -68,6 +68,7 @@ def _part_row(part: Part) -> dict[str, object]:
     return {
         "name": part.deviations.name,
         "alignment": part.deviations.alignment.kind,
+        "left_with_datums": list(part.deviations.alignment.left),
         "controls": str(chosen.size),
         "moran_i": chosen.moran_i,
         "moran_p": chosen.moran_p,

@@ -25,10 +25,12 @@ SHOWN: Final = (
 def deviations_to_csv(deviations: SurfaceDeviations) -> bytes:
     """A row a point: nominal point, outward normal, error in µm, positive where material was left on.
 
-    Row and column are empty for scattered points; holes are left out. The first line says the alignment.
+    Row and column are empty for scattered points; holes are left out. The first line says the alignment, and
+    which motions it left.
     """
     kind, there = deviations.alignment.kind, np.flatnonzero(deviations.measured)
-    head = [f"# {deviations.name}: {kind}, {len(there)} points", HEADER]
+    left = "".join(f"; left with the datums: {motion}" for motion in deviations.alignment.left)
+    head = [f"# {deviations.name}: {kind}, {len(there)} points{left}", HEADER]
     values = [deviations.u, deviations.v, deviations.nominal_mm, deviations.normal, deviations.error_mm * UM_PER_MM]
     rows, form = np.column_stack(values)[there], ",,%.9f,%.9f,%.6f,%.6f,%.6f,%.9f,%.9f,%.9f,%.4f"
     if deviations.shape is not None:

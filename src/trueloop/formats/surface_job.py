@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from trueloop.formats.job import read_job_file
 from trueloop.formats.tables import Count, Finite, Moment, NotNegative, Positive, Share, Table
+from trueloop.gauging.surface_alignment import SETUP_MM
 
 Cells = Annotated[int, Field(ge=8, le=1000, strict=True)]
 
@@ -26,6 +27,7 @@ class SurfaceGaugingTable(Table):
     ball_radius_mm: NotNegative = 0.0
     alignment: Literal["datum", "best-fit"] = "datum"
     farthest_mm: Positive = 1.0
+    setup_mm: Positive = SETUP_MM
     measured_at: Moment | None = None
     program_sha256: str | None = None
 

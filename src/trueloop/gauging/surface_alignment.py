@@ -1,18 +1,33 @@
-"""Location and orientation: kept with the datums, or taken out by a best fit of six degrees of freedom."""
+"""Location and orientation: kept with the datums, or taken out by a best fit.
+
+A best fit takes out what the set-up may have done, and nothing else: of the six motions only those that the points tell
+better than the set-up does. On a nearly flat patch three are told by hardly more than the form itself: a slide of
+millimetres would take a good part of a machining pattern with it, and call it location.
+"""
 
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
+from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
 
 ROUNDS: Final = 20
 STILL_MM: Final = 1e-9
-LOOSE: Final = 1e-4
-"""A motion that moves the points along their normals by less than this share of itself is not determined by them."""
+SETUP_MM: Final = 0.2
+"""How far a part that was aligned with its datums may sit off them, where nobody says better."""
+BETTER: Final = 3.0
+"""A motion as large as the set-up's must stand out of the form by three standard deviations."""
+RESOLUTION_MM: Final = 1e-5
+"""Points are written with no more digits: what they tell of a motion is never finer."""
+BENDS: Final = 4
+"""Highest degree of the surfaces by which the form's size is judged: bends as wide as those a motion makes."""
+PARTS: Final = 0.5
+"""A component of a unit motion below this is not named."""
+MOTIONS: Final = ("along x", "along y", "along z", "about x", "about y", "about z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,14 +35,14 @@ class Alignment:
     """How measured points were brought onto the nominal surface.
 
     `kind` is "datum" (left where the datums put them) or "best fit". Points fitted are `rotation` @ (p − centre) +
-    centre + `shift_mm`; `free` counts motions that the surface does not determine (a sphere has three), left at zero.
+    centre + `shift_mm`; `left` names the motions that were not taken out, with how well the points tell them.
     """
 
     kind: str
     rotation: Array
     shift_mm: Array
     centre_mm: Array
-    free: int = 0
+    left: tuple[str, ...] = ()
 
     def apply(self, points_mm: Array) -> Array:
         """Points moved as this alignment moves them."""
@@ -37,38 +52,114 @@ class Alignment:
 DATUM: Final = Alignment("datum", np.eye(3), np.zeros(3), np.zeros(3))
 
 
-def best_fit(surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet) -> tuple[Alignment, Feet]:
+@dataclass(frozen=True, eq=False)
+class RigidMotions:
+    """What small motions of points do to their deviations, from the one told best to the one told worst.
+
+    `shapes` (n, 6): the deviations each makes, orthonormal; `size` (6,): how much of them a motion of 1 mm makes;
+    `motion` (6, 6): the motions, shift and turn, a row each; a turn is in mm at the points' spread.
+    """
+
+    shapes: Array
+    size: Array
+    motion: Array
+
+    def told_mm(self, form: float) -> Array:
+        """Standard deviations to which the motions are told, (6,), where the form makes up `form` of any shape."""
+        return form / np.maximum(self.size, 1e-300)
+
+
+def rigid_motions(points_mm: Array, normal: Array, centre_mm: Array, spread_mm: float) -> RigidMotions:
+    """A small turn ω and shift t change a deviation by n·t + ((p − c) × n)·ω, to first order."""
+    turns = np.cross((points_mm - centre_mm) / spread_mm, normal)
+    return RigidMotions(*np.linalg.svd(np.concatenate([normal, turns], axis=1), full_matrices=False))
+
+
+def spread_of(points_mm: Array, centre_mm: Array) -> float:
+    """Root mean square distance from the centre, mm: by it turns are told in millimetres."""
+    return float(np.sqrt(np.mean(np.sum((points_mm - centre_mm) ** 2, axis=1)))) or 1.0
+
+
+def form_size(motions: RigidMotions, u: Array, v: Array, error_mm: Array) -> float:
+    """How much the form makes up of one smooth shape: root mean square over surfaces of low degree over (u, v).
+
+    Errors of form are no independent scatter: they look like motions, and more points do not average them out. What
+    motions could have made is taken off first, so that a part that sits badly does not seem ill-formed.
+    """
+    at = [2 * (k - np.min(k)) / (np.ptp(k) or 1.0) - 1 for k in (u, v)]
+    along, across = (np.polynomial.legendre.legvander(k, BENDS) for k in at)
+    pairs = [(i, j) for i in range(BENDS + 1) for j in range(BENDS + 1 - i)]
+    bends = np.stack([along[:, i] * across[:, j] for i, j in pairs], axis=1)
+    bends -= motions.shapes @ (motions.shapes.T @ bends)
+    sizes, shapes = np.linalg.eigh(bends.T @ bends)
+    real = sizes > 1e-12 * sizes[-1]
+    parts = (shapes.T @ (bends.T @ error_mm))[real] / np.sqrt(sizes[real])
+    return max(float(np.sqrt(np.mean(parts**2))), RESOLUTION_MM)
+
+
+def count_told(motions: RigidMotions, form: float, setup_mm: float) -> int:
+    """How many motions the points tell better than the set-up does: those are to be taken out."""
+    return int(np.count_nonzero(BETTER * motions.told_mm(form) <= setup_mm))
+
+
+def form_alone_mm(points_mm: Array, normal: Array, u: Array, v: Array, error_mm: Array, setup_mm: float) -> Array:
+    """Deviations (n,) less what a best fit of these points would take out of them, to first order."""
+    centre = np.mean(points_mm, axis=0)
+    motions = rigid_motions(points_mm, normal, centre, spread_of(points_mm, centre))
+    shapes = motions.shapes[:, : count_told(motions, form_size(motions, u, v, error_mm), setup_mm)]
+    return np.asarray(error_mm - shapes @ (shapes.T @ error_mm))
+
+
+def best_fit(
+    surface: Surface, points_mm: Array, ball_radius_mm: float, feet: Feet, setup_mm: float = SETUP_MM, name: str = ""
+) -> tuple[Alignment, Feet]:
     """The rigid motion of the points that makes the sum of their squared normal deviations least, and their feet then.
 
-    Gauss–Newton: a small turn ω and shift t change a deviation by n·t + ((p − c) × n)·ω. The scale of the turn is the
-    points' spread, so that what is determined and what is not is judged in millimetres.
+    `setup_mm` is how far the set-up may be off: a shift, or what a turn moves the points by in the mean. Motions that
+    the points tell worse than to a third of it stay as they are: left out, one costs no more than what the set-up made
+    of it; taken out, what the form happens to have of its shape. Gauss–Newton. Raises SRF-SETUP for a part that would
+    have to be moved farther than `setup_mm`.
     """
     centre = np.mean(points_mm, axis=0)
-    spread = float(np.sqrt(np.mean(np.sum((points_mm - centre) ** 2, axis=1)))) or 1.0
-    alignment = Alignment("best fit", np.eye(3), np.zeros(3), centre)
+    spread = spread_of(points_mm, centre)
+    alignment, count = Alignment("best fit", np.eye(3), np.zeros(3), centre), 0
+    moved_mm = np.zeros(6)
     for _ in range(ROUNDS):
-        moved = alignment.apply(points_mm)
-        turns = np.cross((moved - centre) / spread, feet.normal)
-        motion, free = _least(np.concatenate([feet.normal, turns], axis=1), ball_radius_mm - feet.distance_mm)
-        alignment = _moved(alignment, motion[:3], motion[3:] / spread, free)
+        motions = rigid_motions(alignment.apply(points_mm), feet.normal, centre, spread)
+        error = feet.distance_mm - ball_radius_mm
+        form = form_size(motions, feet.u, feet.v, error)
+        count = max(count, count_told(motions, form, setup_mm))
+        step = -(motions.shapes[:, :count].T @ error / motions.size[:count]) @ motions.motion[:count]
+        alignment, moved_mm = _moved(alignment, step, spread), moved_mm + step
         feet = closest(surface, alignment.apply(points_mm), (feet.u, feet.v))
-        if np.max(np.abs(motion)) < STILL_MM:
+        if np.max(np.abs(step)) < STILL_MM:
             break
-    return alignment, feet
+    _refuse_far(moved_mm, setup_mm, name)
+    left = tuple(_named(*each) for each in zip(motions.motion[count:], motions.told_mm(form)[count:], strict=True))
+    return Alignment("best fit", alignment.rotation, alignment.shift_mm, centre, left), feet
 
 
-def _least(design: Array, wanted: Array) -> tuple[Array, int]:
-    """The smallest motion of least squares, and how many motions are not determined."""
-    u, sizes, vt = np.linalg.svd(design, full_matrices=False)
-    loose = sizes < LOOSE * np.sqrt(len(wanted))
-    share = np.where(loose, 0.0, (u.T @ wanted) / np.where(loose, 1.0, sizes))
-    return vt.T @ share, int(np.count_nonzero(loose))
+def _named(motion: Array, told_mm: float) -> str:
+    """The motion's largest components, and how well the points tell it."""
+    parts = [MOTIONS[k] for k in range(6) if abs(motion[k]) > PARTS] or [MOTIONS[int(np.argmax(np.abs(motion)))]]
+    return f"{' and '.join(parts)} (told to {told_mm:.2g} mm)"
 
 
-def _moved(alignment: Alignment, shift: Array, turn: Array, free: int) -> Alignment:
+def _refuse_far(moved_mm: Array, setup_mm: float, name: str) -> None:
+    far = int(np.argmax(np.abs(moved_mm)))
+    if abs(moved_mm[far]) > setup_mm:
+        raise TrueloopError(
+            Code.SRF_SETUP,
+            f"the best fit would move the points of {name!r} by {abs(moved_mm[far]):.3f} mm {MOTIONS[far]}; the set-up "
+            f"is off by {setup_mm:g} mm at most",
+            hint="an error so large is one of the part, or the part sat worse than that: say how far it may sit off",
+            override="gauging.setup_mm in the job",
+        )
+
+
+def _moved(alignment: Alignment, step_mm: Array, spread_mm: float) -> Alignment:
     from scipy.spatial.transform import Rotation  # slow to import
 
-    further = Rotation.from_rotvec(turn).as_matrix()
-    return Alignment(
-        "best fit", further @ alignment.rotation, further @ alignment.shift_mm + shift, alignment.centre_mm, free
-    )
+    further = Rotation.from_rotvec(step_mm[3:] / spread_mm).as_matrix()
+    shift = further @ alignment.shift_mm + step_mm[:3]
+    return Alignment("best fit", further @ alignment.rotation, shift, alignment.centre_mm)

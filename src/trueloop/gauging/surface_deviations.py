@@ -5,13 +5,13 @@ offset by the ball's radius: along a common normal that is the centre's distance
 radius, and no compensation of the ball, with its own errors, comes in.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.gauging.surface_alignment import DATUM, Alignment, best_fit
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.gauging.surface_alignment import DATUM, SETUP_MM, Alignment, best_fit
 from trueloop.gauging.surface_plausibility import findings_of, refuse_outside
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
@@ -74,11 +74,13 @@ def surface_deviations(
     *,
     fit: bool = False,
     farthest_mm: float = 1.0,
+    setup_mm: float = SETUP_MM,
 ) -> SurfaceDeviations:
-    """Deviations along the normals, datum-bound or, with `fit`, after a best fit of six degrees of freedom.
+    """Deviations along the normals, datum-bound or, with `fit`, after a best fit of what the set-up may have done.
 
-    farthest_mm: a point that stands farther off is refused. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT, SRF-SIGN,
-    SRF-OUTSIDE, SRF-DUPLICATE; what is only suspicious is among `findings`.
+    farthest_mm: a point that stands farther off is refused. setup_mm: how far the part may sit off its datums; motions
+    that the points tell worse are not taken out. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT, SRF-SIGN, SRF-OUTSIDE,
+    SRF-DUPLICATE, SRF-SETUP; what is only suspicious is among `findings`.
     """
     xyz = np.asarray(points.points_mm, float)
     there = np.all(np.isfinite(xyz), axis=1)
@@ -87,7 +89,8 @@ def surface_deviations(
     found = findings_of(surface, points, there, feet, farthest_mm, bound=not fit)
     alignment = DATUM
     if fit:
-        alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet)
+        alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
+        found += tuple(_left(points.name, alignment, setup_mm))
     return _filled(points, there, feet, alignment, found)
 
 
@@ -98,6 +101,18 @@ def refuse_trimmed(deviations: SurfaceDeviations, trimmed_away: Callable[[Array,
     there = deviations.measured
     outside = trimmed_away(deviations.u[there], deviations.v[there])
     refuse_outside(deviations.name, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
+
+
+def _left(name: str, alignment: Alignment, setup_mm: float) -> Iterator[Finding]:
+    if alignment.left:
+        yield Finding(
+            Severity.NOTE,
+            Code.SRF_SETUP,
+            f"the best fit of {name!r} leaves {len(alignment.left)} of 6 motions as the datums have them: "
+            + "; ".join(alignment.left),
+            f"its points do not tell them well enough for a set-up that is off by {setup_mm:g} mm at most "
+            "(gauging.setup_mm); taken out, they would take form with them",
+        )
 
 
 def _filled(

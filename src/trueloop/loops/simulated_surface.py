@@ -12,6 +12,7 @@ import numpy as np
 from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
+from trueloop.gauging.surface_alignment import form_alone_mm
 from trueloop.gauging.surface_deviations import MeasuredPoints
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
@@ -150,12 +151,12 @@ def _truth_mm(trial: SurfaceTrial, stock: MilledStock) -> Array:
 
 
 def _compared_mm(trial: SurfaceTrial, grid: Grid, height_mm: Array) -> Array:
-    """Deviations as the job wants them: a best fit takes location and orientation out, to first order."""
-    if not trial.inputs.options.best_fit:
+    """Deviations as the job wants them: a best fit takes out what the set-up may have done."""
+    options = trial.inputs.options
+    if not options.best_fit:
         return height_mm
-    rigid = np.hstack([grid.normal, np.cross(grid.points_mm, grid.normal)])
-    left: Array = height_mm - rigid @ np.linalg.lstsq(rigid, height_mm, rcond=None)[0]
-    return left
+    u, v = np.repeat(grid.u, len(grid.v)), np.tile(grid.v, len(grid.u))
+    return form_alone_mm(grid.points_mm, grid.normal, u, v, height_mm, options.setup_mm)
 
 
 def _as_points(grid: Grid, height_mm: Array, number: int) -> MeasuredPoints:

@@ -17,6 +17,7 @@ from trueloop.error_surface.pattern import Pattern, parts_needed, pattern_of
 from trueloop.error_surface.places import Places, places_of, same_places
 from trueloop.error_surface.separate import Separation, separate
 from trueloop.errors import Finding
+from trueloop.gauging.surface_alignment import SETUP_MM
 from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
@@ -36,6 +37,7 @@ class SurfaceOptions:
 
     best_fit: bool = False
     farthest_mm: float = 1.0
+    setup_mm: float = SETUP_MM
     criterion: str = "likelihood"
     confidence: float = 0.99
     exponent: float = 3.0
@@ -199,7 +201,13 @@ class _Apart:
 
 def _deviations(task: _Task) -> SurfaceDeviations:
     options = task.options
-    return surface_deviations(task.surface, task.points, fit=options.best_fit, farthest_mm=options.farthest_mm)
+    return surface_deviations(
+        task.surface,
+        task.points,
+        fit=options.best_fit,
+        farthest_mm=options.farthest_mm,
+        setup_mm=options.setup_mm,
+    )
 
 
 def _placed(surface: Surface, deviations: SurfaceDeviations, options: SurfaceOptions) -> tuple[Places, Array]:

@@ -69,6 +69,7 @@ def _model_record(model: SurfaceModel) -> dict[str, object]:
             {
                 "name": part.deviations.name,
                 "alignment": part.deviations.alignment.kind,
+                "left_with_datums": list(part.deviations.alignment.left),
                 "size": asdict(part.separation.chosen.size),
                 "moran_p": part.separation.chosen.moran_p,
                 "lilliefors_p": part.separation.chosen.normality.lilliefors_p,

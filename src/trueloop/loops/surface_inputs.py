@@ -120,6 +120,7 @@ def options_of(job: SurfaceJobFile) -> SurfaceOptions:
     return SurfaceOptions(
         best_fit=job.gauging.alignment == "best-fit",
         farthest_mm=job.gauging.farthest_mm,
+        setup_mm=job.gauging.setup_mm,
         criterion=model.criterion,
         confidence=model.confidence,
         exponent=model.exponent,
