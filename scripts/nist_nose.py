@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 
 from scripts.nist_parts import parts
-from trueloop.compensation.prediction import rms
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.nose_model import NoseModel, NoseTouches
 from trueloop.gauging.touches import Gauging, error_vectors
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "nose-model.md"

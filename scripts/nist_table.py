@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scripts.nist_parts import NistPart, example_touches, parameters, parts, program, touches_csv
-from trueloop.compensation.prediction import rms
 from trueloop.formats.profile_of_job import part_table_toml
 from trueloop.geometry.feature import Arc, Array
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import Correction, compensate
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "nist-parts.md"

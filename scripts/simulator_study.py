@@ -16,7 +16,6 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.compensation.prediction import rms
 from trueloop.geometry.feature import Array
 from trueloop.loops.batch import run_batch
 from trueloop.loops.job_inputs import read_inputs
@@ -24,6 +23,7 @@ from trueloop.loops.simulated import Trial, simulate, trial_of
 from trueloop.loops.study import Study, study
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
+from trueloop.statistics import rms
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "simulator.md"

@@ -9,7 +9,6 @@ import pytest
 
 from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.compensation.cutter import Cutter
-from trueloop.compensation.prediction import rms
 from trueloop.compensation.surface_samples import SurfaceJob
 from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
 from trueloop.errors import Code, TrueloopError
@@ -26,6 +25,7 @@ from trueloop.nc.program import read_program
 from trueloop.simulator.mill import EndMill
 from trueloop.simulator.surface_process import SurfaceProcess
 from trueloop.simulator.virtual_mill import VirtualMill
+from trueloop.statistics import rms
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"
 

@@ -19,7 +19,6 @@ from scripts.nist_parts import (
     program,
 )
 from tests.support.linuxcnc import Tool, interpret
-from trueloop.compensation.prediction import rms
 from trueloop.errors import Severity
 from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Arc
@@ -29,6 +28,7 @@ from trueloop.nc.check import check
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.matching import match_contour
 from trueloop.nc.program import read_program
+from trueloop.statistics import rms
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 JOBS = sorted(EXAMPLES.glob("*/job.toml"))

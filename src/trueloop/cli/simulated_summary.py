@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from trueloop.compensation.prediction import rms
 from trueloop.geometry.feature import Array
 from trueloop.loops.simulated import SimulatedPart
 from trueloop.loops.study import Study
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 

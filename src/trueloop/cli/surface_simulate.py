@@ -40,7 +40,7 @@ def _told(made: "SimulatedSurface") -> dict[str, object]:
     """RMS in µm, of true and of measured deviations."""
     import numpy as np
 
-    from trueloop.compensation.prediction import rms
+    from trueloop.statistics import rms
     from trueloop.units import UM_PER_MM
 
     off_mm = np.abs(made.pattern_mm - made.pattern_truth_mm)

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from trueloop.error_curve.coverage import coverage_factor
 from trueloop.geometry.feature import Array
 
@@ -50,8 +48,3 @@ def predict(
         standard_u_mm=standard_u_mm,
         coverage_factor=coverage_factor(degrees_of_freedom),
     )
-
-
-def rms(values: Array) -> float:
-    """Root mean square; nan of nothing."""
-    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")

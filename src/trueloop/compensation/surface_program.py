@@ -25,10 +25,10 @@ from trueloop.nc.edit import (
     coordinate_text,
     displace_word,
     insert_blocks_after,
-    insert_heading,
     insert_word,
     line_texts,
 )
+from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import require_own_shape
 from trueloop.nc.tool_path import INVERSE_TIME, NO_COMPENSATION, Integers, Motion, ToolPath

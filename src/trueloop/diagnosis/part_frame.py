@@ -6,6 +6,7 @@ import numpy as np
 
 from trueloop.diagnosis.components import Inspections
 from trueloop.geometry.feature import Array
+from trueloop.statistics import rms
 
 FAINTEST = 1e-6
 """A motion that shifts the points by less than this share of the strongest is not seen by them."""
@@ -56,13 +57,9 @@ def fit_frame_discrepancy(seen: Inspections, error_proc_resid_mm: Array) -> Fram
     scale = np.array([1.0] * 3 + [1 / size] * 3)
     u = np.where(unseen, np.nan, np.sqrt(variance) * scale)
     solution = solution * scale
-    return FrameDiscrepancy(solution[:3], solution[3:], u, _rms(difference), _rms(rest))
+    return FrameDiscrepancy(solution[:3], solution[3:], u, rms(difference), rms(rest))
 
 
 def without_discrepancy(seen: Inspections, found: FrameDiscrepancy) -> Inspections:
     """The inspections with the CMM's points brought into the machine's part frame."""
     return replace(seen, cmm_mm=found.undo(seen.cmm_mm))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

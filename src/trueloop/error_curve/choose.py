@@ -22,6 +22,7 @@ from trueloop.errors import TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array, contact_angle_rad
 from trueloop.geometry.profile import Profile
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 UNSEEN_RAD: Final = math.radians(6.0)
@@ -120,15 +121,11 @@ def _left_out(nose: NoseOnPart, mine: NDArray[np.bool_]) -> Array:
 
 def _compare(profile: Profile, fit: ChainFit, nose: NoseOnPart, mine: NDArray[np.bool_], errors: Array) -> ModelChoice:
     own = fit.leave_one_out_mm[np.isin(fit.touches, nose.positions[mine])]
-    own_rms = float("inf") if np.any(np.isnan(own)) else _rms(own)
-    nose_rms = _rms(errors)
+    own_rms = float("inf") if np.any(np.isnan(own)) else rms(own)
+    nose_rms = rms(errors)
     if math.isnan(nose_rms):
         u = nose.prediction.standard_deviation_mm(nose.touches.contact_angle_rad[mine])
-        nose_rms = _rms(np.hypot(u, nose.prediction.model.scatter_mm))
+        nose_rms = rms(np.hypot(u, nose.prediction.model.scatter_mm))
     names = tuple(profile.features[i].name for i in fit.chain.features)
     nose_serves = nose_rms < own_rms * (1.0 + 1.0 / math.sqrt(len(errors)))
     return ModelChoice(names, len(errors), own_rms, nose_rms, nose_serves)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

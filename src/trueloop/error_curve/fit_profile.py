@@ -22,6 +22,7 @@ from trueloop.errors import TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 DRAWN_OUT: Final = 3.0
@@ -86,8 +87,8 @@ def fit_profile(
         curves=curves,
         residual_mm=residual,
         leave_one_out_mm=left_out,
-        residual_rms_mm=np.array([_rms(residual[group]) for group in groups]),
-        leave_one_out_rms_mm=np.array([_rms(left_out[group]) for group in groups]),
+        residual_rms_mm=np.array([_rms_of_known(residual[group]) for group in groups]),
+        leave_one_out_rms_mm=np.array([_rms_of_known(left_out[group]) for group in groups]),
         junctions=displaced_junctions(profile, curves),
         tangency=tangencies(profile, free, options.tangent_policy),
         scatter_mm=max(fitted.scatter_mm),
@@ -156,6 +157,5 @@ def _by_touch(count: int, fitted: FittedChains) -> tuple[Array, Array]:
     return residual, left_out
 
 
-def _rms(values: Array) -> float:
-    known = values[~np.isnan(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")
+def _rms_of_known(values: Array) -> float:
+    return rms(values[~np.isnan(values)])

@@ -11,7 +11,8 @@ from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.outputs import write_all
 from trueloop.machine.planar_field import PlanarField
 from trueloop.machine.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
-from trueloop.nc.edit import apply_edits, insert_heading
+from trueloop.nc.edit import apply_edits
+from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, read_program
 from trueloop.units import UM_PER_MM
 

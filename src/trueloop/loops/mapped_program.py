@@ -5,7 +5,6 @@ their blocks may run in any order.
 """
 
 import hashlib
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,12 +15,16 @@ from trueloop.compensation.record import MARK, check_uncorrected, record_id
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.outputs import Named, write_all, written_as_it_comes
 from trueloop.nc.dialect import dialect_named
+from trueloop.nc.edit import apply_edits
 from trueloop.nc.field import Field
 from trueloop.nc.guess import guess_dialect
-from trueloop.nc.program import no_parameter
+from trueloop.nc.heading import insert_heading
+from trueloop.nc.program import no_parameter, read_program
 
 CHUNK: Final = 1 << 20
 """Bytes read at a time."""
+HEAD: Final = 1 << 12
+"""Bytes of a written program among which the lines are that have to be first."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,7 @@ def map_program(
     mark = _mark(identity, survey, values)
     with written_as_it_comes(target, inputs=(source, *inputs)) as out:
         written = filter(None, _pieces(source, mapper, CHUNK))
-        out.write(_marked(next(written, b""), mark))
+        out.write(_marked(next(written, b""), mark, survey.dialect))
         out.writelines(written)
         blocks, moves, edits, added, largest, not_run, first = mapper.summary()
         done = Mapped(identity, survey.dialect, survey.sha256, blocks, moves, edits, added, largest, not_run, first)
@@ -227,13 +230,8 @@ def _require_uncorrected(path: Path, lines: bytes, lines_before: int) -> None:
         raise TrueloopError(found.code, found.message, hint=found.hint, place=place) from None
 
 
-_HEADING = re.compile(rb"\s*(?:%[^\n]*\n(?:;\$PATH[^\n]*\n)?|\d*[ \t]*BEGIN PGM[^\n]*\n)", re.IGNORECASE)
-"""Lines that have to be a program's first: a tape mark, where Sinumerik files it, the head of Klartext."""
-
-
-def _marked(source: bytes, comment: str) -> bytes:
-    """The mark on a line of its own, after the lines that have to be first."""
-    heading = _HEADING.match(source)
-    at = heading.end() if heading else 0
-    ending = b"\r\n" if b"\r\n" in source else b"\n"
-    return source[:at] + comment.encode("latin-1", "replace") + ending + source[at:]
+def _marked(written: bytes, comment: str, dialect: str) -> bytes:
+    """The first piece of a written program with the mark behind the lines that have to be first."""
+    end = written.find(b"\n", HEAD) + 1 or len(written)
+    head = read_program(written[:end], dialect)
+    return apply_edits(head, [insert_heading(head, [comment])]) + written[end:]

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.compensation.prediction import rms
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.job import read_job
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
@@ -34,6 +33,7 @@ from trueloop.simulator.path import CentrePath, path_along, paths_of_program
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.stock import Stock
+from trueloop.statistics import rms
 
 SPHERE_RADIUS_MM: Final = 12.5
 SPHERE_CENTRE_MM: Final = (120.0, 0.0)

@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 
 from trueloop.compensation.contour import centre_pieces, shifted_contour
-from trueloop.compensation.prediction import rms
 from trueloop.compensation.shift import ZERO, Shift, sampled
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
@@ -23,6 +22,7 @@ from trueloop.loops.process_intermittent import compensate
 from trueloop.loops.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.simulator.path import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
+from trueloop.statistics import rms
 
 STEP_MM: Final = 0.02
 

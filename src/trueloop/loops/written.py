@@ -24,7 +24,8 @@ from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run
 from trueloop.loops.shared_contour import shared_contour_notes
-from trueloop.nc.edit import Edit, apply_edits, insert_heading
+from trueloop.nc.edit import Edit, apply_edits
+from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Integers, Motion, ToolPath
 

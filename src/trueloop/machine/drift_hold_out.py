@@ -9,6 +9,7 @@ from trueloop.geometry.feature import Array
 from trueloop.machine.drift import DriftTest
 from trueloop.machine.drift_model import DriftModel, fit_drift
 from trueloop.machine.validity import check_range, in_unit
+from trueloop.statistics import rms
 from trueloop.units import SIGNALS, UM_PER_MM
 
 STATIC = ((0.0,),)
@@ -43,7 +44,7 @@ def held_out(test: DriftTest, share: float) -> list[DriftRun]:
         still = static.predict(test.time_s, test.signals)[~known]
         rest = moved[~known]
         runs.append(
-            DriftRun(channel, found, _rms(rest - found), _rms(rest - still), _rms(rest - float(moved[known].mean())))
+            DriftRun(channel, found, rms(rest - found), rms(rest - still), rms(rest - float(moved[known].mean())))
         )
     return runs
 
@@ -72,8 +73,4 @@ def compared(found_um: Mapping[str, Array], test: DriftTest) -> dict[str, tuple[
         for name in found_um
         if name in test.displacement_mm
     }
-    return {name: (_rms(rest), float(np.std(rest))) for name, rest in left.items()}
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    return {name: (rms(rest), float(np.std(rest))) for name, rest in left.items()}

@@ -9,6 +9,7 @@ from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.model import MachineModel
 from trueloop.machine.observations import Observations
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 
@@ -65,7 +66,7 @@ def hold_out(readings: Observations, fit: Callable[[Observations], MachineModel]
 def _left(raw: Array, rest: Array) -> Left | None:
     if not len(raw):
         return None
-    rms_raw, rms = (float(np.sqrt(np.mean(values**2))) for values in (raw, rest))
+    rms_raw, rms = (rms(values) for values in (raw, rest))
     return Left(len(raw), rms_raw, rms, float(np.abs(rest).max()))
 
 

@@ -199,14 +199,8 @@ def _require_words(program: Program, block: int, texts: Sequence[str]) -> None:
         )
 
 
-def insert_heading(program: Program, texts: Sequence[str]) -> Edit:
-    """Writes blocks near the top: after the first, or after the line that says where Sinumerik files the program."""
-    filed = program.block_count > 1 and program.source[program.block(1).start :].startswith(b";$PATH")
-    return insert_blocks_after(program, 1 if filed else 0, texts)
-
-
 def _new_lines(program: Program, block: int, texts: Sequence[str]) -> str:
-    ending = _line_ending(program)
+    ending = line_ending(program)
     prefixes = _numbers(program, block, len(texts))
     return "".join(f"{ending}{prefix}{text}" for prefix, text in zip(prefixes, texts, strict=True))
 
@@ -233,7 +227,8 @@ def _next_number(program: Program, block: int) -> float:
     return float("inf")
 
 
-def _line_ending(program: Program) -> str:
+def line_ending(program: Program) -> str:
+    """How the program's lines end."""
     at = program.source.find(b"\n")
     return "\r\n" if at > 0 and program.source[at - 1 : at] == b"\r" else "\n"
 

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.compensation.prediction import rms
 from trueloop.geometry.feature import Array
 from trueloop.loops.process_intermittent import Correction
 from trueloop.report.markup import esc, table
 from trueloop.report.style import plain, signed
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 HEADINGS = (

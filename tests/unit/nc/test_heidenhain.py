@@ -7,11 +7,11 @@ from trueloop.nc.edit import (
     apply_edits,
     displace_word,
     insert_blocks_after,
-    insert_heading,
     insert_word,
     replace_block,
 )
 from trueloop.nc.guess import guess_dialect
+from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import CoordinateState, Motion
 
