@@ -66,8 +66,7 @@ def hold_out(readings: Observations, fit: Callable[[Observations], MachineModel]
 def _left(raw: Array, rest: Array) -> Left | None:
     if not len(raw):
         return None
-    rms_raw, rms = (rms(values) for values in (raw, rest))
-    return Left(len(raw), rms_raw, rms, float(np.abs(rest).max()))
+    return Left(len(raw), rms(raw), rms(rest), float(np.abs(rest).max()))
 
 
 def _scaled(left: Left, scale: float) -> Left:
