@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 
-use nc_program::dialect::G;
+use nc_program::dialect::{Letters, G};
 use nc_program::{Program, Word, WordKind};
 
 /// Letters of positions and increments.
-pub(crate) const COORDINATES: &[u8] = b"XYZUVW";
+const COORDINATES: Letters = Letters::of(b"XYZUVW");
 
 /// Those of each axis.
-const AXIS_LETTERS: [&[u8]; 3] = [b"XU", b"YV", b"ZW"];
+const AXIS_LETTERS: [Letters; 3] = [Letters::of(b"XU"), Letters::of(b"YV"), Letters::of(b"ZW")];
 
 /// What such a block's coordinates are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,12 +51,12 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
 
 /// Whether a block names an axis.
 pub(crate) fn names_axis(program: &Program, block: usize) -> bool {
-    program.words_of(block).iter().any(|word| COORDINATES.contains(&word.letter))
+    program.words_of(block).iter().any(|word| COORDINATES.has(word.letter))
 }
 
 /// Whether a block names that axis, by position or increment.
 pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
-    program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].contains(&word.letter))
+    program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].has(word.letter))
 }
 
 /// Where a code first sets a work offset or a tool's data (G10), in bytes.
@@ -67,11 +67,7 @@ pub fn sets_offset(program: &Program) -> Option<usize> {
 
 /// Which of X, Y, Z any block names.
 pub fn named_axes(program: &Program) -> [bool; 3] {
-    let mut named = [false; 3];
-    for word in program.words() {
-        for (axis, letters) in AXIS_LETTERS.iter().enumerate() {
-            named[axis] |= letters.contains(&word.letter);
-        }
-    }
-    named
+    let mut letters = Letters::default();
+    program.words().iter().for_each(|word| letters.add(word.letter));
+    AXIS_LETTERS.map(|own| letters.meets(own))
 }

@@ -196,7 +196,10 @@ impl Reader<'_> {
     }
 
     fn operator(&mut self) -> Option<&'static Operator> {
-        self.peek()?;
+        let first = self.peek()?.to_ascii_lowercase();
+        if first == self.dialect.brackets.1 {
+            return None; // by far the most often what comes
+        }
         let rest = self.source.get(self.at..)?;
         let own: &[Operator] = match self.dialect.functions {
             Functions::None => &[],
@@ -208,7 +211,7 @@ impl Reader<'_> {
         let ends = |at: usize| !self.dialect.formulas || !rest.get(at).is_some_and(|byte| names::is_name(*byte));
         let whole = |text: &[u8]| text.last().is_some_and(|last| !last.is_ascii_alphabetic()) || ends(text.len());
         let begins = |text: &[u8]| rest.get(..text.len()).is_some_and(|start| start.eq_ignore_ascii_case(text));
-        let begins = |text: &[u8]| begins(text) && whole(text);
+        let begins = |text: &[u8]| text.first() == Some(&first) && begins(text) && whole(text);
         own.iter().chain(&ARITHMETIC).find(|operator| begins(operator.text))
     }
 

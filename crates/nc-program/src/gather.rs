@@ -23,11 +23,12 @@ impl Runner<'_> {
                 WordKind::Number => word.value,
                 WordKind::Expression if self.is_null(word) => continue,
                 WordKind::Expression => {
-                    let value = self.value(program.value_start(word)).0;
-                    if value.is_nan() && self.in_macro() && self.is_parameter(program.value_start(word), word.end()) {
+                    let start = program.value_start(word);
+                    let value = self.value(start).0;
+                    if value.is_nan() && self.in_macro() && self.is_parameter(start, word.end()) {
                         continue;
                     }
-                    self.require_value(value, program.value_start(word));
+                    self.require_value(value, start);
                     value
                 }
                 WordKind::Assignment => {
@@ -61,7 +62,7 @@ impl Runner<'_> {
 
     /// Says once of every axis that the path is without it.
     fn note_other_axis(&mut self, letter: u8, index: usize) {
-        if self.program.dialect().other_axes.contains(&letter) && !self.state.other_axes.contains(&letter) {
+        if self.program.dialect().other_axes.has(letter) && !self.state.other_axes.contains(&letter) {
             self.state.other_axes.push(letter);
             self.note_opaque(index as i32, "this axis is not in the path");
         }
@@ -69,16 +70,13 @@ impl Runner<'_> {
 
     /// A word of the parameter that never has a value is as good as not written.
     fn is_null(&self, word: &Word) -> bool {
-        let value = self.program.source().get(self.program.value_start(word)..word.end());
-        self.program.dialect().flow == FlowStyle::Macro && value == Some(b"#0")
+        let value = || self.program.source().get(self.program.value_start(word)..word.end());
+        self.program.dialect().flow == FlowStyle::Macro && value() == Some(b"#0")
     }
 
     fn gather_g(&mut self, value: f64, index: usize, request: &mut Request) {
-        let tenths = (value * 10.0).round();
-        if (0.0..=9999.0).contains(&tenths) {
-            if let Some(code) = (self.program.dialect().g)(tenths as u16) {
-                self.add_code(code, index, request);
-            }
+        if let Some(code) = self.program.dialect().g_code(value) {
+            self.add_code(code, index, request);
         }
     }
 

@@ -30,6 +30,7 @@ mod gather;
 mod groove;
 mod home;
 mod labels;
+mod letters;
 mod lex;
 mod lex_names;
 mod lint;

@@ -40,7 +40,7 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
 fn unknown(program: &Program, word: &Word) -> Option<Finding> {
     let dialect = program.dialect();
     let text = || finding::excerpt(program.text(word));
-    if word.kind == WordKind::Unknown || word.letter.is_ascii_uppercase() && !dialect.letters.contains(&word.letter) {
+    if word.kind == WordKind::Unknown || word.letter.is_ascii_uppercase() && !dialect.letters.has(word.letter) {
         let message = format!("\"{}\" is no word of the dialect {}", text(), dialect.name);
         let hint = "it is kept as it is and never moved; name another dialect if this one is wrong";
         return Some(warning(finding::WORD, word, message, hint));
@@ -100,10 +100,9 @@ fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Find
 }
 
 fn known_code(dialect: &Dialect, word: &Word) -> bool {
-    let number = |value: f64| (0.0..=9999.0).contains(&value.round()).then_some(value.round() as u16);
     match word.letter {
-        b'G' => number(word.value * 10.0).and_then(dialect.g).is_some(),
-        b'M' => number(word.value).and_then(dialect.m).is_some(),
+        b'G' => dialect.g_code(word.value).is_some(),
+        b'M' => (0.0..=9999.0).contains(&word.value.round()) && (dialect.m)(word.value.round() as u16).is_some(),
         _ => true,
     }
 }

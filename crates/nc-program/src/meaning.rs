@@ -7,11 +7,12 @@ use crate::program::{Program, Word, WordKind};
 /// `None` for what is none.
 pub fn meaning(program: &Program, word: &Word) -> Option<String> {
     let dialect = program.dialect();
-    let number =
-        |scale: f64| Some((word.value * scale).round()).filter(|n| (0.0..=9999.0).contains(n)).map(|n| n as u16);
     match (word.kind, word.letter) {
-        (WordKind::Number, b'G') => (dialect.g)(number(10.0)?).map(of_g),
-        (WordKind::Number, b'M') => (dialect.m)(number(1.0)?).map(of_m),
+        (WordKind::Number, b'G') => dialect.g_code(word.value).map(of_g),
+        (WordKind::Number, b'M') => {
+            let number = Some(word.value.round()).filter(|number| (0.0..=9999.0).contains(number))?;
+            (dialect.m)(number as u16).map(of_m)
+        }
         (WordKind::Name, _) => match dialect.names.get(word.value as usize)? {
             Name::Code(code) | Name::Text(code) => Some(of_g(code)),
             Name::Function(function) => Some(of_m(function)),

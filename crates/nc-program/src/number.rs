@@ -39,7 +39,7 @@ pub fn read(bytes: &[u8], at: usize) -> Option<(f64, usize)> {
         return None;
     }
     let value = match POWERS.get(decimals) {
-        Some(power) if count <= 15 => mantissa as f64 / power,
+        Some(power) if count <= 15 => mantissa as i64 as f64 / power,
         _ => slow(bytes.get(first..end)?),
     };
     Some((if negative { -value } else { value }, end))
@@ -78,8 +78,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn exactly_rounded(text in "[+-]?[0-9]{0,24}\\.[0-9]{1,24}") {
-            let (value, end) = read(text.as_bytes(), 0).unwrap();
+        fn exactly_rounded(text in "[+-]?[0-9]{0,24}\\.[0-9]{1,24}", after in "([ -/:-~\\n][ -~\\n]{0,9})?") {
+            let (value, end) = read(format!("{text}{after}").as_bytes(), 0).unwrap();
             prop_assert_eq!(value.to_bits(), text.parse::<f64>().unwrap().to_bits());
             prop_assert_eq!(end, text.len());
         }

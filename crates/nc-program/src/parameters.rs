@@ -59,6 +59,10 @@ impl Key {
 
     /// The key of a name between angle brackets.
     pub fn named(name: &[u8]) -> Self {
+        let plain = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+        if let (true, Ok(name)) = (name.iter().all(plain), std::str::from_utf8(name)) {
+            return Self::Name(name.to_ascii_lowercase());
+        }
         let kept = name.iter().filter(|byte| !byte.is_ascii_whitespace());
         Self::Name(kept.map(|byte| char::from(byte.to_ascii_lowercase())).collect())
     }

@@ -168,10 +168,15 @@ impl Program {
     }
 
     /// Whether a word says that its value is an increment (true) or a position (false): `X=IC(5)`, `IX+5`.
+    #[inline]
     pub fn reference(&self, word: &Word) -> Option<bool> {
         if self.dialect.names.is_empty() || !matches!(word.kind, WordKind::Number | WordKind::Expression) {
             return self.dialect.increments.filter(|letters| letters.contains(&word.letter)).map(|_| true);
         }
+        self.reference_of_name(word)
+    }
+
+    fn reference_of_name(&self, word: &Word) -> Option<bool> {
         if let Some((Name::Increment(_), _)) = names::meaning(&self.source, word.start as usize, self.dialect) {
             return Some(true);
         }
@@ -190,10 +195,7 @@ impl Program {
     /// What a word does as a code, where it is one that the dialect knows: `G01`, `TRANS`, `L`.
     pub fn code(&self, word: &Word) -> Option<G> {
         match (word.kind, word.letter) {
-            (WordKind::Number, b'G') => {
-                let tenths = (word.value * 10.0).round();
-                (0.0..=9999.0).contains(&tenths).then(|| (self.dialect.g)(tenths as u16)).flatten()
-            }
+            (WordKind::Number, b'G') => self.dialect.g_code(word.value),
             (WordKind::Name, _) => match self.dialect.names.get(word.value as usize) {
                 Some(Name::Code(code) | Name::Text(code)) => Some(code),
                 _ => None,

@@ -1,6 +1,7 @@
 //! What one block asks for: its values by letter and its codes.
 
 use crate::dialect::G;
+use crate::letters::Letters;
 use crate::parameters::Key;
 
 /// Most G codes that a block may carry.
@@ -28,9 +29,9 @@ pub enum Jump {
 pub struct Request {
     values: [f64; ADDRESSES],
     words: [i32; ADDRESSES],
-    present: u64,
-    increments: u64,
-    positions: u64,
+    present: Letters,
+    increments: Letters,
+    positions: Letters,
     codes: [(G, u32); CODES],
     code_count: usize,
     /// Values given to parameters in this block, with the offset of each.
@@ -49,9 +50,9 @@ impl Request {
         Self {
             values: [0.0; ADDRESSES],
             words: [-1; ADDRESSES],
-            present: 0,
-            increments: 0,
-            positions: 0,
+            present: Letters::default(),
+            increments: Letters::default(),
+            positions: Letters::default(),
             codes: [(G::Inert, 0); CODES],
             code_count: 0,
             assignments: Vec::new(),
@@ -64,7 +65,7 @@ impl Request {
     /// Forgets the block before.
     #[inline]
     pub fn clear(&mut self) {
-        (self.present, self.increments, self.positions) = (0, 0, 0);
+        (self.present, self.increments, self.positions) = Default::default();
         self.code_count = 0;
         self.assignments.clear();
         self.ends = false;
@@ -79,7 +80,7 @@ impl Request {
         if let (Some(slot), Some(source)) = (self.values.get_mut(index), self.words.get_mut(index)) {
             *slot = value;
             *source = word as i32;
-            self.present |= bit(letter);
+            self.present.add(letter);
         }
     }
 
@@ -88,22 +89,20 @@ impl Request {
     pub fn get(&self, letter: u8) -> Option<f64> {
         let index = usize::from(letter.wrapping_sub(b'A'));
         let value = self.values.get(index)?;
-        (self.present & bit(letter) != 0).then_some(*value)
+        self.present.has(letter).then_some(*value)
     }
 
     /// Says that the value of a letter is an increment (true) or a position (false), whatever mode is in force.
     pub fn refer(&mut self, letter: u8, increment: bool) {
         let of = if increment { &mut self.increments } else { &mut self.positions };
-        *of |= bit(letter);
+        of.add(letter);
     }
 
     /// Whether the value of a letter is an increment, where its word says so.
     #[inline]
     pub fn reference(&self, letter: u8) -> Option<bool> {
-        if (self.increments | self.positions) & bit(letter) == 0 {
-            return None;
-        }
-        Some(self.increments & bit(letter) != 0)
+        let increment = self.increments.has(letter);
+        (increment || self.positions.has(letter)).then_some(increment)
     }
 
     /// Index of the word of a letter, −1 without one.
@@ -119,8 +118,7 @@ impl Request {
     /// Whether any of these letters is there.
     #[inline]
     pub fn any(&self, letters: &[u8]) -> bool {
-        let wanted = letters.iter().fold(0, |bits, letter| bits | bit(*letter));
-        self.present & wanted != 0
+        self.present.meets(Letters::of(letters))
     }
 
     /// Notes a code's meaning and the word's index. False when there are too many.
@@ -142,10 +140,4 @@ impl Request {
     pub fn cycle_parameter(&self, number: u32) -> Option<f64> {
         self.assignments.iter().rev().find(|(key, _)| *key == Key::Number(number)).map(|(_, value)| *value)
     }
-}
-
-/// The bit of an address.
-#[inline]
-fn bit(letter: u8) -> u64 {
-    1u64.checked_shl(u32::from(letter.wrapping_sub(b'A'))).unwrap_or(0)
 }

@@ -3,7 +3,7 @@
 //! Which codes are confirmed, and by what, docs/dialects.md says; they were compared with public shop programs. What the
 //! manuals leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, G, M};
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
@@ -12,12 +12,12 @@ use crate::rough::Rough;
 /// Turning, code system A: X, Z absolute, U, W increments, G98/G99 feed a minute and a revolution.
 pub const FANUC_LATHE: Dialect = Dialect {
     name: "fanuc-lathe",
-    letters: b"ACDEFGHIJKLMNOPQRSTUVWXYZ",
+    letters: Letters::of(b"ACDEFGHIJKLMNOPQRSTUVWXYZ"),
     line_angle: b"Aa",
     rules: Rules { drills_from_start: true, ..Rules::USUAL },
     increments: Some(*b"UVW"),
     tool_has_offset: true,
-    other_axes: b"CH",
+    other_axes: Letters::of(b"CH"),
     g: lathe_a,
     initial: Modal { diameter: true, plane: Plane::Zx, feed_mode: FeedMode::PerRevolution, ..Modal::INITIAL },
     ..FANUC_MILL
@@ -45,8 +45,8 @@ pub const FANUC_MILL: Dialect = Dialect {
     point_decides: true,
     tool_has_offset: false,
     rules: Rules::USUAL,
-    other_axes: b"ABC",
-    letters: b"ABCDEFGHIJKLMNOPQRSTXYZ",
+    other_axes: Letters::of(b"ABC"),
+    letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTXYZ"),
     g: mill,
     m: m_code,
     initial: Modal { ..Modal::INITIAL },

@@ -3,7 +3,7 @@
 //! X is a diameter, I a radius. Arc centres are signed offsets from the start point, so an arc may turn through more
 //! than a quadrant. Parameters P1, P2, … of a cycle are words of its block; others are variables.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, G, M};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -25,8 +25,8 @@ pub const GE2000T: Dialect = Dialect {
     point_decides: false,
     tool_has_offset: false,
     rules: Rules::USUAL,
-    other_axes: b"",
-    letters: b"FGIJKMNPQRSTUWXYZ",
+    other_axes: Letters::of(b""),
+    letters: Letters::of(b"FGIJKMNPQRSTUWXYZ"),
     g: g_code,
     m: m_code,
     initial: Modal { inch: true, diameter: true, plane: Plane::Zx, ..Modal::INITIAL },

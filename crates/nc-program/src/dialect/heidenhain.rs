@@ -5,7 +5,8 @@
 //! A block's function says how its coordinates move: nothing of it stays in force but feed, compensation and the pole.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Name, Names, Naming, Parameters, PoleFrom, Rules, G, M,
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules, G,
+    M,
 };
 use crate::flow::Flow;
 use crate::modal::{Compensation, Modal, Motion, Plane};
@@ -45,8 +46,8 @@ pub const HEIDENHAIN: Dialect = Dialect {
     point_decides: false,
     tool_has_offset: false,
     rules: Rules::USUAL,
-    other_axes: b"ABCUVW",
-    letters: b"ABCFMNQRSTUVWXYZ",
+    other_axes: Letters::of(b"ABCUVW"),
+    letters: Letters::of(b"ABCFMNQRSTUVWXYZ"),
     g: |_| None,
     m: m_code,
     initial: Modal::INITIAL,

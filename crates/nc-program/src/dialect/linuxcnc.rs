@@ -1,6 +1,6 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Names, Naming, Parameters, Rules, G, M};
+use super::{common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, G, M};
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::spline::Spline;
@@ -30,8 +30,8 @@ pub const LINUXCNC: Dialect = Dialect {
     point_decides: false,
     tool_has_offset: false,
     rules: Rules { tip_in_front: true, enters_beside_next: false, retracts_to_plane: true, ..Rules::USUAL },
-    other_axes: b"ABCUVW",
-    letters: b"ABCDEFGHIJKLMNOPQRSTUVWXYZ",
+    other_axes: Letters::of(b"ABCUVW"),
+    letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"),
     g: g_code,
     m: m_code,
     initial: Modal { inch: true, diameter: false, plane: Plane::Xy, ..Modal::INITIAL },

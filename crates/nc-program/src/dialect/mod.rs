@@ -8,6 +8,7 @@ mod linuxcnc;
 mod siemens;
 
 pub use crate::curve::PoleFrom;
+pub use crate::letters::Letters;
 pub(crate) use crate::names::{Name, Names};
 
 use crate::drill::Drill;
@@ -306,9 +307,9 @@ pub struct Dialect {
     /// What codes do beyond their meaning.
     pub rules: Rules,
     /// Address letters of moves that are not in the path.
-    pub other_axes: &'static [u8],
+    pub other_axes: Letters,
     /// Address letters that mean something.
-    pub letters: &'static [u8],
+    pub letters: Letters,
     /// Meaning of a G code, given ten times its number.
     pub g: fn(u16) -> Option<G>,
     /// Meaning of an M code.
@@ -330,6 +331,17 @@ impl Dialect {
     /// How the radius of an arc is written, up to its value: `R`, `CR=`.
     pub fn radius_address(&self) -> String {
         self.names.spelt(Name::Address(b'R')).map_or_else(|| "R".to_owned(), |name| format!("{name}="))
+    }
+
+    /// Meaning of the G code of that number, which counts to the tenth.
+    #[inline]
+    pub fn g_code(&self, number: f64) -> Option<G> {
+        let tenths = 10.0 * number;
+        if tenths > -0.5 && tenths < 9999.5 {
+            let whole = tenths as u16; // rounded by hand: `round` is a function call for want of SSE4.1
+            return (self.g)(whole + u16::from(tenths - f64::from(whole) >= 0.5));
+        }
+        None
     }
 
     /// What a byte means where a word may start.

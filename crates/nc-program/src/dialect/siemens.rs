@@ -6,7 +6,8 @@
 //! machine data, such as diameters at the start, a program has to say: DIAMON or DIAMOF, G17 or G18.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Name, Names, Naming, Parameters, PoleFrom, Rules, G, M,
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules, G,
+    M,
 };
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
@@ -30,8 +31,8 @@ pub const SIEMENS: Dialect = Dialect {
     point_decides: false,
     tool_has_offset: false,
     rules: Rules { diameter_is_machine_data: true, ..Rules::USUAL },
-    other_axes: b"ABCUVWo",
-    letters: b"ABCDFGHIJKLMNPRSTUVWXYZ",
+    other_axes: Letters::of(b"ABCUVWo"),
+    letters: Letters::of(b"ABCDFGHIJKLMNPRSTUVWXYZ"),
     g: g_code,
     m: m_code,
     initial: Modal::INITIAL,
