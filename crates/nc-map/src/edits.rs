@@ -28,11 +28,12 @@ impl Edits {
         self.edits.len()
     }
 
-    /// Replaces bytes by what `write` writes.
-    pub fn replace(&mut self, start: usize, end: usize, write: impl FnOnce(&mut Vec<u8>)) {
+    /// Replaces bytes by what `write` writes; gives what that gives.
+    pub fn replace<R>(&mut self, start: usize, end: usize, write: impl FnOnce(&mut Vec<u8>) -> R) -> R {
         let from = self.text.len() as u32;
-        write(&mut self.text);
+        let written = write(&mut self.text);
         self.edits.push(Edit { start: start as u32, end: end as u32, text: (from, self.text.len() as u32) });
+        written
     }
 
     /// Closes the edits since `from` as those of a block. False where it had other ones already: it is run twice.

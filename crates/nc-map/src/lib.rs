@@ -10,6 +10,7 @@ pub mod field;
 mod lines;
 mod part;
 mod pieces;
+mod reader;
 mod refusal;
 mod role;
 mod standing;
@@ -17,8 +18,11 @@ mod text;
 mod value;
 mod writer;
 
-use nc_program::{Dialect, Options, Program, Session};
+use std::thread;
 
+use nc_program::{Dialect, Options, TooLarge};
+
+use reader::{Part, Reader};
 use standing::Standing;
 
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
@@ -58,11 +62,15 @@ pub struct Summary {
 
 /// A field on its way through a program.
 pub struct Mapper {
-    dialect: &'static Dialect,
+    reader: Reader,
+    /// The part that was read last.
+    ready: Option<Part>,
+    writing: Writing,
+}
+
+/// What is known of the parts that were displaced.
+struct Writing {
     limits: Limits,
-    session: Session,
-    /// Bytes not dealt with yet.
-    waiting: Vec<u8>,
     /// The program jumps: it is dealt with in one part.
     whole: bool,
     carried: Vector,
@@ -75,59 +83,64 @@ pub struct Mapper {
 impl Mapper {
     /// Before the first bytes. `whole` for programs with a block that `nc_program::jumps`; `named` as [`named_axes`] says.
     pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, whole: bool, named: [bool; 3]) -> Self {
-        Self {
-            dialect,
+        let writing = Writing {
             limits,
-            session: Session::new(options),
-            waiting: Vec::new(),
             whole,
             carried: [0.0; 3],
             standing: standing::at_start(named),
             travel: [0; 3],
             summary: Summary::default(),
-        }
+        };
+        Self { reader: Reader::new(dialect, options, whole), ready: None, writing }
     }
 
     /// What was done so far.
     pub fn summary(&self) -> Summary {
-        self.summary
+        self.writing.summary
     }
 
-    /// Takes the next bytes and appends what is done to `out`. The last whole line waits: the one before is numbered by it.
+    /// Takes the next bytes: they are read while the part before is displaced and appended to `out`.
     pub fn push(&mut self, bytes: &[u8], field: &mut dyn Field, out: &mut Vec<u8>) -> Result<(), Refusal> {
-        self.waiting.extend_from_slice(bytes);
-        let last = if self.whole { None } else { memchr::memrchr(b'\n', &self.waiting) };
-        let Some(last) = last else { return Ok(()) };
-        let rest = self.waiting.split_off(last + 1);
-        let part = std::mem::replace(&mut self.waiting, rest);
-        let kept = memchr::memrchr(b'\n', part.get(..last).unwrap_or(&[])).map_or(0, |before| before + 1);
-        let ahead = part.get(kept..).unwrap_or(&[]).to_vec();
-        self.part(part, 1, field, out)?;
-        self.waiting.splice(0..0, ahead);
+        let Self { reader, ready, writing } = self;
+        let read = match ready.take() {
+            None => reader.next(bytes),
+            Some(part) => thread::scope(|scope| {
+                let ahead = scope.spawn(|| reader.next(bytes));
+                let done = writing.part(part, field, out);
+                let read = ahead.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+                done.map(|()| read)
+            })?,
+        };
+        self.ready = read.map_err(|error| self.too_large(&error))?;
         Ok(())
     }
 
     /// Deals with what is left.
     pub fn finish(&mut self, field: &mut dyn Field, out: &mut Vec<u8>) -> Result<(), Refusal> {
-        let part = std::mem::take(&mut self.waiting);
-        self.part(part, 0, field, out)
+        if let Some(part) = self.ready.take() {
+            self.writing.part(part, field, out)?;
+        }
+        let part = self.reader.last().map_err(|error| self.too_large(&error))?;
+        self.writing.part(part, field, out)
     }
 
-    /// A part of whole lines, of which the last `ahead` are only looked at.
-    fn part(&mut self, source: Vec<u8>, ahead: usize, field: &mut dyn Field, out: &mut Vec<u8>) -> Result<(), Refusal> {
-        let too_large = |bytes: usize| Refusal {
+    fn too_large(&self, error: &TooLarge) -> Refusal {
+        Refusal {
             code: refusal::MAP,
-            message: format!("{bytes} bytes of a program have to be held at once: 2147483647 is the most"),
+            message: format!("{} bytes of a program have to be held at once: 2147483647 is the most", error.bytes),
             hint: "split the program".to_owned(),
-            line: self.summary.blocks + 1,
+            line: self.summary().blocks + 1,
             column: 1,
             cause: None,
-        };
-        let program = Program::read(source, self.dialect).map_err(|error| too_large(error.bytes))?;
-        let until = program.blocks().len().saturating_sub(ahead);
-        self.displace(&program, until, field, out).map_err(|refused| {
-            let block = program.block_at(refused.at);
-            let start = program.blocks().get(block).map_or(0, |found| found.start as usize);
+        }
+    }
+}
+
+impl Writing {
+    fn part(&mut self, mut part: Part, field: &mut dyn Field, out: &mut Vec<u8>) -> Result<(), Refusal> {
+        self.displace(&mut part, field, out).map_err(|refused| {
+            let block = part.program.block_at(refused.at);
+            let start = part.program.blocks().get(block).map_or(0, |found| found.start as usize);
             Refusal {
                 code: refused.code,
                 message: refused.message,
@@ -136,8 +149,6 @@ impl Mapper {
                 column: refused.at.saturating_sub(start) + 1,
                 cause: refused.cause,
             }
-        })?;
-        self.summary.blocks += until;
-        Ok(())
+        })
     }
 }

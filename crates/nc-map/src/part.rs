@@ -1,19 +1,20 @@
-//! One part of a program: run, displaced, written.
+//! One part of a program: displaced, written.
 
 use std::collections::HashMap;
 
-use nc_program::{finding, first_unknown, Finding, MoveKind, Program, Severity, ToolPath};
+use nc_program::{MoveKind, Program, ToolPath};
 
 use crate::edits::Edits;
 use crate::field::{Field, Trouble, Vector};
 use crate::pieces::{pieces, Fault, Geometry, Piece};
+use crate::reader::Part;
 use crate::refusal::{self, Refused};
-use crate::role::{names_axis, roles, Role};
+use crate::role::{names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
 use crate::writer::pole::poles;
 use crate::writer::Writer;
-use crate::Mapper;
+use crate::Writing;
 
 /// What becomes of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,32 +42,30 @@ impl Course {
     }
 }
 
-impl Mapper {
-    /// Runs the blocks before `until`, displaces their moves, and appends them to `out`.
+impl Writing {
+    /// Displaces the moves of a part and appends its blocks, but for those only looked at, to `out`.
     pub(crate) fn displace(
         &mut self,
-        program: &Program,
-        until: usize,
+        part: &mut Part,
         field: &mut dyn Field,
         out: &mut Vec<u8>,
     ) -> Result<(), Refused> {
-        let end = program.blocks().get(until).map_or(program.source().len(), |block| block.start as usize);
-        let (path, findings) = self.session.run(program, until);
-        let roles = roles(program);
-        let moved = moved(program, &path);
-        require_known(program, findings, &moved, &roles, end)?;
-        let courses = self.courses(program, &path, &roles)?;
+        if let Some(refused) = part.refused.take() {
+            return Err(refused);
+        }
+        let Part { program, path, roles, .. } = &*part;
+        let courses = self.courses(program, path, roles)?;
         let displaced: Vec<usize> = (0..path.len()).filter(|index| courses[*index].fate != Fate::Stays).collect();
-        let geometry = Geometry::new(&path, &mut self.travel, field.knows_travel());
+        let geometry = Geometry::new(path, &mut self.travel, field.knows_travel());
         let arrives = |index: usize| courses[index].fate == Fate::Arrives;
         let found = pieces(&geometry, &displaced, field, self.limits.tolerance_mm, arrives);
-        let found = found.map_err(|fault| told(fault, program, &path))?;
-        self.check_limits(program, &path, &found)?;
+        let found = found.map_err(|fault| told(fault, program, path))?;
+        self.check_limits(program, path, &found)?;
         let edits = Edits::new(program.blocks().len());
         let tolerance_mm = field.knows_travel().then_some(self.limits.tolerance_mm);
         let mut writer = Writer {
             program,
-            path: &path,
+            path,
             geometry: &geometry,
             edits,
             poles: poles(program),
@@ -76,13 +75,14 @@ impl Mapper {
             tolerance_mm,
             whole: self.whole,
         };
-        self.write(&mut writer, &courses, &roles, &found)?;
-        self.note_not_run(program, &moved, until, &roles);
+        self.write(&mut writer, &courses, roles, &found)?;
+        self.note_not_run(program, &part.moved, part.until, part.ended, roles);
         self.summary.moves += displaced.len();
         self.summary.edits += writer.edits.len();
         self.summary.added += writer.added;
         self.carried = writer.carried;
-        writer.edits.apply(program.source(), end, out);
+        writer.edits.apply(program.source(), part.end, out);
+        self.summary.blocks += part.until;
         Ok(())
     }
 
@@ -178,8 +178,15 @@ impl Mapper {
 
     /// Counts blocks with coordinates that stay as they are because they were not run: skipped, after the end, in a
     /// branch not taken.
-    fn note_not_run(&mut self, program: &Program, moved: &[bool], until: usize, roles: &HashMap<usize, Role>) {
-        let ended_after = self.session.ended().then(|| moved.iter().rposition(|moved| *moved));
+    fn note_not_run(
+        &mut self,
+        program: &Program,
+        moved: &[bool],
+        until: usize,
+        ended: bool,
+        roles: &HashMap<usize, Role>,
+    ) {
+        let ended_after = ended.then(|| moved.iter().rposition(|moved| *moved));
         for (block, moved) in moved.iter().enumerate().take(until) {
             let optional = program.blocks().get(block).is_some_and(|found| found.optional);
             let after_end = ended_after.is_some_and(|last| last < Some(block));
@@ -192,17 +199,6 @@ impl Mapper {
             }
         }
     }
-}
-
-/// Whether a move came of each block.
-fn moved(program: &Program, path: &ToolPath) -> Vec<bool> {
-    let mut moved = vec![false; program.blocks().len()];
-    for block in &path.block {
-        if let Some(slot) = moved.get_mut(*block as usize) {
-            *slot = true;
-        }
-    }
-    moved
 }
 
 /// What becomes of a move, by where its axes stand before it and after.
@@ -267,34 +263,6 @@ fn require_on_position(program: &Program, block: usize, carried: &Vector) -> Res
     let message = format!("coordinates are set anew where the tool stands {off:.5} mm off its programmed position");
     let hint = "set them at the start of the program, or after a move to the reference point";
     Err(Refused::block(at, message, hint))
-}
-
-/// Refuses what is not understood, cannot be run, or moves the tool where the path does not say.
-fn require_known(
-    program: &Program,
-    findings: Vec<Finding>,
-    moved: &[bool],
-    roles: &HashMap<usize, Role>,
-    end: usize,
-) -> Result<(), Refused> {
-    let refuses = |found: &Finding| match (found.severity, found.code) {
-        (Severity::Error, _) | (Severity::Warning, finding::OPAQUE | finding::DIAMETER) => true,
-        (_, finding::OPAQUE) => {
-            let block = program.block_at(found.at);
-            let cycle = roles.get(&block) == Some(&Role::Cycle);
-            cycle
-                || names_axis(program, block)
-                    && !roles.contains_key(&block)
-                    && !moved.get(block).is_some_and(|moved| *moved)
-        }
-        _ => false,
-    };
-    let met = findings.into_iter().filter(|found| found.at < end && refuses(found));
-    let first = first_unknown(program, end).into_iter().chain(met).min_by_key(|found| found.at);
-    match first {
-        Some(found) => Err(Refused { hint: found.hint, ..Refused::new(found.code, found.at, found.message, "") }),
-        None => Ok(()),
-    }
 }
 
 /// A fault by what it means for the program.

@@ -36,8 +36,14 @@ impl Step {
     }
 
     /// The number of steps nearest to a value in program units, halves to even.
+    #[inline]
     pub fn round(&self, value: f64) -> i64 {
-        (value * self.scale).round_ties_even() as i64
+        const LAST_BIT_IS_ONE: f64 = 6_755_399_441_055_744.0; // 1.5·2⁵²: the sum is rounded to a whole number
+        let steps = value * self.scale;
+        if steps.abs() < 1e15 {
+            return (steps + LAST_BIT_IS_ONE - LAST_BIT_IS_ONE) as i64; // `round_ties_even` is a function call
+        }
+        steps.round_ties_even() as i64
     }
 
     /// The value of that many steps: the double nearest to the decimal number.
@@ -52,21 +58,27 @@ impl Step {
 
     /// With at least `decimals` decimals and `digits` digits before the point; the plus sign where it is wanted.
     fn signed(&self, out: &mut Vec<u8>, steps: i64, plus: bool, decimals: usize, digits: usize) {
-        let scale = self.scale as u64;
-        let (whole, fraction) = (steps.unsigned_abs() / scale, steps.unsigned_abs() % scale);
+        let (mut text, mut rest) = (Backwards::default(), steps.unsigned_abs());
+        if decimals.max(self.decimals) > 0 {
+            for _ in 0..self.decimals {
+                text.push(b'0' + (rest % 10) as u8);
+                rest /= 10;
+            }
+            text.push(self.point);
+        }
+        let mut before = 0;
+        while rest > 0 || before == 0 && digits > 0 {
+            text.push(b'0' + (rest % 10) as u8);
+            rest /= 10;
+            before += 1;
+        }
         if steps < 0 {
             out.push(b'-');
         } else if plus {
             out.push(b'+');
         }
-        if whole > 0 || digits > 0 {
-            write_digits(out, whole, digits.max(1));
-        }
-        if decimals.max(self.decimals) == 0 {
-            return;
-        }
-        out.push(self.point);
-        write_digits(out, fraction, self.decimals);
+        out.extend(std::iter::repeat_n(b'0', digits.saturating_sub(before)));
+        out.extend_from_slice(text.written());
         out.extend(std::iter::repeat_n(b'0', decimals.saturating_sub(self.decimals)));
     }
 
@@ -109,16 +121,24 @@ impl Step {
     }
 }
 
-fn write_digits(out: &mut Vec<u8>, number: u64, least: usize) {
-    let (mut digits, mut at, mut rest) = ([b'0'; 20], 20, number);
-    while (rest > 0 || 20 - at < least) && at > 0 {
-        at -= 1;
-        if let Some(digit) = digits.get_mut(at) {
-            *digit = b'0' + (rest % 10) as u8;
+/// A number of steps, written from its last digit on: twenty digits and a point are the most.
+#[derive(Default)]
+struct Backwards {
+    text: [u8; 32],
+    length: usize,
+}
+
+impl Backwards {
+    fn push(&mut self, byte: u8) {
+        self.length += 1;
+        if let Some(place) = self.text.len().checked_sub(self.length).and_then(|at| self.text.get_mut(at)) {
+            *place = byte;
         }
-        rest /= 10;
     }
-    out.extend(digits.get(at..).unwrap_or(&[]));
+
+    fn written(&self) -> &[u8] {
+        self.text.get(self.text.len().saturating_sub(self.length)..).unwrap_or(&[])
+    }
 }
 
 /// Whether operators that bind more weakly than a sum may be in the text: words of two or three letters.
@@ -187,6 +207,11 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn rounding_is_that_of_the_standard(value in prop_oneof![-1e6..1e6f64, -1e19..1e19f64, (-9999i32..9999).prop_map(|half| f64::from(half) / 2e3)]) {
+            prop_assert_eq!(STEP.round(value), (value * 1000.0).round_ties_even() as i64);
+        }
+
         #[test]
         fn what_is_written_is_the_value(steps in -999_999_999i64..999_999_999, old in "[+-]?[0-9]{1,4}(\\.[0-9]{0,6})?") {
             let written: f64 = restyled(&old, steps).parse().unwrap();

@@ -41,18 +41,24 @@ impl Value {
     }
 
     /// Writes it changed: a number anew, a formula with a term. Klartext has no formulas in its coordinates.
-    pub fn change(&self, program: &Program, word: &Word, step: Step, to: i64, by: i64) -> Result<Vec<u8>, Refused> {
-        let mut out = Vec::new();
+    pub fn change(
+        &self,
+        program: &Program,
+        word: &Word,
+        step: Step,
+        (to, by): (i64, i64),
+        out: &mut Vec<u8>,
+    ) -> Result<(), Refused> {
         let old = self.text(program);
         if self.is_number {
-            step.restyle(&mut out, old, to);
+            step.restyle(out, old, to);
         } else if takes_terms(program) {
-            step.with_term(&mut out, old, by, program.dialect());
+            step.with_term(out, old, by, program.dialect());
         } else {
             let message = format!("{} would have to be displaced, but takes no sum", excerpt(program, word));
             return Err(Refused::block(word.start as usize, message, "write the coordinate as a number"));
         }
-        Ok(out)
+        Ok(())
     }
 }
 

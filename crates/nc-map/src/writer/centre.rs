@@ -71,8 +71,8 @@ impl Writer<'_> {
             self.edits.replace(place.start, place.end, |out| step.write(out, step.round(value)));
             return Ok(());
         }
-        let text = place.change(program, word, step, step.round(value), change)?;
-        self.edits.replace(place.start, place.end, |out| out.extend(text));
+        let to = step.round(value);
+        self.edits.replace(place.start, place.end, |out| place.change(program, word, step, (to, change), out))?;
         Ok(())
     }
 

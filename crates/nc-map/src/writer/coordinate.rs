@@ -62,8 +62,7 @@ impl Writer<'_> {
             self.edits.replace(value.start, value.end, |text| step.write(text, steps));
             return Ok(origin + step.value(steps) * axis.unit);
         }
-        let text = value.change(program, word, step, steps, change)?;
-        self.edits.replace(value.start, value.end, |out| out.extend(text));
+        self.edits.replace(value.start, value.end, |out| value.change(program, word, step, (steps, change), out))?;
         Ok(origin + if value.is_number { step.value(steps) } else { said + step.value(change) } * axis.unit)
     }
 
@@ -97,7 +96,7 @@ impl Writer<'_> {
         if change == 0 {
             text.extend(value.text(self.program));
         } else {
-            text.extend(value.change(self.program, word, here.step, steps, change)?);
+            value.change(self.program, word, here.step, (steps, change), text)?;
         }
         text.extend(source.get(value.end..word.end()).unwrap_or(&[]));
         Ok((said + here.step.value(change)) * axis.unit)
