@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from tests.support.linuxcnc import Move, ProgramRefusedError, Tool, interpret
-from tests.support.nc_judge import assert_same_moves, kind_of
+from tests.support.nc_judge import assert_same_moves, kind_of, leading_somewhere
 from trueloop.errors import Severity
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.program import Program, read_program
@@ -68,7 +68,8 @@ def _outcome(file: Path) -> Outcome:
     except AssertionError:
         if _same_with_a_move_before_tool_changes(file):
             return Outcome(name, SAME, STANDS)
-        said = sorted([*program.findings, *path.findings], key=lambda finding: finding.severity is not Severity.ERROR)
+        told = [finding for finding in (*program.findings, *path.findings) if finding.severity is not Severity.NOTE]
+        said = sorted(told, key=lambda finding: finding.severity is not Severity.ERROR)
         why = f"line {said[0].place.line}: {said[0].message}" if said else _first_difference(path, judged)
         return Outcome(name, OTHER, why)
     return Outcome(name, SAME)
@@ -98,7 +99,8 @@ def _same_with_a_move_before_tool_changes(file: Path) -> bool:
 
 def _first_difference(path: ToolPath, judged: Sequence[Move]) -> str:
     """Where nothing was said: our own fault, or a move of another kind."""
-    for kind, line, end, move in zip(path.motion, path.line, path.end_mm, judged, strict=False):
+    ours, theirs = leading_somewhere(path, judged)
+    for kind, line, end, move in zip(path.motion[ours], path.line[ours], path.end_mm[ours], theirs, strict=False):
         if kind_of(kind) != move.kind:
             return f"line {line}: a {Motion(kind).name.lower()} move here, a {move.kind} move there"
         if (off_mm := math.dist(end, move.end_mm)) > 1e-6:

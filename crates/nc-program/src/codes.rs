@@ -4,6 +4,7 @@ use crate::dialect::{FlowStyle, PoleFrom, G};
 use crate::drill::{Drill, Hole};
 use crate::finding::{self, Severity};
 use crate::modal::{Compensation, FeedMode, Motion};
+use crate::profile_cycle::Profile;
 use crate::request::Request;
 use crate::rough::Rough;
 use crate::run::Runner;
@@ -34,6 +35,7 @@ enum Action {
     ModalMacro(i32),
     Groove(u8, i32),
     EndSpline,
+    Profile(Profile, i32),
     Nothing,
 }
 
@@ -76,6 +78,7 @@ impl Runner<'_> {
             Action::ModalMacro(word) => self.set_modal_macro(request, word),
             Action::Groove(deep, word) => self.groove(request, usize::from(deep), word),
             Action::EndSpline => self.spline(request, Spline::End),
+            Action::Profile(profile, word) => self.profile_cycle(request, profile, word),
             Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
         }
@@ -266,6 +269,7 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::ModalMacro => Some(Action::ModalMacro(word)),
         G::Groove(deep) => Some(Action::Groove(deep, word)),
         G::EndSpline => Some(Action::EndSpline),
+        G::Profile(profile) => Some(Action::Profile(profile, word)),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         _ => None,
     }

@@ -130,6 +130,18 @@ impl ToolPath {
         self.call.push(self.caller.0);
     }
 
+    /// Forgets the moves from that one on.
+    pub(crate) fn truncate(&mut self, moves: usize) {
+        self.kind.truncate(moves);
+        self.start.truncate(moves);
+        self.end.truncate(moves);
+        self.words.truncate(moves);
+        self.block.truncate(moves);
+        self.state.truncate(moves);
+        self.call.truncate(moves);
+        self.arcs.truncate(self.arcs.partition_point(|arc| arc.of_move < moves));
+    }
+
     /// A block calls others.
     pub(crate) fn enter_call(&mut self, block: usize) {
         self.calls.push([block as i32, self.caller.0]);

@@ -158,7 +158,7 @@ impl Runner<'_> {
     }
 
     /// Roughing takes no notice of G41 and G42.
-    fn uncompensated(&mut self, cut: impl FnOnce(&mut Self)) {
+    pub(crate) fn uncompensated(&mut self, cut: impl FnOnce(&mut Self)) {
         let before = self.state.modal;
         self.state.modal = Modal { compensation: Compensation::Off, ..before };
         cut(self);

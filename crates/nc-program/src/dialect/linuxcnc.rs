@@ -2,7 +2,9 @@
 
 use super::{common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, G, M};
 use crate::drill::Drill;
+use crate::level_cuts::Pockets;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::profile_cycle::Profile;
 use crate::spline::Spline;
 
 /// The dialect.
@@ -77,7 +79,10 @@ fn g_code(tenths: u16) -> Option<G> {
         51 => G::Motion(Motion::Spline(Spline::Quadratic)),
         52 => G::Motion(Motion::Spline(Spline::Points)),
         53 => G::EndSpline,
-        331 | 700..=702 | 710..=712 | 720..=722 => G::OpaqueCycle,
+        331 => G::OpaqueCycle,
+        700 => G::Profile(Profile::Finish),
+        710..=712 => G::Profile(Profile::Along(pockets(tenths))),
+        720..=722 => G::Profile(Profile::Face(pockets(tenths))),
         760 => G::Thread,
         730 => G::Drill(Drill::Chip),
         810 | 820 | 860 => G::Drill(Drill::Plain),
@@ -104,6 +109,15 @@ fn g_code(tenths: u16) -> Option<G> {
         610 | 611 | 640 => G::Inert,
         _ => return None,
     })
+}
+
+/// Which pockets G71 and G72, their .1 and their .2 cut.
+fn pockets(tenths: u16) -> Pockets {
+    match tenths % 10 {
+        0 => Pockets::All,
+        1 => Pockets::None,
+        _ => Pockets::Rest,
+    }
 }
 
 fn m_code(number: u16) -> Option<M> {

@@ -14,6 +14,7 @@ pub(crate) use crate::names::{Name, Names};
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
+use crate::profile_cycle::Profile;
 use crate::rough::Rough;
 
 pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
@@ -162,6 +163,8 @@ pub enum G {
     FinishContour,
     /// Roughs out the contour between N of P and N of Q; these blocks are passed over.
     RoughContour(Rough),
+    /// Runs on, or roughs out, the contour of the subroutine that Q names.
+    Profile(Profile),
     /// Without influence on the path.
     Inert,
 }

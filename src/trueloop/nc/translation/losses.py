@@ -43,6 +43,7 @@ BY_CODE: Final = {
     "MChangeTool": "DH",
     "FinishContour": "PQ",
     "RoughContour": "DPQ",
+    "Profile": "DEPQ",
     "TurningCycle": "P",
 }
 """Letters that a code takes with it."""
@@ -94,7 +95,7 @@ def _block(source: Source, word: Word) -> Block:
 def _severity(found: Finding, source: Source, word: Word | None) -> Severity:
     """An error is what makes the machine move otherwise."""
     meaning = (source.program.core.meaning(word.index) or "") if word is not None else ""
-    lifts = meaning.startswith(("Drill", "RoughContour")) and found.severity == Severity.NOTE
+    lifts = meaning.startswith(("Drill", "RoughContour", "Profile")) and found.severity == Severity.NOTE
     if found.code in (*NOT_UNDERSTOOD, Code.NC_UNIT, Code.NC_DIAMETER) or (found.code == Code.NC_OPAQUE and not lifts):
         return Severity.ERROR
     return Severity.WARNING
