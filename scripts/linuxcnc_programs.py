@@ -17,8 +17,8 @@ here, does not note where an arc ended; and trueloop goes by the programmed plac
 Programs in which that matters are compared with a straight move of no length written before each tool change, and the
 table says so.
 
-Where a finishing cycle (G70) begins under G42, this interpreter takes the tool to be at the end of the contour that it has
-just read: its first rapid move ends elsewhere. Later ones do not; no other move of the cycle differs.
+Where a finishing cycle (G70) begins under G42, this interpreter takes the tool to be at the end of the contour that it
+has just read: its first rapid move ends elsewhere. Later ones do not; no other move of the cycle differs.
 
 {table}
 """

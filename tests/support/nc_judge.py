@@ -29,8 +29,8 @@ def leading_somewhere(path: ToolPath, judged: Sequence[Move]) -> tuple[list[int]
 def assert_same_moves(path: ToolPath, judged: Sequence[Move], *, same_lines: bool = True) -> None:
     """Kind, line (unless the programs are two), ends, centre and sweep of every move; those that lead nowhere left out.
 
-    LinuxCNC makes a move that leads nowhere of a bare G0 and of G28, and says no line (−1) of a turning cycle's moves. Coordinates beyond 1 m are held to
-    1e-9 of their size.
+    LinuxCNC makes a move that leads nowhere of a bare G0 and of G28, and says no line (−1) of a turning cycle's moves.
+    Coordinates beyond 1 m are held to 1e-9 of their size.
     """
     ours, theirs = leading_somewhere(path, judged)
     assert [kind_of(path.motion[k]) for k in ours] == [move.kind for move in theirs]

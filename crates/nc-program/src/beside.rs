@@ -39,7 +39,7 @@ fn shifted(mut segments: Vec<Segment>, distance: f64) -> Result<Vec<Segment>, &'
         }
         let smallest = segments.iter().map(|segment| segment.size() / 2.0).fold(1e9, f64::min);
         let step = smallest.min((distance - done).abs()).copysign(distance);
-        segments = segments.iter().map(|segment| segment.beside(step)).filter(|s| !(s.size() < SMALL)).collect();
+        segments = segments.iter().map(|segment| segment.beside(step)).filter(|s| s.size() >= SMALL).collect();
         close_gaps(&mut segments, step, distance > 0.0);
         end_where_they_meet(&mut segments)?;
         done += step;

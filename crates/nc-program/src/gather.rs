@@ -64,9 +64,7 @@ impl Runner<'_> {
     fn note_other_axis(&mut self, letter: u8, index: usize) {
         // In the contour of a turning cycle of LinuxCNC these letters are corners and increments.
         let shapes_contour = self.draws && self.program.dialect().flow == FlowStyle::OWords;
-        if !shapes_contour
-            && self.program.dialect().other_axes.has(letter)
-            && !self.state.other_axes.contains(&letter)
+        if !shapes_contour && self.program.dialect().other_axes.has(letter) && !self.state.other_axes.contains(&letter)
         {
             self.state.other_axes.push(letter);
             self.note_opaque(index as i32, "this axis is not in the path");

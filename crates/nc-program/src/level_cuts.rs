@@ -25,7 +25,7 @@ pub(crate) struct Step {
 }
 
 /// More rounds than this do not come to an end.
-const MOST: usize = 200_000;
+const MOST: usize = 50_000;
 const ENDLESS: &str = "its cuts do not come to an end: give I, the depth of cut, greater than zero";
 
 pub(crate) struct LevelCuts<'a> {

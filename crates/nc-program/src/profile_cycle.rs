@@ -276,9 +276,6 @@ impl Runner<'_> {
                 pockets
             }
         };
-        if !(depth > 0.0) {
-            return Err("I, its depth of cut, has to be greater than zero");
-        }
         frame.face(&mut segments);
         cut_corners(&mut segments)?;
         require_way(&mut segments)?;
@@ -297,7 +294,7 @@ impl Runner<'_> {
     ) -> Result<Vec<Cut>, &'static str> {
         let number = |letter: u8, without: f64| request.get(letter).unwrap_or(without);
         let (first, last, passes) = (number(b'D', 0.0), number(b'E', 0.0), number(b'P', 1.0));
-        if !(passes < MOST) {
+        if passes.is_nan() || passes >= MOST {
             return Err("its number of passes makes no sense");
         }
         let frame = finishing_frame(&mut segments)?;

@@ -193,7 +193,7 @@ pub(crate) fn cut_corners(segments: &mut Vec<Segment>) -> Result<(), &'static st
             }
         }
     }
-    segments.retain(|segment| !(segment.size() < SMALL));
+    segments.retain(|segment| segment.size() >= SMALL);
     Ok(())
 }
 

@@ -45,7 +45,9 @@ def contours(draw: st.DrawFn) -> tuple[list[str], float]:
 def programs(draw: st.DrawFn) -> str:
     lines, widest = draw(contours())
     x, z = max(widest, 6.0) + draw(places(0, 5)), 2.0 + draw(places(0, 3))
-    finishing = f"G70 D{draw(st.sampled_from([0, 0.2, 0.5]))} E{draw(st.sampled_from([0, 0.1]))} P{draw(st.integers(1, 3))}"
+    finishing = (
+        f"G70 D{draw(st.sampled_from([0, 0.2, 0.5]))} E{draw(st.sampled_from([0, 0.1]))} P{draw(st.integers(1, 3))}"
+    )
     depth, lift = draw(places(0.3, 2)), draw(places(0.05, 0.6))
     roughing = f"{draw(st.sampled_from(ROUGHING))} D{draw(st.sampled_from([0, 0.1, 0.3]))} I{depth} R{lift}"
     cycle = draw(st.sampled_from([finishing, roughing]))
@@ -67,9 +69,7 @@ def run(text: str) -> ToolPath:
 
 
 @given(text=programs())
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
-)
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 def test_linuxcnc_makes_the_same_moves(text: str) -> None:
     path = run(text)
     assume(not path.findings)
@@ -97,7 +97,7 @@ def test_cycles_on_contours_with_corners_loops_and_parameters(cycle: str, contou
 @pytest.mark.parametrize(
     ("line", "contour", "why"),
     [
-        ("G71 Q100 I0", CONTOUR, "I, its depth of cut"),
+        ("G71 Q100 I0", CONTOUR, "give I, the depth of cut"),
         ("G42.1 D.1 L2\nG71 Q100", CONTOUR, "it wants G40"),
         ("G17\nG71 Q100", CONTOUR, "it wants G18"),
         ("G71", CONTOUR, "it wants Q"),
