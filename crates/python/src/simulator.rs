@@ -19,6 +19,9 @@ fn points(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Point>> {
         .collect())
 }
 
+/// Rays that one core works off before the next look for work.
+const TOGETHER: usize = 1024;
+
 /// A nose swept along a polyline of its centre, (n, 2), x a radius, mm.
 ///
 /// The nose is round with `radius`, plus a cubic a piece over contact angle, (m, 4), pieces `step` wide from `first` on.
@@ -68,12 +71,17 @@ impl NoseSweep {
             ));
         }
         let found = py.detach(|| {
-            let rays = origins
+            let rays: Vec<_> = origins
                 .iter()
                 .zip(&directions)
                 .map(|(o, d)| Ray::new(*o, *d))
-                .zip(known.iter().copied());
-            self.sweep.entries(rays, reach)
+                .zip(known.iter().copied())
+                .collect();
+            let jobs: Vec<_> = rays.chunks(TOGETHER).collect();
+            spatial::spread(&jobs, |rays| {
+                self.sweep.entries(rays.iter().copied(), reach)
+            })
+            .concat()
         });
         Ok(found.into_pyarray(py))
     }

@@ -6,8 +6,9 @@ use crate::points::{finite, Points, Refused};
 use crate::threads::spread;
 use crate::weight::{Decay, Job, Weight};
 
-/// Vectors of a tile: its columns stay in the first cache.
+/// Vectors of a tile at most: its columns stay in the first cache. Few points have smaller tiles, so that every core gets some.
 const TILE: usize = 64;
+const LEAST_TILE: usize = 16;
 
 /// Sums over all ordered pairs i ≠ j with weights c.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,7 +24,8 @@ pub fn pair_sums(points: &Points, values: &[f64], decay: Decay) -> Result<PairSu
     points.matches(values.len(), 1)?;
     finite(values.iter().copied(), 1)?;
     let block = Block::new(points.rows(), 1, |row, _| values[row]);
-    let tiles = block.place[0].len().div_ceil(TILE);
+    let tile = (block.place[0].len() / 8).clamp(LEAST_TILE, TILE);
+    let tiles = block.place[0].len().div_ceil(tile);
     let jobs: Vec<(usize, usize)> = (0..tiles)
         .flat_map(|a| (a..tiles).map(move |b| (a, b)))
         .collect();
@@ -31,8 +33,9 @@ pub fn pair_sums(points: &Points, values: &[f64], decay: Decay) -> Result<PairSu
         decay.run(Tile {
             block: &block,
             points: points.len(),
-            first: a * TILE,
-            second: b * TILE,
+            first: a * tile,
+            second: b * tile,
+            size: tile,
         })
     });
     let half = |part: fn(&PairSums) -> f64| 2.0 * sums.iter().map(part).sum::<f64>();
@@ -48,6 +51,7 @@ struct Tile<'a> {
     points: usize,
     first: usize,
     second: usize,
+    size: usize,
 }
 
 impl Job for Tile<'_> {
@@ -57,10 +61,10 @@ impl Job for Tile<'_> {
     fn run<L: Lanes, W: Weight>(self, lanes: L, weight: W) -> PairSums {
         let [x, y, z] = &self.block.place;
         let values = &self.block.values[0];
-        let end = (self.second + TILE).min(x.len());
+        let end = (self.second + self.size).min(x.len());
         let mut weights = lanes.splat(0.0);
         let mut products = lanes.splat(0.0);
-        for i in self.first * LANES..((self.first + TILE) * LANES).min(self.points) {
+        for i in self.first * LANES..((self.first + self.size) * LANES).min(self.points) {
             let (chunk, lane) = (i / LANES, i % LANES);
             let here = [
                 lanes.splat(x[chunk][lane]),

@@ -1,13 +1,18 @@
 //! Jobs shared among the machine's cores.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::OnceLock;
 use std::thread;
+
+/// How many cores there are: asked once, for the system reads files to tell.
+fn cores() -> usize {
+    static CORES: OnceLock<usize> = OnceLock::new();
+    *CORES.get_or_init(|| thread::available_parallelism().map_or(1, usize::from))
+}
 
 /// Results of the jobs in their order, worked off by as many threads as there are cores.
 pub fn spread<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync) -> Vec<R> {
-    let threads = thread::available_parallelism()
-        .map_or(1, usize::from)
-        .min(jobs.len().div_ceil(4));
+    let threads = cores().min(jobs.len().div_ceil(4));
     if threads < 2 {
         return jobs.iter().map(work).collect();
     }

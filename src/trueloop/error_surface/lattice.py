@@ -12,6 +12,8 @@ STRAY: Final = 1e-10
 """Points belong to a lattice when they stray from it by less than this share of a step: weights keep ten digits."""
 FEWEST: Final = 16
 ROUGHLY: Final = 1e-7
+FLAT: Final = 1e-12
+"""Far above the rounding of a determinant, far below what a bent sheet has."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +77,7 @@ def lattice_of(points_mm: Array, exponent: float) -> Lattice | None:
     Its steps are looked for at the first point and at the middle one. A lattice that is so full of holes that its
     steps are not seen there is not found.
     """
-    if len(points_mm) < FEWEST:
+    if len(points_mm) < FEWEST or not _may_be_flat(points_mm):
         return None
     middle = np.argmin(np.sum((points_mm - np.mean(points_mm, axis=0)) ** 2, axis=1))
     for corner in (0, int(middle)):
@@ -95,6 +97,13 @@ def inverse_power(square: Array, exponent: float) -> Array:
     for _ in range(int(exponent) - 1):
         power *= near
     return power
+
+
+def _may_be_flat(points: Array) -> bool:
+    """Whether some of the points stand in a plane, as nearly as the product of their three spreads tells."""
+    some = points[:: max(1, len(points) // FEWEST)] - points[0]
+    spread = some.T @ some
+    return not np.linalg.det(spread) > FLAT * np.trace(spread) ** 3
 
 
 def _steps(points: Array, corner: Array) -> Array | None:
