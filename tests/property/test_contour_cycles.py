@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from tests.support.linuxcnc import ProgramRefusedError, interpret
-from tests.support.nc_judge import assert_same_moves
+from tests.support.nc_judge import TOLERANCE_MM, assert_same_moves
 from trueloop.errors import Code, Severity
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import ToolPath
@@ -42,14 +42,15 @@ def contours(draw: st.DrawFn) -> tuple[list[str], float]:
 
 
 @st.composite
-def programs(draw: st.DrawFn) -> str:
+def programs(draw: st.DrawFn, *, beside_arcs: bool) -> str:
+    """A cycle on such a contour; on one with arcs it leaves nothing unless `beside_arcs`."""
     lines, widest = draw(contours())
+    leaves = beside_arcs or not any(line[:2] in ("G2", "G3") for line in lines)
     x, z = max(widest, 6.0) + draw(places(0, 5)), 2.0 + draw(places(0, 3))
-    finishing = (
-        f"G70 D{draw(st.sampled_from([0, 0.2, 0.5]))} E{draw(st.sampled_from([0, 0.1]))} P{draw(st.integers(1, 3))}"
-    )
+    off, last = draw(st.sampled_from([0, 0.1, 0.3])) * leaves, draw(st.sampled_from([0, 0.1])) * leaves
+    finishing = f"G70 D{off} E{last} P{draw(st.integers(1, 3))}"
     depth, lift = draw(places(0.3, 2)), draw(places(0.05, 0.6))
-    roughing = f"{draw(st.sampled_from(ROUGHING))} D{draw(st.sampled_from([0, 0.1, 0.3]))} I{depth} R{lift}"
+    roughing = f"{draw(st.sampled_from(ROUGHING))} D{off} I{depth} R{lift}"
     cycle = draw(st.sampled_from([finishing, roughing]))
     there = f" X{x:.3f} Z{z:.3f}" if draw(st.booleans()) else ""
     unit = draw(st.sampled_from(["G20", "G21", "G21 G7"]))
@@ -57,23 +58,35 @@ def programs(draw: st.DrawFn) -> str:
     return "\n".join([*blocks, "G1 X30", "M2", ""])
 
 
-def assert_as_linuxcnc(path: ToolPath, text: str) -> None:
+def assert_as_linuxcnc(path: ToolPath, text: str, within_mm: float = TOLERANCE_MM) -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "case.ngc")
         file.write_text(text)
-        assert_same_moves(path, interpret(file, startup=STARTUP))
+        assert_same_moves(path, interpret(file, startup=STARTUP), within_mm=within_mm)
 
 
 def run(text: str) -> ToolPath:
     return read_program(text.encode(), "linuxcnc").run(inch=False, plane=18)
 
 
-@given(text=programs())
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+SLOW: Final = [HealthCheck.too_slow, HealthCheck.filter_too_much]
+
+
+@given(text=programs(beside_arcs=False))
+@settings(max_examples=50, deadline=None, suppress_health_check=SLOW)
 def test_linuxcnc_makes_the_same_moves(text: str) -> None:
     path = run(text)
     assume(not path.findings)
     assert_as_linuxcnc(path, text)
+
+
+@given(text=programs(beside_arcs=True))
+@settings(max_examples=50, deadline=None, suppress_health_check=SLOW)
+def test_beside_arcs_that_touch_the_last_bit_becomes_nanometres(text: str) -> None:
+    """Where a circle all but touches its neighbour, a root makes 1e-8 of the radius of the last bit."""
+    path = run(text)
+    assume(not path.findings)
+    assert_as_linuxcnc(path, text, within_mm=1e-5)
 
 
 @pytest.mark.parametrize("cycle", ["G70", "G70 D.5 P3", *(f"{rough} D.3 I.7 R.2" for rough in ROUGHING)])

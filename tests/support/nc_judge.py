@@ -26,7 +26,9 @@ def leading_somewhere(path: ToolPath, judged: Sequence[Move]) -> tuple[list[int]
     return np.flatnonzero((travel_mm > 1e-9) | (path.motion == Motion.ARC)).tolist(), theirs
 
 
-def assert_same_moves(path: ToolPath, judged: Sequence[Move], *, same_lines: bool = True) -> None:
+def assert_same_moves(
+    path: ToolPath, judged: Sequence[Move], *, same_lines: bool = True, within_mm: float = TOLERANCE_MM
+) -> None:
     """Kind, line (unless the programs are two), ends, centre and sweep of every move; those that lead nowhere left out.
 
     LinuxCNC makes a move that leads nowhere of a bare G0 and of G28, and says no line (−1) of a turning cycle's moves.
@@ -37,7 +39,7 @@ def assert_same_moves(path: ToolPath, judged: Sequence[Move], *, same_lines: boo
     lines = [(k, move.line) for k, move in zip(ours, theirs, strict=True) if same_lines and move.line > 0]
     assert path.line[[k for k, _ in lines]].tolist() == [line for _, line in lines]
     for k, move in zip(ours, theirs, strict=True):
-        tolerance_mm = TOLERANCE_MM * max(1.0, np.abs(move.end_mm).max() / 1000)
+        tolerance_mm = within_mm * max(1.0, np.abs(move.end_mm).max() / 1000)
         assert path.start_mm[k] == pytest.approx(move.start_mm, abs=tolerance_mm)
         assert path.end_mm[k] == pytest.approx(move.end_mm, abs=tolerance_mm)
         if move.centre_mm is not None:
