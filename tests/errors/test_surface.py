@@ -64,8 +64,9 @@ def _odd_part() -> object:
 
 
 def _off_the_trimmed_face() -> object:
-    found = surface_deviations(SURFACE, MeasuredPoints(_points(), name="A"))
-    refuse_trimmed(found, lambda u, v: u > 0.8)
+    points = MeasuredPoints(_points(), name="A")
+    found = surface_deviations(SURFACE, points)
+    refuse_trimmed(points, found, lambda u, v: u > 0.8)
     return found.findings
 
 

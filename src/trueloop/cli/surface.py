@@ -9,7 +9,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.surface_simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -82,7 +82,9 @@ def pattern(
     from trueloop.loops.surface import pattern_model
 
     inputs = _read(job)
-    found = pattern_model(inputs.surface, _parts(inputs, workers, scheduler), inputs.options)
+    parts = _parts(inputs, workers, scheduler)
+    with in_file(inputs.job):
+        found = pattern_model(inputs.surface, parts, inputs.options)
     say_pattern(found, _write(inputs, output, _pattern_files(inputs, found)), as_json)
 
 

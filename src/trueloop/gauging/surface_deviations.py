@@ -7,10 +7,12 @@ radius, and no compensation of the ball, with its own errors, comes in.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError, in_file
 from trueloop.gauging.surface_alignment import DATUM, SETUP_MM, Alignment, best_fit
 from trueloop.gauging.surface_plausibility import findings_of, refuse_outside
 from trueloop.geometry.feature import Array
@@ -25,13 +27,19 @@ LEAST_POINTS = 16
 class MeasuredPoints:
     """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
     `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
-    row; a hole in it is a row of nan. `name` tells the part.
+    row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read.
     """
 
     points_mm: Array
     ball_radius_mm: float = 0.0
     shape: tuple[int, int] | None = None
     name: str = ""
+    file: str | None = None
+    lines: NDArray[np.integer[Any]] | None = None
+
+    def place(self, number: int) -> Place:
+        """Where a point, counted from 1, was read."""
+        return Place(self.file, None if self.lines is None else int(self.lines[number - 1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,23 +92,26 @@ def surface_deviations(
     """
     xyz = np.asarray(points.points_mm, float)
     there = np.all(np.isfinite(xyz), axis=1)
-    _enough(points, there)
-    feet = closest(surface, xyz[there])
-    found = findings_of(surface, points, there, feet, farthest_mm, bound=not fit)
-    alignment = DATUM
-    if fit:
-        alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
-        found += tuple(_left(points.name, alignment, setup_mm))
+    with in_file(points.file):
+        _enough(points, there)
+        feet = closest(surface, xyz[there])
+        found = findings_of(surface, points, there, feet, farthest_mm, bound=not fit)
+        alignment = DATUM
+        if fit:
+            alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
+            found += tuple(_left(points.name, alignment, setup_mm))
     return _filled(points, there, feet, alignment, found)
 
 
-def refuse_trimmed(deviations: SurfaceDeviations, trimmed_away: Callable[[Array, Array], np.ndarray]) -> None:
+def refuse_trimmed(
+    points: MeasuredPoints, deviations: SurfaceDeviations, trimmed_away: Callable[[Array, Array], np.ndarray]
+) -> None:
     """Raises SRF-OUTSIDE for points whose foot lies in a hole or beyond the trimmed edge of the face: the function says
     for parameters u and v (n,) which do, as the CAD kernel knows.
     """
     there = deviations.measured
     outside = trimmed_away(deviations.u[there], deviations.v[there])
-    refuse_outside(deviations.name, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
+    refuse_outside(points, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
 
 
 def _left(name: str, alignment: Alignment, setup_mm: float) -> Iterator[Finding]:

@@ -44,9 +44,9 @@ def findings_of(
     error = feet.distance_mm - radius
     _refuse_unit(surface, xyz, error, radius, points.name)
     _refuse_side(feet, radius, points.name)
-    _refuse_off(error, number, xyz, farthest_mm, points.name)
-    refuse_outside(points.name, feet.beyond_mm > BEYOND_MM, number, xyz)
-    _refuse_twice(xyz, number, points.name)
+    _refuse_off(points, error, number, xyz, farthest_mm)
+    refuse_outside(points, feet.beyond_mm > BEYOND_MM, number, xyz)
+    _refuse_twice(points, xyz, number)
     found = [*_holes(points, there), *_ball(surface, feet, radius)]
     if bound and radius == 0:
         found += _ball_left_in(error)
@@ -82,34 +82,36 @@ def _refuse_side(feet: Feet, radius: float, name: str) -> None:
         )
 
 
-def _refuse_off(error: Array, number: Integers, xyz: Array, farthest_mm: float, name: str) -> None:
+def _refuse_off(points: "MeasuredPoints", error: Array, number: Integers, xyz: Array, farthest_mm: float) -> None:
     if np.any(bad := np.abs(error) > farthest_mm):
         worst = int(np.argmax(np.abs(error)))
         x, y, z = xyz[worst]
         raise TrueloopError(
             Code.SRF_OFF,
-            f"{np.count_nonzero(bad)} of {len(error)} points of {name!r} stand more than {farthest_mm:g} mm off the "
+            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} stand more than {farthest_mm:g} mm off the "
             f"surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
             f"z {z:.3f} mm)",
             hint="look at frame, ball radius and that touch; a larger distance can be allowed",
+            place=points.place(int(number[worst])),
             override="gauging.farthest_mm in the job",
         )
 
 
-def refuse_outside(name: str, outside: np.ndarray, number: Integers, xyz: Array) -> None:
+def refuse_outside(points: "MeasuredPoints", outside: np.ndarray, number: Integers, xyz: Array) -> None:
     """Refuses points of a part that lie beyond the edge of the face: `outside` (n,) says which of `xyz` (n, 3) do."""
     if np.any(outside):
         first = int(np.argmax(outside))
         x, y, z = xyz[first]
         raise TrueloopError(
             Code.SRF_OUTSIDE,
-            f"point {number[first]} of {name!r} (x {x:.3f}, y {y:.3f}, z {z:.3f} mm) lies beyond the edge of the face, "
-            f"as do {np.count_nonzero(outside) - 1} others",
+            f"point {number[first]} of {points.name!r} (x {x:.3f}, y {y:.3f}, z {z:.3f} mm) lies beyond the edge of the "
+            f"face, as do {np.count_nonzero(outside) - 1} others",
             hint="leave points off the face out, or name the face they lie on",
+            place=points.place(int(number[first])),
         )
 
 
-def _refuse_twice(xyz: Array, number: Integers, name: str) -> None:
+def _refuse_twice(points: "MeasuredPoints", xyz: Array, number: Integers) -> None:
     from scipy.spatial import KDTree  # slow to import
 
     pairs = KDTree(xyz).query_pairs(SAME_MM, output_type="ndarray")
@@ -117,8 +119,9 @@ def _refuse_twice(xyz: Array, number: Integers, name: str) -> None:
         a, b = number[pairs[0]]
         raise TrueloopError(
             Code.SRF_DUPLICATE,
-            f"points {a} and {b} of {name!r} are the same to {SAME_MM} mm, as are {len(pairs) - 1} other pairs",
+            f"points {a} and {b} of {points.name!r} are the same to {SAME_MM} mm, as are {len(pairs) - 1} other pairs",
             hint="keep one of each: distances of zero have no weight d^-k",
+            place=points.place(int(b)),
         )
 
 

@@ -16,7 +16,7 @@ from trueloop.error_surface.part_maps import PartMaps, part_maps
 from trueloop.error_surface.pattern import Pattern, parts_needed, pattern_of
 from trueloop.error_surface.places import Places, places_of, same_places
 from trueloop.error_surface.separate import Separation, separate
-from trueloop.errors import Finding
+from trueloop.errors import Finding, in_file
 from trueloop.gauging.surface_alignment import SETUP_MM
 from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.geometry.feature import Array
@@ -126,9 +126,9 @@ def deviations_of(
     trim: which places (u, v) of the surface are cut away; the CAD kernel, which knows, stays in this process.
     """
     tasks = [_Task(surface, points, options) for points in parts]
-    for deviations in work.done(_deviations, tasks, "deviations"):
+    for points, deviations in zip(parts, work.done(_deviations, tasks, "deviations"), strict=True):
         if trim is not None:
-            refuse_trimmed(deviations, trim)
+            refuse_trimmed(points, deviations, trim)
         yield deviations
 
 
@@ -142,13 +142,13 @@ def model_of(
 ) -> list[Part]:
     """Every part's deviations, taken apart. Parts measured at the same places of a grid share their neighbourhood."""
     found = list(deviations_of(surface, parts, options, trim=trim, work=work))
-    placed = [_placed(surface, deviations, options) for deviations in found]
+    placed = [_placed(surface, points, deviations, options) for points, deviations in zip(parts, found, strict=True)]
     shared = same_places([places for places, _ in placed])
     near = [Neighbourhood(places, options.exponent) for places in dict.fromkeys(shared)]
     of = {id(n.places): n for n in near}
     tasks = [
-        _Apart(of[id(places)], errors, options, deviations.name)
-        for places, (_, errors), deviations in zip(shared, placed, found, strict=True)
+        _Apart(of[id(places)], errors, options, points.name, points.file)
+        for places, (_, errors), points in zip(shared, placed, parts, strict=True)
     ]
     apart = work.done(_separation, tasks, "what repeats")
     # What comes back from another process has places of its own: those of this one are put back, to be shared again.
@@ -197,6 +197,7 @@ class _Apart:
     errors_mm: Array
     options: SurfaceOptions
     name: str
+    file: str | None
 
 
 def _deviations(task: _Task) -> SurfaceDeviations:
@@ -210,18 +211,22 @@ def _deviations(task: _Task) -> SurfaceDeviations:
     )
 
 
-def _placed(surface: Surface, deviations: SurfaceDeviations, options: SurfaceOptions) -> tuple[Places, Array]:
-    if options.cells is not None:
-        return averaged_over_cells(surface, deviations, options.cells)
-    return places_of(surface, deviations)
+def _placed(
+    surface: Surface, points: MeasuredPoints, deviations: SurfaceDeviations, options: SurfaceOptions
+) -> tuple[Places, Array]:
+    with in_file(points.file):
+        if options.cells is not None:
+            return averaged_over_cells(surface, deviations, options.cells)
+        return places_of(surface, deviations)
 
 
 def _separation(task: _Apart) -> Separation:
-    return separate(
-        task.near.places,
-        task.errors_mm,
-        near=task.near,
-        confidence=task.options.confidence,
-        criterion=task.options.criterion,
-        name=task.name,
-    )
+    with in_file(task.file):
+        return separate(
+            task.near.places,
+            task.errors_mm,
+            near=task.near,
+            confidence=task.options.confidence,
+            criterion=task.options.criterion,
+            name=task.name,
+        )

@@ -29,7 +29,8 @@ def correct_job(inputs: SurfaceInputs, *, work: Work = HERE, now: datetime | Non
     now = now or datetime.now(UTC)
     notes = _refuse_misuse(inputs, now)
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
-    model = pattern_model(inputs.surface, parts, inputs.options)
+    with in_file(inputs.job):
+        model = pattern_model(inputs.surface, parts, inputs.options)
     check_scatter(model.pattern.sigma_mm, inputs.options.limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
     identity = record_id(dict(inputs.sha256), options)

@@ -12,7 +12,7 @@ from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.limits import Limits
 from trueloop.compensation.record import sha256_of
 from trueloop.compensation.surface_samples import SurfaceJob
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.points_csv import read_points
 from trueloop.formats.surface_job import SurfaceJobFile, read_surface_job
@@ -34,6 +34,8 @@ class SurfaceInputs:
 
     `face` is the CAD file's, where the surface comes from one.
     """
+
+    job: Path
 
     name: str
     surface: Surface
@@ -72,6 +74,7 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
     hashes = {file: sha256_of(file.read_bytes()) for file in files}
     _require_measured_once(points, hashes)
     return SurfaceInputs(
+        job=path,
         name=job.name,
         surface=surface,
         parts=parts,
@@ -97,15 +100,16 @@ def read_nominal(path: Path, face: int | None, *, flip: bool) -> Surface:
 
 def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, CadFace | None]":
     if path.suffix.lower() == ".csv":
-        points, shape = read_points(path)
-        if shape is None:
+        grid = read_points(path)
+        if grid.shape is None:
             raise TrueloopError(
                 Code.SRF_GRID,
-                f"the {len(points)} points of {path.name!r} have no row and column",
+                f"the {len(grid.lines)} points of {path.name!r} have no row and column",
                 hint="a nominal surface is fitted to a grid: give row and column of each point",
                 place=Place(str(path)),
             )
-        surface, found = fit_grid(points.reshape(*shape, 3)).surface, None
+        with in_file(path):
+            surface, found = fit_grid(grid.points_mm.reshape(*grid.shape, 3)).surface, None
     else:
         from trueloop.formats.cad import read_face  # slow to import
 
@@ -219,8 +223,8 @@ def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) ->
 
 
 def _part(path: Path, ball_radius_mm: float) -> MeasuredPoints:
-    points, shape = read_points(path)
-    return MeasuredPoints(points, ball_radius_mm, shape, path.stem)
+    read = read_points(path)
+    return MeasuredPoints(read.points_mm, ball_radius_mm, read.shape, path.stem, str(path), read.lines)
 
 
 def _program(path: Path, dialect: str) -> Program:
