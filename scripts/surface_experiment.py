@@ -5,7 +5,7 @@ that part's raw data. What no laboratory can do stands beside: correction by the
 the very same new part corrected in each way, which leaves out the luck of having got another part.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -14,12 +14,42 @@ from scripts.surface_truths import GRID, NEAR, SQUARE
 from trueloop.error_surface.pattern import pattern_of
 from trueloop.error_surface.separate import separate
 from trueloop.geometry.feature import Array
-from trueloop.simulator.surface_process import published_process
+from trueloop.simulator.surface_process import EXTREME_OF_625, WAVES, Variation, published_process
 
 PARTS: Final = 10
+MIN_UM: Final = 4.3
+MAX_UM: Final = 2.4
+EXTREME_UM: Final = 6.5
+"""Published: between parts "min. ±0.0043; max. ±0.0024 mm", random effects on average within −6.4 … +6.6 µm."""
+LEFT_BY_15: Final = np.sqrt(1 - 15 * 15 / 625)
+"""Share of the noise's scatter that a least-squares model of 15 × 15 control points leaves of 25 × 25 places."""
 TAKEN: Final = 3
 """The fourth part (S4) gives the single model and the raw data."""
 WAYS: Final = ("true", "pattern", "model", "raw")
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the published limits are taken to mean. `sigmas`: those between parts in standard deviations.
+
+    `of_extremes`: they are those of the smallest and of the largest deviation, and the variability goes evenly with the
+    pattern's value; else the larger holds at the edges, the smaller in the middle. `noise_mm`: of one touch.
+    """
+
+    sigmas: float
+    of_extremes: bool = False
+    noise_mm: float = EXTREME_UM / 1e3 / EXTREME_OF_625
+
+    def scatter_mm(self, truth_mm: Array) -> Array:
+        """Standard deviation between parts at every place of the grid."""
+        least, most = MAX_UM / 1e3 / self.sigmas, MIN_UM / 1e3 / self.sigmas
+        if self.of_extremes:
+            return np.asarray(np.interp(truth_mm, [truth_mm.min(), truth_mm.max()], [most, least]))
+        edge = np.abs(2 * GRID - 1)
+        return np.asarray(least + (most - least) * np.maximum(edge[:, None], edge[None, :]))
+
+
+THREE_SIGMA: Final = Reading(3.0)
 
 
 @dataclass(frozen=True)
@@ -36,16 +66,13 @@ class Outcome:
     varied_um: tuple[float, float]
 
 
-def experiment(seed: int, sigmas: float = 3.0, parts: int = PARTS) -> Outcome:
-    """One experiment; `sigmas`: how many standard deviations the published limits between parts are read as."""
+def experiment(seed: int, reading: Reading = THREE_SIGMA, parts: int = PARTS) -> Outcome:
+    """One experiment, the published limits read in one of their ways."""
     rng = np.random.default_rng(seed)
-    process = published_process(rng)
-    wider = 3.0 / sigmas
-    process = replace(process, least_mm=process.least_mm * wider, most_mm=process.most_mm * wider)
-    measured = [process.part_mm(rng, GRID, GRID).ravel() for _ in range(parts)]
+    truth = published_process(rng).pattern.grid_mm(GRID, GRID)
+    measured = [_part_mm(rng, truth, reading).ravel() for _ in range(parts)]
     apart = [separate(SQUARE, errors, near=NEAR) for errors in measured]
     pattern = pattern_of(apart, [f"S{k + 1}" for k in range(parts)])
-    truth = process.pattern.grid_mm(GRID, GRID)
     taken = min(TAKEN, parts - 1)
     by = {
         "true": truth,
@@ -53,8 +80,8 @@ def experiment(seed: int, sigmas: float = 3.0, parts: int = PARTS) -> Outcome:
         "model": apart[taken].deterministic.grid_mm(GRID, GRID),
         "raw": measured[taken].reshape(len(GRID), len(GRID)),
     }
-    after = {way: process.part_mm(rng, GRID, GRID, by[way]) for way in WAYS}
-    same = process.part_mm(rng, GRID, GRID)
+    after = {way: _part_mm(rng, truth, reading) - by[way] for way in WAYS}
+    same = _part_mm(rng, truth, reading)
     random = {way: 1e3 * separate(SQUARE, after[way].ravel(), near=NEAR).sigma_mm for way in WAYS}
     covered = np.abs(by["pattern"] - truth) <= pattern.uncertainty_grid_mm(GRID, GRID)
     return Outcome(
@@ -64,6 +91,13 @@ def experiment(seed: int, sigmas: float = 3.0, parts: int = PARTS) -> Outcome:
         float(np.mean(covered)),
         _varied_um(np.array([part.deterministic.grid_mm(GRID, GRID) for part in apart])),
     )
+
+
+def _part_mm(rng: np.random.Generator, truth_mm: Array, reading: Reading) -> Array:
+    """Measured deviations of one new part, as machined without any correction."""
+    noise = rng.normal(0.0, reading.noise_mm, truth_mm.shape)
+    unlike = Variation(1.0, 1.0, rng.normal(size=(WAVES, WAVES))).grid_mm(GRID, GRID)
+    return np.asarray(truth_mm + reading.scatter_mm(truth_mm) * unlike + noise)
 
 
 def _varied_um(models_mm: Array) -> tuple[float, float]:

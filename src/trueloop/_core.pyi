@@ -165,17 +165,17 @@ class NoseSweep:
 class CutterSweep:
     """A cutter's end swept along a polyline of the middle of its ring, (n, 3), mm.
 
-    It is all within `corner` of a disc of radius `ring` across the axis, a unit vector: a ball without a ring.
-    ValueError for what is none, or no finite number.
+    It is all within `corner` of a disc of radius `ring` across the axis, a ball without a ring. `axes`: unit vectors
+    out of the material, (1, 3), or (n, 3) where it turns. ValueError for what is none, or no finite number.
     """
 
     def __new__(
-        cls, nodes: NDArray[np.float64], ring: float, corner: float, axis: tuple[float, float, float]
+        cls, nodes: NDArray[np.float64], ring: float, corner: float, axes: NDArray[np.float64]
     ) -> CutterSweep: ...
     def entries(
-        self, origins: NDArray[np.float64], directions: NDArray[np.float64], reach: float
+        self, origins: NDArray[np.float64], directions: NDArray[np.float64], known: NDArray[np.float64], reach: float
     ) -> NDArray[np.float64]:
-        """Where rays out of the material first meet the swept region, (q,): −reach to +reach (nothing met)."""
+        """Where rays out of the material first meet the swept region, (q,): −reach to `known`, (q,) (nothing lower)."""
 
 # surface-fit and spatial: splines over a grid, sums over pairs of points
 

@@ -112,7 +112,7 @@ def test_points_cut_away_by_the_face_s_trimming_name_file_and_line(folder: Path)
 
 
 def test_a_part_farther_off_than_its_set_up_names_its_file(folder: Path) -> None:
-    at_fault = _write(folder, 2, lambda points: points + [0, 0, 0.4])
+    at_fault = _write(folder, 2, lambda points: points + np.array([0, 0, 0.4]))
     refusal = refused(_modelled, _job(folder, alignment="best-fit"))
     assert (refusal.code, refusal.place) == (Code.SRF_SETUP, Place(str(at_fault)))
 

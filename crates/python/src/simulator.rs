@@ -113,34 +113,43 @@ impl CutterSweep {
         nodes: PyReadonlyArray2<'_, f64>,
         ring: f64,
         corner: f64,
-        axis: [f64; 3],
+        axes: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
-        let length: f64 = axis.map(|part| part * part).iter().sum();
+        let (nodes, axes) = (points3(&nodes)?, points3(&axes)?);
         let size = ring + corner;
         let an_end = ring >= 0.0 && corner >= 0.0 && size.is_finite() && size > 0.0;
-        if !an_end || !length.is_finite() || (length - 1.0).abs() > 1e-9 {
+        let unit = axes.iter().all(|axis| {
+            let length: f64 = axis.map(|part| part * part).iter().sum();
+            (length - 1.0).abs() < 1e-9
+        });
+        if !an_end || !unit || (axes.len() != 1 && axes.len() != nodes.len()) {
             return Err(PyValueError::new_err(
-                "ring and corner must be numbers not below 0, one of them above, and the axis a unit vector",
+                "ring and corner must be numbers not below 0, one of them above, and axes unit vectors: one, or one a node",
             ));
         }
         Ok(Self {
-            sweep: EndSweep::new(points3(&nodes)?, End::new(ring, corner, axis)),
+            sweep: EndSweep::new(nodes, axes, End::new(ring, corner)),
         })
     }
 
-    /// Where rays out of the material first meet the swept region, (q,): −reach to +reach (nothing met).
+    /// Where rays out of the material first meet the swept region, (q,): −reach to `known`, (q,) (nothing lower).
     fn entries<'py>(
         &self,
         py: Python<'py>,
         origins: PyReadonlyArray2<'py, f64>,
         directions: PyReadonlyArray2<'py, f64>,
+        known: PyReadonlyArray1<'py, f64>,
         reach: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (origins, directions) = (points3(&origins)?, points3(&directions)?);
-        if origins.len() != directions.len() {
-            return Err(PyValueError::new_err("as many directions as origins"));
+        let known = known.as_slice()?;
+        if origins.len() != directions.len() || origins.len() != known.len() {
+            return Err(PyValueError::new_err(
+                "as many directions and known heights as origins",
+            ));
         }
-        let rays = origins.into_iter().zip(directions);
+        let rays = origins.into_iter().zip(directions).zip(known);
+        let rays = rays.map(|((origin, direction), known)| (origin, direction, *known));
         Ok(py
             .detach(|| self.sweep.entries(rays, reach))
             .into_pyarray(py))

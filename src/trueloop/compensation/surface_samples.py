@@ -54,9 +54,11 @@ class Samples:
         return np.unique(self.move[self.cutting])
 
 
-def places(path: ToolPath, axes: ToolAxes, moves: Integers, sample_mm: float) -> tuple[Integers, Array]:
-    """Places along moves, their ends included, no further apart than `sample_mm` and `TURN_DEG`: move and share."""
-    pieces = np.ceil(np.maximum(lengths_mm(path, moves) / sample_mm, axes.turned_deg(moves) / TURN_DEG))
+def places(
+    path: ToolPath, axes: ToolAxes, moves: Integers, sample_mm: float, turn_deg: float = TURN_DEG
+) -> tuple[Integers, Array]:
+    """Places along moves, their ends included, no further apart than `sample_mm` and `turn_deg`: move and share."""
+    pieces = np.ceil(np.maximum(lengths_mm(path, moves) / sample_mm, axes.turned_deg(moves) / turn_deg))
     pieces = np.maximum(1, pieces).astype(int)
     share = [np.linspace(0.0, 1.0, n + 1) for n in pieces]
     return np.repeat(moves, pieces + 1), np.concatenate(share) if share else np.empty(0)

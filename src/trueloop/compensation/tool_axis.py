@@ -51,7 +51,9 @@ class ToolAxes:
         return directions
 
     def turned_deg(self, move: np.ndarray) -> Array:
-        """By how much the tool turns in each of the moves."""
+        """By how much at most the tool turns on its way through each of the moves."""
+        if self.letters != VECTOR:
+            return np.asarray(np.sum(np.abs(self.end - self.start)[move], axis=1))
         first, last = (self.directions(move, np.full(len(move), share)) for share in (0.0, 1.0))
         return np.asarray(np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(last - first, axis=1) / 2, 0.0, 1.0))))
 

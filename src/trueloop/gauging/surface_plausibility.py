@@ -88,8 +88,8 @@ def _refuse_off(points: "MeasuredPoints", error: Array, number: Integers, xyz: A
         x, y, z = xyz[worst]
         raise TrueloopError(
             Code.SRF_OFF,
-            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} stand more than {farthest_mm:g} mm off the "
-            f"surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
+            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} stand more than {farthest_mm:g} mm off "
+            f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
             f"z {z:.3f} mm)",
             hint="look at frame, ball radius and that touch; a larger distance can be allowed",
             place=points.place(int(number[worst])),
@@ -104,8 +104,8 @@ def refuse_outside(points: "MeasuredPoints", outside: np.ndarray, number: Intege
         x, y, z = xyz[first]
         raise TrueloopError(
             Code.SRF_OUTSIDE,
-            f"point {number[first]} of {points.name!r} (x {x:.3f}, y {y:.3f}, z {z:.3f} mm) lies beyond the edge of the "
-            f"face, as do {np.count_nonzero(outside) - 1} others",
+            f"point {number[first]} of {points.name!r} (x {x:.3f}, y {y:.3f}, z {z:.3f} mm) lies beyond the edge of "
+            f"the face, as do {np.count_nonzero(outside) - 1} others",
             hint="leave points off the face out, or name the face they lie on",
             place=points.place(int(number[first])),
         )

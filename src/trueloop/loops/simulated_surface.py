@@ -9,7 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.compensation.surface_samples import SurfaceJob
+from trueloop.compensation.surface_samples import SurfaceJob, places
+from trueloop.compensation.tool_axis import tool_axes
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
 from trueloop.gauging.surface_alignment import form_alone_mm
@@ -20,9 +21,10 @@ from trueloop.loops.simulated import random_of
 from trueloop.loops.surface import maps_of
 from trueloop.loops.surface_correction import RecordedCorrection, correct_job
 from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.nc.along import points_along
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Motion
-from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock
+from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock, turn_rad
 from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
 
 TOLD: Final = (101, 97)
@@ -93,7 +95,7 @@ def surface_trial(inputs: SurfaceInputs, grid: tuple[int, int]) -> SurfaceTrial:
     program, cutter = _program_and_cutter(inputs)
     return SurfaceTrial(
         inputs=replace(inputs, measured_at=None, program_sha256=None),
-        passes=passes_over(inputs.surface, _centres_mm(program, cutter), _end_mill(cutter)),
+        passes=_passes(inputs.surface, program, cutter),
         cutter=_end_mill(cutter),
         touched=_grid(inputs.surface, grid),
         told=_grid(inputs.surface, TOLD),
@@ -109,7 +111,7 @@ def simulate_surface(trial: SurfaceTrial, mill: VirtualMill, parts: int = 10, se
     recorded = correct_job(replace(trial.inputs, parts=measured))
     model, told = recorded.correction.model, trial.told
     truth_mm, found_mm = _part(trial, mill, _corrected_passes(trial, recorded), seed, parts)
-    ridges = MilledStock().cut_by(trial.cutter, trial.passes.centres_mm)
+    ridges = MilledStock().cut_by(trial.cutter, trial.passes.centres_mm, axes=trial.passes.axes)
     return SimulatedSurface(
         recorded=recorded,
         truth_mm=np.array([truth for truth, _ in cut]),
@@ -169,7 +171,7 @@ def _corrected_passes(trial: SurfaceTrial, recorded: RecordedCorrection) -> Pass
     written = recorded.correction.program
     assert written is not None  # there is a program to correct
     corrected = read_program(written.source, program.dialect.name)
-    return passes_over(trial.inputs.surface, _centres_mm(corrected, cutter), trial.cutter)
+    return _passes(trial.inputs.surface, corrected, cutter)
 
 
 def _program_and_cutter(inputs: SurfaceInputs) -> tuple[Program, SurfaceJob]:
@@ -179,12 +181,6 @@ def _program_and_cutter(inputs: SurfaceInputs) -> tuple[Program, SurfaceJob]:
             "the job has 0 programs to cut with",
             hint="give it tables [program] and [cutter]; `trueloop surface path` makes a program",
         )
-    if inputs.cutter.rotary:
-        raise TrueloopError(
-            Code.SIM_MILL,
-            f"the words {inputs.cutter.rotary!r} turn the cutter as it cuts",
-            hint="the virtual mill keeps the cutter's axis, which may be tilted (cutter.axis): leave `rotary` out",
-        )
     return inputs.program, inputs.cutter
 
 
@@ -193,8 +189,12 @@ def _end_mill(job: SurfaceJob) -> EndMill:
     return EndMill(job.cutter, (x, y, z))
 
 
-def _centres_mm(program: Program, cutter: SurfaceJob) -> list[Array]:
-    """Centres of the cutter's end along each uninterrupted run of straight feed moves; rapid moves cut nothing here."""
+def _passes(surface: Surface, program: Program, job: SurfaceJob) -> Passes:
+    """The cutter's end along each uninterrupted run of straight feed moves; rapid moves cut nothing here.
+
+    The tip goes straight, as tool centre point control has it, and the words that turn the tool change evenly with it:
+    places lie so close that the edge leaves its way by no more than `TURN_MM` between them.
+    """
     path = program.run()
     arcs, cutting = np.count_nonzero(path.motion == Motion.ARC), np.flatnonzero(path.motion == Motion.LINE)
     if arcs or not len(cutting):
@@ -203,6 +203,11 @@ def _centres_mm(program: Program, cutter: SurfaceJob) -> list[Array]:
             f"{arcs} of {len(path)} moves are arcs" if arcs else f"0 of {len(path)} moves are straight ones at feed",
             hint="the virtual mill follows straight moves at feed: write the program in lines",
         )
-    up = cutter.cutter.corner_mm * np.asarray(_end_mill(cutter).axis)
-    runs = np.split(cutting, np.flatnonzero(np.diff(cutting) > 1) + 1)
-    return [np.vstack([path.start_mm[run[:1]], path.end_mm[run]]) + up for run in runs]
+    turning, mill = tool_axes(program, path, job.rotary, job.axis), _end_mill(job)
+    centres, axes = [], []
+    for run in np.split(cutting, np.flatnonzero(np.diff(cutting) > 1) + 1):
+        move, share = places(path, turning, run, np.inf, np.degrees(turn_rad(job.cutter)))
+        directions = turning.directions(move, share)
+        centres.append(points_along(path, move, share) + job.cutter.corner_mm * directions)
+        axes.append(directions)
+    return passes_over(surface, centres, mill, axes)

@@ -1,12 +1,14 @@
 """A free-form surface milled with an end mill: what really stays, cusps included.
 
 The surface is not that of the design displaced by errors: it is the envelope of the cutter's end along the actual
-passes, of a ball, or of the ring of a bull-nose or flat end with what it encloses. Shank and flanks cut nothing here.
+passes, of a ball, or of the ring of a bull-nose or flat end with what it encloses; its axis may turn as it cuts. Shank
+and flanks cut nothing here.
 Between two passes a ball of radius R leaves a cusp, which on a plane is R − √(R² − s²/4) high for a step-over s.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +21,8 @@ Displacement: TypeAlias = Callable[[Array], Array]
 """Actual less commanded position of the cutter's centre: (n, 3) → (n, 3), mm."""
 
 REACH_MM = 2.0
+TURN_MM = 1e-5
+"""How far the edge of a cutter that turns may leave its way between two places: a hundredth of a micrometre."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +42,18 @@ class EndMill:
         lean = np.where(length > 1e-9, across / np.maximum(length, 1e-300), 0.0)
         return np.asarray(contact_mm + self.cutter.corner_mm * normal + self.cutter.ring_mm * lean)
 
-    def swept(self, centres_mm: Array) -> CutterSweep:
-        """What the cutter as it is passes over with the middle of its ring at (n, 3)."""
+    def swept(self, centres_mm: Array, axes: Array | None = None) -> CutterSweep:
+        """What the cutter as it is passes over with the middle of its ring at (n, 3); axes (n, 3) where it turns.
+
+        Between two places the axis takes the shortest way; by how much it may turn there `turn_rad` tells.
+        """
         ring, corner = self.cutter.ring_mm, self.cutter.corner_mm
         if corner > 0.0:
             corner += self.radius_error_mm
         else:
             ring += self.radius_error_mm
-        return CutterSweep(np.ascontiguousarray(centres_mm), ring, corner, self.axis)
+        along = np.array([self.axis]) if axes is None else np.ascontiguousarray(axes)
+        return CutterSweep(np.ascontiguousarray(centres_mm), ring, corner, along)
 
 
 def ball_end(radius_mm: float, radius_error_mm: float = 0.0) -> EndMill:
@@ -60,11 +68,18 @@ class MilledStock:
     passes: tuple[CutterSweep, ...] = ()
 
     def cut_by(
-        self, cutter: EndMill, passes_mm: Iterable[Array], displacement: Displacement | None = None
+        self,
+        cutter: EndMill,
+        passes_mm: Iterable[Array],
+        displacement: Displacement | None = None,
+        axes: Iterable[Array | None] = repeat(None),
     ) -> "MilledStock":
-        """The stock after passes of programmed centres, (n, 3) each, at which the cutter really stands displaced."""
+        """The stock after passes of programmed centres, (n, 3) each, at which the cutter really stands displaced.
+
+        axes: its axis at every centre, for every pass; the cutter's own where they are left out.
+        """
         actual = (p if displacement is None else p + displacement(p) for p in passes_mm)
-        return MilledStock((*self.passes, *map(cutter.swept, actual)))
+        return MilledStock((*self.passes, *map(cutter.swept, actual, axes)))
 
     def height_mm(self, points_mm: Array, normal: Array, reach_mm: float = REACH_MM) -> Array:
         """Where a line through each nominal point (n, 3) along its normal (n, 3) leaves the material, (n,).
@@ -74,8 +89,13 @@ class MilledStock:
         height = np.full(len(points_mm), reach_mm)
         origins, directions = np.ascontiguousarray(points_mm), np.ascontiguousarray(normal)
         for swept in self.passes:
-            np.minimum(height, swept.entries(origins, directions, reach_mm), out=height)
+            height = swept.entries(origins, directions, height, reach_mm)
         return height
+
+
+def turn_rad(cutter: Cutter) -> float:
+    """By how much a cutter's axis may turn between two places: on a circle of its radius R a chord is R δ²/8 off."""
+    return float(np.sqrt(8 * TURN_MM / cutter.radius_mm))
 
 
 def raster(contact_mm: Array, normal: Array, cutter: EndMill) -> Sequence[Array]:

@@ -1,4 +1,4 @@
-"""A milling machine whose parts are wrong in known ways, with an end mill whose axis stands still."""
+"""A milling machine whose parts are wrong in known ways, with an end mill whose axis stands still or turns."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -19,11 +19,12 @@ STEP_MM: Final = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Passes:
-    """Programmed centres of the cutter's end, (n, 3) a pass, and where it touches the surface from all of them:
-    parameters in [0, 1] and normals, a row a centre, pass after pass.
+    """Programmed centres of the cutter's end and its axes there, (n, 3) a pass, and where it touches the surface from
+    all of them: parameters in [0, 1] and normals, a row a centre, pass after pass.
     """
 
     centres_mm: tuple[Array, ...]
+    axes: tuple[Array, ...]
     u: Array
     v: Array
     normal: Array
@@ -48,7 +49,8 @@ class VirtualMill:
             off = off + variation.value_mm(passes.u, passes.v)
         ends = np.cumsum([len(centres) for centres in passes.centres_mm])[:-1]
         actual = np.split(np.concatenate(passes.centres_mm) + off[:, None] * passes.normal, ends)
-        return MilledStock().cut_by(replace(cutter, radius_error_mm=self.radius_error_mm), actual)
+        worn = replace(cutter, radius_error_mm=self.radius_error_mm)
+        return MilledStock().cut_by(worn, actual, axes=passes.axes)
 
     def measure(self, stock: MilledStock, points_mm: Array, normal: Array, rng: np.random.Generator) -> Array:
         """Deviations along the nominal normals, (n,), as the measuring machine finds them."""
@@ -56,19 +58,27 @@ class VirtualMill:
         return self.cmm.measure(stock, points_mm, normal, rng) + noise
 
 
-def passes_over(surface: Surface, centres_mm: Sequence[Array], cutter: EndMill) -> Passes:
-    """Passes of programmed centres, with a centre at least every half millimetre."""
-    close = tuple(_close(centres) for centres in centres_mm)
-    axis = np.asarray(cutter.axis)
-    tips = np.concatenate(close) - cutter.cutter.corner_mm * axis
-    feet = contacts(surface, cutter.cutter, tips, np.broadcast_to(axis, tips.shape)).feet
+def passes_over(
+    surface: Surface, centres_mm: Sequence[Array], cutter: EndMill, axes: Sequence[Array] | None = None
+) -> Passes:
+    """Passes of programmed centres, with a centre at least every half millimetre; axes at each, or the cutter's own."""
+    given = axes or [np.tile(cutter.axis, (len(centres), 1)) for centres in centres_mm]
+    close = [_close(np.hstack(both)) for both in zip(centres_mm, given, strict=True)]
+    centres, turned = tuple(c[:, :3] for c in close), tuple(_unit(c[:, 3:]) for c in close)
+    tips = np.concatenate(centres) - cutter.cutter.corner_mm * np.concatenate(turned)
+    feet = contacts(surface, cutter.cutter, tips, np.concatenate(turned)).feet
     (u0, u1), (v0, v1) = surface.domain
-    return Passes(close, (feet.u - u0) / (u1 - u0), (feet.v - v0) / (v1 - v0), feet.normal)
+    return Passes(centres, turned, (feet.u - u0) / (u1 - u0), (feet.v - v0) / (v1 - v0), feet.normal)
 
 
-def _close(centres: Array) -> Array:
-    lengths = np.linalg.norm(np.diff(centres, axis=0), axis=1)
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+
+
+def _close(rows: Array) -> Array:
+    """Rows (n, k) that begin with a place, and rows put evenly between them."""
+    lengths = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
     steps = np.maximum(np.ceil(lengths / STEP_MM).astype(int), 1)
     of = np.repeat(np.arange(len(steps)), steps)
     share = (np.arange(len(of)) - np.repeat(np.cumsum(steps) - steps, steps)) / steps[of]
-    return np.vstack([centres[of] + share[:, None] * (centres[of + 1] - centres[of]), centres[-1]])
+    return np.vstack([rows[of] + share[:, None] * (rows[of + 1] - rows[of]), rows[-1]])

@@ -7,7 +7,7 @@ import pytest
 
 from trueloop.compensation.cutter import Cutter
 from trueloop.geometry.feature import Array
-from trueloop.simulator.mill import EndMill, MilledStock, ball_end, cusp_height_mm, raster
+from trueloop.simulator.mill import EndMill, MilledStock, ball_end, cusp_height_mm, raster, turn_rad
 
 CUTTER = ball_end(3.0)
 UP = np.array([0.0, 0.0, 1.0])
@@ -112,6 +112,35 @@ def test_a_bull_nose_that_leans_leaves_what_the_nearest_ball_of_its_ring_leaves(
         square = corner**2 - (np.sum(from_point**2, axis=1) - along**2)
         assert -1e-9 < np.min(along[square > 0] - np.sqrt(square[square > 0])) - height < 4e-4
     assert np.all(np.abs(found) < 0.03)
+
+
+def test_a_flat_end_that_tilts_where_it_stands_leaves_a_slope_and_the_circle_of_its_edge() -> None:
+    """About its tip, from upright to θ: below the disc at θ a slope of tan θ, and beyond its edge the edge's circle."""
+    most, radius = math.radians(40.0), 2.0
+    flat = EndMill(Cutter(radius, 0.0))
+    tilt = np.linspace(0.0, most, math.ceil(most / turn_rad(flat.cutter)) + 1)
+    axes = np.column_stack([np.sin(tilt), 0 * tilt, np.cos(tilt)])
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(0.1, 1.9, 19), [0.0, 0.4]))
+    inside = x**2 + y**2 < radius**2 - 1e-9
+    points = np.column_stack([x, y, 0 * x])[inside]
+    stock = MilledStock().cut_by(flat, [np.zeros(axes.shape)], axes=[axes])
+    x, edge = points[:, 0], np.sqrt(radius**2 - points[:, 1] ** 2)
+    expected = np.where(x <= edge * math.cos(most), -x * math.tan(most), -np.sqrt(edge**2 - x**2))
+    assert 4 < np.count_nonzero(x > edge * math.cos(most)) < len(x) - 4
+    np.testing.assert_allclose(stock.height_mm(points, np.tile(UP, (len(x), 1))), expected, atol=5e-5)
+
+
+def test_a_ball_that_turns_about_its_centre_leaves_what_it_leaves_upright() -> None:
+    x = np.linspace(-5.0, 5.0, 201)
+    axes = np.column_stack([np.sin(0.1 * x), np.cos(3 * x) * 0.2, np.cos(0.1 * x)])
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    centres = np.column_stack([x, 0 * x, np.full(201, 3.0)])
+    points = np.column_stack([np.linspace(-3, 3, 9), np.linspace(-1, 1, 9), np.zeros(9)])
+    upright, turning = (
+        MilledStock().cut_by(CUTTER, [centres], axes=[given]).height_mm(points, np.tile(UP, (9, 1)))
+        for given in (None, axes)
+    )
+    np.testing.assert_array_equal(turning, upright)
 
 
 def _dense(centres: Array, count: int) -> Array:
