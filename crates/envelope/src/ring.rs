@@ -70,8 +70,9 @@ impl Piece {
     /// Squared distance of a point from the way.
     pub(crate) fn off(&self, point: Point3) -> f64 {
         let from = minus(point, self.from);
-        let share = dot(from, self.segment) / dot(self.segment, self.segment);
-        let off = along(from, -share.max(0.0).min(1.0), self.segment);
+        let square = dot(self.segment, self.segment).max(f64::MIN_POSITIVE);
+        let share = (dot(from, self.segment) / square).clamp(0.0, 1.0);
+        let off = along(from, -share, self.segment);
         dot(off, off)
     }
 
@@ -205,19 +206,19 @@ impl End {
                 (high, high_seen) = (share, true);
             }
             let step = falling / bend;
-            let mut next = share + step;
-            if !(next > low || low_seen) {
-                next = low;
+            if step.abs() < SHARE || (falling * step).abs() < SQUARE {
+                return (share + step).clamp(0.0, 1.0);
+            }
+            let next = share + step;
+            share = if !(next > low || low_seen) {
+                low
             } else if !(next < high || high_seen) {
-                next = high;
-            } else if !(next > low && next < high) {
-                next = 0.5 * (low + high);
-            }
-            let still = (next - share).abs() < SHARE || (falling * (next - share)).abs() < SQUARE;
-            share = next;
-            if still {
-                break;
-            }
+                high
+            } else if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
         }
         share
     }
