@@ -12,9 +12,13 @@ from trueloop.error_surface.spline_surface import Size
 DEGREES: Final = (2, 3)
 """Degree 2 is the least that keeps second derivatives finite where pieces meet [MPM §5]."""
 FULLEST: Final = 0.8
-"""Most control points a direction, as a share of the rows measured: the rest is what the tests judge by."""
+"""Most control points a direction, as a share of the rows measured: along both, 64 % of the places' freedom is then
+followed, and the other third is what the tests judge by.
+"""
 SEEN: Final = 900
-"""So many control points are tried in any case, and twice those of the best before the search ends."""
+"""So many control points are tried in any case, and twice those of the best before the search ends: 30 × 30 are more
+than 25 × 25 places can have, so that only scans are searched in part.
+"""
 
 
 def sizes(places: Places, degrees: Sequence[int] = DEGREES) -> Iterator[Size]:

@@ -9,6 +9,7 @@ from trueloop.error_surface.spline_surface import SplineSurface
 from trueloop.geometry.feature import Array
 
 PLACES = 31
+"""Places a side that parts are compared at: closer together than control points, of which a pattern has hardly 25."""
 
 
 @dataclass(frozen=True)
