@@ -101,6 +101,12 @@ def assert_displaced(source: str, text: str, dialect: str, field: Field) -> None
     assert np.abs(turned[0] - turned[1]).max() < 1e-3
 
 
+def test_a_formula_in_the_brackets_of_a_position_or_increment_stays_one(tmp_path: Path) -> None:
+    head = "G71 G17 G90 F100\nR1=5\nG0 X0 Y0 Z0\n"
+    text = head + "G1 X=AC(R1+2) Y=AC((R1-1)*2)\nX=IC(R1*2) Y=AC(-R1)\nG91 X=AC(R1) Y3\n"
+    assert_displaced(text, mapped(tmp_path, text, SHIFT, "siemens"), "siemens", SHIFT)
+
+
 @pytest.mark.parametrize(
     ("text", "dialect", "changed", "mark_line"),
     [(SINUMERIK, "siemens", SINUMERIK_SHIFTED, 3), (KLARTEXT, "heidenhain", KLARTEXT_SHIFTED, 2)],
@@ -164,6 +170,9 @@ PLATE = "0 BEGIN PGM A MM\n1 L X+20 Y+1 Z+1 R0 FMAX\n"
     [
         ("siemens", HEAD + "TRANS X5\nG1 X2\n", Code.NC_MAP, 3, "set anew"),
         ("siemens", HEAD + "ROT Z30\nG1 X2\n", Code.NC_OPAQUE, 3, "ROT"),
+        ("siemens", HEAD + "$P_PFRAME[X,TR]=10\nG1 X2\n", Code.NC_OPAQUE, 3, "$P_PFRAME[X,TR]=10"),
+        ("siemens", HEAD + "$P_UIFR[1]=$P_UIFR[2]\nG1 X2\n", Code.NC_OPAQUE, 3, "$P_UIFR[1]=$P_UIFR[2]"),
+        ("siemens", HEAD + "CYCLE800(0,1)\nG1 X2\n", Code.NC_OPAQUE, 3, "CYCLE800"),
         ("siemens", HEAD + "MCALL CYCLE81(10,0,2,-5)\nX5 Y5\n", Code.NC_OPAQUE, 3, "CYCLE81"),
         ("siemens", HEAD + "CYCLE81(10,0,2,-5)\nX5 Y5\n", Code.NC_OPAQUE, 3, "CYCLE81"),
         ("siemens", HEAD + "POCKET4(1)\n", Code.NC_OPAQUE, 3, "POCKET4"),

@@ -123,6 +123,9 @@ impl Runner<'_> {
     }
 
     fn gather_assignment(&mut self, word: &Word, request: &mut Request) {
+        if self.program.dialect().flow == FlowStyle::Structured && self.sets_frame(word) {
+            return;
+        }
         let key = if word.value.is_nan() { self.key(word.start as usize) } else { Key::numbered(word.value) };
         let value = self.assigned(self.program.value_start(word), word.end());
         match key {

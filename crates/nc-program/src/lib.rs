@@ -26,6 +26,7 @@ pub mod finding;
 mod flow;
 mod follow;
 mod frame;
+mod frame_names;
 mod functions;
 mod gather;
 mod groove;

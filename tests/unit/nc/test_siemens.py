@@ -98,6 +98,18 @@ def test_expressions_follow_the_order_of_the_manual() -> None:
         ("G71\nFOR R1=1", Code.NC_FLOW, "FOR"),
         ("A: REPEAT A P=3", Code.NC_FLOW, "repeating a section"),
         ("G71\nROT Z45", Code.NC_OPAQUE, "ROT Z45: the path goes on as if it were not there"),
+        (
+            "G71\n$P_UIFR[1]=CTRANS(X,10)",
+            Code.NC_OPAQUE,
+            "$P_UIFR[1]=CTRANS(X,10): the path goes on as if it were not there",
+        ),
+        ("G71\n$P_PFRAME[X,TR]=10", Code.NC_OPAQUE, "$P_PFRAME[X,TR]=10: the path goes on as if it were not there"),
+        (
+            "G71\nDEF FRAME TILT\nTILT=CROT(Z,30)",
+            Code.NC_OPAQUE,
+            "TILT=CROT(Z,30): the path goes on as if it were not there",
+        ),
+        ("G71\nCYCLE800(0,1)", Code.NC_OPAQUE, "CYCLE800(0,1): the path goes on as if it were not there"),
         ("G71\nCYCLE81(10,0,2,-5)", Code.NC_OPAQUE, "CYCLE81(10,0,2,-5): what it does is not in the path"),
         ("G71 G0 X1=5", Code.NC_OPAQUE, "X1=5: this axis is not in the path"),
         ("G71 DIAMON\nTRANS X5", Code.NC_OPAQUE, "X of the shift is taken as a radius"),
