@@ -38,7 +38,7 @@ mod tests {
 
     #[test]
     fn system_frames_and_values_that_are_frames() {
-        for text in ["$P_PFRAME[X,TR]=10", "$p_uifr[1] = $P_UIFR[2]", "$P_CHBFR[0]=1", "$AA_OFF[Z]=1", "TILT=CROT(Z,9)"] {
+        for text in ["$P_PFRAME[X,TR]=10", "$p_uifr[1] = $P_UIFR[2]", "$P_CHBFR[0]=1", "$AA_OFF[Z]=1", "T=CROT(Z,9)"] {
             assert!(sets_frame(text.as_bytes()), "{text}");
         }
         for text in ["R1=5", "DEPTH=R1+$P_UIFR[1,X,TR]", "$TC_DP3[1,1]=120", "FRAMES=2", "$AC_TIMER[1]=0", ""] {
