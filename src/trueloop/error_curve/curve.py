@@ -1,6 +1,7 @@
 """The error curve of one feature: what a user asks of a fit."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,6 +41,14 @@ class ErrorCurve:
         """Change of the error along the feature, mm per mm, (n,)."""
         return self.spline.of(self.spline.slope_form(*self._stretch(arc_length_mm)))
 
+    def bend_per_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """Second derivative of the error along the feature, mm per mm², (n,)."""
+        s = np.clip(np.atleast_1d(np.asarray(arc_length_mm, dtype=np.float64)), 0.0, self.length_mm)
+        begins, c = self.pieces
+        j = np.maximum(np.searchsorted(begins, s, side="right") - 1, 0)
+        bend: Array = 2.0 * c[j, 2] + 6.0 * c[j, 3] * (s - begins[j])
+        return bend
+
     def standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Standard uncertainty of the curve, (n,): from the touches' scatter (or gauging) and prescribed end values."""
         return np.sqrt(self.spline.variance(self.spline.value_form(*self._stretch(arc_length_mm))))
@@ -69,7 +78,7 @@ class ErrorCurve:
         knots = np.unique(self.spline.interior_knots_mm) - self.start_mm
         return knots[(knots > 0.0) & (knots < self.length_mm)]
 
-    @property
+    @cached_property
     def pieces(self) -> tuple[Array, Array]:
         """Begins of the polynomial pieces from the feature's start, (m,), and coefficients (m, 4) in mm.
 

@@ -3,22 +3,22 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from trueloop.compensation.decide import FACES_AXIS, Decision
 from trueloop.compensation.shift import ZERO, Shift, weighted_sum
-from trueloop.error_curve.curve import ErrorCurve
 from trueloop.error_curve.fit_profile import ProfileErrorModel
-from trueloop.geometry.feature import Array, Feature
+from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.commanded import Commanded
+from trueloop.loops.lean import to_take_out
 
 
 @dataclass(frozen=True)
 class Shifts:
     """By feature: `correction` = −w × process error, and `contour`, where the contour then stands off the nominal.
 
-    `by_offset` says for which features the correction is the fitted constant offset instead of their own curve.
+    On arcs the correction holds what the error's slope asks for besides (module `lean`). `by_offset` says for which
+    features the correction is the fitted constant offset instead of their own curve.
     """
 
     correction: tuple[Shift, ...]
@@ -38,25 +38,15 @@ def corrected_shifts(
         return Shifts((ZERO,) * count, told.finish, (True,) * count)
     by_offset = _by_offset(profile, decision)
     correction = tuple(
-        _constant(feature, decision) if constant else weighted_sum(((-weight, of_curve(curve)),))
-        for feature, curve, constant in zip(profile.features, model.curves, by_offset, strict=True)
+        _constant(feature, decision)
+        if by_offset[i]
+        else weighted_sum(((-weight, to_take_out(profile, i, model.curves[i])),))
+        for i, feature in enumerate(profile.features)
     )
     contour = tuple(
         weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, told.rounding, strict=True)
     )
     return Shifts(correction, contour, by_offset)
-
-
-def of_curve(curve: ErrorCurve) -> Shift:
-    """An error curve as a shift: same shape out as in."""
-
-    def value_mm(s: ArrayLike) -> Array:
-        return np.reshape(curve.value_mm(s), np.shape(s))
-
-    def slope(s: ArrayLike) -> Array:
-        return np.reshape(curve.slope(s), np.shape(s))
-
-    return Shift(value_mm, slope)
 
 
 def _by_offset(profile: Profile, decision: Decision) -> tuple[bool, ...]:

@@ -39,6 +39,13 @@ def test_slope_is_the_derivative() -> None:
     np.testing.assert_allclose(DOME.slope(s), differences, rtol=1e-6, atol=1e-9)
 
 
+def test_bend_is_the_derivative_of_the_slope() -> None:
+    s = np.linspace(1.0, DOME.length_mm - 1.0, 11)
+    step = 1e-4
+    differences = (DOME.slope(s + step) - DOME.slope(s - step)) / (2 * step)
+    np.testing.assert_allclose(DOME.bend_per_mm(s), differences, rtol=1e-6, atol=1e-9)
+
+
 def test_band_and_prediction_are_built_on_the_standard_uncertainty() -> None:
     s = np.linspace(0.0, DOME.length_mm, 5)
     u = DOME.standard_deviation_mm(s)

@@ -1,0 +1,95 @@
+"""What an arc's correction owes to its own slope: a contour that leans is touched by another place of the nose.
+
+A worn nose errs by contact angle φ: the surface it leaves has the support function of what was commanded, plus E(φ).
+A touch at the nominal normal sees `e = E − e′²/2κ`, because the surface leans by e′ and was cut e′/κ further along; a
+contour shifted by c leans by c′ and has the support function `c + c′²/2κ`. What then is left, `E + c + c′²/2κ −
+(E′ + c′)²/2κ`, is zero to second order for
+
+    c = −w (e + e′²/κ),
+
+κ the signed curvature of the arc (for w < 1 it leaves (1 − w) e, as it should). On an arc of 32 mm that a nose errs
+along by 0.15 mm a radian, the second term is 0.7 µm. On a straight feature the contact angle stands still: no term. An
+error of the machine's own ways goes by place, not by contact angle, and has no such term either; but it is not steep
+along an arc either (20 µm in 100 mm on an arc of 32 mm: 0.001 µm). What is steeper than a nose makes it is no nose's,
+and the term stops at `MOST_MM`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trueloop.compensation.shift import Shift
+from trueloop.error_curve.curve import ErrorCurve
+from trueloop.geometry.feature import Array, Feature, Line
+from trueloop.geometry.profile import JunctionKind, Profile
+
+REACHES: Final = 4.0
+"""Towards a tangent junction the term fades within so many times e′/κ, how far the contact moves along: the neighbour
+has none or another, and the contour must not step. The fading itself then leans by less than half of what e does."""
+
+
+MOST_MM: Final = 0.001
+"""More than this is not taken for the nose's. On the domes and knobs of [6811] Tables 8 and 10 the curve of the touches
+drops by 15 to 30 µm within the last millimetres before the spindle axis, where cutting speed ends: the term would be
+several µm there, and the finish cuts of Tables 9 and 11 do not show it."""
+
+
+@dataclass(frozen=True)
+class Fade:
+    """Where the term fades on one arc of `length_mm`: within these lengths of its start and its end; 0 does not."""
+
+    length_mm: float
+    start_mm: float
+    end_mm: float
+
+    def at(self, s: Array) -> tuple[Array, Array]:
+        """Factor from 0 to 1 and its slope per mm, shapes as s."""
+        rise, rising = _smooth(s, self.start_mm)
+        fall, falling = _smooth(self.length_mm - s, self.end_mm)
+        return rise * fall, rising * fall - rise * falling
+
+
+def to_take_out(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
+    """The error of one feature's curve with what its slope asks for besides: `e + e′²/κ` on an arc, `e` on a line."""
+    feature = profile.features[index]
+    if isinstance(feature, Line):
+        return Shift(lambda s: _shaped(curve.value_mm, s), lambda s: _shaped(curve.slope, s))
+    kappa, fade = float(feature.curvature_per_mm(0.0)), _fade(profile, index, curve, feature)
+
+    def value_mm(s: ArrayLike) -> Array:
+        factor, _ = fade.at(np.asarray(s, dtype=np.float64))
+        term = _shaped(curve.slope, s) ** 2 / kappa
+        return _shaped(curve.value_mm, s) + factor * np.clip(term, -MOST_MM, MOST_MM)
+
+    def slope(s: ArrayLike) -> Array:
+        factor, fading = fade.at(np.asarray(s, dtype=np.float64))
+        lean = _shaped(curve.slope, s)
+        term = lean**2 / kappa
+        growing = np.where(np.abs(term) < MOST_MM, 2.0 * lean * _shaped(curve.bend_per_mm, s) / kappa, 0.0)
+        return lean + factor * growing + fading * np.clip(term, -MOST_MM, MOST_MM)
+
+    return Shift(value_mm, slope)
+
+
+def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> Fade:
+    """Within `REACHES` times the way of the contact at the ends that join tangentially."""
+    tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
+    ends = np.array([0.0, feature.length_mm])
+    reach = REACHES * np.abs(curve.slope(ends) / feature.curvature_per_mm(ends)) * tangent[index : index + 2]
+    return Fade(feature.length_mm, float(reach[0]), float(reach[1]))
+
+
+def _smooth(s: Array, reach_mm: float) -> tuple[Array, Array]:
+    """3u² − 2u³ of u = s/reach within [0, 1], and its slope."""
+    if reach_mm == 0.0:
+        return np.ones_like(s), np.zeros_like(s)
+    u = np.clip(s / reach_mm, 0.0, 1.0)
+    return u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / reach_mm
+
+
+def _shaped(of: Callable[[ArrayLike], Array], s: ArrayLike) -> Array:
+    """A curve's answers in the shape that was asked."""
+    return np.reshape(of(np.ravel(s)), np.shape(s))
