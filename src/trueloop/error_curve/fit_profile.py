@@ -110,7 +110,9 @@ def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tu
 
 def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
     for fit, spline, scatter in zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True):
-        within = scatter if options.repeatability_mm is None else options.repeatability_mm
+        within = options.repeatability_mm
+        if within is None:
+            within = scatter if fitted.process_mm is None else fitted.process_mm
         repeatability = math.hypot(within, math.sqrt(2.0) * options.cut_to_cut_mm)
         for k, index in enumerate(fit.chain.features):
             yield ErrorCurve(

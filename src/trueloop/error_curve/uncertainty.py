@@ -7,6 +7,7 @@ import numpy as np
 
 from trueloop.error_curve.chain_fit import ChainFit
 from trueloop.error_curve.conditions import conditions_covariance
+from trueloop.error_curve.process_scatter import Spread, process_scatter_mm
 from trueloop.error_curve.spline import Spline
 from trueloop.gauging.error_vectors import ErrorVectors
 
@@ -18,19 +19,21 @@ class FittedChains:
     `scatter_mm` is the standard deviation of a touch about each chain's curve: the residuals of all chains with touches
     to spare, pooled over `degrees_of_freedom` of them, and never less than the touches' type B uncertainty. Pooling
     assumes that lines and arcs of one cut scatter alike; a curve too stiff for its feature makes all bands wider.
+    `process_mm` is the process's part of it, which the next cut scatters by again (None: no touch to spare).
     """
 
     fits: tuple[ChainFit, ...]
     splines: tuple[Spline, ...]
     scatter_mm: tuple[float, ...]
+    process_mm: float | None
     degrees_of_freedom: int
 
 
 def finish(fits: Sequence[ChainFit], vectors: ErrorVectors) -> FittedChains:
     """Puts numbers to the covariances: σ² of the touches, and that of the end values taken from neighbours."""
-    spare = sum(fit.spare for fit in fits if fit.spare > 0)
-    squares = float(sum(np.sum(fit.residual_mm**2) for fit in fits if fit.spare > 0))
-    pooled = squares / spare if spare else 0.0
+    spreads = [_spread(fit, vectors) for fit in fits if fit.spare > 0]
+    spare = sum(one.spare for one in spreads)
+    pooled = sum(one.squares_mm2 for one in spreads) / spare if spare else 0.0
     scatter = [_at_least_type_b(fit, vectors, pooled) for fit in fits]
     splines: dict[int, Spline] = {}
     while len(splines) < len(fits):
@@ -38,7 +41,14 @@ def finish(fits: Sequence[ChainFit], vectors: ErrorVectors) -> FittedChains:
             givers = {source.neighbour.chain for source in fit.sources if source.neighbour is not None}
             if i not in splines and givers <= splines.keys():
                 splines[i] = _finished(fit, scatter[i], splines)
-    return FittedChains(tuple(fits), tuple(splines[i] for i in range(len(fits))), tuple(scatter), spare)
+    process_mm = process_scatter_mm(spreads) if spare else None
+    return FittedChains(tuple(fits), tuple(splines[i] for i in range(len(fits))), tuple(scatter), process_mm, spare)
+
+
+def _spread(fit: ChainFit, vectors: ErrorVectors) -> Spread:
+    """What a chain's residuals say of the scatter, and how much of it is the probe's."""
+    probe = float(np.mean(vectors.own_u_mm[fit.touches] ** 2))
+    return Spread(fit.spare, float(np.sum(fit.residual_mm**2)), probe)
 
 
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:

@@ -29,3 +29,14 @@ class ErrorVectors:
     def of_feature(self, index: int) -> NDArray[np.intp]:
         """Positions of the gauging points that lie on feature `index`, in order of arc length."""
         return np.flatnonzero(self.feature_index == index)
+
+    @property
+    def own_u_mm(self) -> Array:
+        """What of `standard_u_mm` differs from touch to touch, (n,): without what all have from the reference point."""
+        reference = np.flatnonzero(self.at_reference)
+        if not len(reference):
+            return self.standard_u_mm
+        k = reference[0]
+        shared = self.outward_normal[:, 1] / self.outward_normal[k, 1] * self.standard_u_mm[k]
+        own = np.sqrt(np.maximum(self.standard_u_mm**2 - shared**2, 0.0))
+        return np.where(self.at_reference, self.standard_u_mm, own)
