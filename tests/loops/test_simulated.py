@@ -9,7 +9,8 @@ import pytest
 
 from tests.support.probing import EXAMPLES, example
 from trueloop.errors import TrueloopError
-from trueloop.loops.simulated import Trial, simulate, trial_of
+from trueloop.geometry.feature import contact_angle_rad
+from trueloop.loops.simulated import Trial, calibrated, simulate, trial_of
 from trueloop.loops.study import Study, study
 from trueloop.simulator.machine_error import ErrorTerm, MachineError
 from trueloop.simulator.presets import Workshop, nist
@@ -67,6 +68,26 @@ def test_a_touch_that_meets_no_part_is_missed_as_on_a_control() -> None:
     deep = replace(workshop, machine=replace(workshop.machine, tool_offset_mm=(-1.2, -1.2)))
     with pytest.raises(TrueloopError, match=r"^PRB-MISSED: .* 1.000 mm into the part"):
         simulate(trial("modbas2"), deep)
+
+
+def test_a_part_touched_outside_the_probes_calibration_is_refused() -> None:
+    """The machine file says from where to where: PIECS11's knob is touched from the axis to beyond the cylinder."""
+    workshop = exact()
+    narrow = replace(workshop, probe=replace(workshop.probe, calibrated_rad=(np.radians(-10.0), np.radians(95.0))))
+    assert simulate(trial("facetst"), narrow).residual_rms_mm < 0.6 * UM
+    with pytest.raises(TrueloopError, match=r"^PRB-CALIBRATION: .* from -10.0° to 95.0° .* 'knob', at 10\d\.\d°"):
+        simulate(trial("piecs11"), narrow)
+
+
+def test_the_probe_is_calibrated_for_the_part_and_a_margin() -> None:
+    """Ten degrees beyond its directions; a face alone, with one direction, still gets more than a quarter."""
+    rng, normals = np.random.default_rng(0), trial("piecs11").inputs.touches.outward_normal
+    angles = np.degrees(contact_angle_rad(normals))
+    found = calibrated(exact(), rng, normals)
+    assert np.degrees(found.lowest_rad) == pytest.approx(angles.min() - 10.0, abs=0.1)
+    assert np.degrees(found.highest_rad) == pytest.approx(angles.max() + 10.0, abs=0.1)
+    face = calibrated(exact(), rng, np.array([[0.0, 1.0]]))
+    assert np.degrees(face.highest_rad - face.lowest_rad) == pytest.approx(100.0, abs=0.1)
 
 
 def test_the_same_seed_gives_the_same_part_to_the_last_bit() -> None:

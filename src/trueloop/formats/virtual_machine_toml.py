@@ -86,6 +86,23 @@ class ProbeTable(Table):
     range_x_um: NotNegative = 0.0
     range_z_um: NotNegative = 0.0
     overshoot_um: NotNegative = 0.0
+    calibrated_from_deg: Finite | None = None
+    calibrated_to_deg: Finite | None = None
+
+    @model_validator(mode="after")
+    def _one_range(self) -> "ProbeTable":
+        if (self.calibrated_from_deg is None) != (self.calibrated_to_deg is None):
+            raise ValueError("`calibrated_from_deg` and `calibrated_to_deg` go together")
+        if self.calibrated_rad is not None and not 0.0 < self.calibrated_rad[1] - self.calibrated_rad[0] <= math.tau:
+            raise ValueError("`calibrated_to_deg` is above `calibrated_from_deg`, by 360 at most")
+        return self
+
+    @property
+    def calibrated_rad(self) -> tuple[float, float] | None:
+        """Between which contact angles the probe is calibrated; None: those that the part asks for."""
+        if self.calibrated_from_deg is None or self.calibrated_to_deg is None:
+            return None
+        return math.radians(self.calibrated_from_deg), math.radians(self.calibrated_to_deg)
 
 
 class CmmTable(Table):
@@ -180,6 +197,7 @@ def _probe(table: ProbeTable | None) -> VirtualProbe:
         table.range_x_um / UM_PER_MM,
         table.range_z_um / UM_PER_MM,
         table.overshoot_um / UM_PER_MM,
+        table.calibrated_rad,
     )
 
 

@@ -37,7 +37,10 @@ from trueloop.statistics import rms
 
 SPHERE_RADIUS_MM: Final = 12.5
 SPHERE_CENTRE_MM: Final = (120.0, 0.0)
-CALIBRATED_RAD: Final = (math.radians(-30.0), math.radians(130.0))
+CALIBRATION_MARGIN_RAD: Final = math.radians(10.0)
+LEAST_CALIBRATED_RAD: Final = math.radians(100.0)
+"""A shop touches the sphere a little beyond the part's directions, and over more than the quarter that a calibration
+needs."""
 DIRECTIONS: Final = 33
 REPEATS: Final = 5
 NOSE_WITHIN_MM: Final = 1e-3
@@ -193,12 +196,21 @@ def _plan(trial: Trial, probe: VirtualProbe) -> ProbePlan:
 
 
 def calibrated(workshop: Workshop, rng: np.random.Generator, outward_normal: Array) -> BallCalibration:
-    """The probe after touching a calibration sphere, every direction five times; all of the part's among them."""
-    part = contact_angle_rad(outward_normal)
-    low, high = min(CALIBRATED_RAD[0], float(part.min())), max(CALIBRATED_RAD[1], float(part.max()))
+    """The probe after touching a calibration sphere, every direction five times.
+
+    Those that the machine file states, or those of the part and a margin beyond.
+    """
+    low, high = workshop.probe.calibrated_rad or _directions_of(contact_angle_rad(outward_normal))
     angles = np.repeat(np.linspace(low, high, DIRECTIONS), REPEATS)
     centres = workshop.probe.touch_sphere(SPHERE_CENTRE_MM, SPHERE_RADIUS_MM, angles, rng)
     return calibrate(centres, SPHERE_RADIUS_MM, lobes=workshop.probe.lobes)
+
+
+def _directions_of(part_rad: Array) -> tuple[float, float]:
+    """From where to where a shop calibrates for a part that is touched at these contact angles."""
+    low, high = float(part_rad.min()) - CALIBRATION_MARGIN_RAD, float(part_rad.max()) + CALIBRATION_MARGIN_RAD
+    wider = max(LEAST_CALIBRATED_RAD - (high - low), 0.0) / 2
+    return low - wider, high + wider
 
 
 def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, ...]:

@@ -17,7 +17,8 @@ class VirtualProbe:
 
     The probe trips when the ball has gone on by `pre_travel_mm` + `lobing_mm` · cos(lobes · (θ − phase)) after contact,
     θ the contact angle of the approach. `range_x_mm`, `range_z_mm`: range of repeated touches on each axis, uniform, as
-    [6811 §4.1] states them. `overshoot_mm`: the control latches up to this much later, uniform.
+    [6811 §4.1] states them. `overshoot_mm`: the control latches up to this much later, uniform. `calibrated_rad`: the
+    contact angles between which it is calibrated before each part; None: those that the part asks for.
     """
 
     ball_radius_mm: float
@@ -28,6 +29,7 @@ class VirtualProbe:
     range_x_mm: float = 0.0
     range_z_mm: float = 0.0
     overshoot_mm: float = 0.0
+    calibrated_rad: tuple[float, float] | None = None
 
     def trip_mm(self, normal: Array) -> Array:
         """How far the ball goes on after contact before the probe trips, for approaches against `normal`, (n,)."""
