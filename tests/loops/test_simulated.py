@@ -80,14 +80,26 @@ def test_a_part_touched_outside_the_probes_calibration_is_refused() -> None:
 
 
 def test_the_probe_is_calibrated_for_the_part_and_a_margin() -> None:
-    """Ten degrees beyond its directions; a face alone, with one direction, still gets more than a quarter."""
+    """45° beyond its directions; a face alone, with one direction, still gets half a turn."""
     rng, normals = np.random.default_rng(0), trial("piecs11").inputs.touches.outward_normal
     angles = np.degrees(contact_angle_rad(normals))
     found = calibrated(exact(), rng, normals)
-    assert np.degrees(found.lowest_rad) == pytest.approx(angles.min() - 10.0, abs=0.1)
-    assert np.degrees(found.highest_rad) == pytest.approx(angles.max() + 10.0, abs=0.1)
+    assert np.degrees(found.lowest_rad) == pytest.approx(angles.min() - 45.0, abs=0.1)
+    assert np.degrees(found.highest_rad) == pytest.approx(angles.max() + 45.0, abs=0.1)
     face = calibrated(exact(), rng, np.array([[0.0, 1.0]]))
-    assert np.degrees(face.highest_rad - face.lowest_rad) == pytest.approx(100.0, abs=0.1)
+    assert np.degrees(face.highest_rad - face.lowest_rad) == pytest.approx(180.0, abs=0.1)
+
+
+def test_a_calibration_over_little_more_than_the_part_spoils_it() -> None:
+    """FACETST is touched from 0° to 90°. Calibrated over 110° instead of 180°, ball, lobing and the sphere's centre are
+    told apart so badly that the part comes out several times as far off, by the probe's scatter alone."""
+    workshop = nist(Repeatability())
+    narrow = replace(workshop, probe=replace(workshop.probe, calibrated_rad=(np.radians(-10.0), np.radians(100.0))))
+    wide, spoiled = (
+        np.concatenate([simulate(trial("facetst"), one, seed).finish_truth_mm for seed in range(10)])
+        for one in (workshop, narrow)
+    )
+    assert np.sqrt(np.mean(spoiled**2)) > 2.0 * np.sqrt(np.mean(wide**2))
 
 
 def test_the_same_seed_gives_the_same_part_to_the_last_bit() -> None:
@@ -153,16 +165,13 @@ def test_one_compensation_leaves_little_more_than_repeats_by_itself(
     σ√(1 + 1/n) with n = 1 measured part is what a correction cannot beat unless it smooths the part's own scatter.
     """
     relative = [studies[name, sigma].rms_mm("loop_mm") / (BEST_POSSIBLE * sigma) for sigma in SIGMAS_MM]
-    assert np.sqrt(np.mean(np.square(relative))) <= 1.10
-    assert max(relative[1:]) <= 1.10
-    # At σ = 0.5 µm the probe scatters as much as the process, and PIECS11's curve cannot follow the nose to 0.45 µm:
-    # 200 parts give 1.11 ± 0.01 (docs/simulator.md). 50 parts are uncertain by 0.03, so that they are held to 1.15.
-    assert relative[0] <= 1.15
+    assert max(relative) <= 1.10
 
 
-def test_the_predicted_bands_hold_what_they_promise(studies: dict[tuple[str, float], Study]) -> None:
-    """95 % bands over 600 parts."""
-    inside = [np.abs(p.loop_mm) <= p.expanded_u_mm for made in studies.values() for p in made.parts]
+@pytest.mark.parametrize("sigma", SIGMAS_MM)
+def test_the_predicted_bands_hold_what_they_promise(studies: dict[tuple[str, float], Study], sigma: float) -> None:
+    """95 % bands over 150 parts, also where the probe scatters as much as the process."""
+    inside = [np.abs(p.loop_mm) <= p.expanded_u_mm for name in PARTS for p in studies[name, sigma].parts]
     assert 0.93 <= float(np.mean(np.concatenate(inside))) <= 0.97
 
 

@@ -37,10 +37,10 @@ from trueloop.statistics import rms
 
 SPHERE_RADIUS_MM: Final = 12.5
 SPHERE_CENTRE_MM: Final = (120.0, 0.0)
-CALIBRATION_MARGIN_RAD: Final = math.radians(10.0)
-LEAST_CALIBRATED_RAD: Final = math.radians(100.0)
-"""A shop touches the sphere a little beyond the part's directions, and over more than the quarter that a calibration
-needs."""
+CALIBRATION_MARGIN_RAD: Final = math.radians(45.0)
+LEAST_CALIBRATED_RAD: Final = math.pi
+"""A shop touches the sphere well beyond the part's directions: over a quarter of it alone, the sphere's centre, ball and
+lobing can hardly be told apart."""
 DIRECTIONS: Final = 33
 REPEATS: Final = 5
 NOSE_WITHIN_MM: Final = 1e-3
