@@ -14,10 +14,11 @@ class FitOptions:
     `knot_every`: r, a knot at every r-th touch of an arc [6517 Eq. 5]; None lets the leave-one-out error choose.
     `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
     name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: standard
-    deviation of the process from one cut to the next; None takes the scatter of the touches about the curves, which
-    holds when touches scatter as cuts do. `cut_to_cut_mm`: standard deviation of what comes out differently from cut to
-    cut but alike along one cut (a shift of the whole cut, or what varies over centimetres), known from earlier parts:
-    the scatter within one part does not show it. The cut that was touched and the next one both bring their share.
+    deviation of the process from one cut to the next; None takes the scatter of the touches about the curves less the
+    probe's share (`process_scatter`), which holds when touches scatter as cuts do. `cut_to_cut_mm`: standard deviation
+    of what comes out differently from cut to cut but alike along one cut (a shift of the whole cut, or what varies over
+    centimetres), known from earlier parts: the scatter within one part does not show it. The cut that was touched and
+    the next one both bring their share.
     """
 
     tangent_policy: TangentPolicy = TangentPolicy.PART
