@@ -93,8 +93,10 @@ class ProbeTable(Table):
     def _one_range(self) -> "ProbeTable":
         if (self.calibrated_from_deg is None) != (self.calibrated_to_deg is None):
             raise ValueError("`calibrated_from_deg` and `calibrated_to_deg` go together")
-        if self.calibrated_rad is not None and not 0.0 < self.calibrated_rad[1] - self.calibrated_rad[0] <= math.tau:
-            raise ValueError("`calibrated_to_deg` is above `calibrated_from_deg`, by 360 at most")
+        if self.calibrated_from_deg is not None and self.calibrated_to_deg is not None:
+            span_deg = self.calibrated_to_deg - self.calibrated_from_deg
+            if not 90.0 <= span_deg <= 360.0:
+                raise ValueError(f"`calibrated_to_deg` is {span_deg:g} above `calibrated_from_deg`, not 90 to 360")
         return self
 
     @property

@@ -78,9 +78,9 @@ def probe_plan(
     safe = _safe(obstacle, stylus, approach)
     touches, at = [], safe
     for touch in probing_moves(profile, points, stylus, approach, names):
+        require_ball_fits(touch, obstacle, stylus)
         name, feature = touch.point, touch.feature
         start, contact = np.array(touch.start_mm), np.array(touch.contact_mm)
-        _require_fit(name, feature, obstacle, stylus, approach, contact)
         _require_free(name, feature, obstacle, stylus, approach, start, contact)
         way = _way(name, feature, obstacle, stylus, approach, at, start, safe)
         touches.append(replace(touch, way_mm=tuple(_point(p) for p in way)))
@@ -128,16 +128,14 @@ def _positions(points: GaugingPoints, stylus: Stylus, approach: Approach) -> tup
     return contact + approach.stand_off_mm * normal, contact, contact - approach.overtravel_mm * normal
 
 
-def _require_fit(
-    name: str, feature: str, obstacle: Obstacle, stylus: Stylus, approach: Approach, contact: Array
-) -> None:
-    """At contact the ball touches the surface at its point and nothing else."""
-    clearance, nearest = stylus.ball_clearance_mm(obstacle, contact)
+def require_ball_fits(touch: PlannedTouch, obstacle: Obstacle, stylus: Stylus) -> None:
+    """At contact the ball touches the surface at its point and nothing else, or PRB-BALL."""
+    clearance, nearest = stylus.ball_clearance_mm(obstacle, np.array(touch.contact_mm))
     if clearance < -OVERLAP_MM:
         raise TrueloopError(
             Code.PRB_BALL,
-            f"at point {name!r} on {feature!r} a ball of {2 * stylus.ball_radius_mm:.3f} mm overlaps {nearest!r} by "
-            f"{-clearance:.3f} mm",
+            f"at point {touch.point!r} on {touch.feature!r} a ball of {2 * stylus.ball_radius_mm:.3f} mm overlaps "
+            f"{nearest!r} by {-clearance:.3f} mm",
             hint="use a smaller ball, or move the point away from the corner or out of the groove",
         )
 

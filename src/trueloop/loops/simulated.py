@@ -12,14 +12,15 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.job import read_job
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
 from trueloop.gauging.calibration import BallCalibration, calibrate
 from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.gauging.obstacle import stock_obstacle
 from trueloop.gauging.plan import GaugingPoints
 from trueloop.gauging.probe_match import match_touches
-from trueloop.gauging.probe_plan import Approach, ProbePlan, probing_moves
+from trueloop.gauging.probe_plan import Approach, ProbePlan, probing_moves, require_ball_fits
 from trueloop.gauging.stylus import Stylus
 from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Array, contact_angle_rad
@@ -88,7 +89,7 @@ class Trial:
 
 
 def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial]:
-    """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH and SIM errors."""
+    """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH, SIM and PRB errors."""
     read, z_reference = read_inputs(job), read_job(job).gauging.z_reference
     workshop = nist() if machine is None else read_virtual_machine(machine)
     if read.inputs.allowance_mm <= 0.0:
@@ -106,7 +107,17 @@ def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial
             hint="give the machine file a table [nose] with the job's radius; its errors belong into the wear",
             place=Place(str(machine) if machine is not None else str(job)),
         )
-    return workshop, trial_of(replace(read.inputs, measured_at=None), z_reference)
+    trial = trial_of(replace(read.inputs, measured_at=None), z_reference)
+    with in_file(job):
+        _require_ball_fits(trial, workshop.probe)
+    return workshop, trial
+
+
+def _require_ball_fits(trial: Trial, probe: VirtualProbe) -> None:
+    plan = _plan(trial, probe)
+    obstacle = stock_obstacle(trial.inputs.profile, trial.inputs.allowance_mm)
+    for touch in plan.touches:
+        require_ball_fits(touch, obstacle, plan.stylus)
 
 
 def trial_of(inputs: Inputs, z_reference: str | None = None) -> Trial:

@@ -113,6 +113,51 @@ def test_a_ball_too_large_for_a_corner_is_told_with_job_point_and_feature(loop: 
     assert "smaller ball" in said
 
 
+def test_a_virtual_ball_that_does_not_fit_is_told_as_a_real_one(loop: Path) -> None:
+    (loop / "large.toml").write_text('preset = "nist"\n[probe]\nball_radius_mm = 15.0\n')
+    said = run("simulate", loop / "modbas2.toml", "--machine", loop / "large.toml", status=3)
+    assert said.startswith(f"{loop / 'modbas2.toml'}: PRB-BALL: at point '1' on 'cone' a ball of 30.000 mm overlaps")
+
+
+@pytest.mark.parametrize(
+    "directions, says",
+    [
+        ("calibrated_from_deg = 0", "`calibrated_from_deg` and `calibrated_to_deg` go together"),
+        ("calibrated_from_deg = 0\ncalibrated_to_deg = 60", "`calibrated_to_deg` is 60 above"),
+        ("calibrated_from_deg = 0\ncalibrated_to_deg = 400", "`calibrated_to_deg` is 400 above"),
+    ],
+)
+def test_directions_that_no_calibration_has_are_told_with_the_machine_file(
+    loop: Path, directions: str, says: str
+) -> None:
+    (loop / "turned.toml").write_text(f'preset = "nist"\n[probe]\nball_radius_mm = 1.5\n{directions}\n')
+    said = run("simulate", loop / "modbas2.toml", "--machine", loop / "turned.toml", status=3)
+    assert said.startswith(f"{loop / 'turned.toml'}:2: SIM-FILE: 'probe': {says}")
+
+
+@pytest.mark.parametrize("job_unit, log_per_job", [("mm", 1 / 25.4), ("inch", 25.4)])
+def test_a_log_in_the_other_unit_is_told_with_file_line_and_what_to_check(
+    loop: Path, job_unit: str, log_per_job: float
+) -> None:
+    """Inches read as millimetres, and the reverse."""
+    edited(loop / "probe.toml", 'unit = "mm"', f'unit = "{job_unit}"')
+    contacts = np.array([t.contact_mm for t in read_probing(loop / "modbas2.toml").plan.touches])
+    in_job_unit = contacts / (25.4 if job_unit == "inch" else 1.0)
+    plan = read_probing(loop / "modbas2.toml").plan
+    (loop / "log.txt").write_text(log_of(plan, in_job_unit * log_per_job))
+    said = run("probe", "read", loop / "modbas2.toml", loop / "log.txt", "--control", "fanuc", status=3)
+    assert said.startswith(f"{loop / 'log.txt'}:1: PRB-OTHER: 32 of 32 touches are at none of the job's 32 points")
+    assert "in its unit and diameter mode" in said
+
+
+def test_the_log_of_a_smaller_part_is_told_as_another_job_s(loop: Path) -> None:
+    plan = read_probing(loop / "modbas2.toml").plan
+    smaller = np.array([t.contact_mm for t in plan.touches]) - [3.0, 0.0]
+    (loop / "log.txt").write_text(log_of(plan, smaller))
+    said = run("probe", "read", loop / "modbas2.toml", loop / "log.txt", "--control", "fanuc", status=3)
+    assert f"{loop / 'log.txt'}:" in said and "PRB-OTHER: " in said and "is this the log of this job" in said
+
+
 def test_touches_where_the_approaches_began_are_told_with_file_and_line(loop: Path) -> None:
     probing = read_probing(loop / "modbas2.toml")
     (loop / "log.txt").write_text(log_of(probing.plan, np.array([t.start_mm for t in probing.plan.touches])))
