@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -18,7 +20,8 @@ from trueloop.loops.batch import AHEAD, run_batch
 from trueloop.loops.surface import Work, deviations_of, model_of
 from trueloop.loops.surface_inputs import read_surface_inputs
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "surface" / "surface.toml"
 
 
 def killed_once(task: tuple[int, str]) -> int:
@@ -38,6 +41,40 @@ def squared(number: int) -> int:
 
 def refused(number: int) -> int:
     raise TrueloopError(Code.SRF_POINTS, f"{number} points", hint="more")
+
+
+def slowly(number: int) -> int:
+    time.sleep(0.2)
+    return number
+
+
+INTERRUPTED = """
+from tests.loops.test_batch import slowly
+from trueloop.loops.batch import run_batch
+if __name__ == "__main__":
+    try:
+        for number in run_batch(slowly, range(1000), workers=2):
+            print(number, flush=True)
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+def test_ctrl_c_is_heard_by_the_program_alone(tmp_path: Path) -> None:
+    """A terminal sends it to the workers as well: each of them answered with a traceback."""
+    (tmp_path / "interrupted.py").write_text(INTERRUPTED)
+    with subprocess.Popen(
+        [sys.executable, tmp_path / "interrupted.py"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as program:
+        assert program.stdout is not None and program.stdout.readline() == "0\n"
+        os.killpg(program.pid, signal.SIGINT)
+        said, complained = program.communicate(timeout=60)
+    assert said.endswith("interrupted\n") and complained == ""
 
 
 def same(a: list[SurfaceDeviations], b: list[SurfaceDeviations]) -> bool:

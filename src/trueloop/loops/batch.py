@@ -1,7 +1,10 @@
 """The same work on many parts: here, on local processes, or on the machines of a Dask scheduler."""
 
+import signal
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from threading import current_thread, main_thread
 from typing import Final, TypeVar
 
 from trueloop.errors import Code, TrueloopError
@@ -56,7 +59,8 @@ def _until_one_dies(work: Callable[[Item], Result], items: Sequence[Item], worke
 
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         try:
-            given = deque(pool.submit(work, item) for item in items[: AHEAD * workers])
+            with _unheard_by_those_started():
+                given = deque(pool.submit(work, item) for item in items[: AHEAD * workers])
             for later in range(len(given), len(items) + len(given)):
                 result = given.popleft().result()
                 if later < len(items):
@@ -64,6 +68,22 @@ def _until_one_dies(work: Callable[[Item], Result], items: Sequence[Item], worke
                 yield result
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+@contextmanager
+def _unheard_by_those_started() -> Iterator[None]:
+    """Processes started here never hear Ctrl-C, which a terminal sends to all of them: whoever started them ends them.
+
+    Only a program's main thread may say so.
+    """
+    if current_thread() is not main_thread():
+        yield
+        return
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, heard)
 
 
 def _on_cluster(work: Callable[[Item], Result], items: Sequence[Item], scheduler: str) -> Iterator[Result]:
