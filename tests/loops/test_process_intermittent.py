@@ -51,7 +51,8 @@ def of_slope_mm(correction: Correction) -> Array:
     slope = np.array([float(correction.model.curves[i].slope(s)[0]) for i, s in along])
     features = [correction.profile.features[i] for i in touches.feature_index]
     radius = np.array([feature.radius_mm if isinstance(feature, Arc) else 0.0 for feature in features])
-    return np.minimum(radius * slope**2, 0.001)
+    term: Array = np.minimum(radius * slope**2, 0.001)
+    return term
 
 
 @pytest.mark.parametrize("weight", [1.0, 0.6])
