@@ -95,18 +95,19 @@ def shares(parts: int) -> str:
     """What the loop leaves where the process scatters by 0.5 µm, the probe by its ranges, one of them, or neither."""
     still = Repeatability()
     rows = []
-    for name in PARTS:
+    for name, follow in itertools.product(PARTS, ("place", "nose")):
         cells = []
         for repeats, exact in itertools.product((Repeatability(FINEST_UM / 1000, 1.0), still), (False, True)):
             workshop = nist(repeats)
             if exact:
                 workshop = replace(workshop, probe=replace(workshop.probe, range_x_mm=0.0, range_z_mm=0.0))
-            one = partial(_left_mm, _trial(name), workshop)
+            one = partial(_left_mm, _trial(name, follow), workshop)
             count = parts if repeats is not still or not exact else 1
             made = run_batch(one, range(FRESH_SEED, FRESH_SEED + count), workers=os.cpu_count() or 1)
             cells.append(f"{1000 * rms(np.concatenate(list(made))):.2f} µm")
-        rows.append(_told(name.upper(), *cells))
-    head = ("left, RMS", f"process {FINEST_UM} µm and probe", "process alone", "probe alone", "neither")
+        rows.append(_told(name.upper(), f'`"{follow}"`', *cells))
+    scatters = (f"process {FINEST_UM} µm and probe", "process alone", "probe alone", "neither")
+    head = ("left, RMS", "`errors_follow`", *scatters)
     return f"{parts} parts a cell, {_seeds(FRESH_SEED, parts)}.\n\n{_table(head, rows)}"
 
 
@@ -118,8 +119,9 @@ def _left_mm(trial: Trial, workshop: Workshop, seed: int) -> Array:
     return simulate(trial, workshop, seed).finish_truth_mm
 
 
-def _trial(name: str) -> Trial:
-    return trial_of(read_inputs(ROOT / "examples" / name / "job.toml").inputs)
+def _trial(name: str, errors_follow: str = "nose") -> Trial:
+    inputs = read_inputs(ROOT / "examples" / name / "job.toml").inputs
+    return trial_of(replace(inputs, options=replace(inputs.options, errors_follow=errors_follow)))
 
 
 def _made(trial: Trial, repeatability: Repeatability, parts: int) -> Study:

@@ -1,6 +1,7 @@
 //! Macros called after each move (G66, until G67).
 
 use crate::arguments::Arguments;
+use crate::finding;
 use crate::request::Request;
 use crate::run::Runner;
 use crate::visit::{times, Visit};
@@ -18,7 +19,10 @@ impl Runner<'_> {
     pub(crate) fn set_modal_macro(&mut self, request: &Request, word: i32) {
         let Some((start, arguments)) = self.macro_called(request, word) else { return };
         if self.state.modal_macro.is_some() {
-            self.note_opaque(word, "one macro after each move is followed, this one: the one before is not called");
+            let message =
+                format!("{}: a macro after each move is in force; of two one is followed", self.word_text(word));
+            let hint = "end the one before by G67, or let one macro call the other by G65";
+            self.warn(finding::OPAQUE, self.word_start(word), message, hint);
         }
         self.state.modal_macro = Some(ModalMacro { start, times: times(request), arguments });
     }

@@ -121,6 +121,7 @@ class CompensationTable(Table):
     nose_from: tuple[Path, ...] = ()
     chord_tolerance_um: Positive = 0.5
     arcs: Literal["auto", "lines", "arcs"] = "auto"
+    errors_follow: Literal["place", "nose"] = "place"
     max_correction_um: Positive = 150.0
     max_slope_um_per_mm: Positive = 40.0
     max_scatter_um: Positive = 10.0

@@ -197,6 +197,7 @@ def _options(job: Job) -> Options:
         cut_to_cut_mm=given.cut_to_cut_um / UM_PER_MM,
         chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,
         arcs=given.arcs,
+        errors_follow=given.errors_follow,
         limits=Limits(
             correction_mm=given.max_correction_um / UM_PER_MM,
             slope=given.max_slope_um_per_mm / UM_PER_MM,

@@ -41,6 +41,7 @@ from trueloop.nc.program import Program
 class Options:
     """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
 
+    `errors_follow` is "place", or "nose" where a nose's wear is known to make the error: see `compensation.lean`.
     Those of the fit are as in `FitOptions`; `cut_to_cut_mm` and `repeatability_mm` change the predicted bands and no
     correction.
     """
@@ -54,6 +55,7 @@ class Options:
     cut_to_cut_mm: float = 0.0
     chord_tolerance_mm: float = 0.0005
     arcs: str = "auto"
+    errors_follow: str = "place"
     limits: Limits = field(default_factory=Limits)
     resolution_mm: float | None = None
     offset_is_diameter: bool | None = None
@@ -144,7 +146,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     model = fit_profile(profile, process, _fit_options(options), inputs.nose)
     check_scatter(model.scatter_mm, options.limits)
     decision = _decision(model, told, options)
-    shifts = corrected_shifts(profile, model, decision, told, options.weight)
+    shifts = corrected_shifts(profile, model, decision, told, options.weight, options.errors_follow)
     before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
     after = centre_pieces(profile, shifted_contour(profile, shifts.contour, nose))
     check_limits(after, shifts.correction, options.limits)

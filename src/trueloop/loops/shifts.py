@@ -5,20 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.compensation.decide import FACES_AXIS, Decision
+from trueloop.compensation.lean import of_curve, to_take_out
 from trueloop.compensation.shift import ZERO, Shift, weighted_sum
 from trueloop.error_curve.fit_profile import ProfileErrorModel
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.commanded import Commanded
-from trueloop.loops.lean import to_take_out
 
 
 @dataclass(frozen=True)
 class Shifts:
     """By feature: `correction` = −w × process error, and `contour`, where the contour then stands off the nominal.
 
-    On arcs the correction holds what the error's slope asks for besides (module `lean`). `by_offset` says for which
-    features the correction is the fitted constant offset instead of their own curve.
+    `by_offset` says for which features the correction is the fitted constant offset instead of their own curve.
     """
 
     correction: tuple[Shift, ...]
@@ -27,21 +26,29 @@ class Shifts:
 
 
 def corrected_shifts(
-    profile: Profile, model: ProfileErrorModel, decision: Decision, told: Commanded, weight: float
+    profile: Profile,
+    model: ProfileErrorModel,
+    decision: Decision,
+    told: Commanded,
+    weight: float,
+    errors_follow: str = "place",
 ) -> Shifts:
     """`contour` = correction + the rounding of the program; a slip of the program is corrected away with the rest.
 
-    When an offset is enough on both axes nothing is shifted: the tool offset does it all.
+    errors_follow: "place", or "nose": on arcs the correction then holds what the error's slope asks for besides
+    (`compensation.lean`). When an offset is enough on both axes nothing is shifted: the tool offset does it all.
     """
     if decision.offset_is_enough:
         count = len(profile.features)
         return Shifts((ZERO,) * count, told.finish, (True,) * count)
     by_offset = _by_offset(profile, decision)
+    errors = [
+        to_take_out(profile, i, curve) if errors_follow == "nose" else of_curve(curve)
+        for i, curve in enumerate(model.curves)
+    ]
     correction = tuple(
-        _constant(feature, decision)
-        if by_offset[i]
-        else weighted_sum(((-weight, to_take_out(profile, i, model.curves[i])),))
-        for i, feature in enumerate(profile.features)
+        _constant(feature, decision) if constant else weighted_sum(((-weight, error),))
+        for feature, error, constant in zip(profile.features, errors, by_offset, strict=True)
     )
     contour = tuple(
         weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, told.rounding, strict=True)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import ToolPath
 from trueloop.nc.work_offset import offset_number
@@ -132,6 +132,12 @@ def test_a_macro_after_each_move_until_it_ends() -> None:
 
 def test_a_macro_after_each_move_runs_as_often_as_l_says() -> None:
     assert len(run(MODAL.format(2), "haas-mill")) == 8 + 4
+
+
+def test_of_two_macros_after_each_move_one_is_followed_which_is_a_warning() -> None:
+    text = "O1 G21\nG66 P2 Z1.\nG66 P3 Z2.\nG00 X1.\nG67\nG67\nM30\nO2 G00 Z#26\nM99\nO3 G00 Y#26\nM99"
+    found = run(text, "fanuc-mill").findings
+    assert [(each.severity, each.code, each.place.line) for each in found] == [(Severity.WARNING, Code.NC_OPAQUE, 3)]
 
 
 def test_a_macro_after_each_move_that_is_not_there_is_said() -> None:

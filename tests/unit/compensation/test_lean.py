@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.touched import touched
+from trueloop.compensation.lean import MOST_MM, to_take_out
 from trueloop.compensation.shift import ZERO, Shift, weighted_sum
 from trueloop.error_curve.curve import ErrorCurve
 from trueloop.error_curve.fit_profile import fit_profile
@@ -11,7 +12,6 @@ from trueloop.error_curve.options import FitOptions
 from trueloop.geometry.feature import Arc, Array, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.lean import MOST_MM, to_take_out
 from trueloop.loops.study import path_of_shifts
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.stock import Stock, sweep

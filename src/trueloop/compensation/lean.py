@@ -1,4 +1,4 @@
-"""What an arc's correction owes to its own slope: a contour that leans is touched by another place of the nose.
+"""What an arc's correction owes to its own slope where errors follow the nose: a leaning contour is touched elsewhere.
 
 A worn nose errs by contact angle φ: the surface it leaves has the support function of what was commanded, plus E(φ).
 A touch at the nominal normal sees `e = E − e′²/2κ`, because the surface leans by e′ and was cut e′/κ further along; a
@@ -9,9 +9,8 @@ contour shifted by c leans by c′ and has the support function `c + c′²/2κ`
 
 κ the signed curvature of the arc (for w < 1 it leaves (1 − w) e, as it should). On an arc of 32 mm that a nose errs
 along by 0.15 mm a radian, the second term is 0.7 µm. On a straight feature the contact angle stands still: no term. An
-error of the machine's own ways goes by place, not by contact angle, and has no such term either; but it is not steep
-along an arc either (20 µm in 100 mm on an arc of 32 mm: 0.001 µm). What is steeper than a nose makes it is no nose's,
-and the term stops at `MOST_MM`.
+error that goes by place, not by contact angle, has no such term: only who knows that the nose makes it asks for this.
+What is steeper than a nose makes it is no nose's, and the term stops at `MOST_MM`.
 """
 
 from collections.abc import Callable
@@ -52,11 +51,16 @@ class Fade:
         return rise * fall, rising * fall - rise * falling
 
 
+def of_curve(curve: ErrorCurve) -> Shift:
+    """An error curve as a shift: same shape out as in."""
+    return Shift(lambda s: _shaped(curve.value_mm, s), lambda s: _shaped(curve.slope, s))
+
+
 def to_take_out(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
     """The error of one feature's curve with what its slope asks for besides: `e + e′²/κ` on an arc, `e` on a line."""
     feature = profile.features[index]
     if isinstance(feature, Line):
-        return Shift(lambda s: _shaped(curve.value_mm, s), lambda s: _shaped(curve.slope, s))
+        return of_curve(curve)
     kappa, fade = float(feature.curvature_per_mm(0.0)), _fade(profile, index, curve, feature)
 
     def value_mm(s: ArrayLike) -> Array:
