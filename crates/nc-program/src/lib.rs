@@ -49,6 +49,7 @@ mod operand;
 mod parameters;
 mod pass;
 mod path;
+mod profile_contour;
 mod profile_cycle;
 mod program;
 mod request;

@@ -1,14 +1,12 @@
-//! Turning cycles of LinuxCNC on a contour that Q names (G70, G71, G72 and their variants): what their words say, and
-//! the contour, which is the lines of an O-word subroutine read but not run.
+//! Turning cycles of LinuxCNC on a contour that Q names (G70, G71, G72 and their variants).
 
 use crate::arc::{about, Circle, Point};
 use crate::beside::beside;
-use crate::dialect::G;
 use crate::finding;
 use crate::level_cuts::{level_cuts, Pockets, Step};
 use crate::modal::{Compensation, Motion, Plane};
-use crate::offset::plus;
 use crate::path::{MoveKind, INHERITED};
+use crate::profile_contour::Drawn;
 use crate::request::Request;
 use crate::run::Runner;
 use crate::segment::{cut_corners, Segment, Turn};
@@ -29,14 +27,6 @@ const MOST: f64 = 10_000.0;
 
 /// Arcs that end nearer to where they begin, in program units, are left out.
 const SAME: f64 = 1e-5;
-
-/// A segment of the contour, (z, x) in program units, and what it was read from.
-#[derive(Clone, Copy)]
-struct Drawn {
-    segment: Segment,
-    block: usize,
-    words: [i32; 3],
-}
 
 /// A move to be made, and what it comes from where it is a block of the contour as it stands.
 struct Cut {
@@ -146,121 +136,6 @@ impl Runner<'_> {
             None => self.emit(cut.kind, cut.end, words),
         }
         self.block = here;
-    }
-
-    /// The contour from where the tool stands: of its lines only flow control and assignments are executed.
-    fn read_profile(&mut self, sub: usize) -> Result<Vec<Drawn>, &'static str> {
-        let (mut state, counters, depth) = (self.state.clone(), self.counters.clone(), self.returns.len());
-        let (path, here) = (std::mem::take(&mut self.path), (self.block, self.next));
-        self.draws = true;
-        self.state.store.enter(&[]);
-        self.returns.push(self.next);
-        self.next = sub + 1;
-        let mut drawn = Vec::new();
-        let mut made = Ok(());
-        let mut request = Request::new();
-        while made.is_ok() && self.returns.len() > depth {
-            made = self.read_line(&mut request, &mut drawn);
-        }
-        self.draws = false;
-        self.returns.truncate(depth);
-        (self.block, self.next) = here;
-        (self.counters, self.path) = (counters, path);
-        std::mem::swap(&mut state.store, &mut self.state.store);
-        std::mem::swap(&mut state.undefined, &mut self.state.undefined);
-        self.state = state;
-        made.map(|()| drawn)
-    }
-
-    fn read_line(&mut self, request: &mut Request, drawn: &mut Vec<Drawn>) -> Result<(), &'static str> {
-        let ended = self.executed >= self.options.block_limit || drawn.len() > MOST as usize;
-        let Some(block) = self.program.blocks().get(self.next).filter(|_| !ended) else {
-            return Err("its contour does not come to an end");
-        };
-        self.executed += 1;
-        self.block = self.next;
-        self.next += 1;
-        if block.optional && !self.options.optional_blocks {
-            return Ok(());
-        }
-        if let Some(statement) = self.table.statement(self.block) {
-            self.next = self.follow(statement);
-            return Ok(());
-        }
-        self.gather(request);
-        for (key, value) in request.assignments.drain(..) {
-            self.state.store.set(key, value);
-        }
-        self.read_segment(request, drawn)
-    }
-
-    /// The line or arc of a block, and the corner after it: A rounds it, C chamfers it.
-    fn read_segment(&mut self, request: &Request, drawn: &mut Vec<Drawn>) -> Result<(), &'static str> {
-        self.state.modal.motion = motion_code(request).unwrap_or(self.state.modal.motion);
-        // In program units all along: where it touches, the root makes 1e-8 of a converted position's last bit.
-        let from = drawn.last().map_or_else(|| self.in_units(self.state.position), |last| last.segment.to);
-        let to = self.profile_end(request, from)?;
-        if from == to || !is_cut(self.state.modal.motion) {
-            return Ok(());
-        }
-        let turn = self.profile_turn(request, from, to)?;
-        let (block, words) = (self.block, words_of(request));
-        drawn.push(Drawn { segment: Segment { turn, ..Segment::line(from, to) }, block, words });
-        let corner = match (request.get(b'A'), request.get(b'C')) {
-            (Some(_), Some(_)) => return Err("a corner of its contour has both A and C"),
-            (Some(radius), None) => Some((radius, Some(Turn { centre: to, left: false }))),
-            (None, Some(leg)) => Some((leg, None)),
-            (None, None) => None,
-        };
-        if let Some((corner, turn)) = corner {
-            drawn.push(Drawn { segment: Segment { from: to, to, turn, corner }, block, words: [INHERITED; 3] });
-        }
-        let mm = self.state.modal.mm();
-        self.state.position = [to[1] * mm, self.state.position[1], to[0] * mm];
-        Ok(())
-    }
-
-    /// Where a block's line ends: U and W are increments there.
-    fn profile_end(&self, request: &Request, from: Point) -> Result<Point, &'static str> {
-        let mut to = from;
-        for (index, position, increment, axis) in [(0, b'Z', b'W', 2), (1, b'X', b'U', 0)] {
-            let share = self.state.modal.axis_mm(axis) / self.state.modal.mm();
-            let own = request.get(position).map(|value| value * share);
-            let by = request.get(increment).map(|value| value * share);
-            let incremental = self.state.modal.incremental;
-            to[index] = match (own, by) {
-                (_, Some(_)) if incremental || own.is_some() => {
-                    return Err("its contour has an increment beside a position, or under G91")
-                }
-                (_, Some(by)) => from[index] + by,
-                (Some(own), None) if incremental => from[index] + own,
-                (own, None) => own.unwrap_or(from[index]),
-            };
-        }
-        Ok(to)
-    }
-
-    /// A position as (z, x) in program units.
-    fn in_units(&self, position: [f64; 3]) -> Point {
-        [position[2] / self.state.modal.mm(), position[0] / self.state.modal.mm()]
-    }
-
-    fn profile_turn(&self, request: &Request, from: Point, to: Point) -> Result<Option<Turn>, &'static str> {
-        let left = match self.state.modal.motion {
-            Motion::Clockwise => false,
-            Motion::Counterclockwise => true,
-            _ => return Ok(None),
-        };
-        let centre = match (request.get(b'R'), request.any(b"IK")) {
-            (Some(_), true) => return Err("an arc of its contour has both R and a centre"),
-            (None, false) => return Err("an arc of its contour has no centre"),
-            (Some(radius), false) => by_radius(from, to, radius, left)?,
-            (None, true) => {
-                let origin = if self.state.modal.centre_absolute { [0.0; 2] } else { from };
-                plus(origin, [request.get(b'K').unwrap_or(0.0), request.get(b'I').unwrap_or(0.0)], 1.0)
-            }
-        };
-        Ok(Some(Turn { centre, left }))
     }
 
     fn profile_cuts(&self, request: &Request, profile: Profile, contour: &[Drawn]) -> Result<Vec<Cut>, &'static str> {
@@ -381,32 +256,4 @@ fn rise(segments: &mut Vec<Segment>) {
     if last.to[1] < first.from[1] {
         segments.push(Segment::line(last.to, [last.to[0], first.from[1]]));
     }
-}
-
-fn is_cut(motion: Motion) -> bool {
-    matches!(motion, Motion::Rapid | Motion::Line | Motion::Clockwise | Motion::Counterclockwise)
-}
-
-fn motion_code(request: &Request) -> Option<Motion> {
-    request.codes().iter().rev().find_map(|(code, _)| match code {
-        G::Motion(motion) => Some(*motion),
-        G::NoMotion => Some(Motion::None),
-        _ => None,
-    })
-}
-
-fn words_of(request: &Request) -> [i32; 3] {
-    [b'X', b'Y', b'Z'].map(|letter| request.word(letter))
-}
-
-/// The centre of an arc of at most half a turn.
-fn by_radius(from: Point, to: Point, radius: f64, left: bool) -> Result<Point, &'static str> {
-    let way = [to[0] - from[0], to[1] - from[1]];
-    let square = way[0] * way[0] + way[1] * way[1];
-    let share = ((radius * radius - square / 4.0) / square).sqrt();
-    if share.is_nan() {
-        return Err("an arc of its contour is wider than its diameter");
-    }
-    let share = if left { share } else { -share };
-    Ok([(from[0] + to[0]) / 2.0 - share * way[1], (from[1] + to[1]) / 2.0 + share * way[0]])
 }
