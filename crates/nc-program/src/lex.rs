@@ -1,8 +1,5 @@
 //! The lexer: lays blocks and words over the bytes in one pass. Every byte belongs to a word or to what lies between.
 
-use std::ops::Range;
-use std::thread;
-
 use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{Class, Dialect, FlowStyle};
 use crate::macros;
@@ -11,57 +8,16 @@ use crate::number;
 use crate::program::{Block, Word, WordKind};
 use crate::scan::Scanner;
 
-/// A core is worth its thread from as many bytes on.
-const SHARE: usize = 1 << 18;
-
-/// Blocks and words of a source shorter than 4 GiB. No word goes beyond its line: parts of lines are read side by side.
+/// Blocks and words of a source shorter than 4 GiB.
 pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
-    if source.len() < 2 * SHARE {
-        return part(source, 0, dialect, source.len());
-    }
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    in_parts(source, dialect, cores.min(source.len() / SHARE))
-}
-
-fn in_parts(source: &[u8], dialect: &Dialect, count: usize) -> (Vec<Block>, Vec<Word>) {
-    let mut ranges = whole_lines(source, count).into_iter();
-    let first = ranges.next().unwrap_or(0..source.len());
-    let read =
-        |range: Range<usize>, room: usize| part(source.get(..range.end).unwrap_or(&[]), range.start, dialect, room);
-    thread::scope(|scope| {
-        let others: Vec<_> = ranges.map(|range| scope.spawn(move || read(range.clone(), range.len()))).collect();
-        let (mut blocks, mut words) = read(first, source.len());
-        for other in others {
-            let (more_blocks, more_words) = other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            let before = words.len() as u32;
-            blocks.extend(more_blocks.iter().map(|block| Block { first_word: before + block.first_word, ..*block }));
-            words.extend_from_slice(&more_words);
-        }
-        (blocks, words)
-    })
-}
-
-/// The source in as many parts of whole lines; some are empty where lines are long.
-fn whole_lines(source: &[u8], count: usize) -> Vec<Range<usize>> {
-    let (share, mut start) = (source.len().div_ceil(count), 0);
-    let part = |index: usize| {
-        let rest = source.get(share * index..).unwrap_or(&[]);
-        let end = memchr::memchr(b'\n', rest).map_or(source.len(), |found| share * index + found + 1);
-        std::mem::replace(&mut start, end)..end
-    };
-    (1..=count).map(part).collect()
-}
-
-/// Those that start at `from`, a line's start, or after it; with room for those of so many bytes.
-fn part(source: &[u8], from: usize, dialect: &Dialect, room: usize) -> (Vec<Block>, Vec<Word>) {
-    let lines = memchr::memchr_iter(b'\n', source.get(from..).unwrap_or(&[])).count() + 1;
+    let lines = memchr::memchr_iter(b'\n', source).count() + 1;
     let mut lexer = Lexer {
         source,
         dialect,
         scanner: Scanner { source, dialect, gave_up_at: None },
         blocks: Vec::with_capacity(lines),
-        words: Vec::with_capacity(room / 8 + 1),
-        at: from,
+        words: Vec::with_capacity(source.len() / 8 + 1),
+        at: 0,
     };
     while lexer.at < source.len() {
         lexer.block();
@@ -325,23 +281,5 @@ impl Lexer<'_> {
             end += 1;
         }
         self.push_unknown(start, self.without_return(start, end));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{in_parts, part};
-    use crate::dialect::DIALECTS;
-    use proptest::prelude::*;
-
-    proptest! {
-        #[test]
-        fn parts_read_side_by_side_are_the_whole(
-            source in "([ -~]|[NGXZ][0-9]\\.?[0-9]|[\\n\\r\\[\\]()<>#=\";%/ ]){0,300}", count in 1usize..9, dialect in 0..DIALECTS.len()
-        ) {
-            let (source, dialect) = (source.as_bytes(), DIALECTS[dialect]);
-            let (whole, parts) = (part(source, 0, dialect, source.len()), in_parts(source, dialect, count));
-            prop_assert_eq!(format!("{whole:?}"), format!("{parts:?}"));
-        }
     }
 }
