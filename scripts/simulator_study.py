@@ -31,6 +31,7 @@ BEGIN: Final = "<!-- written by scripts/simulator_study.py -->\n"
 END: Final = "<!-- end of what is written -->\n"
 SHARES: Final = "<!-- written by scripts/simulator_study.py --shares -->\n"
 PARTS: Final = ("facetst", "modbas2", "piecs11")
+WITH_ARCS: Final = ("modbas2", "piecs11")
 SIGMAS_UM: Final = (0.5, 1.2, 3.0)
 FINEST_UM: Final = 0.5
 FIRST_SEED: Final = 400_000
@@ -54,7 +55,8 @@ def main() -> None:
     if given.shares:
         text, begin = shares(given.parts), SHARES
     else:
-        text, begin = f"{residuals(given.parts)}\n{unseen(given.parts // 4)}", BEGIN
+        tables = (residuals(given.parts), by_place(given.parts), unseen(given.parts // 4))
+        text, begin = "\n".join(tables), BEGIN
     if not given.write:
         print(text)
         return
@@ -74,6 +76,16 @@ def residuals(parts: int) -> str:
         f"{parts} parts a row, {_seeds(FIRST_SEED, parts)}; ± is one standard uncertainty from how the parts differ."
     )
     return f"{words}\n\n{_table(head, rows)}"
+
+
+def by_place(parts: int) -> str:
+    """What the loop leaves of the finest process where it is not told that errors follow the nose."""
+    rows = []
+    for name in WITH_ARCS:
+        made = _made(_trial(name, "place"), Repeatability(FINEST_UM / 1000, 1.0), parts)
+        rows.append(_told(name.upper(), f"{FINEST_UM} µm", _relative(made, "loop_mm", FINEST_UM), _coverage(made)))
+    head = ('without `errors_follow = "nose"`', "σ", "the loop", "inside the 95 % band")
+    return f"{parts} parts a row, {_seeds(FIRST_SEED, parts)}.\n\n{_table(head, rows)}"
 
 
 def unseen(parts: int) -> str:
