@@ -17,6 +17,8 @@ import pytest
 
 from tests.support.probing import EXAMPLES
 from trueloop.cli.failure import ExitStatus
+from trueloop.controllers.linuxcnc import session
+from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.controllers.linuxcnc.session import cut
 from trueloop.errors import Code, Place, TrueloopError
@@ -81,6 +83,19 @@ def test_an_interrupted_run_leaves_nothing_behind() -> None:
     with pytest.raises(KeyboardInterrupt):
         cut(b"G21 G18 G8 G90 G94\nG1 X20 Z1 F60\nM2\n", progress=interrupt)
     assert what_still_runs() == ""
+
+
+def test_what_still_writes_when_it_is_interrupted_leaves_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A session's processes may be many, and busy with its folder: it is removed when the last of them is gone."""
+    busy = 'echo 1 1 1 > "$1/config/progress.txt"; for k in {1..60}; do (while :; do : > "$1/$RANDOM"; done) & done; wait'
+    monkeypatch.setattr(session, "source", lambda name: busy if name == "session.sh" else source(name))
+
+    def interrupt(line: int, x: float, z: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        cut(b"M2\n", progress=interrupt)
+    assert list(Path(tempfile.gettempdir()).iterdir()) == []
 
 
 def test_ctrl_c_ends_one_loop_and_another_beside_it_goes_on() -> None:

@@ -3,10 +3,11 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -113,9 +114,23 @@ def _run(folder: Path, progress: Progress | None) -> None:
         try:
             _wait(process, folder / "config" / "progress.txt", progress)
         finally:
-            process.kill()
-            process.wait()
+            _end(process)
     _require_success(folder)
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    """Ends the namespace of processes and waits until the last of them is gone.
+
+    The first process of the namespace is the one to kill: the kernel lets it be waited for only when all others have
+    died. Were `unshare` killed instead, some would still write into the folder while it is removed.
+    """
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    with suppress(FileNotFoundError, ProcessLookupError):
+        for first in children.read_text().split():
+            os.kill(int(first), signal.SIGKILL)
+            process.wait()
+    process.kill()
+    process.wait()
 
 
 def _namespaces() -> Sequence[str]:
