@@ -55,7 +55,7 @@ def test_neighbouring_rays_share_what_they_look_at_and_find_what_each_finds_alon
     together = swept.entries(*rays, known, FAR)
     alone = [swept.entries(rays[0][[k]], rays[1][[k]], known[[k]], FAR)[0] for k in range(20)]
     assert np.max(np.abs(together - alone)) < 1e-9
-    some = rng.integers(0, 20, 3)
+    some = rng.integers(0, 20, 1)  # the definition takes its time
     few = (rays[0][some], rays[1][some])
     expected = entries(nodes, lambda phi: nose.radius_mm + nose.wear_at_mm(phi), few, FAR)
     assert np.max(np.abs(together[some] - np.minimum(expected, known[some]))) < NANOMETRE

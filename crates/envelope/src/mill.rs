@@ -1,12 +1,8 @@
 //! A milling cutter along a polyline in space: where rays out of the material meet what it passed over.
 
-use crate::ring::{length, End, Piece};
-
-/// A point or a vector: (x, y, z).
-pub type Point3 = [f64; 3];
-
-/// Segments in a box of the lowest level.
-const RUN: usize = 8;
+use crate::boxes::{Boxes, RUN};
+use crate::ring::{End, Piece};
+use crate::space::{dot, length, minus, Point3};
 
 /// A cutter's end swept along a polyline of its centre: a ball, or a ring of balls and what it encloses.
 #[derive(Clone, Debug)]
@@ -15,38 +11,26 @@ pub struct EndSweep {
     /// Out of the material, at every node, or one for all.
     axes: Vec<Point3>,
     end: End,
-    /// Of a ball around the whole end.
-    radius: f64,
-    /// Lower and upper corners of boxes around runs of segments, the lowest level first.
-    levels: Vec<Vec<[Point3; 2]>>,
+    boxes: Boxes,
     /// Of every run of the lowest level: how far nodes leave its chord, and axes the first of them.
     spread: Vec<[f64; 2]>,
-}
-
-pub(crate) fn minus(a: Point3, b: Point3) -> Point3 {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(crate) fn dot(a: Point3, b: Point3) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl EndSweep {
     /// The sweep; nodes must be finite numbers, axes unit vectors, one for all or one a node.
     pub fn new(nodes: Vec<Point3>, axes: Vec<Point3>, end: End) -> Self {
-        let radius = end.reach();
-        let levels = levels(&nodes);
+        let boxes = Boxes::over(&nodes);
         let mut sweep = Self {
             nodes,
             axes,
             end,
-            radius,
-            levels,
+            boxes,
             spread: Vec::new(),
         };
         if end.ring > 0.0 {
-            let runs = sweep.levels.first().map_or(0, Vec::len);
-            sweep.spread = (0..runs).map(|run| sweep.spread_of(run)).collect();
+            sweep.spread = (0..sweep.boxes.runs())
+                .map(|run| sweep.spread_of(run))
+                .collect();
         }
         sweep
     }
@@ -65,7 +49,8 @@ impl EndSweep {
 
     /// Where each ray, coming out of the material, first meets the swept region: between −reach and what is known.
     ///
-    /// A ray is an origin and a unit vector, and where it is known to meet something else. An end whose centre lies below −reach on the ray is not seen.
+    /// A ray is an origin and a unit vector, and where it is known to meet something else. An end whose centre lies
+    /// below −reach on the ray is not seen.
     pub fn entries(
         &self,
         rays: impl Iterator<Item = (Point3, Point3, f64)>,
@@ -94,12 +79,12 @@ impl EndSweep {
         mut work: impl FnMut(usize, f64) -> f64,
     ) -> f64 {
         let mut best = known;
-        let mut stack = vec![(self.levels.len() - 1, 0_usize)];
+        let mut stack = vec![(self.boxes.top(), 0_usize)];
         while let Some((level, index)) = stack.pop() {
-            let Some(found) = self.levels.get(level).and_then(|boxes| boxes.get(index)) else {
+            let Some(found) = self.boxes.get(level, index) else {
                 continue;
             };
-            if self.lowest(found, origin, direction, reach) >= best {
+            if found.lowest(origin, direction, self.end.reach(), reach) >= best {
                 continue;
             }
             if level == 0 {
@@ -181,33 +166,6 @@ impl EndSweep {
         one.copied().unwrap_or([0.0, 0.0, 1.0])
     }
 
-    /// Below what no end with its centre in the box reaches on the ray.
-    fn lowest(
-        &self,
-        [low, high]: &[Point3; 2],
-        origin: Point3,
-        direction: Point3,
-        reach: f64,
-    ) -> f64 {
-        let half = [
-            0.5 * (high[0] - low[0]),
-            0.5 * (high[1] - low[1]),
-            0.5 * (high[2] - low[2]),
-        ];
-        let centre = [low[0] + half[0], low[1] + half[1], low[2] + half[2]];
-        let from = minus(centre, origin);
-        let along = dot(from, direction);
-        let spread = half[0] * direction[0].abs()
-            + half[1] * direction[1].abs()
-            + half[2] * direction[2].abs();
-        let beside = (dot(from, from) - along * along).max(0.0).sqrt() - dot(half, half).sqrt();
-        if beside >= self.radius || along + spread <= -reach {
-            return f64::INFINITY;
-        }
-        let beside = beside.max(0.0);
-        along - spread - (self.radius * self.radius - beside * beside).sqrt()
-    }
-
     fn balls(&self, run: usize, origin: Point3, direction: Point3, reach: f64) -> f64 {
         let nodes = self.nodes.get(run * RUN..).unwrap_or_default();
         let mut best = f64::INFINITY;
@@ -225,7 +183,7 @@ impl EndSweep {
 
     fn ball(&self, from: Point3, direction: Point3, reach: f64) -> f64 {
         let along = dot(from, direction);
-        let square = self.radius * self.radius - (dot(from, from) - along * along);
+        let square = self.end.corner.powi(2) - (dot(from, from) - along * along);
         if along <= -reach || square <= 0.0 {
             return f64::INFINITY;
         }
@@ -242,7 +200,7 @@ impl EndSweep {
         // |t·d − from|² less its part along the segment is R²: a t² − 2 b t + c = 0.
         let a = length - with * with;
         let b = length * dot(from, direction) - with * start;
-        let c = length * (dot(from, from) - self.radius * self.radius) - start * start;
+        let c = length * (dot(from, from) - self.end.corner.powi(2)) - start * start;
         let square = b * b - a * c;
         if a <= 1e-15 * length || square <= 0.0 {
             return f64::INFINITY;
@@ -255,37 +213,6 @@ impl EndSweep {
         }
         t
     }
-}
-
-/// Boxes around runs of segments, the lowest level first, every further one twice as long.
-fn levels(nodes: &[Point3]) -> Vec<Vec<[Point3; 2]>> {
-    let segments = nodes.len().saturating_sub(1);
-    let mut levels = Vec::new();
-    let mut run = RUN;
-    loop {
-        let count = segments.div_ceil(run).max(1);
-        let boxes = (0..count).map(|k| {
-            let end = (k * run + run + 1).min(nodes.len());
-            around(nodes.get(k * run..end).unwrap_or_default())
-        });
-        levels.push(boxes.collect());
-        if count == 1 {
-            return levels;
-        }
-        run *= 2;
-    }
-}
-
-fn around(nodes: &[Point3]) -> [Point3; 2] {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for node in nodes {
-        for ((low, high), value) in low.iter_mut().zip(high.iter_mut()).zip(node) {
-            *low = low.min(*value);
-            *high = high.max(*value);
-        }
-    }
-    [low, high]
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! ray the distance from that is a convex function, and Newton's method from outside comes to its first place without
 //! ever stepping over it. Where the axis turns, the piece must be so short that this holds but for what may be neglected.
 
-use crate::mill::{dot, minus, Point3};
+use crate::space::{along, dot, length, minus, Point3};
 
 /// Steps along a ray at most; each more than halves what is left unless the ray only grazes the cutter.
 const STEPS: usize = 80;
@@ -92,7 +92,7 @@ impl Piece {
             };
         }
         let axis = along(axis, share, turn);
-        let size = 1.0 / dot(axis, axis).sqrt();
+        let size = 1.0 / length(axis);
         let axis = axis.map(|part| part * size);
         let turning = along(turn, -dot(turn, axis), axis).map(|part| part * size);
         Disc {
@@ -101,15 +101,6 @@ impl Piece {
             turning,
         }
     }
-}
-
-pub(crate) fn length(vector: Point3) -> f64 {
-    dot(vector, vector).sqrt()
-}
-
-/// A point and so much of a vector.
-fn along(point: Point3, share: f64, vector: Point3) -> Point3 {
-    [0, 1, 2].map(|k| point[k] + share * vector[k])
 }
 
 impl End {
@@ -126,7 +117,7 @@ impl End {
     /// Where the disc's centre is, from the ray's origin, when the end touches a plane across the ray there.
     pub(crate) fn touching(&self, direction: Point3, axis: Point3) -> Point3 {
         let lean = along(direction, -dot(direction, axis), axis);
-        let size = dot(lean, lean).sqrt().max(1e-9);
+        let size = length(lean).max(1e-9);
         let centre = direction.map(|part| self.corner * part);
         along(centre, self.ring / size, lean)
     }
@@ -160,7 +151,7 @@ impl End {
             let point = direction.map(|part| t * part);
             share = self.nearest(piece, point, share);
             let away = self.beyond(&piece.disc(share), point).0;
-            let distance = dot(away, away).sqrt();
+            let distance = length(away);
             let left = distance - self.corner;
             let slope = dot(away, direction) / distance;
             if left <= THERE {
@@ -245,7 +236,7 @@ impl End {
         let from = minus(point, disc.centre);
         let height = dot(from, disc.axis);
         let aside = along(from, -height, disc.axis);
-        let radius = dot(aside, aside).sqrt();
+        let radius = length(aside);
         let beyond = (1.0 - self.ring / radius).max(0.0);
         let away = along(disc.axis.map(|part| height * part), beyond, aside);
         (away, aside, radius)

@@ -130,6 +130,12 @@ def test_a_flat_end_that_tilts_where_it_stands_leaves_a_slope_and_the_circle_of_
     np.testing.assert_allclose(stock.height_mm(points, np.tile(UP, (len(x), 1))), expected, atol=5e-5)
 
 
+def test_between_two_places_the_edge_of_a_turning_cutter_keeps_its_circle_to_a_hundredth_of_a_micrometre() -> None:
+    cutter = Cutter(3.0, 0.0)
+    off_mm = cutter.radius_mm * (1.0 - math.cos(turn_rad(cutter) / 2))
+    assert off_mm == pytest.approx(1e-5, rel=1e-3)
+
+
 def test_a_ball_that_turns_about_its_centre_leaves_what_it_leaves_upright() -> None:
     x = np.linspace(-5.0, 5.0, 201)
     axes = np.column_stack([np.sin(0.1 * x), np.cos(3 * x) * 0.2, np.cos(0.1 * x)])

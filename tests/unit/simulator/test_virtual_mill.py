@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from tests.support.surfaces import wavy_surface
+from trueloop.compensation.cutter import Cutter
 from trueloop.error_surface.spline_surface import Size, SplineSurface
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.simulator.cmm import VirtualCmm
-from trueloop.simulator.mill import MilledStock, ball_end
+from trueloop.simulator.mill import EndMill, MilledStock, ball_end
 from trueloop.simulator.surface_process import WAVES, SurfaceProcess, Variation, published_process
 from trueloop.simulator.virtual_mill import STEP_MM, Passes, VirtualMill, passes_over
 
@@ -38,6 +40,18 @@ def sloping(low_mm: float, high_mm: float) -> SplineSurface:
 def under_a_pass(count: int = 9) -> tuple[Array, Array]:
     points = np.column_stack([np.linspace(2, 18, count), np.full(count, 10.0), np.zeros(count)])
     return points, np.tile(UP, (count, 1))
+
+
+@pytest.mark.parametrize("cutter", [Cutter(3.0, 3.0), Cutter(3.0, 1.0)], ids=["ball", "bull nose"])
+def test_a_cutter_is_known_to_touch_where_its_centre_was_put_for(cutter: Cutter) -> None:
+    """On slopes of up to 0.28 a tip taken for the far end of the cutter would touch millimetres away."""
+    surface, at, axis = wavy_surface(), np.linspace(0.3, 0.7, 9), (0.2, 0.1, np.sqrt(0.95))
+    end, (u1, v1) = EndMill(cutter, axis), (surface.domain[0][1], surface.domain[1][1])
+    points, normal = surface.point_mm(at * u1, at * v1), surface.normal(at * u1, at * v1)
+    put = end.centres_mm(points, normal)
+    found = passes_over(surface, [put], end)
+    there = [int(np.argmin(np.linalg.norm(found.centres_mm[0] - one, axis=1))) for one in put]
+    np.testing.assert_allclose(np.column_stack([found.u, found.v])[there], np.column_stack([at, at]), atol=1e-6)
 
 
 def test_the_ball_stands_off_by_the_pattern_and_leaves_as_much() -> None:
