@@ -76,6 +76,19 @@ def test_where_errors_follow_the_nose_arcs_move_by_what_their_slope_asks_for_bes
     assert np.abs(moved(correction, inputs) + fitted + term_mm).max() < WITHIN_MM
 
 
+@pytest.mark.parametrize("part", ["modbas2", "piecs11"])
+def test_the_band_holds_what_is_left_where_nobody_says_that_errors_follow_the_nose(part: str) -> None:
+    inputs = inputs_of(part)
+    by_place = compensate(inputs)
+    by_nose = compensate(replace(inputs, options=replace(inputs.options, errors_follow="nose")))
+    told, untold = by_nose.prediction.standard_u_mm, by_place.prediction.standard_u_mm
+    np.testing.assert_allclose(np.sqrt(untold**2 - told**2), of_slope_mm(by_place) / np.sqrt(3.0), atol=1e-9)
+    for index in range(len(by_place.profile.features)):
+        rows = by_place.touches.of_feature(index)
+        drawn = by_place.next_cut_u_mm(index, by_place.touches.arc_length_mm[rows])
+        np.testing.assert_allclose(drawn, untold[rows], rtol=1e-12)
+
+
 def test_prediction_on_the_dome_of_table_1() -> None:
     """NISTIR 6517 Table 1: the finish cut left 3.9 µm RMS on the dome; the slope-free fit predicts at most 1.3."""
     correction = compensate(inputs_of("modbas2"))

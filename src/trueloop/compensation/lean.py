@@ -10,7 +10,8 @@ contour shifted by c leans by c′ and has the support function `c + c′²/2κ`
 κ the signed curvature of the arc (for w < 1 it leaves (1 − w) e, as it should). On an arc of 32 mm that a nose errs
 along by 0.15 mm a radian, the second term is 0.7 µm. On a straight feature the contact angle stands still: no term. An
 error that goes by place, not by contact angle, has no such term: only who knows that the nose makes it asks for this.
-What is steeper than a nose makes it is no nose's, and the term stops at `MOST_MM`.
+Who does not know has an uncertainty of it. What is steeper than a nose makes it is no nose's, and the term stops at
+`MOST_MM`.
 """
 
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.compensation.shift import Shift
+from trueloop.compensation.shift import ZERO, Shift, ShiftFunction, weighted_sum
 from trueloop.error_curve.curve import ErrorCurve
 from trueloop.geometry.feature import Array, Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
@@ -58,22 +59,37 @@ def of_curve(curve: ErrorCurve) -> Shift:
 
 def to_take_out(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
     """The error of one feature's curve with what its slope asks for besides: `e + e′²/κ` on an arc, `e` on a line."""
+    return weighted_sum(((1.0, of_curve(curve)), (1.0, of_slope(profile, index, curve))))
+
+
+def unasked_u_mm(profile: Profile, index: int, curve: ErrorCurve) -> ShiftFunction:
+    """Standard uncertainty of what is left where nobody says what the error follows, mm: the term's size over √3.
+
+    An error that is partly the nose's leaves any part of the term: zero to all of it alike [GUM 4.3.7], about zero.
+    """
+    term = of_slope(profile, index, curve)
+    return lambda s: np.abs(term.value_mm(s)) / np.sqrt(3.0)
+
+
+def of_slope(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
+    """What the slope of one feature's curve asks for besides its error: `e′²/κ` on an arc, nothing on a line."""
     feature = profile.features[index]
     if isinstance(feature, Line):
-        return of_curve(curve)
+        return ZERO
     kappa, fade = float(feature.curvature_per_mm(0.0)), _fade(profile, index, curve, feature)
 
+    def term_mm(s: Array) -> Array:
+        return np.clip(_shaped(curve.slope, s) ** 2 / kappa, -MOST_MM, MOST_MM)
+
     def value_mm(s: ArrayLike) -> Array:
-        factor, _ = fade.at(np.asarray(s, dtype=np.float64))
-        term = _shaped(curve.slope, s) ** 2 / kappa
-        return _shaped(curve.value_mm, s) + factor * np.clip(term, -MOST_MM, MOST_MM)
+        at = np.asarray(s, dtype=np.float64)
+        return fade.at(at)[0] * term_mm(at)
 
     def slope(s: ArrayLike) -> Array:
-        factor, fading = fade.at(np.asarray(s, dtype=np.float64))
-        lean = _shaped(curve.slope, s)
-        term = lean**2 / kappa
-        growing = np.where(np.abs(term) < MOST_MM, 2.0 * lean * _shaped(curve.bend_per_mm, s) / kappa, 0.0)
-        return lean + factor * growing + fading * np.clip(term, -MOST_MM, MOST_MM)
+        at = np.asarray(s, dtype=np.float64)
+        (factor, fading), term = fade.at(at), term_mm(at)
+        growing = 2.0 * _shaped(curve.slope, at) * _shaped(curve.bend_per_mm, at) / kappa
+        return factor * np.where(np.abs(term) < MOST_MM, growing, 0.0) + fading * term
 
     return Shift(value_mm, slope)
 

@@ -57,6 +57,16 @@ def record_id(inputs_sha256: dict[str, str], options: dict[str, object]) -> str:
     return sha256_of(json.dumps([inputs_sha256, options], sort_keys=True).encode())[:16]
 
 
+def marks_of_record(record: str, source: bytes) -> list[str]:
+    """The comments by which a program tells the correction it carries, and which program that was made from."""
+    return [f"{MARK}: record {record}", f"source sha256 {sha256_of(source)}"]
+
+
+def mark_of_field(record: str, source_sha256: str) -> str:
+    """The comment by which a program tells that a field of errors was taken out, of no touches of its own."""
+    return f"{MARK} {record} by a field, source {source_sha256[:16]}"
+
+
 def check_uncorrected(source: bytes, what: str = "program") -> None:
     """Refuses a program, or another file, that a correction was already written into."""
     # A search that does not mind the case is slow: half a second in a program of 80 MB.

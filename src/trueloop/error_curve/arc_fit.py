@@ -11,6 +11,7 @@ from trueloop.error_curve.knots import Knots, candidates, every_rth, fit_determi
 from trueloop.error_curve.options import FitOptions
 from trueloop.error_curve.spline import EndConditions, SplineFit
 from trueloop.errors import Code, TrueloopError
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 SHAPES = ("constant", "straight line over arc length", "parabola over arc length", "cubic")
@@ -41,7 +42,7 @@ class Tried:
     def left_out_rms_mm(self) -> float:
         """Leave-one-out RMS; infinite where some touch cannot be predicted from the others."""
         error = self.fit.leave_one_out_mm
-        return float("inf") if np.any(np.isnan(error)) else float(np.sqrt(np.mean(error**2)))
+        return float("inf") if np.any(np.isnan(error)) else rms(error)
 
 
 def fit_arcs(

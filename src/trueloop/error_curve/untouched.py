@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 SAME_ANGLE_RAD: Final = math.radians(3.0)
@@ -33,7 +34,7 @@ def expect(vectors: ErrorVectors, angle_rad: float) -> tuple[float, float, str]:
         return _from_same_angle(vectors, near)
     if np.min(angles) < angle_rad < np.max(angles):
         return _from_offsets(vectors, angles, angle_rad)
-    u = max(float(np.sqrt(np.mean(vectors.error_mm**2))), BETWEEN_FEATURES_MM)
+    u = max(rms(vectors.error_mm), BETWEEN_FEATURES_MM)
     return 0.0, u, f"nothing was touched at contact angles near {math.degrees(angle_rad):.0f}°: left as programmed"
 
 
@@ -52,7 +53,7 @@ def _from_offsets(vectors: ErrorVectors, angles: Array, angle_rad: float) -> tup
     """Tool offsets by least squares over all touches."""
     design = np.column_stack([np.sin(angles), np.cos(angles)])
     offsets = np.linalg.lstsq(design, vectors.error_mm, rcond=None)[0]
-    misfit = float(np.sqrt(np.mean((vectors.error_mm - design @ offsets) ** 2)))
+    misfit = rms(vectors.error_mm - design @ offsets)
     value = float(offsets @ [math.sin(angle_rad), math.cos(angle_rad)])
     dx_um, dz_um = offsets * UM_PER_MM
     why = f"the tool offsets that fit the touches best (dX {dx_um:.1f} µm, dZ {dz_um:.1f} µm)"

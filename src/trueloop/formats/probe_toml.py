@@ -53,6 +53,7 @@ class CalibrationTable(Table):
     sine_um: Finite = 0.0
     lobes: Count = 3
     scatter_um: NotNegative = 0.0
+    radius_u_um: NotNegative = 0.0
     from_deg: Finite
     to_deg: Finite
 
@@ -102,6 +103,7 @@ def calibration_toml(calibration: BallCalibration) -> str:
             f"sine_um = {calibration.sine_mm * UM_PER_MM:.3f}",
             f"lobes = {calibration.lobes}",
             f"scatter_um = {calibration.scatter_mm * UM_PER_MM:.3f}",
+            f"radius_u_um = {calibration.radius_u_mm * UM_PER_MM:.3f}",
             f"from_deg = {math.degrees(calibration.lowest_rad):.1f}",
             f"to_deg = {math.degrees(calibration.highest_rad):.1f}",
             "",
@@ -118,4 +120,5 @@ def _calibration(table: CalibrationTable) -> BallCalibration:
         table.scatter_um / UM_PER_MM,
         math.radians(table.from_deg),
         math.radians(table.to_deg),
+        table.radius_u_um / UM_PER_MM,
     )

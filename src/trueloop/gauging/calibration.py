@@ -31,6 +31,8 @@ class BallCalibration:
 
     `cosine_mm` and `sine_mm` are a and b. `scatter_mm` is the standard deviation of the touches about the fit, from
     `lowest_rad` to `highest_rad` of contact angle: what lies between was touched, or is between two touches.
+    `radius_u_mm` is the standard uncertainty that the scatter leaves to r, in the touched direction that is known
+    worst: ball, lobing and where the artefact stands are the harder to tell apart the smaller the range.
     """
 
     effective_radius_mm: float
@@ -40,6 +42,12 @@ class BallCalibration:
     scatter_mm: float = 0.0
     lowest_rad: float = -math.pi
     highest_rad: float = math.pi
+    radius_u_mm: float = 0.0
+
+    @property
+    def is_narrow(self) -> bool:
+        """Whether r is known worse than by a single touch on a ball that is known."""
+        return self.radius_u_mm > self.scatter_mm
 
     @property
     def lobing_mm(self) -> float:
@@ -94,13 +102,21 @@ def calibrate(centres_mm: Array, artefact_radius_mm: float, *, ring: bool = Fals
     low, high = _span(angle, lobes)
     _require_good(len(centres), low, high, scatter, float(fitted[0]))
     radius_mm, cosine_mm, sine_mm = fitted.tolist()
-    return BallCalibration(radius_mm, cosine_mm, sine_mm, lobes, scatter, low, high)
+    u_mm = scatter * _worst_factor(terms, angle)
+    return BallCalibration(radius_mm, cosine_mm, sine_mm, lobes, scatter, low, high, u_mm)
 
 
 def _terms(centres: Array, middle: Array, side: float, lobes: int) -> tuple[Array, Array]:
     """Contact angles of the touches, and 1, cos kθ, sin kθ at them."""
     angle = contact_angle_rad(side * (centres - middle))
     return angle, np.column_stack([np.ones(len(angle)), np.cos(lobes * angle), np.sin(lobes * angle)])
+
+
+def _worst_factor(terms: Array, angle: Array) -> float:
+    """The largest standard uncertainty of r at the touches, of touches that scatter by one; centre and r are fitted."""
+    triangular = np.linalg.qr(np.column_stack([terms, np.sin(angle), np.cos(angle)]), mode="r")
+    of_radius = np.linalg.pinv(triangular)[:3]
+    return float(np.sqrt(np.max(np.sum((terms @ of_radius) ** 2, axis=1))))
 
 
 def _circle_centre(points: Array) -> Array:

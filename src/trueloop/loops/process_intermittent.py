@@ -17,7 +17,7 @@ from trueloop.compensation.decide import Decision, decide
 from trueloop.compensation.limits import Limits, check_limits, check_scatter
 from trueloop.compensation.prediction import Prediction, predict
 from trueloop.compensation.record import ChangedWord, Record, record_id
-from trueloop.compensation.shift import Shift
+from trueloop.compensation.shift import Shift, ShiftFunction
 from trueloop.compensation.table import CorrectionTable, correction_table
 from trueloop.compensation.targets import Fitting
 from trueloop.error_curve.chain import TangentPolicy
@@ -28,6 +28,7 @@ from trueloop.error_curve.spline import EndConditions
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_loop_sign
+from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run, commanded
 from trueloop.loops.misuse import refuse_misuse
@@ -105,6 +106,7 @@ class Correction:
     commanded_shift: tuple[Shift, ...]
     corrected_shift: tuple[Shift, ...]
     by_offset: tuple[bool, ...]
+    unasked_u_mm: tuple[ShiftFunction, ...]
     commanded: tuple[CentrePiece, ...]
     corrected: tuple[CentrePiece, ...]
     prediction: Prediction
@@ -126,6 +128,11 @@ class Correction:
     def offsets_name(self) -> str:
         """File name of the variant that changes tool offsets alone."""
         return f"offsets{self.ending}"
+
+    def next_cut_u_mm(self, index: int, arc_length_mm: Array) -> Array:
+        """Standard uncertainty of the next cut's error about the curve of feature `index`, (n,)."""
+        curve = self.model.curves[index].prediction_standard_deviation_mm(arc_length_mm)
+        return np.hypot(curve, self.unasked_u_mm[index](arc_length_mm))
 
     @property
     def name_to_run(self) -> str:
@@ -174,6 +181,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         commanded_shift=told.finish,
         corrected_shift=shifts.contour,
         by_offset=shifts.by_offset,
+        unasked_u_mm=shifts.unasked_u_mm,
         commanded=before,
         corrected=after,
         prediction=_prediction(inputs.touches, model, decision, shifts, options.weight),
@@ -252,7 +260,8 @@ def _prediction(
     curves = [model.curves[i] for i in touches.feature_index]
     of_curve = [curve.standard_deviation_mm(s)[0] for curve, s in zip(curves, touches.arc_length_mm, strict=True)]
     of_offset = np.sqrt(leverage) * [curve.scatter_mm for curve in curves]
-    repeatability = np.array([curve.repeatability_mm for curve in curves])
+    unasked = [shifts.unasked_u_mm[i](s) for i, s in zip(touches.feature_index, touches.arc_length_mm, strict=True)]
+    repeatability = np.hypot([curve.repeatability_mm for curve in curves], unasked)
     return predict(
         measured_mm=touches.error_mm,
         process_mm=process,

@@ -31,7 +31,7 @@ def error_curve(correction: Correction, index: int, width: int = 980) -> Figure:
     along = np.linspace(0.0, curve.length_mm, SAMPLES)
     value, half_band = curve.value_mm(along) * UM_PER_MM, curve.half_band_mm(along) * UM_PER_MM
     touches = _touches(correction, rows, s)
-    after = _after(correction, rows, s, curve, along)
+    after = _after(correction, index, s, along)
     upper_seen = [*(value + half_band), *(value - half_band), *_reach(touches)]
     lower_seen = [y for trace in after for y in _reach(trace)]
     margin = CLEAR_OF_ENDS * curve.length_mm
@@ -106,10 +106,11 @@ def _end_conditions(curve: ErrorCurve) -> tuple[list[Trace], list[dict[str, Any]
     return traces, notes
 
 
-def _after(correction: Correction, rows: Any, s: Array, curve: ErrorCurve, along: Array) -> list[Trace]:
+def _after(correction: Correction, index: int, s: Array, along: Array) -> list[Trace]:
     """Lower panel: band of the next cut's error, what is left of each touch, and the same left out of the fit."""
     touches, prediction = correction.touches, correction.prediction
-    spread = prediction.coverage_factor * curve.prediction_standard_deviation_mm(along) * UM_PER_MM
+    rows = touches.of_feature(index)
+    spread = prediction.coverage_factor * correction.next_cut_u_mm(index, along) * UM_PER_MM
     band = _band(along, np.zeros_like(along), spread) | {"name": "next cut, ±U"}
     traces = [band | {"yaxis": "y2"}]
     for name, errors, marker in (

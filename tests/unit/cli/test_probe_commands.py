@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.cli import run
+from tests.support.cli import invoke, run
 from tests.support.probing import EXAMPLES, log_of
 from trueloop.cli.probe import Control
 from trueloop.controllers.probing import WRITERS
@@ -70,6 +70,16 @@ def test_a_calibration_is_printed_as_the_probe_file_takes_it(tmp_path: Path) -> 
     said = run("probe", "calibrate", tmp_path / "log.txt", "--control", "haas", "--radius-mm", "12.5")
     assert said.startswith("[calibration]\neffective_radius_mm = 1.5000")
     assert said.endswith("from_deg = -45.0\nto_deg = 135.0\n")
+
+
+def test_a_calibration_over_too_small_a_range_is_printed_with_a_warning(tmp_path: Path) -> None:
+    angle, rng = np.radians(np.linspace(0, 90, 25)), np.random.default_rng(0)
+    size = 14.0 + rng.uniform(-0.0005, 0.0005, 25)
+    centres = size[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
+    (tmp_path / "log.txt").write_text("".join(f"X{2 * x:.8f}Z{z:.8f}\n" for x, z in centres))
+    said = invoke("probe", "calibrate", tmp_path / "log.txt", "--control", "haas", "--radius-mm", "12.5")
+    assert said.stdout.startswith("[calibration]")
+    assert "between 0° and 90° ball, lobing and artefact" in said.stderr
 
 
 def test_truth_and_estimate_stand_side_by_side() -> None:

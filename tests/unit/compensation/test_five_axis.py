@@ -150,3 +150,10 @@ def test_a_still_tool_said_to_stand_straight_needs_no_naming() -> None:
     program = read_program(b"G17 G21 G90 G94\nG0 X0 Y5 Z5 A0 C0\nG1 Z0 F100\nX9\nG0 Z20\nM2\n", "linuxcnc")
     done = corrected_program(program, flat, flat, SurfaceJob(BALL), "0123456789abcdef")
     assert done.cutting_moves == 2
+
+
+def test_a_whole_turn_counts_although_the_tool_ends_as_it_began() -> None:
+    turned = axes_of("G21 G90\nG0 X1 A10 C0\nG1 X2 A30 C360 F100\nM2\n", "CA").turned_deg(np.array([1]))
+    assert turned[0] == pytest.approx(380.0)
+    tilted = axes_of("G21 G90\nG0 X1 I0 J0 K1\nG1 X2 I0.5 J0 K0.8660254 F100\nM2\n", "IJK").turned_deg(np.array([1]))
+    assert tilted[0] == pytest.approx(30.0, abs=1e-5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.touched import touched
-from trueloop.compensation.lean import MOST_MM, to_take_out
+from trueloop.compensation.lean import MOST_MM, of_slope, to_take_out, unasked_u_mm
 from trueloop.compensation.shift import ZERO, Shift, weighted_sum
 from trueloop.error_curve.curve import ErrorCurve
 from trueloop.error_curve.fit_profile import fit_profile
@@ -91,3 +91,12 @@ def test_a_line_owes_nothing() -> None:
     curve = fit_profile(profile, taper).curves[0]
     s = np.linspace(0.0, 20.0, 5)
     np.testing.assert_array_equal(to_take_out(profile, 0, curve).value_mm(s), curve.value_mm(s))
+
+
+@pytest.mark.parametrize("profile", [DOME, FILLET], ids=["convex", "concave"])
+def test_who_does_not_ask_for_it_has_the_root_mean_square_of_what_may_be_left(profile: Profile) -> None:
+    """Of errors whose share of the nose is anything from none to all alike."""
+    curve, (s, _, _) = curve_of(profile), inside(profile)
+    left = np.linspace(0.0, 1.0, 10_001)[:, None] * of_slope(profile, 0, curve).value_mm(s)
+    np.testing.assert_allclose(unasked_u_mm(profile, 0, curve)(s), np.sqrt(np.mean(left**2, axis=0)), rtol=1e-4)
+    assert np.max(unasked_u_mm(profile, 0, curve)(s)) > 0.1 * UM

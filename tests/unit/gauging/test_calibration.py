@@ -45,6 +45,19 @@ def test_scatter_is_reported_as_it_was_drawn() -> None:
     assert math.isclose(found.scatter_mm, 0.0015 / math.sqrt(12), rel_tol=0.05)
 
 
+@pytest.mark.parametrize(("span_deg", "narrow"), [(90.0, True), (110.0, True), (180.0, False), (351.0, False)])
+def test_what_is_not_known_of_the_ball_is_told(span_deg: float, narrow: bool) -> None:
+    """Repeated calibrations differ by as much, in the direction that they know worst."""
+    probe = VirtualProbe(1.5, 0.005, 0.001, range_x_mm=0.0015, range_z_mm=0.0015)
+    angles, rng = np.radians(np.linspace(0.0, span_deg, 21)), np.random.default_rng(3)
+    made = [calibrate(probe.touch_sphere((0.0, 0.0), 12.5, angles, rng), 12.5) for _ in range(400)]
+    normal = np.column_stack([np.sin(angles), np.cos(angles)])
+    spread = np.std([one.radius_mm(normal) for one in made], axis=0)
+    told = np.sqrt(np.mean([one.radius_u_mm**2 for one in made]))
+    assert told == pytest.approx(spread.max(), rel=0.1)
+    assert np.mean([one.is_narrow for one in made]) == narrow
+
+
 @pytest.mark.parametrize(
     ("centres", "radius_mm", "says"),
     [
