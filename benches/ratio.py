@@ -4,6 +4,8 @@ Absolute times do not hold from machine to machine, and a machine's speed change
 contender once, one after the other, and a ratio compares times of the same round.
 """
 
+import multiprocessing
+import resource
 import statistics
 import subprocess
 import time
@@ -48,6 +50,28 @@ def compare(title: str, contenders: Sequence[Contender], rounds: int = 11, note_
     samples = Samples(seconds)
     _print_table(title, contenders, samples, note_heading)
     return samples
+
+
+def compare_once(samples: Samples, ours: str, contenders: Sequence[Contender], box_s: float = 300.0) -> None:
+    """Time each of the contenders once, in a process of its own that is ended after `box_s`: they take minutes."""
+    print(f"\n| once, {box_s:g} s at most | | × {ours} | memory, most so far |\n|---|---:|---:|---:|")
+    for contender in contenders:
+        seconds, what = _once(contender.run, box_s)
+        most_mb = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1e3
+        ratio = f"{'' if not what else '>'}{seconds / samples.median_s(ours):.3g}"
+        print(f"| {contender.name} | {what or _readable(seconds)} | {ratio} | {most_mb:.0f} MB |", flush=True)
+
+
+def _once(run: Callable[[], object], box_s: float) -> tuple[float, str]:
+    """Seconds, and how it ended if not by itself."""
+    process, start = multiprocessing.get_context("fork").Process(target=run), time.perf_counter()
+    process.start()
+    process.join(box_s)
+    taken_s, ended = time.perf_counter() - start, process.exitcode is not None
+    if not ended:
+        process.kill()
+        process.join()
+    return taken_s, "" if process.exitcode == 0 else f"ended with {process.exitcode}" if ended else "not done"
 
 
 def verdict(samples: Samples, name: str, to: str, at_most: float) -> None:

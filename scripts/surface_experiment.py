@@ -14,13 +14,17 @@ from scripts.surface_truths import GRID, NEAR, SQUARE
 from trueloop.error_surface.pattern import pattern_of
 from trueloop.error_surface.separate import separate
 from trueloop.geometry.feature import Array
-from trueloop.simulator.surface_process import EXTREME_OF_625, WAVES, Variation, published_process
+from trueloop.simulator.surface_process import (
+    EXTREME_MM,
+    EXTREME_OF_625,
+    LEAST_MM,
+    MOST_MM,
+    WAVES,
+    Variation,
+    published_process,
+)
 
 PARTS: Final = 10
-MIN_UM: Final = 4.3
-MAX_UM: Final = 2.4
-EXTREME_UM: Final = 6.5
-"""Published: between parts "min. ±0.0043; max. ±0.0024 mm", random effects on average within −6.4 … +6.6 µm."""
 LEFT_BY_15: Final = np.sqrt(1 - 15 * 15 / 625)
 """Share of the noise's scatter that a least-squares model of 15 × 15 control points leaves of 25 × 25 places."""
 TAKEN: Final = 3
@@ -38,15 +42,15 @@ class Reading:
 
     sigmas: float
     of_extremes: bool = False
-    noise_mm: float = EXTREME_UM / 1e3 / EXTREME_OF_625
+    noise_mm: float = EXTREME_MM / EXTREME_OF_625
 
-    def scatter_mm(self, truth_mm: Array) -> Array:
-        """Standard deviation between parts at every place of the grid."""
-        least, most = MAX_UM / 1e3 / self.sigmas, MIN_UM / 1e3 / self.sigmas
+    def variation_mm(self, rng: np.random.Generator, truth_mm: Array) -> Array:
+        """How one part differs from the pattern at every place of the grid."""
+        least, most, weights = LEAST_MM / self.sigmas, MOST_MM / self.sigmas, rng.normal(size=(WAVES, WAVES))
         if self.of_extremes:
-            return np.asarray(np.interp(truth_mm, [truth_mm.min(), truth_mm.max()], [most, least]))
-        edge = np.abs(2 * GRID - 1)
-        return np.asarray(least + (most - least) * np.maximum(edge[:, None], edge[None, :]))
+            size = np.interp(truth_mm, [truth_mm.min(), truth_mm.max()], [most, least])
+            return np.asarray(size * Variation(1.0, 1.0, weights).grid_mm(GRID, GRID))
+        return Variation(least, most, weights).grid_mm(GRID, GRID)
 
 
 THREE_SIGMA: Final = Reading(3.0)
@@ -96,8 +100,7 @@ def experiment(seed: int, reading: Reading = THREE_SIGMA, parts: int = PARTS) ->
 def _part_mm(rng: np.random.Generator, truth_mm: Array, reading: Reading) -> Array:
     """Measured deviations of one new part, as machined without any correction."""
     noise = rng.normal(0.0, reading.noise_mm, truth_mm.shape)
-    unlike = Variation(1.0, 1.0, rng.normal(size=(WAVES, WAVES))).grid_mm(GRID, GRID)
-    return np.asarray(truth_mm + reading.scatter_mm(truth_mm) * unlike + noise)
+    return np.asarray(truth_mm + reading.variation_mm(rng, truth_mm) + noise)
 
 
 def _varied_um(models_mm: Array) -> tuple[float, float]:

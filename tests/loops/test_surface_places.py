@@ -117,6 +117,32 @@ def test_a_part_farther_off_than_its_set_up_names_its_file(folder: Path) -> None
     assert (refusal.code, refusal.place) == (Code.SRF_SETUP, Place(str(at_fault)))
 
 
+def test_a_job_that_says_its_set_up_is_off_by_more_has_that_part_brought_back(folder: Path) -> None:
+    at = _write(folder, 2, lambda points: points + np.array([0, 0, 0.4]))
+    job = _job(folder, alignment="best-fit")
+    job.write_text(job.read_text().replace("[model]", "setup_mm = 0.6\n[model]"))
+    inputs = read_surface_inputs(job)
+    parts = model_of(inputs.surface, inputs.parts, inputs.options)
+    (moved,) = [part.deviations.alignment for part in parts if part.deviations.name == at.stem]
+    assert abs(moved.shift_mm[2] + 0.4) < 0.05
+
+
+def test_warnings_of_a_part_name_its_file(folder: Path) -> None:
+    at_fault = _write(folder, 2, _with(slice(20, 40), lambda p: np.full((20, 3), np.nan)))
+    inputs = read_surface_inputs(_job(folder))
+    found = [one for part in model_of(inputs.surface, inputs.parts, inputs.options) for one in part.deviations.findings]
+    (holes,) = [one for one in found if one.code is Code.SRF_HOLES]
+    assert str(holes).startswith(f"{at_fault}: warning SRF-HOLES: 20 of 144 points of 'S02' are missing\n  hint: ")
+
+
+def test_what_is_said_of_a_part_s_model_names_its_file(folder: Path) -> None:
+    spiked = _write(folder, 2, lambda points: points + np.where(np.arange(144) % 29, 0.0, 0.05)[:, None] * NORMAL)
+    inputs = read_surface_inputs(_job(folder))
+    parts = model_of(inputs.surface, inputs.parts, inputs.options)
+    said = {one.place.file for part in parts for one in part.separation.findings if one.severity == "warning"}
+    assert said == {str(spiked)}
+
+
 def test_too_few_parts_name_the_job(folder: Path) -> None:
     job = _job(folder, 'exclude = ["S02"]\n')
     refusal = refused(lambda: correct_job(read_surface_inputs(job)))

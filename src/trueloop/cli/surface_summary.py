@@ -58,7 +58,7 @@ def say_pattern(
         markup=False,
     )
     for finding in found.findings:
-        console.print(f"{finding.severity} {finding.code}: {finding.message}\n  hint: {finding.hint}", markup=False)
+        console.print(str(finding), markup=False)
     for line in (*notes, *files):
         console.print(line, markup=False)
 

@@ -17,6 +17,7 @@ from trueloop.error_surface.separate import Separation, of_size, separate
 from trueloop.error_surface.spline_surface import Size, SplineSurface, basis
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.geometry.feature import Array
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 LEAST_PARTS: Final = 3
@@ -98,7 +99,7 @@ def pattern_of(
     ]
     models = tuple(part.deterministic for part in again)
     mean = SplineSurface(size, np.mean([model.coefficients_mm for model in models], axis=0))
-    sigma = float(np.sqrt(np.mean([part.sigma_mm**2 for part in again])))
+    sigma = rms(np.array([part.sigma_mm for part in again]))
     odd = outliers(models, names, confidence)
     return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, tuple(_told(o) for o in odd))
 
@@ -156,7 +157,7 @@ def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE)
     is not positive or needs more than 100 000 parts.
     """
     at = np.linspace(0.0, 1.0, 41)
-    scatter = float(np.sqrt(np.mean(pattern.scatter_grid_mm(at, at) ** 2)))
+    scatter = rms(pattern.scatter_grid_mm(at, at))
     few, many = 2, MANY
     if not target_mm > 0 or student(coverage, many - 1) * scatter / np.sqrt(many) > target_mm:
         raise TrueloopError(

@@ -14,6 +14,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
+from trueloop.statistics import rms
 
 ROUNDS: Final = 20
 STILL_MM: Final = 1e-9
@@ -94,7 +95,7 @@ def form_size(motions: RigidMotions, u: Array, v: Array, error_mm: Array) -> flo
     sizes, shapes = np.linalg.eigh(bends.T @ bends)
     real = sizes > 1e-12 * sizes[-1]
     parts = (shapes.T @ (bends.T @ error_mm))[real] / np.sqrt(sizes[real])
-    return max(float(np.sqrt(np.mean(parts**2))), RESOLUTION_MM)
+    return max(rms(parts), RESOLUTION_MM)
 
 
 def count_told(motions: RigidMotions, form: float, setup_mm: float) -> int:

@@ -100,7 +100,7 @@ def surface_deviations(
         if fit:
             alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
             found += tuple(_left(points.name, alignment, setup_mm))
-    return _filled(points, there, feet, alignment, found)
+    return _filled(points, there, feet, alignment, tuple(one.in_file(points.file) for one in found))
 
 
 def refuse_trimmed(

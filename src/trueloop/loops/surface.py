@@ -222,7 +222,7 @@ def _placed(
 
 def _separation(task: _Apart) -> Separation:
     with in_file(task.file):
-        return separate(
+        apart = separate(
             task.near.places,
             task.errors_mm,
             near=task.near,
@@ -230,3 +230,4 @@ def _separation(task: _Apart) -> Separation:
             criterion=task.options.criterion,
             name=task.name,
         )
+    return replace(apart, findings=tuple(finding.in_file(task.file) for finding in apart.findings))

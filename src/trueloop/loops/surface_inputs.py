@@ -30,13 +30,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceInputs:
-    """Everything a surface's job names, read: `files` are all of them, `sha256` their hashes by the job's names.
+    """Everything that a surface's `job` names, read: `files` are all of them, `sha256` their hashes by the job's names.
 
     `face` is the CAD file's, where the surface comes from one.
     """
 
     job: Path
-
     name: str
     surface: Surface
     parts: tuple[MeasuredPoints, ...]

@@ -11,6 +11,11 @@ from trueloop.geometry.feature import Array
 EXTREME_OF_625: Final = 3.08
 """Expected largest of 625 standard normal values: what a published ± of 625 residuals means in standard deviations."""
 
+LEAST_MM: Final = 0.0024
+MOST_MM: Final = 0.0043
+EXTREME_MM: Final = 0.0065
+"""Published limits [MPM §8]: of the variability between parts, and of the random part."""
+
 FREQUENCIES: Final = (1.0, 2.5, 4.0)
 """Of the waves by which parts differ, in radians over a side."""
 WAVES: Final = 2 * len(FREQUENCIES)
@@ -69,7 +74,7 @@ def published_process(rng: np.random.Generator, pattern_mm: float = 0.008, contr
     the random part. The pattern itself is drawn, its control values with the given standard deviation.
     """
     pattern = SplineSurface(Size(controls, controls), rng.normal(0.0, pattern_mm, (controls, controls)))
-    return SurfaceProcess(pattern, 0.0024 / 3, 0.0043 / 3, 0.0065 / EXTREME_OF_625)
+    return SurfaceProcess(pattern, LEAST_MM / 3, MOST_MM / 3, EXTREME_MM / EXTREME_OF_625)
 
 
 def _harmonics(at: Array) -> Array:
