@@ -71,7 +71,7 @@ class NcProgram:
         inch: bool | None = None,
         diameter: bool | None = None,
         plane: int | None = None,
-        tools: list[tuple[int | None, float, int | None, float | None]] = ...,
+        tools: list[tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None]] = ...,
         trace: bool = ...,
         work_offsets: list[tuple[int, tuple[float, float, float]]] = ...,
         roughing: bool = ...,

@@ -34,10 +34,11 @@ class Code(StrEnum):
 
     # NC: programs
     NC_COMPENSATED = "NC-COMPENSATED"  # G41 or G42 where it cannot be followed, or on the wrong side
+    NC_BORE = "NC-BORE"  # a pass whose material lies away from the axis
     NC_NO_CONTOUR = "NC-NO-CONTOUR"  # no feed moves that could be a finish pass
     NC_NO_MATCH = "NC-NO-MATCH"  # a feature that no pass cuts whole
     NC_AMBIGUOUS = "NC-AMBIGUOUS"  # a feature that several passes cut
-    NC_FILE = "NC-FILE"  # a program that cannot be read from the disk
+    NC_FILE = "NC-FILE"  # a program or an offsets file that cannot be read
     NC_DIALECT = "NC-DIALECT"
     NC_PARAMETER = "NC-PARAMETER"
     NC_EXPRESSION = "NC-EXPRESSION"
@@ -262,3 +263,11 @@ class Finding:
     message: str
     hint: str
     place: Place = Place()
+
+    def in_file(self, file: str | None) -> "Finding":
+        """The same with the file named, where it names none."""
+        return replace(self, place=replace(self.place, file=self.place.file or file))
+
+    def __str__(self) -> str:
+        where = f"{self.place}: " if str(self.place) else ""
+        return f"{where}{self.severity} {self.code}: {self.message}\n  hint: {self.hint}"

@@ -9,15 +9,17 @@ from tests.support.profiles import NOSE_RADIUS_MM, facetst
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.nc.contour import contour_of_program
-from trueloop.nc.feed_moves import nose_centre_moves
+from trueloop.nc.feed_moves import feed_moves, nose_centre_moves
 from trueloop.nc.matching import match_contour
 from trueloop.nc.program import read_program
 
 PATH = nose_centre_path(facetst(), NOSE_RADIUS_MM).features
 COMPENSATED = b"G21 G18 G8 G90 F100\nG0 X30 Z5\nG42 G1 X20 Z5\nG1 Z-10\nM2\n"
+BORED = COMPENSATED.replace(b"G42", b"G41")
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.NC_COMPENSATED: lambda: nose_centre_moves(read_program(COMPENSATED, "linuxcnc").run()),
+    Code.NC_BORE: lambda: contour_of_program(feed_moves(read_program(BORED, "linuxcnc").run()), 0.4),
     Code.NC_NO_CONTOUR: lambda: contour_of_program([], NOSE_RADIUS_MM),
     Code.NC_NO_MATCH: lambda: match_contour(cut(PATH[:2]), facetst(), NOSE_RADIUS_MM),
     Code.NC_AMBIGUOUS: lambda: match_contour(

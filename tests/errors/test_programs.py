@@ -15,8 +15,10 @@ import pytest
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.loops.mapped_program import map_program
 from trueloop.nc.check import check
+from trueloop.nc.contour import contour_of_program
 from trueloop.nc.difference import path_difference
 from trueloop.nc.edit import displace_word, set_offset
+from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.field import table_field
 from trueloop.nc.program import read_program
 from trueloop.nc.translation.translate import translate
@@ -72,6 +74,8 @@ def _used(file: Path, how: str, dialect: str) -> Iterator[Finding]:
         yield from translate(program, "fanuc-mill").losses
     elif how == "diff":
         path_difference(program.run(), program.run())
+    elif how == "contour":
+        contour_of_program(feed_moves(program.run()), 0.4)
     elif how == "displace":
         path = program.run()
         displace_word(program, program.word(int(path.word[0].max())), 0.1, path.coordinate_state(0))

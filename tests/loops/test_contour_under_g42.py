@@ -4,6 +4,7 @@ Nose compensation stays on. The judge is LinuxCNC's own interpreter, which keeps
 surface moved is measured on its moves.
 """
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,14 +12,16 @@ import numpy as np
 import pytest
 
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
-from tests.support.standoff import standoff_mm
+from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.compensation.moves import Move
-from trueloop.errors import Code, TrueloopError
+from trueloop.compensation.read_back import require_nose_fits
+from trueloop.errors import Code, Place, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.process_intermittent import Correction, Inputs, Options, compensate
 from trueloop.nc.contour import contour_of_program
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.program import read_program
 
@@ -141,6 +144,42 @@ def test_finish_passes_of_shops(corpus: Path, number: int, tmp_path: Path) -> No
     check_both_controls(source, of, tmp_path)
 
 
+CORNERED = (
+    PIN.read_text()
+    .replace("X24.\nX30. Z-3.\nZ-30.\nG02 X40. Z-35. R5.\n", "X30. ,C3.\nZ-35. ,R5.\n")
+    .replace("G01 X50.\nG03 X56. Z-38. R3.\nG01 Z-60.\n", "X56. ,R3.\nZ-60.\n")
+    .encode()
+)
+"""The same contour, its chamfer and its roundings asked for by ,C and ,R."""
+WITH_CORNERS = replace(OWN, lines=(11, 17))
+
+
+def contour(correction: Correction, of: Pass) -> list[str]:
+    """The blocks between P and Q with their numbers alike: 50. and 50.000 are one."""
+    blocks = contour_lines(correction.corrected_program, of)
+    return [re.sub(r"\.(\d*?)0*(?=\D|$)", r".\1", block) for block in blocks]
+
+
+def test_a_contour_with_corners_is_corrected_as_the_one_written_out(tmp_path: Path) -> None:
+    assert CORNERED.count(b",") == 3 + PIN.read_bytes().count(b",")
+    found = corrected(CORNERED, "fanuc-lathe", WITH_CORNERS, WITH_CORNERS.lines)
+    written_out = corrected(PIN.read_bytes(), "fanuc-lathe", OWN, OWN.lines)
+    assert contour(found, WITH_CORNERS) == contour(written_out, OWN)
+    assert found.record.changes[1].before == "X30. ,C3." and found.record.changes[1].line == 13
+    text = in_linuxcncs_words(contour_lines(found.corrected_program, WITH_CORNERS), "G21")
+    off_mm = moved_mm(found, text, tmp_path) - intended_mm(found)
+    assert np.abs(off_mm).max() < WITHIN_MM + 0.0005
+    assert any("roughing cycle of line 10" in note for note in found.notes)
+
+
+def test_a_refusal_beside_corners_names_the_line_of_the_source() -> None:
+    """The increment stands five lines further down in the program written out."""
+    by_increment = CORNERED.replace(b"X61.\n", b"U5.\n")
+    with pytest.raises(TrueloopError) as refused:
+        corrected(by_increment, "fanuc-lathe", WITH_CORNERS, WITH_CORNERS.lines)
+    assert refused.value.code is Code.NC_EDIT and refused.value.place.line == 17
+
+
 def test_only_the_blocks_of_the_contour_change() -> None:
     """Two comment lines more behind the program's number, and the rest as it was."""
     source = PIN.read_bytes().splitlines()
@@ -232,3 +271,68 @@ def test_the_offset_variant_shifts_the_frame_outside_of_compensation(tmp_path: P
     moved = ends[1] - ends[0]
     assert moved[0] == pytest.approx(0.0, abs=1e-9), "the way to the part is not shifted"
     assert moved[2:-1] == pytest.approx(np.tile([dx_mm, 0.0, dz_mm], (len(moved) - 3, 1)), abs=1e-5)
+
+
+LED_IN = b"""%
+O2200 (RAPID ONTO THE CONTOUR)
+G21 G18 G40 G99
+T0303
+G00 X62. Z3.
+N10 G42 G00 X16. Z1.
+G01 X20. Z-1. F0.12
+Z-30.
+X50. Z-45.
+N20 G40 G00 X62. Z-45.
+M30
+%
+"""
+FROM_ONE_AXIS = LED_IN.replace(b"X62. Z3.", b"X62. Z1.").replace(b"X16. Z1.\nG01 X20. Z-1. F0.12", b"X20.\nG01 F0.12")
+"""As the first block of a contour of G71: it must not name Z."""
+
+
+def led_in(source: bytes, error_mm: float) -> tuple[Correction, list[str], Array, Array]:
+    """Its correction for one error everywhere but for a taper, the contour's blocks, where the rapid onto it ends and
+    how far the surface then stands off the nominal: (x, z) and at the touches."""
+    program = read_program(source, "fanuc-lathe")
+    profile = contour_of_program(feed_moves(program.run()), 0.4).profile
+    touches = touches_on(profile)
+    touches = replace(touches, error_mm=error_mm + 1e-4 * touches.nominal_mm[:, 1])
+    correction = compensate(Inputs("part", profile, 0.4, program, touches, Options()))
+    written = read_program(correction.corrected_program, "fanuc-lathe")
+    driven = written.run(tools=[CutterTool(0.4, 3)])
+    assert not [found for found in driven.findings if found.severity == "error"]
+    moves = [replace(move, start_mm=(x0 + 0.4, z0 + 0.4), end_mm=(x1 + 0.4, z1 + 0.4), centre_mm=centre)
+             for move in feed_moves_of(driven)
+             for (x0, z0), (x1, z1) in [(move.start_mm, move.end_mm)]
+             for centre in [move.centre_mm and (move.centre_mm[0] + 0.4, move.centre_mm[1] + 0.4)]]  # fmt: skip
+    pairs = zip(touches.nominal_mm, touches.outward_normal, strict=True)
+    stands = np.array([standoff_mm(moves, point, normal, 0.4) for point, normal in pairs])
+    ends = written.run().end_mm[1][[0, 2]]
+    return correction, contour_lines(correction.corrected_program, OWN), ends, stands
+
+
+@pytest.mark.parametrize("error_mm", [0.03, -0.03], ids=["into the material", "away from it"])
+@pytest.mark.parametrize("source", [LED_IN, FROM_ONE_AXIS], ids=["both axes", "one axis"])
+def test_a_rapid_onto_the_contour_ends_where_the_corrected_one_begins(source: bytes, error_mm: float) -> None:
+    """A block of micrometres between would tell the control to lead the nose in along it, perhaps into the part."""
+    correction, blocks, end_mm, stands_mm = led_in(source, error_mm)
+    assert len(blocks) == len(contour_lines(source, OWN))
+    assert np.abs(stands_mm - intended_mm(correction)).max() < WITHIN_MM + 0.0005
+    start_mm, ahead = (np.array([8.0, 1.0]), [1.0, -1.0]) if source is LED_IN else (np.array([10.0, 1.0]), [0.0, -1.0])
+    ahead = np.array(ahead) / np.linalg.norm(ahead)
+    gone_mm, wanted_mm = end_mm - start_mm, float(correction.corrected_shift[-1].value_mm(0.0))
+    assert gone_mm @ [-ahead[1], ahead[0]] == pytest.approx(wanted_mm, abs=0.002)
+    if source is LED_IN:
+        assert gone_mm @ ahead < 0.001 - abs(wanted_mm), "no nearer to what lies ahead"
+    else:
+        assert end_mm[1] == 1.0
+
+
+def test_where_a_nose_does_not_fit_is_told_as_a_line_of_the_written_program() -> None:
+    """The marks stand before it: lines differ from those of the source, which is what a place names."""
+    narrow = LED_IN.replace(b"Z-30.\nX50. Z-45.\n", b"Z-30.\nG02 X20.6 Z-30.3 R.3\nG01 X50.\nZ-45.\n")
+    driven = read_program(narrow, "fanuc-lathe", "pin.nc").run(tools=[CutterTool(0.4, 3)], strict=False)
+    with pytest.raises(TrueloopError, match=r": line 9 of the corrected program: an arc of radius") as refused:
+        require_nose_fits(driven, np.array([7, 11]))
+    assert refused.value.code is Code.NC_GOUGE and refused.value.place == Place("pin.nc")
+    require_nose_fits(driven, np.array([1, 8]))

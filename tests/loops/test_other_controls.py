@@ -64,24 +64,66 @@ def test_a_centre_given_as_a_position_is_written_anew(tmp_path: Path) -> None:
     assert b"AC(0)" not in correction.corrected_program
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "word"),
-    [
-        (DOME, "G2 X0 Z.03125 AR=90", "AR=90"),
-        (DOME, "CT X0 Z.03125", "a pole, a corner or the move before"),
-        (DOME, "CIP X0 Z.03125 I1=2.10895 K1=-0.40553", "I1=2.10895"),
-        (DOME, "G111 X0 Z-1.46\nG2 AP=0 RP=1.49125", "AP=0"),
-        (FACE_END, "G1 ANG=0 Z=-1.5+R50", "ANG=0"),
-        ("G0 Z0.13125\n", "CT X-1 Z0.1 F1\nG0 Z0.13125\n", "a pole, a corner or the move before"),
-    ],
-)
-def test_a_move_that_other_words_shape_is_refused(tmp_path: Path, before: str, after: str, word: str) -> None:
+PLAIN = {
+    DOME: "G2 X0 Z.03125 CR=1.49125",
+    "X=R46+2.2+GAP": "X5.7825",
+    "Z=ZERO+R50": "Z-6.40375",
+    "Z=(-6.14375+R50)": "Z-6.10375",
+    "Z=-6.14375+R50": "Z-6.10375",
+    "X=R46+1.8+0.03684": "X5.35684",
+    "X=R46+GAP Z=-4.54192+R47+R50": "X3.5825 Z-4.50192",
+    "X=R46+GAP Z=AC(-1.76875+R50)": "X3.5825 Z-1.72875",
+    "X=R46-0.6+GAP Z=-1.76875+R50": "X2.9825 Z-1.72875",
+    FACE_END: "G1 X2.9825 Z-1.46",
+}
+"""The formulas of the finish program as the numbers that they make."""
+PLAIN_DOME, PLAIN_FACE_END = PLAIN[DOME], PLAIN[FACE_END]
+SHAPED = [
+    (DOME, "G2 X0 Z.03125 AR=90"),
+    (DOME, "CT X0 Z.03125"),
+    (DOME, "CIP X0 Z.03125 I1=2.10895 K1=-0.40553"),
+    (DOME, "G111 X0 Z-1.46\nG2 AP=0 RP=1.49125"),
+    (FACE_END, "G1 ANG=0 Z=-1.5+R50"),
+]
+"""The dome and the end of the cylinder before it in words that say neither radius, centre nor end."""
+
+
+def plain(text: str) -> str:
+    for formula, number in PLAIN.items():
+        text = text.replace(formula, number)
+    return text.replace("Z=-1.5+R50", "Z-1.46")
+
+
+@pytest.mark.parametrize(("before", "after"), SHAPED)
+def test_a_move_that_other_words_shape_is_written_out_and_corrected(tmp_path: Path, before: str, after: str) -> None:
+    job = siemens_job(tmp_path, DOME, DOME)
+    finish = tmp_path / "finish.mpf"
+    finish.write_text(plain(finish.read_text()).replace(PLAIN[before], plain(after)))
+    correction, stands = corrected(job)
+    _, wanted = corrected(ROOT / "examples" / "modbas2" / "job.toml")
+    assert np.abs(stands - wanted).max() < WITHIN_MM
+    assert np.abs(stands).max() > 0.05
+    assert plain(after).encode() not in correction.corrected_program
+    assert correction.corrected_program.splitlines()[4:12] == finish.read_bytes().splitlines()[2:10]
+
+
+@pytest.mark.parametrize(("before", "after"), SHAPED)
+def test_a_move_that_other_words_shape_is_refused_beside_formulas(tmp_path: Path, before: str, after: str) -> None:
     with pytest.raises(TrueloopError) as refused:
         corrected(siemens_job(tmp_path, before, after))
     assert refused.value.code == Code.NC_EDIT, refused.value
-    assert word in refused.value.message
-    assert refused.value.place is not None
+    assert "it hangs on X=R46-0.6+GAP, which another value would change" in refused.value.message
+    assert refused.value.place.line is not None
     assert refused.value.hint
+
+
+def test_an_arc_that_begins_where_the_contour_ends_is_refused(tmp_path: Path) -> None:
+    """Its circle hangs on its start, which would be displaced, and on its end, which would not."""
+    with pytest.raises(TrueloopError) as refused:
+        corrected(siemens_job(tmp_path, "G0 Z0.13125\n", "CT X-1 Z0.1 F1\nG0 Z0.13125\n"))
+    assert refused.value.code == Code.NC_EDIT, refused.value
+    assert refused.value.place.line == 23
+    assert "this arc begins where the displaced contour ends" in refused.value.message
 
 
 def test_a_program_that_leaves_diameters_to_machine_data_is_refused(tmp_path: Path) -> None:

@@ -182,7 +182,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         siemens="G74 X1=0", linuxcnc="G21 G28", lathe="G21 G28 U0. W0.", mill="G21 G91 G28 Z0."
     ),
     "Lengths of tools that are given (G43)": _for(linuxcnc="G43 H1", mill="G43 H01"),
-    "Offsets of the tool table (T0101)": _for(lathe="T0101"),
+    "Offsets of tools that are given (T0101)": _for(lathe="T0101"),
     "Further work offsets (G54.1 P1)": _for(mill="G54.1 P1", haas_mill="G154 P1", haas_lathe="G154 P1"),
     "Offset data (G10)": _for(linuxcnc="G10 L1 P1 X1", lathe="G10 P1 X.01", mill="G10 L10 P1 R1."),
     "Polar coordinates in the plane": _for(
@@ -204,7 +204,7 @@ def outcome(text: str, dialect: str) -> str:
     if not text:
         return NONE
     program = read_program(text.encode(), dialect)
-    path = program.run(strict=False, tools=[CutterTool(0.4, tip=0, length_mm=1.0)])
+    path = program.run(strict=False, tools=[CutterTool(0.4, tip=0, length_mm=1.0, offset_mm=(1.0, 0.0, 1.0))])
     codes = {finding.code for finding in (*program.findings, *path.findings)}
     if codes & {Code.NC_WORD, Code.NC_CODE}:
         return NOT_YET

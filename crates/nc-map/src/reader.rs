@@ -26,7 +26,7 @@ pub(crate) struct Part {
 
 /// What reads them.
 pub(crate) struct Reader {
-    pub dialect: &'static Dialect,
+    dialect: &'static Dialect,
     session: Session,
     /// Bytes not dealt with yet.
     waiting: Vec<u8>,

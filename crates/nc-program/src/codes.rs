@@ -236,8 +236,8 @@ impl Runner<'_> {
         }
         if let Some(tool) = request.get(b'T') {
             self.state.modal.tool = tool.round() as i32;
-            if self.program.dialect().tool_has_offset && self.state.modal.tool % 100 != 0 {
-                self.note_opaque(request.word(b'T'), "the offset in the control's table is taken as zero");
+            if self.program.dialect().tool_has_offset {
+                self.table_offset(self.state.modal.tool % 100, request.word(b'T'));
             }
         }
         if request.changes_tool {

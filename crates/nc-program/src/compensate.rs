@@ -238,8 +238,9 @@ impl Compensator<'_> {
         let circle = planar.circle().map(|(centre, clockwise)| (entry_centre(standing, end, centre), clockwise));
         self.emit(planar, end, circle);
         if let (Some(active), None) = (self.active.as_mut(), planar.arc) {
-            // Taken back into a corner it may turn about, but not cross over to the contour's other side.
-            active.way = Way::By(minus(end, planar.to()));
+            // Taken back into a corner it may turn about, but not cross over to the contour's other side. Square to the
+            // next move there is nothing to take back, whichever way it came.
+            active.way = Way::By(if next.is_some() { [0.0; 2] } else { minus(end, planar.to()) });
         }
     }
 

@@ -27,21 +27,26 @@ pub trait Values {
 }
 
 /// Computes the value that starts at `at`; gives it and the position after it.
-pub fn value(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Fault> {
+pub fn value(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Box<Fault>> {
     let mut reader = Reader { source, dialect, values, at, depth: 0, dry: false };
     let value = reader.value()?;
     Ok((value, reader.at))
 }
 
 /// Computes a chain of values and operators without brackets about it: the right side of `#1=#2+3`.
-pub fn formula(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(f64, usize), Fault> {
+pub fn formula(
+    source: &[u8],
+    at: usize,
+    dialect: &Dialect,
+    values: &mut dyn Values,
+) -> Result<(f64, usize), Box<Fault>> {
     let mut reader = Reader { source, dialect, values, at, depth: 0, dry: false };
     let value = reader.expression(0)?;
     Ok((value, reader.at))
 }
 
 /// The parameter named at `at` (its mark included), and the position after it.
-pub fn key(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(Key, usize), Fault> {
+pub fn key(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(Key, usize), Box<Fault>> {
     let mut reader = Reader { source, dialect, values, at, depth: 0, dry: false };
     let key = reader.key()?;
     Ok((key, reader.at))
@@ -79,8 +84,8 @@ pub(crate) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    pub(crate) fn fault<T>(&self, at: usize, what: &str) -> Result<T, Fault> {
-        Err(Fault { at, what: what.to_owned() })
+    pub(crate) fn fault<T>(&self, at: usize, what: &str) -> Result<T, Box<Fault>> {
+        Err(Box::new(Fault { at, what: what.to_owned() }))
     }
 
     pub(crate) fn peek(&mut self) -> Option<u8> {
@@ -91,7 +96,7 @@ impl Reader<'_> {
     }
 
     /// Signs, then a number, brackets, a parameter or a function.
-    pub(crate) fn value(&mut self) -> Result<f64, Fault> {
+    pub(crate) fn value(&mut self) -> Result<f64, Box<Fault>> {
         let start = self.at;
         self.depth += 1;
         if self.depth > DEPTH {
@@ -102,7 +107,7 @@ impl Reader<'_> {
         value
     }
 
-    fn signed(&mut self) -> Result<f64, Fault> {
+    fn signed(&mut self) -> Result<f64, Box<Fault>> {
         let mut sign = 1.0;
         loop {
             let byte = self.peek();
@@ -142,7 +147,7 @@ impl Reader<'_> {
         number::read(&digits, 0).filter(|(_, used)| *used == digits.len()).map(|(value, _)| (value, end))
     }
 
-    fn computed(&mut self) -> Result<f64, Fault> {
+    fn computed(&mut self) -> Result<f64, Box<Fault>> {
         let at = self.at;
         match self.peek() {
             Some(byte) if byte == self.dialect.brackets.0 => self.brackets(),
@@ -157,14 +162,14 @@ impl Reader<'_> {
         }
     }
 
-    fn brackets(&mut self) -> Result<f64, Fault> {
+    fn brackets(&mut self) -> Result<f64, Box<Fault>> {
         self.open()?;
         let value = self.expression(0)?;
         self.close()?;
         Ok(value)
     }
 
-    pub(crate) fn open(&mut self) -> Result<(), Fault> {
+    pub(crate) fn open(&mut self) -> Result<(), Box<Fault>> {
         if self.peek() != Some(self.dialect.brackets.0) {
             return self.fault(self.at, "an opening bracket is missing");
         }
@@ -172,7 +177,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    pub(crate) fn close(&mut self) -> Result<(), Fault> {
+    pub(crate) fn close(&mut self) -> Result<(), Box<Fault>> {
         if self.peek() != Some(self.dialect.brackets.1) {
             return self.fault(self.at, "an operator or a closing bracket is missing");
         }
@@ -181,7 +186,7 @@ impl Reader<'_> {
     }
 
     /// A chain of values and operators that bind more strongly than `floor`; equals associate to the left.
-    pub(crate) fn expression(&mut self, floor: u8) -> Result<f64, Fault> {
+    pub(crate) fn expression(&mut self, floor: u8) -> Result<f64, Box<Fault>> {
         let mut left = self.value()?;
         while let Some(operator) = self.operator().filter(|operator| operator.strength > floor) {
             let at = self.at;
@@ -215,7 +220,7 @@ impl Reader<'_> {
         own.iter().chain(&ARITHMETIC).find(|operator| begins(operator.text))
     }
 
-    fn key(&mut self) -> Result<Key, Fault> {
+    fn key(&mut self) -> Result<Key, Box<Fault>> {
         if self.dialect.parameters.named == Naming::Plain {
             return self.plain_key();
         }
@@ -239,7 +244,7 @@ impl Reader<'_> {
         }
     }
 
-    fn name(&mut self) -> Result<Key, Fault> {
+    fn name(&mut self) -> Result<Key, Box<Fault>> {
         let rest = self.source.get(self.at + 1..).unwrap_or(&[]);
         let length = memchr::memchr2(b'>', b'\n', rest).unwrap_or(rest.len());
         if rest.get(length) != Some(&b'>') {
@@ -249,7 +254,7 @@ impl Reader<'_> {
         Ok(Key::named(rest.get(..length).unwrap_or(&[])))
     }
 
-    fn function(&mut self) -> Result<f64, Fault> {
+    fn function(&mut self) -> Result<f64, Box<Fault>> {
         let start = self.at;
         while self.source.get(self.at).is_some_and(u8::is_ascii_alphabetic) {
             self.at += 1;
@@ -271,7 +276,7 @@ impl Reader<'_> {
     }
 
     /// `ATAN[y]/[x]`, in degrees.
-    fn arc_tangent(&mut self, y: f64) -> Result<f64, Fault> {
+    fn arc_tangent(&mut self, y: f64) -> Result<f64, Box<Fault>> {
         if self.peek() != Some(b'/') {
             return self.fault(self.at, "ATAN needs two arguments: ATAN[y]/[x]");
         }
@@ -281,7 +286,7 @@ impl Reader<'_> {
     }
 
     /// `EXISTS[#<name>]`.
-    fn exists(&mut self) -> Result<f64, Fault> {
+    fn exists(&mut self) -> Result<f64, Box<Fault>> {
         self.open()?;
         if self.peek() != Some(self.dialect.parameters.mark) {
             return self.fault(self.at, "EXISTS needs a parameter");

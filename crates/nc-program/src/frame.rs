@@ -6,6 +6,7 @@ use crate::finding::{self, Severity};
 use crate::path::Origin;
 use crate::request::Request;
 use crate::run::{Runner, AXES};
+use crate::tool::called;
 
 /// Number of G54.1 P1 less 1: no other work offset is as high.
 const EXTENDED: f64 = 100.0;
@@ -183,13 +184,23 @@ impl Runner<'_> {
     /// G43: the length of the tool of H, or of the one in use; said where it is not known. G44 takes it away.
     pub(crate) fn length_offset(&mut self, request: &Request, adds: bool, word: i32) {
         let number = request.get(b'H').map_or(self.tool_in_use(), |number| number.round() as i32);
-        let tools = &self.options.tools;
-        let named = tools.iter().find(|tool| tool.number == Some(number));
-        let length = named.or(tools.iter().find(|tool| tool.number.is_none())).and_then(|tool| tool.length);
+        let length = called(&self.options.tools, number).and_then(|tool| tool.length);
         match length {
             _ if number == 0 => self.reframe(|frame| frame.tool = [0.0; 3]),
             Some(length) => self.reframe(|frame| frame.tool = [0.0, 0.0, if adds { length } else { -length }]),
             None => self.note_opaque(word, "the tool table's length offset is taken as zero"),
+        }
+    }
+
+    /// T0101: the offset of that number in the tool table, 0 for none; one that is not known is said.
+    pub(crate) fn table_offset(&mut self, number: i32, word: i32) {
+        let offset = called(&self.options.tools, number).and_then(|tool| tool.offset);
+        if number != 0 && offset.is_none() {
+            self.note_opaque(word, "the offset in the control's table is taken as zero");
+        }
+        let offset = offset.filter(|_| number != 0).unwrap_or_default();
+        if offset != self.state.frame.tool {
+            self.reframe(|frame| frame.tool = offset);
         }
     }
 

@@ -10,7 +10,7 @@ use crate::run::Runner;
 use crate::scope::Scope;
 
 /// A way to compute the value at a byte.
-type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Fault>;
+type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Box<Fault>>;
 
 impl Runner<'_> {
     /// Reads the block being executed into the request, which is cleared first.
@@ -91,10 +91,7 @@ impl Runner<'_> {
     }
 
     fn gather_m(&mut self, value: f64, request: &mut Request) {
-        if !(0.0..=999.0).contains(&value) {
-            return;
-        }
-        if let Some(function) = (self.program.dialect().m)(value.round() as u16) {
+        if let Some(function) = self.program.dialect().m_code(value) {
             self.apply_function(function, request);
         }
     }

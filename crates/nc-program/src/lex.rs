@@ -8,6 +8,9 @@ use crate::number;
 use crate::program::{Block, Word, WordKind};
 use crate::scan::Scanner;
 
+/// Words are seldom shorter on the average: a list of words that grows is copied, memory never filled costs nothing.
+const LEAST_BYTES_A_WORD: usize = 4;
+
 /// Blocks and words of a source shorter than 4 GiB.
 pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
     let lines = memchr::memchr_iter(b'\n', source).count() + 1;
@@ -16,7 +19,7 @@ pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
         dialect,
         scanner: Scanner { source, dialect, gave_up_at: None },
         blocks: Vec::with_capacity(lines),
-        words: Vec::with_capacity(source.len() / 8 + 1),
+        words: Vec::with_capacity(source.len() / LEAST_BYTES_A_WORD + 1),
         at: 0,
     };
     while lexer.at < source.len() {
@@ -40,13 +43,11 @@ impl Lexer<'_> {
         let start = self.at;
         let first_word = self.words.len();
         let (mut optional, mut tape_mark) = (false, false);
-        while let Some(class) = self.scanner.class(self.at) {
+        while let Some(class) = self.after_words() {
             let first = self.words.len() == first_word;
             match class {
                 Class::LineEnd => break,
-                Class::Space => self.at += 1,
-                Class::Letter => self.word(),
-                Class::Name => self.word_slowly(self.at, self.letter()),
+                Class::Name => self.word_slowly(self.at, self.letter(self.at)),
                 Class::LineComment => self.at = self.scanner.line_end(self.at),
                 Class::Comment => self.comment(),
                 Class::Statement => self.statement(),
@@ -61,7 +62,9 @@ impl Lexer<'_> {
                     self.at = self.scanner.line_end(self.at);
                 }
                 Class::Digit if first => self.block_number(),
-                Class::Slash | Class::Percent | Class::Digit | Class::Other => self.unknown(self.at),
+                Class::Slash | Class::Percent | Class::Digit | Class::Space | Class::Letter | Class::Other => {
+                    self.unknown(self.at)
+                }
             }
         }
         let (start, end, first_word) = (start as u32, self.without_return(start, self.at) as u32, first_word as u32);
@@ -69,22 +72,50 @@ impl Lexer<'_> {
         self.at += 1;
     }
 
+    /// What comes after white space and words that start with a letter, nearly all there is: between them the place is
+    /// not told through memory.
     #[inline]
-    fn word(&mut self) {
-        let start = self.at;
-        let letter = self.letter();
-        if let Some((value, end)) = number::read(self.source, start + 1) {
-            if self.number_ends(end) && !(letter == b'O' && self.dialect.flow == FlowStyle::OWords) {
-                return self.push(start, end, letter, WordKind::Number, value);
+    fn after_words(&mut self) -> Option<Class> {
+        let mut at = self.at;
+        loop {
+            let class = self.scanner.class(at);
+            at = match class {
+                Some(Class::Space) => at + 1,
+                Some(Class::Letter) => self.word(at),
+                _ => {
+                    self.at = at;
+                    return class;
+                }
             }
         }
-        self.word_slowly(start, letter);
+    }
+
+    /// One past a word that starts with a letter.
+    #[inline]
+    fn word(&mut self, start: usize) -> usize {
+        let letter = self.letter(start);
+        self.number_word(start, letter).unwrap_or_else(|| {
+            self.word_slowly(start, letter);
+            self.at
+        })
+    }
+
+    /// Where a word of a letter and a number ends.
+    #[inline]
+    fn number_word(&mut self, start: usize, letter: u8) -> Option<usize> {
+        let (value, end) = number::read(self.source, start + 1)?;
+        if !self.number_ends(end) || letter == b'O' && self.dialect.flow == FlowStyle::OWords {
+            return None;
+        }
+        let length = u16::try_from(end - start).ok()?;
+        self.words.push(Word { value, start: start as u32, length, letter, kind: WordKind::Number });
+        Some(end)
     }
 
     /// The letter at which a word starts, in upper case; that of a polar coordinate for its mark.
     #[inline]
-    fn letter(&self) -> u8 {
-        match self.source.get(self.at) {
+    fn letter(&self, at: usize) -> u8 {
+        match self.source.get(at) {
             Some(b'@') => POLAR_RADIUS,
             Some(b'^') => POLAR_ANGLE,
             byte => byte.map_or(0, u8::to_ascii_uppercase),

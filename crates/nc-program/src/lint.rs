@@ -102,7 +102,7 @@ fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Find
 fn known_code(dialect: &Dialect, word: &Word) -> bool {
     match word.letter {
         b'G' => dialect.g_code(word.value).is_some(),
-        b'M' => (0.0..=9999.0).contains(&word.value.round()) && (dialect.m)(word.value.round() as u16).is_some(),
+        b'M' => dialect.m_code(word.value).is_some(),
         _ => true,
     }
 }

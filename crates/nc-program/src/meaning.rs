@@ -9,10 +9,7 @@ pub fn meaning(program: &Program, word: &Word) -> Option<String> {
     let dialect = program.dialect();
     match (word.kind, word.letter) {
         (WordKind::Number, b'G') => dialect.g_code(word.value).map(of_g),
-        (WordKind::Number, b'M') => {
-            let number = Some(word.value.round()).filter(|number| (0.0..=9999.0).contains(number))?;
-            (dialect.m)(number as u16).map(of_m)
-        }
+        (WordKind::Number, b'M') => dialect.m_code(word.value).map(of_m),
         (WordKind::Name, _) => match dialect.names.get(word.value as usize)? {
             Name::Code(code) | Name::Text(code) => Some(of_g(code)),
             Name::Function(function) => Some(of_m(function)),

@@ -9,7 +9,7 @@ use crate::scan::NAME_LENGTH;
 
 impl Reader<'_> {
     /// What a name stands for.
-    pub(crate) fn named(&mut self) -> Result<f64, Fault> {
+    pub(crate) fn named(&mut self) -> Result<f64, Box<Fault>> {
         let start = self.at;
         let end = name_end(self.source, start).unwrap_or(start);
         let name = self.source.get(start..end).unwrap_or(&[]).to_ascii_lowercase();
@@ -40,7 +40,7 @@ impl Reader<'_> {
         Ok(self.values.get(&key, start))
     }
 
-    fn called(&self, start: usize, name: &[u8], arguments: &[f64]) -> Result<f64, Fault> {
+    fn called(&self, start: usize, name: &[u8], arguments: &[f64]) -> Result<f64, Box<Fault>> {
         let known = arguments.iter().all(|argument| !argument.is_nan());
         match functions::of_arguments(name, arguments) {
             Some(value) if value.is_finite() || !known => Ok(value),
@@ -51,7 +51,7 @@ impl Reader<'_> {
     }
 
     /// `(a, b)`: the values.
-    pub(crate) fn arguments(&mut self) -> Result<Vec<f64>, Fault> {
+    pub(crate) fn arguments(&mut self) -> Result<Vec<f64>, Box<Fault>> {
         self.open()?;
         let mut values = vec![self.expression(0)?];
         while self.peek() == Some(b',') {
@@ -63,7 +63,7 @@ impl Reader<'_> {
     }
 
     /// `R1`, `R[R2+1]`, `DEPTH`, `SIZE[2]`, `$AA_IW[X]`.
-    pub(crate) fn plain_key(&mut self) -> Result<Key, Fault> {
+    pub(crate) fn plain_key(&mut self) -> Result<Key, Box<Fault>> {
         let start = self.at;
         let Some(end) = name_end(self.source, start).filter(|end| end - start <= NAME_LENGTH) else {
             return self.fault(start, "a name is missing");
@@ -97,7 +97,7 @@ impl Reader<'_> {
     }
 
     /// An element of a field, of one index or two.
-    fn element(&mut self, name: &[u8], first: f64) -> Result<Key, Fault> {
+    fn element(&mut self, name: &[u8], first: f64) -> Result<Key, Box<Fault>> {
         let mut text = format!("{}[{first}", String::from_utf8_lossy(name));
         if self.peek() == Some(b',') {
             self.at += 1;
@@ -107,7 +107,7 @@ impl Reader<'_> {
     }
 
     /// A variable of the control's own, index and all.
-    fn system_key(&mut self, start: usize) -> Result<Key, Fault> {
+    fn system_key(&mut self, start: usize) -> Result<Key, Box<Fault>> {
         let most = self.source.len().min(start + NAME_LENGTH);
         let text = self.source.get(start..most).unwrap_or(&[]);
         let length = memchr::memchr2(b']', b'\n', text).unwrap_or(text.len());
@@ -119,7 +119,7 @@ impl Reader<'_> {
     }
 
     /// `"text"`: it has no value.
-    pub(crate) fn text(&mut self) -> Result<f64, Fault> {
+    pub(crate) fn text(&mut self) -> Result<f64, Box<Fault>> {
         let rest = self.source.get(self.at + 1..).unwrap_or(&[]);
         match memchr::memchr2(b'"', b'\n', rest) {
             Some(length) if rest.get(length) == Some(&b'"') => {

@@ -1,6 +1,6 @@
 //! Parameters: numbered and named values, local to a subroutine or not.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fmt;
 
 use crate::dialect::{Dialect, Naming};
@@ -59,12 +59,10 @@ impl Key {
 
     /// The key of a name between angle brackets.
     pub fn named(name: &[u8]) -> Self {
-        let plain = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
-        if let (true, Ok(name)) = (name.iter().all(plain), std::str::from_utf8(name)) {
-            return Self::Name(name.to_ascii_lowercase());
-        }
         let kept = name.iter().filter(|byte| !byte.is_ascii_whitespace());
-        Self::Name(kept.map(|byte| char::from(byte.to_ascii_lowercase())).collect())
+        let mut text = String::with_capacity(name.len());
+        text.extend(kept.map(|byte| char::from(byte.to_ascii_lowercase())));
+        Self::Name(text)
     }
 
     /// As the dialect writes it.
@@ -89,13 +87,13 @@ impl fmt::Display for Key {
 #[derive(Clone, Debug, Default)]
 pub struct Store {
     numbered: Vec<Option<f64>>,
-    global: HashMap<String, f64>,
-    local: HashMap<String, f64>,
+    global: BTreeMap<String, f64>,
+    local: BTreeMap<String, f64>,
     callers: Vec<Locals>,
 }
 
 /// Local parameters put away: numbered and named.
-type Locals = (Vec<Option<f64>>, HashMap<String, f64>);
+type Locals = (Vec<Option<f64>>, BTreeMap<String, f64>);
 
 impl Store {
     /// The value, where one was given.

@@ -91,6 +91,20 @@ impl Default for Caller {
 }
 
 impl ToolPath {
+    /// An empty one with room for so many moves.
+    pub(crate) fn with_room(moves: usize) -> Self {
+        Self {
+            kind: Vec::with_capacity(moves),
+            start: Vec::with_capacity(moves),
+            end: Vec::with_capacity(moves),
+            words: Vec::with_capacity(moves),
+            block: Vec::with_capacity(moves),
+            state: Vec::with_capacity(moves),
+            call: Vec::with_capacity(moves),
+            ..Self::default()
+        }
+    }
+
     /// Number of moves.
     pub fn len(&self) -> usize {
         self.kind.len()
@@ -106,9 +120,8 @@ impl ToolPath {
         let block = self.block.get(index).map_or(0, |block| *block as usize);
         let start = program.blocks().get(block).map_or(0, |found| found.start);
         let own = self.words.get(index).into_iter().flatten().filter_map(|word| usize::try_from(*word).ok());
-        let first = own.filter_map(|word| program.words().get(word)).map(|word| word.start).min();
-        let first = first.or(program.words_of(block).first().map(|word| word.start));
-        (first.unwrap_or(start) - start) as usize + 1
+        let first = own.min().and_then(|word| program.words().get(word)).or(program.words_of(block).first());
+        (first.map_or(start, |word| word.start) - start) as usize + 1
     }
 
     /// Adds a move but for its circle.

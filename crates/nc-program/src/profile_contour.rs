@@ -1,6 +1,6 @@
 //! The contour of LinuxCNC's turning cycles: the lines of an O-word subroutine, read but not run.
 
-use crate::arc::Point;
+use crate::arc::{with_radius, Point};
 use crate::dialect::G;
 use crate::modal::Motion;
 use crate::offset::plus;
@@ -11,6 +11,7 @@ use crate::segment::{Segment, Turn};
 
 /// More segments than this are a slip.
 const MOST: usize = 10_000;
+const WIDE: &str = "an arc of its contour is wider than its diameter";
 
 /// A segment of the contour, (z, x) in program units, and what it was read from.
 #[derive(Clone, Copy)]
@@ -36,7 +37,10 @@ impl Runner<'_> {
             made = self.read_line(&mut request, &mut drawn);
         }
         self.draws = false;
-        self.returns.truncate(depth);
+        while self.returns.len() > depth {
+            self.returns.pop();
+            self.state.store.leave();
+        }
         (self.block, self.next) = here;
         (self.counters, self.path) = (counters, path);
         std::mem::swap(&mut state.store, &mut self.state.store);
@@ -127,7 +131,7 @@ impl Runner<'_> {
         let centre = match (request.get(b'R'), request.any(b"IK")) {
             (Some(_), true) => return Err("an arc of its contour has both R and a centre"),
             (None, false) => return Err("an arc of its contour has no centre"),
-            (Some(radius), false) => by_radius(from, to, radius, left)?,
+            (Some(radius), false) => with_radius(from, to, radius.abs(), !left, 0.0).ok_or(WIDE)?.centre,
             (None, true) => {
                 let origin = if self.state.modal.centre_absolute { [0.0; 2] } else { from };
                 plus(origin, [request.get(b'K').unwrap_or(0.0), request.get(b'I').unwrap_or(0.0)], 1.0)
@@ -151,16 +155,4 @@ fn motion_code(request: &Request) -> Option<Motion> {
 
 fn words_of(request: &Request) -> [i32; 3] {
     [b'X', b'Y', b'Z'].map(|letter| request.word(letter))
-}
-
-/// The centre of an arc of at most half a turn.
-fn by_radius(from: Point, to: Point, radius: f64, left: bool) -> Result<Point, &'static str> {
-    let way = [to[0] - from[0], to[1] - from[1]];
-    let square = way[0] * way[0] + way[1] * way[1];
-    let share = ((radius * radius - square / 4.0) / square).sqrt();
-    if share.is_nan() {
-        return Err("an arc of its contour is wider than its diameter");
-    }
-    let share = if left { share } else { -share };
-    Ok([(from[0] + to[0]) / 2.0 - share * way[1], (from[1] + to[1]) / 2.0 + share * way[0]])
 }

@@ -1,5 +1,7 @@
 //! A program: its bytes, and the blocks and words laid over them.
 
+use bytes::Bytes;
+
 use crate::dialect::{Class, Dialect, Name, G};
 use crate::lex;
 use crate::names;
@@ -75,15 +77,16 @@ pub struct TooLarge {
 /// A program as read.
 #[derive(Clone, Debug)]
 pub struct Program {
-    source: Vec<u8>,
+    source: Bytes,
     dialect: &'static Dialect,
     blocks: Vec<Block>,
     words: Vec<Word>,
 }
 
 impl Program {
-    /// Lays blocks and words over the source. Any bytes can be read.
-    pub fn read(source: Vec<u8>, dialect: &'static Dialect) -> Result<Self, TooLarge> {
+    /// Lays blocks and words over the source, which is not copied. Any bytes can be read.
+    pub fn read(source: impl Into<Bytes>, dialect: &'static Dialect) -> Result<Self, TooLarge> {
+        let source = source.into();
         if i32::try_from(source.len()).is_err() {
             return Err(TooLarge { bytes: source.len() });
         }

@@ -1,8 +1,8 @@
 //! Roughing cycles (G71 to G73) taken apart into moves, in coordinates of their own.
 //!
 //! A point is (along, deep), mm: how far the tool has gone in the direction of its cuts, and how deep below the cycle's
-//! start. G71 cuts along Z and goes deep in X, G72 the other way round. The contour begins at its deepest point and
-//! comes out as it runs along: that is type I of the control's manuals.
+//! start. G71 cuts along Z and goes deep in X, G72 the other way round. A contour that begins at its deepest point and
+//! comes out as it runs along is type I of the control's manuals; `rough_pockets` has their type II.
 
 use crate::arc::Point;
 use crate::offset::minus;
@@ -22,11 +22,11 @@ pub enum Rough {
 /// More cuts than this are a slip of the depth of cut.
 pub(crate) const MOST: f64 = 10_000.0;
 /// What rounding makes of a contour that runs square to its cuts, or ends where an arc turns back, mm.
-const SLACK: f64 = 0.005;
+pub(crate) const SLACK: f64 = 0.005;
 /// Levels closer than this are one, mm.
-const SAME: f64 = 1e-9;
+pub(crate) const SAME: f64 = 1e-9;
 
-/// A piece of the contour.
+/// A piece of the contour: a line, or an arc of a quarter turn at most.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     pub from: Point,
@@ -34,30 +34,43 @@ pub(crate) struct Piece {
     pub centre: Option<Point>,
 }
 
-/// A move of the roughing: what it is and where it ends.
-pub(crate) type Step = (MoveKind, Point);
+/// A move of the roughing: what it is, where it ends, and the centre of one that follows an arc of the contour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Step {
+    pub kind: MoveKind,
+    pub to: Point,
+    pub centre: Option<Point>,
+}
+
+impl Step {
+    pub fn straight(kind: MoveKind, to: Point) -> Self {
+        Self { kind, to, centre: None }
+    }
+}
 
 impl Piece {
-    /// Whether it runs on and comes out, all along.
+    /// Whether it does not turn back.
+    pub fn runs_on(&self) -> bool {
+        minus(self.to, self.from)[0] >= -SLACK
+    }
+
+    /// Whether it comes nowhere nearer to the depth of the contour's ground.
     fn comes_out(&self) -> bool {
-        let way = minus(self.to, self.from);
-        let monotone = way[0] >= -SLACK && way[1] <= SLACK;
-        let Some(centre) = self.centre else { return monotone };
-        let (first, last) = (minus(self.from, centre), minus(self.to, centre));
-        // Such an arc stays in one quadrant about its centre.
-        let stays = |axis: usize| first[axis].min(last[axis]) >= -SLACK || first[axis].max(last[axis]) <= SLACK;
-        monotone && stays(0) && stays(1)
+        minus(self.to, self.from)[1] <= SLACK
     }
 
     /// Where it crosses a depth between those of its ends.
-    fn crossing(&self, depth: f64) -> f64 {
+    pub fn crossing(&self, depth: f64) -> f64 {
         let (from, to) = (self.from, self.to);
-        let Some(centre) = self.centre else {
-            return from[0] + (to[0] - from[0]) * (depth - from[1]) / (to[1] - from[1]);
+        let along = match self.centre {
+            None => from[0] + (to[0] - from[0]) * (depth - from[1]) / (to[1] - from[1]),
+            Some(centre) => {
+                let (first, last) = (minus(from, centre), minus(to, centre));
+                let across = (first[0].hypot(first[1]).powi(2) - (depth - centre[1]).powi(2)).max(0.0).sqrt();
+                centre[0] + across.copysign(first[0] + last[0])
+            }
         };
-        let (first, last) = (minus(from, centre), minus(to, centre));
-        let across = (first[0].hypot(first[1]).powi(2) - (depth - centre[1]).powi(2)).max(0.0).sqrt();
-        (centre[0] + across.copysign(first[0] + last[0])).clamp(from[0].min(to[0]), from[0].max(to[0]))
+        along.max(from[0].min(to[0])).min(from[0].max(to[0]))
     }
 }
 
@@ -75,7 +88,7 @@ impl Roughing {
     /// Whether the contour is of type I: it begins deepest, not behind the start, and comes out all the way.
     pub fn is_monotone(&self) -> bool {
         let begins = self.pieces.first().is_some_and(|first| first.from[0] >= -SLACK && first.from[1] > SAME);
-        begins && self.pieces.iter().all(Piece::comes_out)
+        begins && self.pieces.iter().all(|piece| piece.runs_on() && piece.comes_out())
     }
 
     /// The straight cuts, each as deep as the one before plus the depth of cut, and back to the height of the start. The
@@ -86,19 +99,28 @@ impl Roughing {
         if !(self.depth_of_cut > 0.0 && (0.0..=MOST).contains(&count)) {
             return None;
         }
-        let down = if self.feeds_down { MoveKind::Line } else { MoveKind::Rapid };
+        let down = self.way_down();
         let mut steps = Vec::new();
         for cut in 1..=count as usize {
             let depth = cut as f64 * self.depth_of_cut;
             let reach = self.reach(depth);
-            steps.push((down, [0.0, depth]));
+            steps.push(Step::straight(down, [0.0, depth]));
             if reach > SAME {
-                steps.push((MoveKind::Line, [reach, depth]));
-                steps.push((MoveKind::Rapid, [reach - self.escape, depth - self.escape]));
-                steps.push((MoveKind::Rapid, [0.0, depth - self.escape]));
+                steps.push(Step::straight(MoveKind::Line, [reach, depth]));
+                steps.push(Step::straight(MoveKind::Rapid, [reach - self.escape, depth - self.escape]));
+                steps.push(Step::straight(MoveKind::Rapid, [0.0, depth - self.escape]));
             }
         }
         Some(steps)
+    }
+
+    /// How the contour's first block comes to it.
+    pub fn way_down(&self) -> MoveKind {
+        if self.feeds_down {
+            MoveKind::Line
+        } else {
+            MoveKind::Rapid
+        }
     }
 
     /// How far a cut at a depth goes: to the contour.
@@ -111,7 +133,7 @@ impl Roughing {
 
 #[cfg(test)]
 mod tests {
-    use super::{Piece, Roughing};
+    use super::{Piece, Roughing, Step};
     use crate::path::MoveKind::{Line, Rapid};
 
     fn line(from: [f64; 2], to: [f64; 2]) -> Piece {
@@ -135,7 +157,7 @@ mod tests {
             (Rapid, [4.0, 3.5]),
             (Rapid, [0.0, 3.5]),
         ];
-        assert_eq!(step().cuts().unwrap(), expected);
+        assert_eq!(step().cuts().unwrap(), expected.map(|(kind, to)| Step::straight(kind, to)));
     }
 
     #[test]
@@ -147,12 +169,11 @@ mod tests {
     }
 
     #[test]
-    fn pockets_and_arcs_that_turn_back_are_not_of_type_i() {
+    fn pockets_and_lines_that_turn_back_are_not_of_type_i() {
         let with = |piece: Piece| Roughing { pieces: vec![line([0.0, 5.0], [1.0, 5.0]), piece], ..step() };
         assert!(step().is_monotone());
         assert!(!with(line([1.0, 5.0], [2.0, 6.0])).is_monotone());
         assert!(!with(line([1.0, 5.0], [0.5, 4.0])).is_monotone());
-        assert!(!with(Piece { from: [1.0, 5.0], to: [7.0, 3.0], centre: Some([4.0, 4.0]) }).is_monotone());
     }
 
     #[test]

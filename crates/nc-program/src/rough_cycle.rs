@@ -1,12 +1,14 @@
 //! Roughing cycles of Fanuc and Haas lathes (G71 to G73): what their words say, and their moves.
 
-use crate::arc::{Circle, Point};
+use crate::arc::{about, Circle, Point};
 use crate::drawn::{planar, Contour};
 use crate::finding;
 use crate::modal::{Compensation, Modal};
+use crate::offset::minus;
 use crate::path::{MoveKind, INHERITED};
 use crate::request::Request;
 use crate::rough::{Piece, Rough, Roughing, MOST};
+use crate::rough_contour::{pieces, Own};
 use crate::run::Runner;
 
 /// How far the tool is lifted after a cut where the program does not say it, mm.
@@ -49,7 +51,7 @@ impl Runner<'_> {
                 Err("its contour is not in the plane of Z and X")
             }
             Rough::Pattern => self.rough_pattern(request, &contour),
-            _ => self.rough_cuts(request, rough, &contour, word),
+            _ => self.rough_cuts(request, rough, &contour, (word, blocks.0)),
         });
         if let Err(why) = made {
             let message = format!("{}: its roughing passes are not in the path: {why}", self.word_text(word));
@@ -69,16 +71,12 @@ impl Runner<'_> {
         request: &Request,
         rough: Rough,
         contour: &Contour,
-        word: i32,
+        (word, first): (i32, usize),
     ) -> Result<(), &'static str> {
         let axes = if rough == Rough::Face { (0, 2) } else { (2, 0) };
-        let (data, start) = (self.state.rough, self.state.position);
-        let (origin, last) = (planar(start, axes), contour.cuts.last().map_or(start, |cut| cut.end));
-        let (begins, ends) = (planar(contour.start, axes), planar(last, axes));
-        let signs = [(ends[0] - origin[0]).signum(), (begins[1] - origin[1]).signum()];
-        let own = |point: Point| [signs[0] * (point[0] - origin[0]), signs[1] * (point[1] - origin[1])];
-        let roughing = Roughing {
-            pieces: pieces(contour, axes, own),
+        let (data, start, own) = (self.state.rough, self.state.position, Own::of(contour, self.state.position, axes));
+        let mut roughing = Roughing {
+            pieces: pieces(contour, axes, |point| own.inside(point)),
             depth_of_cut: self.stepped(request, b'D').unwrap_or(data.depth),
             escape: if data.escape.is_nan() { ESCAPE } else { data.escape },
             feeds_down: contour.feeds_down,
@@ -86,32 +84,67 @@ impl Runner<'_> {
         if roughing.depth_of_cut.is_nan() {
             return Err("its depth of cut is a parameter of the control");
         }
-        if !roughing.is_monotone() {
-            return Err("the contour has a pocket, or does not begin at its deepest (type II)");
-        }
-        let steps = roughing.cuts().ok_or("its depth of cut makes no sense")?;
-        if data.escape.is_nan() {
-            let what = format!("how far the tool is lifted after a cut is the control's; taken as {ESCAPE} mm");
-            self.note_opaque(word, &what);
-        }
         let allowance = self.allowance(request);
+        let mut taken = Vec::new();
+        let steps = if self.names_both(first) {
+            let to = own.inside(planar(contour.start, axes));
+            roughing.pieces.insert(0, Piece { from: [0.0; 2], to, centre: None });
+            taken = of_pockets(&roughing, allowance[axes.0])?;
+            roughing.pocket_cuts()
+        } else if roughing.is_monotone() {
+            roughing.cuts()
+        } else {
+            return Err(
+                "the contour has a pocket, or begins not at its deepest: its first block has to name X and Z then",
+            );
+        };
+        let steps = steps.ok_or("its depth of cut makes no sense")?;
+        if data.escape.is_nan() {
+            taken.push(format!("how far the tool is lifted after a cut is the control's; taken as {ESCAPE} mm"));
+        }
+        if !taken.is_empty() {
+            self.note_opaque(word, &taken.join("; "));
+        }
         let further = [request.get(b'I'), None, request.get(b'K')].map(|i| i.unwrap_or(0.0) * self.state.modal.mm());
         let left = sum(allowance, further);
-        let at = |point: Point| {
-            let mut position = sum(start, left);
-            position[axes.0] += signs[0] * point[0];
-            position[axes.1] += signs[1] * point[1];
-            position
-        };
+        let at = |point: Point| sum(own.outside(point, start), left);
         self.uncompensated(|runner| {
             runner.emit(MoveKind::Rapid, sum(start, left), [INHERITED; 3]);
-            for (kind, point) in steps {
-                runner.emit(kind, at(point), [INHERITED; 3]);
+            for step in &steps {
+                runner.rough_step(step.kind, at(step.to), step.centre.map(at));
             }
             runner.cut_contour(contour, allowance);
+            if roughing.has_pocket() {
+                let mut out = runner.state.position;
+                let height = start[axes.1] + allowance[axes.1];
+                if own.signs[1] * (out[axes.1] - height) > 0.0 {
+                    out[axes.1] = height;
+                    runner.emit(MoveKind::Rapid, out, [INHERITED; 3]);
+                }
+            }
             runner.emit(MoveKind::Rapid, start, [INHERITED; 3]);
         });
         Ok(())
+    }
+
+    /// Whether a block names X and Z, as the first one of a contour with pockets does.
+    fn names_both(&self, block: usize) -> bool {
+        let words = self.program.words_of(block);
+        [b"XU", b"ZW"].iter().all(|letters| words.iter().any(|word| letters.contains(&word.letter)))
+    }
+
+    /// A move of the roughing: about a centre it is the shorter way.
+    fn rough_step(&mut self, kind: MoveKind, end: [f64; 3], centre: Option<[f64; 3]>) {
+        let (first, second, _) = self.state.modal.plane.axes();
+        let [from, to] = [self.state.position, end].map(|point| planar(point, (first, second)));
+        let circle = centre.map(|centre| planar(centre, (first, second))).and_then(|centre| {
+            let (a, b) = (minus(from, centre), minus(to, centre));
+            about(from, to, centre, a[0] * b[1] < a[1] * b[0])
+        });
+        match circle {
+            Some(circle) => self.emit_arc(circle, circle.sweep, f64::NAN, end, [INHERITED; 3]),
+            None => self.emit(kind, end, [INHERITED; 3]),
+        }
     }
 
     /// The contour as often as R says: first as far off as U and W of the first block say, last with the allowance.
@@ -158,7 +191,7 @@ impl Runner<'_> {
     }
 
     /// Roughing takes no notice of G41 and G42.
-    pub(crate) fn uncompensated(&mut self, cut: impl FnOnce(&mut Self)) {
+    fn uncompensated(&mut self, cut: impl FnOnce(&mut Self)) {
         let before = self.state.modal;
         self.state.modal = Modal { compensation: Compensation::Off, ..before };
         cut(self);
@@ -166,16 +199,23 @@ impl Runner<'_> {
     }
 }
 
-fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+/// What is taken of a contour with pockets, to be said; why it cannot be followed.
+fn of_pockets(roughing: &Roughing, allowance: f64) -> Result<Vec<String>, &'static str> {
+    if let Some(why) = roughing.pockets_refused() {
+        return Err(why);
+    }
+    let mut taken = Vec::new();
+    if roughing.has_pocket() {
+        taken.push("the order of its pockets is the control's; taken as each to its ground before the next".to_owned());
+        if allowance != 0.0 {
+            taken.push(
+                "the allowance along its cuts moves both walls of a pocket the same way, into one of them".into(),
+            );
+        }
+    }
+    Ok(taken)
 }
 
-fn pieces(contour: &Contour, axes: (usize, usize), own: impl Fn(Point) -> Point) -> Vec<Piece> {
-    let mut from = own(planar(contour.start, axes));
-    let piece = |cut: &crate::drawn::Cut| {
-        let to = own(planar(cut.end, axes));
-        let centre = cut.arc.map(|arc| own(planar(arc.centre, axes)));
-        Piece { from: std::mem::replace(&mut from, to), to, centre }
-    };
-    contour.cuts.iter().map(piece).collect()
+fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }

@@ -121,7 +121,7 @@ impl<'a> Runner<'a> {
             visits: Vec::new(),
             labels: OnceCell::new(),
             state: State::new(program, options),
-            path: ToolPath::default(),
+            path: ToolPath::with_room(program.blocks().len().min(program.words().len()).min(options.block_limit)),
             findings,
             returns: Vec::new(),
             counters: Vec::new(),

@@ -72,7 +72,7 @@ fn word_jumps(program: &Program, word: &Word) -> bool {
             program.code(word).is_some_and(elsewhere)
         }
         // A return is the end of a program that nothing calls, unless it names a block.
-        (WordKind::Number, b'M') => match (dialect.m)(word.value.round() as u16) {
+        (WordKind::Number, b'M') => match dialect.m_code(word.value) {
             Some(M::CallProgram | M::CallBlock) => true,
             Some(M::Return) => program.words_of(program.block_at(word.start as usize)).iter().any(|w| w.letter == b'P'),
             _ => false,

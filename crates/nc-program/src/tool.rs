@@ -14,6 +14,14 @@ pub struct Tool {
     pub tip: Option<u8>,
     /// Length, mm, which G43 adds along Z.
     pub length: Option<f64>,
+    /// Offset of the tool table (x, y, z), mm, x a radius: geometry and wear, which T0101 of a lathe adds.
+    pub offset: Option<[f64; 3]>,
+}
+
+/// The tool that a program calls by a number: the one that has it, or the one that has none.
+pub(crate) fn called(tools: &[Tool], number: i32) -> Option<&Tool> {
+    let named = tools.iter().find(|tool| tool.number == Some(number));
+    named.or(tools.iter().find(|tool| tool.number.is_none()))
 }
 
 /// What the program says of the tool where it switches compensation on.
@@ -44,9 +52,9 @@ pub(crate) fn cutter(state: &Modal, tools: &[Tool], dialect: &Dialect) -> Result
     if called.radius >= 0.0 {
         return Ok(Cutter { radius: called.radius, tip: tip(called.tip, called.radius, dialect) });
     }
-    let named = tools.iter().find(|tool| tool.number == Some(called.number));
-    let tool = named.or(tools.iter().find(|tool| tool.number.is_none()));
-    let Some(tool) = tool else { return Err(format!("the radius of tool {} is not known", called.number)) };
+    let Some(tool) = self::called(tools, called.number) else {
+        return Err(format!("the radius of tool {} is not known", called.number));
+    };
     match tool.tip {
         None if lathe => Err(format!("the orientation of the tip of tool {} is not known", called.number)),
         number => {

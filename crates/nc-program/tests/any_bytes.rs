@@ -213,7 +213,7 @@ fn everything(source: &[u8], dialect: &'static Dialect) -> Result<(), TestCaseEr
     offset_statements(&program);
     for optional_blocks in [false, true] {
         let tools = if optional_blocks {
-            vec![Tool { number: None, radius: 1.5, tip: Some(3), length: Some(9.0) }]
+            vec![Tool { number: None, radius: 1.5, tip: Some(3), length: Some(9.0), offset: Some([3.0, 0.0, 1.0]) }]
         } else {
             Vec::new()
         };
@@ -345,4 +345,11 @@ fn deep_brackets_are_refused() {
     let (_, findings) = run(&program, &Options::default());
     assert_eq!(findings.len(), 1);
     assert_eq!(findings[0].code, "NC-EXPRESSION");
+}
+
+#[test]
+fn the_source_is_not_copied() {
+    let source = bytes::Bytes::from_static(b"G21\nG0 X1\n");
+    let program = Program::read(source.clone(), Dialect::named("linuxcnc").unwrap()).unwrap();
+    assert!(std::ptr::eq(program.source(), source.as_ref()));
 }

@@ -1,5 +1,6 @@
 //! Binds `nc-program`.
 
+use bytes::Bytes;
 use nc_program::{
     lint, meaning, offset_statements, parameters_used, run, Dialect, Finding, Key, Modal, Options,
     Plane, Program, Severity, Tool, ToolPath, Word, WordKind,
@@ -7,6 +8,7 @@ use nc_program::{
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 /// Severity, code, message, hint, byte offset.
@@ -38,7 +40,7 @@ type DialectTuple = (
 );
 
 /// Number, radius, tip, length.
-type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>);
+type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>, Option<[f64; 3]>);
 
 /// A program as read.
 #[pyclass(frozen)]
@@ -49,9 +51,9 @@ pub struct NcProgram {
 #[pymethods]
 impl NcProgram {
     #[new]
-    fn new(py: Python<'_>, source: &[u8], dialect: &str) -> PyResult<Self> {
+    fn new(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<Self> {
         let dialect = dialect_of(dialect)?;
-        let source = source.to_vec();
+        let source = Bytes::from_owner(source);
         let program = py.detach(|| Program::read(source, dialect));
         let program = program.map_err(|error| PyOverflowError::new_err(error.bytes.to_string()))?;
         Ok(Self { program })
@@ -164,11 +166,12 @@ impl NcProgram {
         initial.diameter = diameter.unwrap_or(initial.diameter);
         initial.plane = plane.map_or(Ok(initial.plane), plane_of)?;
         let tools = tools.into_iter();
-        let tools = tools.map(|(number, radius, tip, length)| Tool {
+        let tools = tools.map(|(number, radius, tip, length, offset)| Tool {
             number,
             radius,
             tip,
             length,
+            offset,
         });
         let options = Options {
             tools: tools.collect(),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use bytes::Bytes;
 use nc_map::field::Trouble;
 use nc_map::{
     named_axes, sets_offset, Affine, Field, Grid, Limits, Mapper, Place, Refusal, Saying, Vector,
@@ -10,6 +11,7 @@ use nc_program::{jumps, Options, Program};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyBytes;
 
 use crate::nc::{dialect_of, parameters_of, NcProgram};
@@ -319,17 +321,19 @@ type Surveyed = (bool, [bool; 3], BTreeMap<char, usize>, Option<usize>);
 
 /// Of some lines of a program.
 #[pyfunction]
-fn nc_survey(py: Python<'_>, source: &[u8], dialect: &str) -> PyResult<Surveyed> {
+fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<Surveyed> {
     let dialect = dialect_of(dialect)?;
-    Ok(py.detach(|| match Program::read(source.to_vec(), dialect) {
-        Ok(program) => (
-            jumps(&program),
-            named_axes(&program),
-            letters(&program),
-            sets_offset(&program),
-        ),
-        Err(_) => (true, [true; 3], BTreeMap::new(), None),
-    }))
+    Ok(
+        py.detach(|| match Program::read(Bytes::from_owner(source), dialect) {
+            Ok(program) => (
+                jumps(&program),
+                named_axes(&program),
+                letters(&program),
+                sets_offset(&program),
+            ),
+            Err(_) => (true, [true; 3], BTreeMap::new(), None),
+        }),
+    )
 }
 
 fn letters(program: &Program) -> BTreeMap<char, usize> {

@@ -71,7 +71,7 @@ def fit(
                 f"  run {run.run!r} predicted from the others: {left.rms:.2f} {unit} RMS, without {left.raw:.2f}"
             )
     for finding in found.findings:
-        typer.echo(f"{finding.severity}: {finding.code}: {finding.message}", err=True)
+        typer.echo(str(finding), err=True)
     typer.echo(f"written: {out / 'model.json'}, {out / 'machine.html'}")
 
 

@@ -15,6 +15,7 @@ from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import (
     DialectName,
     Offsets,
+    OffsetsFile,
     ProgramFile,
     Settings,
     SkippedBlocks,
@@ -48,6 +49,7 @@ def path_of_program(
     skipped_blocks: SkippedBlocks = False,
     tools: Tools = None,
     offsets: Offsets = None,
+    offsets_file: OffsetsFile = None,
     form: Annotated[Literal["csv", "json"], typer.Option("--format", "-f", help="How to print it.")] = "csv",
 ) -> None:
     """Print the tool path: a row a move with its line and column, mm, x as a radius.
@@ -59,8 +61,8 @@ def path_of_program(
         path = program.run(
             parameters_of(settings),
             skipped_blocks=skipped_blocks,
-            tools=tools_of(tools),
-            work_offsets_mm=offsets_of(offsets),
+            tools=tools_of(tools, offsets_file),
+            work_offsets_mm=offsets_of(offsets, offsets_file),
             strict=False,
         )
     if form == "csv":
@@ -79,6 +81,7 @@ def check_program(
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
     tools: Tools = None,
+    offsets_file: OffsetsFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
@@ -87,7 +90,9 @@ def check_program(
 
     with busy(f"checking {file}"):
         program = read_program_file(file, dialect)
-        findings = check(program, parameters_of(settings), skipped_blocks=skipped_blocks, tools=tools_of(tools))
+        findings = check(
+            program, parameters_of(settings), skipped_blocks=skipped_blocks, tools=tools_of(tools, offsets_file)
+        )
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
     if as_json:
         print_json(
@@ -116,6 +121,7 @@ def difference_of_programs(
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
     tools: Tools = None,
+    offsets_file: OffsetsFile = None,
     rapids: Annotated[bool, typer.Option("--rapids", help="Compare rapid moves as well as cuts.")] = False,
     tolerance_mm: Annotated[
         float | None,
@@ -129,7 +135,7 @@ def difference_of_programs(
     with busy(f"comparing {file} and {other}"):
         parameters = parameters_of(settings)
         programs = [read_program_file(file, dialect), read_program_file(other, other_dialect or dialect)]
-        known = tools_of(tools)
+        known = tools_of(tools, offsets_file)
         paths = [program.run(parameters, skipped_blocks=skipped_blocks, tools=known) for program in programs]
         found = path_difference(*paths, rapids=rapids)
     here, there = (0, 1) if found.first else (1, 0)
@@ -199,9 +205,7 @@ def _print_findings(findings: Sequence["Finding"], of: str, errors: int) -> None
     console = wide_console()
     colours = {"error": "bold red", "warning": "yellow", "note": "cyan"}
     for finding in findings:
-        text = Text.assemble(
-            f"{finding.place}: ", (f"{finding.severity} {finding.code}", colours[finding.severity]),
-            f": {finding.message}\n  hint: {finding.hint}",
-        )  # fmt: skip
+        text = Text(str(finding))
+        text.highlight_words([f"{finding.severity} {finding.code}"], colours[finding.severity])
         console.print(text)
     console.print(f"{of}: {len(findings)} findings, {errors} of them errors", markup=False)

@@ -49,7 +49,7 @@ def translate_program_file(
     refused = bool(errors) and not accept_losses
     if not as_json or refused:
         for loss in made.losses:
-            typer.echo(f"{loss.place}: {loss.severity} {loss.code}: {loss.message}\n  hint: {loss.hint}", err=True)
+            typer.echo(str(loss), err=True)
     if refused:
         raise TrueloopError(
             Code.NC_LOST,

@@ -16,6 +16,7 @@ from trueloop.cli.program_file import (
     read_program_file,
 )
 from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.errors import in_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,11 +75,13 @@ def from_program(
     """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
     from trueloop.nc.contour import contour_of_program
     from trueloop.nc.feed_moves import feed_moves
+    from trueloop.nc.rapid import boring_moves
 
     with busy(f"reading {file}"):
         program = read_program_file(file, dialect)
         path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, roughing=False)
-        contour = contour_of_program(feed_moves(path), nose_radius_mm, lines=lines)
+        with in_file(file):
+            contour = contour_of_program(feed_moves(path), nose_radius_mm, lines=lines, boring=boring_moves(path))
     _hand_over(name or file.stem, contour.profile, contour.notes, output, file)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from trueloop.formats.offsets_toml import OffsetTables
     from trueloop.nc.cutter_tool import CutterTool
     from trueloop.nc.program import Program
 
@@ -46,6 +47,15 @@ Offsets = Annotated[
     ),
 ]
 
+OffsetsFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--offsets",
+        metavar="FILE",
+        help="A TOML file of work offsets and tools, with the offsets that T0101 adds; the command line comes first.",
+    ),
+]
+
 TOOL = re.compile(r"\s*(?:T?(\d+)\s*=)?\s*R([\d.]+)\s*(?:,\s*Q(\d))?\s*(?:,\s*L(-?[\d.]+))?\s*", re.IGNORECASE)
 SETTING = re.compile(r"\s*([^=\s]+)\s*=\s*([^=]+?)\s*")
 
@@ -78,11 +88,11 @@ def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict
     return parameters
 
 
-def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
-    """`["2=R0.4,Q3", "R5"]` as tools; anything else is a fault of the command line."""
+def tools_of(texts: Sequence[str] | None, file: Path | None = None) -> "list[CutterTool]":
+    """`["2=R0.4,Q3", "R5"]` as tools, then those of an offsets file; other texts are a fault of the command line."""
     from trueloop.nc.cutter_tool import CutterTool
 
-    tools = []
+    tools: list[CutterTool] = []
     for text in texts or ():
         found = TOOL.fullmatch(text)
         try:
@@ -92,14 +102,17 @@ def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
             raise typer.BadParameter(f"{text!r} is no tool, such as 2=R0.4,Q3", param_hint="--tool") from None
         tip, number = (None if text is None else int(text) for text in (tip, number))
         tools.append(CutterTool(radius, tip, number, length))
-    return tools
+    return [*tools, *_offsets_in(file).tools]
 
 
-def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, float]]:
-    """`["G54=0,0,-120"]` as zeros by the number of the work offset; anything else is a fault of the command line."""
+def offsets_of(texts: Sequence[str] | None, file: Path | None = None) -> dict[int, tuple[float, float, float]]:
+    """`["G54=0,0,-120"]` and those of an offsets file as zeros by the number of the work offset.
+
+    Other texts are a fault of the command line.
+    """
     from trueloop.nc.work_offset import offset_number
 
-    offsets = {}
+    offsets = dict(_offsets_in(file).work_mm)
     for text in texts or ():
         name, equals, place = text.partition("=")
         number = offset_number(name.strip())
@@ -107,6 +120,12 @@ def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, flo
             raise typer.BadParameter(f"{text!r} is no work offset, such as G54=0,0,-120", param_hint="--offset")
         offsets[number] = vector_of(place, "--offset")
     return offsets
+
+
+def _offsets_in(file: Path | None) -> "OffsetTables":
+    from trueloop.formats.offsets_toml import OffsetTables, read_offsets
+
+    return OffsetTables() if file is None else read_offsets(file)
 
 
 def vector_of(text: str, option: str) -> tuple[float, float, float]:

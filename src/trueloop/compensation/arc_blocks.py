@@ -4,21 +4,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from trueloop.compensation.moves import Move, within_quadrants
-from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.nc.dialect import Dialect
 from trueloop.nc.edit import coordinate_text
+from trueloop.nc.late_codes import late_codes
 from trueloop.nc.program import Block, Program, Word
 from trueloop.nc.tool_path import CoordinateState
 
 GEOMETRY = frozenset("XZRIK")
 """The words of an arc block that new moves replace; feed and comments stay in the first block."""
-
-BEFORE_MOVE = frozenset({3, 4, 6, 7, 8})
-"""M codes that act before the move of their block, as far as controls agree: they stay in the first block."""
-
-AFTER_MOVE = frozenset({0, 1, 2, 5, 9, 30, 60, 98, 99})
-"""M codes that stop, end or call after the move (M5 and M9 on most controls): they go to the last block."""
 
 SINGLE_QUADRANT = frozenset({"ge2000t"})
 """Controls that, as delivered, take an arc with R only within one quadrant [6811 §A.1.1]."""
@@ -82,7 +76,7 @@ def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcS
     """
     kept = [word for word in block.data if not (_is_geometry(word) or is_motion(word))]
     pieces = style.allowed(moves)
-    late = _late(kept, block) if len(pieces) > 1 else []
+    late = late_codes(kept, block) if len(pieces) > 1 else []
     texts: list[str] = []
     for move in pieces:
         texts.append(" ".join([style.motion(move), *style.geometry(move, start_mm)]))
@@ -90,21 +84,6 @@ def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcS
     texts[0] = " ".join([texts[0], *(word.text for word in kept if word not in late)])
     texts[-1] = " ".join([texts[-1], *(word.text for word in late)])
     return texts
-
-
-def _late(words: Sequence[Word], block: Block) -> list[Word]:
-    """The M codes that act after the move."""
-    codes = [word for word in words if word.letter == "M" and word.kind != "assignment"]
-    for word in codes:
-        if word.value not in BEFORE_MOVE | AFTER_MOVE:
-            raise TrueloopError(
-                Code.NC_EDIT,
-                f"{word.text} stands in the block of an arc that becomes several: whether it acts before or after the "
-                "move is the control's affair",
-                hint=f"put {word.text} into a block of its own",
-                place=Place(line=block.index + 1),
-            )
-    return [word for word in codes if word.value in AFTER_MOVE]
 
 
 def is_motion(word: Word) -> bool:

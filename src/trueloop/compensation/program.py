@@ -1,7 +1,9 @@
 """The corrected program: the source with the ends of its cuts displaced and its arcs written anew, by span.
 
 Only words of the contour change. A coordinate that a block inherits is written into it where the corrected path needs
-one of its own; a rapid to the start of the contour stays where it was, and a feed move goes the rest of the way.
+one of its own; a rapid to the start of the contour stays where it was, and a feed move goes the rest of the way. Under
+G41 or G42 such a move, shorter than the nose, would say where the nose is led in: there the rapid ends where the
+corrected contour begins, as it ended on the contour before.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +19,7 @@ from trueloop.geometry.feature import Array
 from trueloop.nc.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
 from trueloop.nc.program import Block, Program
 from trueloop.nc.shape_words import require_own_shape
-from trueloop.nc.tool_path import INVERSE_TIME, Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
 
 AXES = ((0, "X"), (2, "Z"))
 
@@ -39,6 +41,11 @@ class Displacements:
         """The last displaced move."""
         return max(self.ends)
 
+    def off(self, by_mm: Array) -> "Displacements":
+        """The same from ends that lie off by (n, 3): what is meant stays, whatever they are displaced from."""
+        ends = {move: end + by_mm[move, [0, 2]] for move, end in self.ends.items()}
+        return Displacements(ends, self.arcs)
+
 
 def displacements(
     start: Array, shifts: Sequence[EndShift], replacements: Sequence[Replacement], run_out: Sequence[int]
@@ -59,6 +66,7 @@ def displacements(
 def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
     """The edits that displace the contour. Raises NC-EDIT where a word cannot be moved."""
     require_own_shape(program, path, range(targets.first, min(targets.last + 2, len(path))))
+    _require_no_arc_after(program, path, targets)
     edits: list[Edit] = []
     held = np.array(path.start_mm[targets.first])
     for move in range(targets.first, targets.last + 1):
@@ -67,13 +75,48 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
         if move in targets.arcs:
             edits += _arc(program, path, move, _ending_at(targets.arcs[move], wanted))
             held = wanted
-        elif path.motion[move] == Motion.RAPID and np.any(delta):
+        elif path.motion[move] == Motion.RAPID and np.any(delta) and not _is_led_in(path, move):
             edits.append(_feed_to(program, path, move, wanted))
             held = wanted
         else:
             found, held = _line(program, path, move, wanted, held)
             edits += found
     return edits
+
+
+def led_in(path: ToolPath, targets: Displacements) -> Displacements:
+    """The same with the rapid onto a contour under G41 or G42 ending earlier on its first line than the contour begins.
+
+    By as much as it is displaced across that line, so that it comes no nearer to what lies ahead. Not where its block
+    names one axis alone, as the first block of a contour of G71 does, which must not name the other.
+    """
+    move = targets.first
+    if path.motion[move] != Motion.RAPID or not _is_led_in(path, move) or path.motion[move + 1] == Motion.ARC:
+        return targets
+    if np.any(path.word[move][[0, 2]] < 0):
+        return targets
+    delta, ahead = targets.ends[move], (path.end_mm - path.start_mm)[move + 1, [0, 2]]
+    ahead = ahead / np.linalg.norm(ahead)
+    across = abs(float(ahead[1] * delta[0] - ahead[0] * delta[1]))
+    return Displacements({**targets.ends, move: delta - across * ahead}, targets.arcs)
+
+
+def _is_led_in(path: ToolPath, move: int) -> bool:
+    """Whether the cut after a rapid is a contour that the control keeps the nose off."""
+    return bool(path.compensation[move + 1] != NO_COMPENSATION)
+
+
+def _require_no_arc_after(program: Program, path: ToolPath, targets: Displacements) -> None:
+    """Refuses an arc that begins at the displaced end of the contour: its circle would go elsewhere, or not fit."""
+    after = targets.last + 1
+    if after < len(path) and path.motion[after] == Motion.ARC and np.any(targets.ends[targets.last]):
+        block = program.block(int(path.block[after]))
+        raise TrueloopError(
+            Code.NC_EDIT,
+            "this arc begins where the displaced contour ends: its circle would not stay",
+            hint="leave the contour by a straight move",
+            place=program.place(block.start),
+        )
 
 
 def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:

@@ -106,7 +106,8 @@ def require_nose_fits(driven: ToolPath, lines: Integers) -> None:
     """Raises NC-GOUGE or NC-ENTRY where the control cannot keep the nose off the contour of lines (first, last)."""
     for found in driven.findings:
         if found.code in (Code.NC_GOUGE, Code.NC_ENTRY) and lines[0] <= (found.place.line or 0) <= lines[1]:
-            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+            where = f"line {found.place.line} of the corrected program: {found.message}"
+            raise TrueloopError(found.code, where, hint=found.hint, place=Place(found.place.file))
 
 
 def _off(moves: Sequence[Move], points: Array) -> Array:

@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 import numpy as np
 
 from trueloop.compensation.program import changes
-from trueloop.compensation.record import MARK, ChangedWord, check_uncorrected, sha256_of
+from trueloop.compensation.record import ChangedWord, check_uncorrected, marks_of_record
 from trueloop.compensation.surface_gouges import check_gouges
 from trueloop.compensation.surface_lead import held_starts, require_arcs_stay
 from trueloop.compensation.surface_samples import Samples, SurfaceJob, sampled
@@ -202,7 +202,7 @@ def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, poi
 
 
 def _mark(program: Program, record_id: str) -> Iterator[Edit]:
-    lines = [f"{MARK}: record {record_id}", f"source sha256 {sha256_of(program.source)}"]
+    lines = marks_of_record(record_id, program.source)
     yield insert_heading(program, [program.dialect.comment(line) for line in lines])
 
 

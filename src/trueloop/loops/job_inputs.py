@@ -26,6 +26,7 @@ from trueloop.loops.sources import Sources
 from trueloop.nc.contour import contour_of_program
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.program import Program, read_program
+from trueloop.nc.rapid import boring_moves
 from trueloop.nc.understood import require_understood
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
@@ -146,7 +147,8 @@ def _profile(sources: Sources, path: Path, job: Job, program: Program | None) ->
         with in_file(sources.file(job.programs.finish)):
             skipped_blocks = job.programs.execute_deleted_blocks
             tool_path = program.run(job.programs.parameters, skipped_blocks=skipped_blocks, roughing=False)
-            features = contour_of_program(feed_moves(tool_path), _nose_radius_mm(job)).profile.features
+            moves, boring = feed_moves(tool_path), boring_moves(tool_path)
+            features = contour_of_program(moves, _nose_radius_mm(job), boring=boring).profile.features
     elif part.dxf is not None:
         # ezdxf takes long to import, and most jobs have no drawing.
         from trueloop.formats.dxf import read_dxf

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.compensation.read_back import not_as_intended
-from trueloop.compensation.record import MARK, check_uncorrected, record_id, sha256_of
+from trueloop.compensation.record import check_uncorrected, mark_of_field, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.outputs import write_all
 from trueloop.machine.planar_field import PlanarField
@@ -59,7 +59,7 @@ def correct_points(
             )
     digest = sha256_of(program.source)
     identity = record_id({"program": digest}, {"field": told, "all_words": all_words})
-    mark = program.dialect.comment(f"{MARK} {identity} by a field, source {digest[:16]}")
+    mark = program.dialect.comment(mark_of_field(identity, digest))
     written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
     for line, off in off_mm(read_program(written, program.dialect.name, program.file), found.wanted_mm, left_alone):
         raise not_as_intended(f"line {line} of the written program stands {off * UM_PER_MM:.2f} µm from where it shall")

@@ -1,28 +1,34 @@
 """A field applied to a program, in streaming: read, displaced and written some lines at a time.
 
 Memory does not grow with the program; only programs with loops, calls or contours by number are held whole, since
-their blocks may run in any order.
+their blocks may run in any order, and those with corners and the like, which are written out first.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from trueloop._core import NcMapper, nc_survey
-from trueloop.compensation.record import MARK, check_uncorrected, record_id
+from trueloop.compensation.record import check_uncorrected, mark_of_field, record_id
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.outputs import Named, write_all, written_as_it_comes
+from trueloop.loops.drawn_program import is_drawn, written_out_file
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.edit import apply_edits
 from trueloop.nc.field import Field
 from trueloop.nc.guess import guess_dialect
 from trueloop.nc.heading import insert_heading
-from trueloop.nc.program import no_parameter, read_program
+from trueloop.nc.program import Program, no_parameter, read_program
+from trueloop.nc.written_out import WrittenOut
 
 CHUNK: Final = 1 << 20
 """Bytes read at a time."""
+LARGE: Final = CHUNK // 2
+"""So many bytes are read beside hashing and searching them; a thread costs more than it saves with fewer."""
 HEAD: Final = 1 << 12
 """Bytes of a written program among which the lines are that have to be first."""
 
@@ -61,7 +67,7 @@ class Mapped:
 @dataclass(frozen=True)
 class _Survey:
     """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, and the
-    first line that sets an offset by G10.
+    first line that sets an offset by G10; whether words shape moves beside their ends.
     """
 
     dialect: str
@@ -70,6 +76,7 @@ class _Survey:
     named: tuple[bool, bool, bool]
     letters: Mapping[str, int]
     sets_offset: int | None
+    drawn: bool
 
 
 def map_program(
@@ -98,14 +105,14 @@ def map_program(
     survey, values = _survey(source, dialect), dict(parameters or {})
     _require_followed(source, survey, field)
     mapper = _mapper(field, survey, options, values)
+    text = _text(source, survey, options, values)
     identity = record_id({"program": survey.sha256}, {"field": field.told, "parameters": values, **vars(options)})
     mark = _mark(identity, survey, values)
     with written_as_it_comes(target, inputs=(source, *inputs)) as out:
-        written = filter(None, _pieces(source, mapper, CHUNK))
+        written = filter(None, _pieces(source, mapper, text))
         out.write(_marked(next(written, b""), mark, survey.dialect))
         out.writelines(written)
-        blocks, moves, edits, added, largest, not_run, first = mapper.summary()
-        done = Mapped(identity, survey.dialect, survey.sha256, blocks, moves, edits, added, largest, not_run, first)
+        done = _told(mapper, text, identity, survey)
         if beside is not None:
             write_all(target.parent, beside(done), inputs=(source, *inputs))
     return done
@@ -134,7 +141,7 @@ def _mark(identity: str, survey: _Survey, parameters: Mapping[str, float]) -> st
     """The comment of a corrected program: what holds for some values of parameters only says so."""
     given = ", ".join(f"{name}={value!r}" for name, value in sorted(parameters.items()))
     only = f", holds for {given} only" if given else ""
-    return dialect_named(survey.dialect).comment(f"{MARK} {identity} by a field, source {survey.sha256[:16]}{only}")
+    return dialect_named(survey.dialect).comment(mark_of_field(identity, survey.sha256) + only)
 
 
 def _mapper(field: Field, survey: _Survey, options: MapOptions, parameters: Mapping[str, float]) -> NcMapper:
@@ -154,17 +161,50 @@ def _mapper(field: Field, survey: _Survey, options: MapOptions, parameters: Mapp
         raise no_parameter(str(refused), survey.dialect) from None
 
 
-def _pieces(source: Path, mapper: NcMapper, size: int) -> Iterator[bytes]:
+def _pieces(source: Path, mapper: NcMapper, text: "_Text") -> Iterator[bytes]:
     try:
-        for chunk in _chunks(source, size):
+        for chunk in text.chunks:
             yield _accepted(source, mapper.push(chunk))
         yield _accepted(source, mapper.finish())
     except TrueloopError as error:
-        if error.place.line is not None:
-            raise
-        # The field itself refused: the block that asked it is where to look.
-        place = Place(str(source), *mapper.failed_at)
+        # Where the field itself refused, the block that asked it is where to look.
+        line = error.place.line or mapper.failed_at[0]
+        column = error.place.column if error.place.line is not None else mapper.failed_at[1]
+        place = Place(str(source), text.line_of(line), None if text.drawn else column)
         raise TrueloopError(error.code, error.message, hint=error.hint, place=place, override=error.override) from error
+
+
+@dataclass(frozen=True)
+class _Text:
+    """What is mapped, in pieces: the file itself, or its `program` written out where it is `drawn` with less."""
+
+    chunks: Iterable[bytes]
+    drawn: tuple[Program, WrittenOut] | None = None
+
+    @property
+    def added_blocks(self) -> int:
+        """How many blocks writing it out has added."""
+        return self.drawn[1].program.block_count - self.drawn[0].block_count if self.drawn else 0
+
+    def line_of(self, line: int) -> int:
+        """The line of the file that a line of the text comes from."""
+        return self.drawn[1].source_line(self.drawn[0], line) if self.drawn else line
+
+
+def _text(source: Path, survey: _Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
+    if not survey.drawn:
+        return _Text(_chunks(source, CHUNK))
+    drawn = written_out_file(source, survey.dialect, values, skipped_blocks=options.skipped_blocks)
+    return _Text([drawn[1].program.source], drawn)
+
+
+def _told(mapper: NcMapper, text: _Text, identity: str, survey: _Survey) -> Mapped:
+    blocks, moves, edits, added, largest, not_run, first = mapper.summary()
+    new = text.added_blocks
+    edits += len(text.drawn[1].edits) if text.drawn else 0
+    first = text.line_of(first) if not_run else first
+    dialect, sha256 = survey.dialect, survey.sha256
+    return Mapped(identity, dialect, sha256, blocks - new, moves, edits, added + new, largest, not_run, first)
 
 
 def _accepted(source: Path, done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:
@@ -194,18 +234,27 @@ def _survey(path: Path, dialect: str | None) -> _Survey:
     digest, jumps, line, named = hashlib.sha256(), False, 0, (False, False, False)
     letters: dict[str, int] = {}
     sets_offset: int | None = None
-    for lines in _whole_lines(path):
-        digest.update(lines)
-        dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
-        jumps_here, named_here, letters_here, sets_here = nc_survey(lines, dialect)
-        jumps, named = jumps or jumps_here, _any(named, named_here)
-        for letter, at in letters_here.items():
-            letters.setdefault(letter, line + 1 + lines.count(b"\n", 0, at))
-        if sets_offset is None and sets_here is not None:
-            sets_offset = line + 1 + lines.count(b"\n", 0, sets_here)
-        _require_uncorrected(path, lines, line)
-        line += lines.count(b"\n")
-    return _Survey(dialect or guess_dialect(b"", str(path)), digest.hexdigest(), jumps, named, letters, sets_offset)
+    drawn = False
+    with ThreadPoolExecutor(1) as beside:
+        for lines in _whole_lines(path):
+            dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
+            read: Callable[..., tuple[bool, tuple[bool, bool, bool], dict[str, int], int | None]] = partial(
+                nc_survey, lines, dialect
+            )
+            if len(lines) > LARGE:
+                read = beside.submit(read).result
+            digest.update(lines)
+            _require_uncorrected(path, lines, line)
+            jumps_here, named_here, letters_here, sets_here = read()
+            jumps, named = jumps or jumps_here, _any(named, named_here)
+            drawn = drawn or is_drawn(lines, letters_here, dialect)
+            for letter, at in letters_here.items():
+                letters.setdefault(letter, line + 1 + lines.count(b"\n", 0, at))
+            if sets_offset is None and sets_here is not None:
+                sets_offset = line + 1 + lines.count(b"\n", 0, sets_here)
+            line += lines.count(b"\n")
+    known = dialect or guess_dialect(b"", str(path))
+    return _Survey(known, digest.hexdigest(), jumps, named, letters, sets_offset, drawn)
 
 
 def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.compensation.decide import FACES_AXIS, Decision
-from trueloop.compensation.lean import of_curve, to_take_out
-from trueloop.compensation.shift import ZERO, Shift, weighted_sum
+from trueloop.compensation.lean import of_curve, to_take_out, unasked_u_mm
+from trueloop.compensation.shift import ZERO, Shift, ShiftFunction, weighted_sum
 from trueloop.error_curve.fit_profile import ProfileErrorModel
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import JunctionKind, Profile
@@ -18,11 +18,13 @@ class Shifts:
     """By feature: `correction` = −w × process error, and `contour`, where the contour then stands off the nominal.
 
     `by_offset` says for which features the correction is the fitted constant offset instead of their own curve.
+    `unasked_u_mm` is the standard uncertainty of what it leaves where nobody says whether errors follow the nose.
     """
 
     correction: tuple[Shift, ...]
     contour: tuple[Shift, ...]
     by_offset: tuple[bool, ...]
+    unasked_u_mm: tuple[ShiftFunction, ...]
 
 
 def corrected_shifts(
@@ -40,12 +42,12 @@ def corrected_shifts(
     """
     if decision.offset_is_enough:
         count = len(profile.features)
-        return Shifts((ZERO,) * count, told.finish, (True,) * count)
+        return Shifts((ZERO,) * count, told.finish, (True,) * count, (ZERO.value_mm,) * count)
     by_offset = _by_offset(profile, decision)
-    errors = [
-        to_take_out(profile, i, curve) if errors_follow == "nose" else of_curve(curve)
-        for i, curve in enumerate(model.curves)
-    ]
+    nose = errors_follow == "nose"
+    curves = list(enumerate(model.curves))
+    errors = [to_take_out(profile, i, curve) if nose else of_curve(curve) for i, curve in curves]
+    unasked = (ZERO.value_mm if nose or by_offset[i] else unasked_u_mm(profile, i, curve) for i, curve in curves)
     correction = tuple(
         _constant(feature, decision) if constant else weighted_sum(((-weight, error),))
         for feature, error, constant in zip(profile.features, errors, by_offset, strict=True)
@@ -53,7 +55,7 @@ def corrected_shifts(
     contour = tuple(
         weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, told.rounding, strict=True)
     )
-    return Shifts(correction, contour, by_offset)
+    return Shifts(correction, contour, by_offset, tuple(unasked))
 
 
 def _by_offset(profile: Profile, decision: Decision) -> tuple[bool, ...]:

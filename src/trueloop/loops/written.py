@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop.compensation.contour import CentrePiece
 from trueloop.compensation.moves import between
-from trueloop.compensation.program import Displacements, changes, corrected_source, displacements
+from trueloop.compensation.program import Displacements, changes, corrected_source, displacements, led_in
 from trueloop.compensation.read_back import (
     check_contour,
     check_rapids,
@@ -17,17 +17,19 @@ from trueloop.compensation.read_back import (
     move_of,
     require_nose_fits,
 )
-from trueloop.compensation.record import MARK, ChangedWord, sha256_of
+from trueloop.compensation.record import ChangedWord, marks_of_record
 from trueloop.compensation.targets import Fitting, Replacement, end_shifts, replaced_arcs
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run
 from trueloop.loops.shared_contour import shared_contour_notes
+from trueloop.nc.composed_edits import composed
 from trueloop.nc.edit import Edit, apply_edits
 from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import Integers, Motion, ToolPath
+from trueloop.nc.written_out import written_out
 
 ROUNDING_STEPS = 2.0
 """How many steps of the control's resolution rounding may add: half a step on either axis, at both ends of a move."""
@@ -47,7 +49,7 @@ class Writing:
     def mark(self) -> Edit:
         """The comment block by which a corrected program is known."""
         values = " ".join(f"{name}={value!r}" for name, value in self.run.parameters.items())
-        lines = [f"{MARK}: record {self.record_id}", f"source sha256 {sha256_of(self.program.source)}"]
+        lines = marks_of_record(self.record_id, self.program.source)
         if values:
             lines.append(f"holds for {values} only")
         return insert_heading(self.program, [self.program.dialect.comment(line) for line in lines])
@@ -94,25 +96,30 @@ def write_contour(
 
     Raises CMP errors if reading it back says so; with `driven` also if compensating it as the control does.
     """
+    told, run = writing.told, writing.run
     targets = _targets(writing, profile, touches, before, after)
-    edits = corrected_source(writing.program, writing.told.path, targets)
+    explicit = written_out(writing.program, told.path, range(targets.first, targets.last + 2), run.of)
+    old = explicit.path
+    targets = targets.off(told.path.end_mm - old.end_mm)
+    with explicit.in_lines_of(writing.program):
+        edits = composed(writing.program.source, explicit.edits, corrected_source(explicit.program, old, targets))
     source = writing.with_edits(edits)
-    path, old = writing.run.of(writing.reread(source)), writing.told.path
+    path = run.of(writing.reread(source))
     check_rest(old, path, targets.first, targets.last)
     check_rapids(profile, old, path, targets.last)
     span = targets.first + 1, len(path) - 1 - (len(old) - 1 - targets.last)
-    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.told.resolution_mm
+    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * told.resolution_mm
     check_contour(path, span, after, tolerance_mm)
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
     moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
     check_way(old, path, moves, written, largest_mm + tolerance_mm)
     if driven is not None:
-        compensated = writing.run.driven(writing.reread(source), driven.nose_radius_mm)
+        compensated = run.driven(writing.reread(source), driven.nose_radius_mm)
         require_nose_fits(compensated, path.line[[*span]])
         check_contour(compensated, _of_blocks(compensated, path.block[[*span]]), driven.along(after), tolerance_mm)
     first, last = targets.first, targets.last
     x_before, x_after = old.end_mm[first : last + 1, 0], path.end_mm[span[0] - 1 : span[1] + 1, 0]
-    notes = shared_contour_notes(writing.program, int(old.block[first]), x_before, x_after)
+    notes = shared_contour_notes(writing.program, int(told.path.block[first]), x_before, x_after)
     return source, changes(writing.program, edits), notes
 
 
@@ -136,7 +143,7 @@ def _targets(
     arcs = replaced_arcs(cuts, list(is_arc), after, touched, writing.fitting)
     targets = displacements(start, shifts, arcs, [move.index for move in told.match.run_out])
     edges = [move.index for move in told.match.between if move.index in is_arc]
-    return Displacements(targets.ends, {**targets.arcs, **_edge_arcs(told, edges, targets.ends)})
+    return led_in(told.path, Displacements(targets.ends, {**targets.arcs, **_edge_arcs(told, edges, targets.ends)}))
 
 
 def _edge_arcs(told: Commanded, edges: Sequence[int], ends: Mapping[int, Array]) -> dict[int, Replacement]:

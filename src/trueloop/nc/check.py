@@ -58,15 +58,10 @@ def check(
         *_cuts_on_rapid(program, path),
         *path_mode_findings(program, path),
     ]
-    located = (_in_file(finding, program.file) for finding in geometry)
+    located = (finding.in_file(program.file) for finding in geometry)
     found = [*program.findings, *driven.findings, *located]
     once = {(finding.place, finding.code): finding for finding in reversed(found)}  # a loop comes by many times
     return sorted(once.values(), key=lambda finding: (finding.place.line or 0, finding.place.column or 0))
-
-
-def _in_file(finding: Finding, file: str | None) -> Finding:
-    place = Place(file, finding.place.line, finding.place.column)
-    return Finding(finding.severity, finding.code, finding.message, finding.hint, place)
 
 
 def _finding(path: ToolPath, move: int, severity: Severity, code: Code, message: str, hint: str) -> Finding:

@@ -2,20 +2,21 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Line, contact_angle_rad
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.offset import contour_from_centre_path
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.geometry.validate import GAP_MM, checked_profile
 from trueloop.nc.feed_moves import FeedMove, moves_of_one_kind
+from trueloop.nc.tool_path import NO_COMPENSATION
 
 _AXIS: Final = Line("axis", (0.0, 0.0), (0.0, 1.0))
 _SQUARE: Final = math.cos(math.radians(0.5))
@@ -34,7 +35,11 @@ class ProgramContour:
 
 
 def contour_of_program(
-    moves: Sequence[FeedMove], nose_radius_mm: float, *, lines: tuple[int, int] | None = None
+    moves: Sequence[FeedMove],
+    nose_radius_mm: float,
+    *,
+    lines: tuple[int, int] | None = None,
+    boring: Container[int] = (),
 ) -> ProgramContour:
     """The contour that a finish pass leaves, read from the path of the nose's centre or, under G41 and G42, of itself.
 
@@ -43,13 +48,15 @@ def contour_of_program(
     last one of equals; straight moves at its ends that come in from outside or leave outwards, by a concave corner of
     more than 45°, are taken for the ways in and out. With `lines` all feed moves of that range count. What lies beyond
     the spindle axis is always cut off. The notes say what was left out.
-    Raises NC-NO-CONTOUR where no feed moves are left, and the GEO errors of a contour that cannot be.
+    `boring` are indices of moves that bore (`rapid.boring_moves`). Raises NC-NO-CONTOUR where no feed moves are left,
+    NC-BORE for a bore, as G41, G42 or `boring` say, and the GEO errors of a contour that cannot be.
     """
     found = [m for m in moves if m.path.length_mm > GAP_MM]
     chain, notes = _chain(found, lines)
     chain, offset_mm = moves_of_one_kind(chain, nose_radius_mm)
     if offset_mm != nose_radius_mm:
         notes.append("The pass is the contour itself: the control keeps the nose off it by G41 or G42.")
+    _refuse_bore(chain, boring)
     chain = _chuck_end_first(chain, notes)
     if lines is None:
         chain = _without_approach(chain, notes)
@@ -82,13 +89,35 @@ def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[li
 
 
 def _chuck_end_first(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
-    if not moves:
-        return moves
-    (x0, z0), (x1, z1) = moves[0].path.start_mm, moves[-1].path.end_mm
-    if z1 > z0 + GAP_MM or (z1 > z0 - GAP_MM and x1 <= x0):
+    if not _goes_to_chuck(moves):
         return moves
     notes.append("The program cuts towards the chuck: its moves were put in the opposite order.")
     return [replace(move, path=move.path.reversed()) for move in reversed(moves)]
+
+
+def _goes_to_chuck(moves: Sequence[FeedMove]) -> bool:
+    if not moves:
+        return False
+    (x0, z0), (x1, z1) = moves[0].path.start_mm, moves[-1].path.end_mm
+    return not (z1 > z0 + GAP_MM or (z1 > z0 - GAP_MM and x1 <= x0))
+
+
+def _refuse_bore(moves: Sequence[FeedMove], boring: Container[int]) -> None:
+    """A contour has its material towards the axis: taken for such, every error of a bore had the wrong sign."""
+    outside = 42 if _goes_to_chuck(moves) else 41
+    for move in moves:
+        if move.compensation not in (NO_COMPENSATION, outside):
+            why = f"G{move.compensation} keeps the nose on the side of the axis"
+        elif not move.on_contour and move.index in boring:
+            why = "rapid moves beside it and after it are nearer to the axis"
+        else:
+            continue
+        raise TrueloopError(
+            Code.NC_BORE,
+            f"the pass of line {move.line} bores: {why}",
+            hint=f"bores are not corrected; a pass outside wants G{outside}, and retracts away from the axis",
+            place=Place(line=move.line),
+        )
 
 
 def _without_approach(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:

@@ -9,10 +9,12 @@ class CutterTool:
 
     `tip` is the control's number of a lathe tool's orientation: where the controlled point lies from the nose's centre,
     0 and 9 being the centre itself. `number` is D, or that of the offset or the tool; None for whichever is called.
-    `length_mm` is what G43 adds along Z; None where it is not known.
+    `length_mm` is what G43 adds along Z, `offset_mm` (x, y, z) what T0101 of a lathe adds, geometry and wear together,
+    x a radius: machine = program + work offset + this. None where they are not known.
     """
 
     radius_mm: float
     tip: int | None = None
     number: int | None = None
     length_mm: float | None = None
+    offset_mm: tuple[float, float, float] | None = None

@@ -7,12 +7,13 @@ the move. Results are rounded to the control's resolution.
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_HALF_EVEN, Decimal
+from decimal import Decimal
 from itertools import pairwise
 from typing import Final
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.dialect import Dialect
+from trueloop.nc.number_text import digits_of, resolution_of, restyled, rounded, with_term
 from trueloop.nc.program import Program, Word
 from trueloop.nc.tool_path import CoordinateState
 
@@ -71,8 +72,8 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
             hint="program the contour by the coordinates of its points",
             place=program.place(word.start),
         )
-    resolution = _resolution(program.dialect, state)
-    delta = _rounded(delta_mm / state.unit_mm(word.letter), resolution)
+    resolution = resolution_of(program.dialect, state)
+    delta = rounded(delta_mm / state.unit_mm(word.letter), resolution)
     if delta == 0:
         return None
     old = program.source[word.value_start : word.end].decode("latin-1")
@@ -84,14 +85,14 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
             place=program.place(word.start),
         )
     if word.is_expression:
-        return Edit(word.value_start, word.end, _with_term(old, delta, program.dialect))
-    exact = Decimal(_digits(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
-    return Edit(word.value_start, word.end, _restyled(old, _rounded(exact, resolution), resolution))
+        return Edit(word.value_start, word.end, with_term(old, delta, program.dialect))
+    exact = Decimal(digits_of(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
+    return Edit(word.value_start, word.end, restyled(old, rounded(exact, resolution), resolution))
 
 
 def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:
     """A word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
-    value = _rounded(value_mm / state.unit_mm(letter), _resolution(dialect, state))
+    value = rounded(value_mm / state.unit_mm(letter), resolution_of(dialect, state))
     address = dialect.radius_address if letter == "R" else letter
     return f"{address}{value:{'+' if dialect.name == KLARTEXT else ''}f}"
 
@@ -151,11 +152,11 @@ def set_offset(
             hint=f"write one (UPD, tool, TOV({axis}), 0.00000) before the cut, or name the tool",
         )
     written = CoordinateState(state.inch, state.diameter if diameter is None else diameter)
-    resolution = _resolution(program.dialect, written)
+    resolution = resolution_of(program.dialect, written)
     statement = found[0]
     old = program.source[statement.value_start : statement.value_end].decode("latin-1")
-    value = _rounded(value_mm / written.unit_mm(axis), resolution)
-    return Edit(statement.value_start, statement.value_end, _restyled(old, value, resolution))
+    value = rounded(value_mm / written.unit_mm(axis), resolution)
+    return Edit(statement.value_start, statement.value_end, restyled(old, value, resolution))
 
 
 def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:
@@ -231,61 +232,3 @@ def line_ending(program: Program) -> str:
     """How the program's lines end."""
     at = program.source.find(b"\n")
     return "\r\n" if at > 0 and program.source[at - 1 : at] == b"\r" else "\n"
-
-
-def _resolution(dialect: Dialect, state: CoordinateState) -> Decimal:
-    return Decimal(str(dialect.step(state.inch)))
-
-
-def _rounded(value: float | Decimal, resolution: Decimal) -> Decimal:
-    """To the control's resolution, in plain notation, never minus zero."""
-    return Decimal(value).quantize(resolution, rounding=ROUND_HALF_EVEN) + 0
-
-
-def _digits(text: str) -> str:
-    return "".join(text.split()).replace(",", ".")
-
-
-def _restyled(old: str, value: Decimal, resolution: Decimal) -> str:
-    """The number in the style of the old one: its sign habit, leading zeros, and at least as many decimals."""
-    whole, _, decimals = _digits(old).lstrip("+-").partition(".")
-    places = max(len(decimals), -int(resolution.as_tuple().exponent))
-    digits, _, fraction = f"{abs(value):.{places}f}".partition(".")
-    if digits == "0" and not whole:
-        digits = ""
-    if whole.startswith("0"):
-        digits = digits.zfill(len(whole))
-    sign = "-" if value < 0 else "+" if old.startswith("+") else ""
-    return f"{sign}{digits}.{fraction}"
-
-
-_WEAKER_THAN_SUM = re.compile(
-    r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)|[<>=]|b_", re.IGNORECASE
-)
-
-
-_POSITION = re.compile(r"(AC|DC|ACP|ACN)[ \t]*(?=\()", re.IGNORECASE)
-"""What says in Sinumerik's words that a value is a position: a term goes into its brackets."""
-
-
-def _with_term(old: str, delta: Decimal, dialect: Dialect) -> str:
-    """The expression plus a term: inside its own brackets, or in new ones where it has none."""
-    term = f"{delta:+f}".rstrip("0").rstrip(".")
-    opening, closing = dialect.bracket_open, dialect.bracket_close
-    position = _POSITION.match(old) if dialect.formulas else None
-    start = position.end() if position else 0
-    whole = old[start:].startswith(opening) and _closes_at_end(old[start:], opening, closing)
-    if whole and not _WEAKER_THAN_SUM.search(old):
-        return f"{old[:-1]}{term}{closing}"
-    if dialect.formulas and not _WEAKER_THAN_SUM.search(old):
-        return f"{old}{term}"
-    return f"{opening}{old}{term}{closing}"
-
-
-def _closes_at_end(text: str, opening: str, closing: str) -> bool:
-    depth = 0
-    for position, letter in enumerate(text):
-        depth += (letter == opening) - (letter == closing)
-        if depth == 0:
-            return position == len(text) - 1
-    return False

@@ -248,7 +248,7 @@ def _require_outside(match: FeatureMatch) -> None:
             raise TrueloopError(
                 Code.NC_COMPENSATED,
                 f"line {line} cuts '{match.feature.name}' with G{mode}, which keeps the nose on the material's side",
-                hint=f"a pass in this direction wants G{outside}",
+                hint=f"a pass outside in this direction wants G{outside}; bores are not corrected",
                 place=Place(line=line),
             )
 

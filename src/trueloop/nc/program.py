@@ -160,18 +160,19 @@ class Program:
         parameters: values by name (`P46`, `#1`, `#<depth>`). skipped_blocks: run the blocks that start with a slash.
         position_mm: where the tool stands at the start, X a radius. inch, diameter, plane (17, 18, 19): the state at
         the start where it is not the dialect's own. tools: with them the path under G41 and G42 is that of the
-        controlled point, without them the programmed contour; G43 takes their lengths. work_offsets_mm: where the zeros
-        of work offsets are in machine coordinates, X a radius, by number from 1 (G54); `offset_number` knows their
-        names. trace: note the blocks executed and the state after each. roughing: take roughing cycles (G71 to G73)
-        apart; without it their passes, which follow the contour and say nothing of it, are not in the path. strict:
-        raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT and, with tools,
-        NC-TOOL (one that is not among them), NC-GOUGE (a corner it does not fit into) and NC-ENTRY (a way in that is
-        too short); without it they are among the path's findings, with what could not be computed as NaN.
+        controlled point, without them the programmed contour; G43 takes their lengths, T0101 their offsets.
+        work_offsets_mm: where the zeros of work offsets are in machine coordinates, X a radius, by number from 1 (G54);
+        `offset_number` knows their names. trace: note the blocks executed and the state after each. roughing: take
+        roughing cycles (G71 to G73) apart; without it their passes, which follow the contour and say nothing of it, are
+        not in the path. strict: raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW,
+        NC-LIMIT and, with tools, NC-TOOL (one that is not among them), NC-GOUGE (a corner it does not fit into) and
+        NC-ENTRY (a way in that is too short); without it they are among the path's findings, with what could not be
+        computed as NaN.
         """
         try:
             moves, states, rows = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
-                [(tool.number, tool.radius_mm, tool.tip, tool.length_mm) for tool in tools],
+                [(tool.number, tool.radius_mm, tool.tip, tool.length_mm, tool.offset_mm) for tool in tools],
                 trace, list((work_offsets_mm or {}).items()), roughing,
             )  # fmt: skip
         except ValueError as refused:

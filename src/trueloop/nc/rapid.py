@@ -31,6 +31,18 @@ def cutting_rapids(path: ToolPath) -> Iterator[tuple[int, float]]:
             yield from _of_run(path, run, feed)
 
 
+def boring_moves(path: ToolPath) -> frozenset[int]:
+    """Indices of the cuts of runs that bore: cuts retract towards the axis, and rapid moves run nearer to it."""
+    found: set[int] = set()
+    for run in _runs(path):
+        feed = run[path.motion[run] != Motion.RAPID]
+        if 0 < len(feed) < len(run):
+            grid = _Grid(path, feed)
+            if _is_internal(path, run, grid, grid.of(path, feed)):
+                found.update(feed.tolist())
+    return frozenset(found)
+
+
 def _runs(path: ToolPath) -> list[Integers]:
     """Indices of moves that follow each other without a jump, with one tool; moves that are not known left out."""
     known = np.flatnonzero(np.isfinite(path.start_mm).all(axis=1) & np.isfinite(path.end_mm).all(axis=1))
@@ -43,9 +55,7 @@ def _runs(path: ToolPath) -> list[Integers]:
 
 def _of_run(path: ToolPath, run: Integers, feed: Integers) -> Iterator[tuple[int, float]]:
     grid = _Grid(path, feed)
-    final = grid.empty()
-    for move in feed:
-        grid.cut(final, _points(path, int(move)))
+    final = grid.of(path, feed)
     external = not _is_internal(path, run, grid, final)
     so_far, front = grid.empty(), np.inf
     for position, move in enumerate(run.tolist()):
@@ -101,6 +111,13 @@ class _Grid:
     def __init__(self, path: ToolPath, feed: Integers) -> None:
         z = np.concatenate([path.start_mm[feed, _Z], path.end_mm[feed, _Z]])
         self._low, self._width = float(z.min()), max(float(np.ptp(z)), 1e-6) / (_CELLS - 3)
+
+    def of(self, path: ToolPath, moves: Integers) -> Array:
+        """What some moves cut together."""
+        radius = self.empty()
+        for move in moves:
+            self.cut(radius, _points(path, int(move)))
+        return radius
 
     def empty(self) -> Array:
         return np.full(_CELLS, np.inf)

@@ -23,6 +23,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.nc.contour import ProgramContour, contour_of_program
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.program import read_program
+from trueloop.nc.rapid import boring_moves
 
 
 def same(found: Profile, nominal: Profile, atol_mm: float) -> None:
@@ -178,3 +179,32 @@ def test_nothing_to_read() -> None:
         with pytest.raises(TrueloopError) as refusal:
             contour_of_program(moves, NOSE_RADIUS_MM, lines=lines)
         assert refusal.value.code is Code.NC_NO_CONTOUR
+
+
+BORE = """G21 G18 G8 G40 G90 G94
+G0 X10 Z3
+{} G0 X22 Z1
+G1 X20 Z-1 F100
+Z-30
+X15
+Z-60
+G40 G0 X13
+Z5
+M2
+"""
+
+
+@pytest.mark.parametrize(("mode", "why"), [("G41", "G41 keeps the nose on"), ("", "rapid moves beside it and")])
+def test_a_bore_is_not_taken_for_a_part_with_its_material_at_the_axis(mode: str, why: str) -> None:
+    """Taken so, its material left on would be more left on after the correction."""
+    path = read_program(BORE.format(mode).encode(), "linuxcnc").run()
+    with pytest.raises(TrueloopError, match=why) as refused:
+        contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path))
+    assert (refused.value.code, refused.value.place.line) == (Code.NC_BORE, 4)
+
+
+def test_the_same_contour_turned_outside_is_read() -> None:
+    outside = BORE.format("").replace("X10 Z3", "X30 Z3").replace("G40 G0 X13", "G0 X30")
+    path = read_program(outside.replace("X15\nZ-60", "X25\nZ-60").encode(), "linuxcnc").run()
+    assert not boring_moves(path)
+    assert contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path)).profile.features

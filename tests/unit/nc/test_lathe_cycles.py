@@ -33,7 +33,9 @@ def test_roughing_inside_has_a_negative_u() -> None:
     [
         ("G71 U2. R1.\nG71 P10 Q20\nN10 G00 X20.\nG01 Z-5.\nX10. Z-8.\nN20 X60.", "a pocket"),
         ("G71 U2. R1.\nG71 P10 Q20\nN10 G00 X20.\nG01 Z-5.\nX40.\nZ-3.\nN20 X60.", "a pocket"),
-        ("G71 U2. R1.\nG71 P10 Q20\nN10 G00 X20. Z5.\nG01 Z-5.\nN20 X60.", "a pocket"),
+        ("G71 U2. R1.\nG71 P10 Q20\nN10 G00 X20. Z5.\nG01 Z-5.\nN20 X60.", "turns back"),
+        ("G71 U2. R1.\nG71 P10 Q20\nN10 G00 X20. W0\nG01 Z-5.\nX70.\nZ-8.\nX50.\nN20 Z-9.", "above its start"),
+        ("G71 U0 R1.\nG71 P10 Q20\nN10 G00 X20. W0\nG01 Z-5.\nN20 X60.", "its depth of cut makes no sense"),
         ("G71 P10 Q20\n" + CONTOUR, "its depth of cut is a parameter"),
         ("G71 U0 R1.\nG71 P10 Q20\n" + CONTOUR, "its depth of cut makes no sense"),
         ("G73 P10 Q20\n" + CONTOUR, "its relief or its number of passes"),
@@ -48,6 +50,39 @@ def test_what_cannot_be_roughed_is_said_and_nothing_moves(text: str, why: str) -
     found = next(found for found in path.findings if found.code == Code.NC_OPAQUE)
     assert (found.severity, why in found.message) == ("warning", True)
     assert len(path) == 1
+
+
+@pytest.mark.parametrize("names", ["W0", "Z2."])
+def test_a_first_block_of_both_axes_has_the_tool_follow_the_wall(names: str) -> None:
+    """The cut at 21 ends at the cone, z = -2.9; along that to the height of the start, and off by R."""
+    path = run(f"G71 U9. R1.\nG71 P10 Q20 W.1\nN10 G00 X40. {names}\nG01 Z-2.\nX60. Z-12.\nN20 G01")
+    assert path.findings == ()
+    assert rows(path) == [
+        *[("rapid", 30, 2.1), ("rapid", 21, 2.1), ("line", 21, -2.9), ("line", 30, -11.9), ("rapid", 31, -10.9)],
+        *[("rapid", 30, 2.1), ("rapid", 20, 2.1), ("line", 20, -1.9), ("line", 30, -11.9), ("rapid", 30, 2)],
+    ]
+
+
+def test_facing_follows_its_wall_as_well() -> None:
+    """From z = 2 the cut at -7 ends at x = 25.05, on a slope that comes out at 16.05."""
+    path = run("G72 W9. R1.\nG72 P10 Q20 U.1\nN10 G00 Z-8. U0\nG01 X52.\nX32. Z2.\nN20 G01")
+    assert rows(path) == [
+        *[("rapid", 30.05, 2), ("rapid", 30.05, -7), ("line", 25.05, -7), ("line", 16.05, 2), ("rapid", 17.05, 3)],
+        *[("rapid", 30.05, 2), ("rapid", 30.05, -8), ("line", 26.05, -8), ("line", 16.05, 2), ("rapid", 30, 2)],
+    ]
+
+
+def test_an_allowance_along_the_cuts_of_a_pocket_is_said() -> None:
+    pocket = "N10 G00 X50. W0\nG01 Z-5.\nX40. Z-8.\nZ-12.\nN20 X60."
+    (plain,) = run(f"G71 U2. R1.\nG71 P10 Q20 U.4\n{pocket}").findings
+    (moved,) = run(f"G71 U2. R1.\nG71 P10 Q20 W.1\n{pocket}").findings
+    assert [found.code for found in (plain, moved)] == [Code.NC_OPAQUE] * 2
+    assert "both walls" in moved.message and "both walls" not in plain.message
+
+
+def test_the_way_back_from_a_contour_that_ends_in_a_pocket_is_over_its_ridge() -> None:
+    path = run("G71 U9. R1.\nG71 P10 Q20 U.4\nN10 G00 X50. W0\nG01 Z-5.\nX58. Z-8.\nX40. Z-12.\nN20 Z-14.")
+    assert rows(path)[-2:] == [("rapid", 30.2, -14), ("rapid", 30, 2)]
 
 
 def test_a_contour_does_not_run_on_a_contour() -> None:

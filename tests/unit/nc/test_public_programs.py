@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.support.columns import assert_cleared, sampled
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
-from tests.support.roughing_reference import Cycle, Piece, Row, cuts
+from tests.support.roughing_reference import Piece
 from trueloop.errors import Code
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.dialect import DIALECTS
@@ -55,14 +56,20 @@ def test_shop_programs_of_fanuc_controls(
 @pytest.mark.parametrize(
     ("name", "cycles"),
     [
-        ("fanuc-lathe-round-head-plug.nc", {27: (10, 20, 0.8, 0.1), 75: (30, 40, 0.8, 0.1)}),
+        (
+            "fanuc-lathe-round-head-plug.nc",
+            {27: (10, 20, 0.8, 0.1), 75: (30, 40, 0.8, 0.1), 105: (50, 60, 0.65, -0.745)},
+        ),
         ("fanuc-lathe-weld-pin.nc", {23: (10, 20, 0.75, 0.1)}),
     ],
 )
 def test_shop_programs_are_roughed_as_defined(
     corpus: Path, name: str, cycles: dict[int, tuple[int, int, float, float]]
 ) -> None:
-    """Of each G71 (its line): P and Q, and where the tool stands (radius and z, inch). Its contour is run by itself."""
+    """Of each G71 (its line): P and Q, and where the tool stands (radius and z, inch).
+
+    Its contour is run by itself; the third has a pocket. Cylinders lie at the height of levels.
+    """
     source = (corpus / "data" / "public" / "nc" / name).read_bytes()
     program = read_program(source, "fanuc-lathe", name)
     path = program.run()
@@ -74,22 +81,17 @@ def test_shop_programs_are_roughed_as_defined(
         own = read_program(
             "\n".join(["G20 G18", f"G00 X{2 * x:.4f} Z{z:.4f}", *text[begin : end + 1]]).encode(), "fanuc-lathe"
         ).run()
-        contour = [piece_of(own, k) for k in np.flatnonzero(~own.rapid).tolist()]
-        allowance = (words["U"] / 2 * 25.4, words["W"] * 25.4)
-        cycle = Cycle((x * 25.4, z * 25.4), contour, allowance)
-        found = [row_of(path, k) for k in np.flatnonzero(path.line == line).tolist()]
-        expected = cuts(cycle, words["D"] * 25.4, 1.27)
-        assert [row[0] for row in found] == [row[0] for row in expected]
-        assert np.array([row[1:] for row in found]) == pytest.approx(np.array([row[1:] for row in expected]), abs=1e-9)
+        shape = [piece_of(own, k, x * 25.4, z * 25.4) for k in range(1, len(own) - 1)]
+        off = (x * 25.4 + words["U"] / 2 * 25.4, z * 25.4 + words["W"] * 25.4)
+        cut = sampled(path, np.flatnonzero(path.line == line)[1:-1].tolist())
+        moves = [(kind, np.column_stack([off[1] - points[:, 2], off[0] - points[:, 0]])) for kind, points in cut]
+        assert_cleared(moves, shape, words["D"] * 25.4, stock_first=False, ordered=False)
 
 
-def piece_of(path: ToolPath, k: int) -> Piece:
+def piece_of(path: ToolPath, k: int, x: float, z: float) -> Piece:
+    """A move as (deep, along) from where a cycle starts."""
     (x0, _, z0), (x1, _, z1), (cx, _, cz) = path.start_mm[k], path.end_mm[k], path.centre_mm[k]
-    return Piece((x0, z0), (x1, z1), (cx, cz) if path.motion[k] == Motion.ARC else None)
-
-
-def row_of(path: ToolPath, k: int) -> Row:
-    return Motion(path.motion[k]).name.lower(), float(path.end_mm[k, 0]), float(path.end_mm[k, 2])
+    return Piece((x - x0, z - z0), (x - x1, z - z1), (x - cx, z - cz) if path.motion[k] == Motion.ARC else None)
 
 
 def test_the_finish_pass_of_a_shaft_is_its_contour(corpus: Path) -> None:

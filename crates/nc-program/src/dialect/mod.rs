@@ -347,6 +347,13 @@ impl Dialect {
         None
     }
 
+    /// Meaning of the M code of that number.
+    #[inline]
+    pub fn m_code(&self, number: f64) -> Option<M> {
+        let number = number.round();
+        (0.0..=9999.0).contains(&number).then(|| (self.m)(number as u16)).flatten()
+    }
+
     /// What a byte means where a word may start.
     #[inline]
     pub fn class(&self, byte: u8) -> Class {

@@ -1,0 +1,43 @@
+"""A program file whose contours are drawn with less than every point, written out before a field is applied to it."""
+
+import re
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from trueloop.nc.edit import KLARTEXT
+from trueloop.nc.program import Program, read_program
+from trueloop.nc.shape_words import ANGLED, SHAPE, TURNS
+from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.written_out import WrittenOut, written_out
+
+_TANGENT: Final = re.compile(rb"\bCTP?\b", re.IGNORECASE)
+"""Tangent arcs have no word with a value."""
+_SHAPING: Final = re.compile(
+    rb",[ \t]*[RCA]|RND|CHF|CHR|ANG|A[RP]|RP|\bC[TP]|\bLP|CIP|[PI][AR][-+ \t\d]|A[ \t]*[-+\d.#]|[@^]", re.IGNORECASE
+)
+"""What a block may have whose words shape its move beside its end; it may match more."""
+
+
+def is_drawn(lines: bytes, letters: Collection[str], dialect: str) -> bool:
+    """Whether words of some lines shape moves beside their ends; `letters` are those of their words."""
+    shapes = SHAPE - {TURNS} | ({"A"} if dialect.startswith(ANGLED) else set())
+    return bool(shapes & set(letters) or (dialect in ("siemens", KLARTEXT) and _TANGENT.search(lines)))
+
+
+def written_out_file(
+    source: Path, dialect: str, parameters: Mapping[str, float], *, skipped_blocks: bool
+) -> tuple[Program, WrittenOut]:
+    """The whole program, and written out. Raises what running it strictly does, and NC-EDIT."""
+
+    def run(program: Program) -> ToolPath:
+        return program.run(parameters, skipped_blocks=skipped_blocks, roughing=False)
+
+    program = read_program(source.read_bytes(), dialect, str(source))
+    path = run(program)
+    blocks = np.zeros(program.block_count, dtype=np.bool_)
+    blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
+    wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)
+    return program, written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)

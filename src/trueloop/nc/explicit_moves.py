@@ -1,0 +1,253 @@
+"""Moves written by their ends, arcs by radius or centre, into the blocks that gave them in other words."""
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.along import PLANE_AXES
+from trueloop.nc.edit import KLARTEXT, Edit, coordinate_text, line_ending
+from trueloop.nc.explicit_block import OUT, rewritten
+from trueloop.nc.explicit_words import (
+    circle_words,
+    feed_word,
+    g_code,
+    g_digits,
+    is_wide,
+    klartext_name,
+    klartext_turn,
+    motion_word,
+    pole_block,
+)
+from trueloop.nc.number_text import rounded_mm, word_with
+from trueloop.nc.program import Block, Program, Word
+from trueloop.nc.shape_words import CORNER, ENDS, EVERY_CORNER, asks_corner, is_made, is_shaped, shaping_words
+from trueloop.nc.tool_path import INVERSE_TIME, Array, Motion, ToolPath
+
+AXES: Final = "XYZ"
+CENTRES: Final = "IJK"
+_SAME_MM: Final = 1e-7
+_NUMBER: Final = re.compile(r"(?:AC|IC|DC)\s*\(\s*([-+]?[\d.]+)\s*\)\s*|([-+]?[\d.]+)\s*", re.IGNORECASE)
+
+
+class Explicit:
+    """The edits that write moves out, by block; gathered visit by visit, in the order of cutting.
+
+    Held between visits: the last move written out, where the written program has the tool after it, the motion code
+    and the feed in force there.
+    """
+
+    def __init__(self, program: Program, path: ToolPath) -> None:
+        self.program, self.path = program, path
+        self.edits: dict[int, list[Edit]] = {}
+        self._digits = g_digits(program)
+        self._klartext = program.dialect.name == KLARTEXT
+        self._last, self._end, self._code, self._feed = -1, np.zeros(3), "", math.nan
+
+    def write(self, moves: Sequence[int]) -> None:
+        """Writes out the moves that one run of a block makes: its own, and the corner after it."""
+        block = self.program.block(int(self.path.block[moves[0]]))
+        if self._last != moves[0] - 1:
+            self._begin(moves[0], block)
+        self._require_writable(block, moves)
+        changed: dict[int, str] = {}
+        new: list[str] = []
+        own = [k for k in moves if not is_made(self.path, k)]
+        for k in own:
+            self._own(k, block, changed, new)
+        more = [self._corner(k) for k in moves[len(own) :]]
+        if not own:  # a corner with a block to itself
+            changed |= {word.index: OUT for word in block.data if word.letter in CORNER}
+            new, more = more, []
+        self._last = moves[-1]
+        self._keep(block, rewritten(self.program, block, changed, new, more))
+
+    def end_every_corner(self) -> None:
+        """Takes RNDM out of a program whose corners are all written out. Raises NC-EDIT beside blocks not run."""
+        for block in self.program.blocks:
+            values = [word for word in block.data if word.kind in ("number", "expression")]
+            if block.index not in self.path.block and any(word.letter in "XYZ" for word in values):
+                hint = "write RND into the blocks that are to end in a corner"
+                raise self._refusal(block, "RNDM may be in force here, and it is not run", hint)
+            every = {word.index: OUT for word in values if word.letter == EVERY_CORNER}
+            if every and block.index not in self.path.block:
+                self.edits[block.index] = rewritten(self.program, block, every, (), ())
+
+    def _begin(self, move: int, block: Block) -> None:
+        """What is in force before a move, where nothing before it was written out."""
+        path = self.path
+        self._end, self._feed = np.array(path.start_mm[move]), float(path.feed[move])
+        tangent = path.motion[move] == Motion.ARC and not any(w.letter in "IJKRapq" for w in block.data)
+        self._code = "" if tangent else g_code(path, move, self._digits)
+
+    def _own(self, move: int, block: Block, changed: dict[int, str], new: list[str]) -> None:
+        """The move that the block's words give."""
+        changed |= {word.index: OUT for word in shaping_words(self.program, self.path, move)}
+        end = np.array([self._coordinate(move, axis, changed, new) for axis in range(3)])
+        if self.path.motion[move] == Motion.ARC:
+            self._circle(move, block, end, changed, new)
+        self._motion(move, block, changed, new)
+        if self.path.motion[move] != Motion.RAPID:
+            if not any(word.letter == "F" for word in block.data) and self._feed_changes(move):
+                new.append(feed_word(self.program, self.path, move))
+            self._feed = float(self.path.feed[move])
+        self._end = end
+
+    def _coordinate(self, move: int, axis: int, changed: dict[int, str], new: list[str]) -> float:
+        """One coordinate of the end, where the program then has it."""
+        path, letter = self.path, AXES[axis]
+        index, target, held = int(path.word[move, axis]), float(path.end_mm[move, axis]), float(self._end[axis])
+        state, dialect = path.coordinate_state(move), self.program.dialect
+        written = rounded_mm(dialect, letter, target, state), coordinate_text(dialect, letter, target, state)
+        if index < 0 and (target == held or written[1] == coordinate_text(dialect, letter, held, state)):
+            return held
+        word = self.program.word(index) if index >= 0 else None
+        if word is None or word.letter not in ENDS:
+            new.append(written[1])
+            return written[0]
+        start = float(path.start_mm[move, axis])
+        said = _said(word) * state.unit_mm(letter) + (start if word.increment else 0.0)
+        if math.isnan(said) or abs(said - target) <= _SAME_MM:
+            return held + target - start if word.increment else target
+        plain = word.kind == "number" and word.letter == letter and not word.increment
+        changed[index] = word_with(word, target, dialect, state) if plain else written[1]
+        return written[0]
+
+    def _circle(self, move: int, block: Block, end: Array, changed: dict[int, str], new: list[str]) -> None:
+        """Radius or centre of an arc; `self._end` is where it starts."""
+        path, state = self.path, self.path.coordinate_state(move)
+        given = {word.letter: word for word in block.data if word.kind in ("number", "expression")}
+        if "R" in given:
+            if given["R"].value < 0.0 and abs(path.sweep_rad[move]) < math.pi:
+                changed[given["R"].index] = word_with(
+                    given["R"], float(path.programmed_radius_mm[move]), self.program.dialect, state
+                )
+            return
+        axes = PLANE_AXES[int(path.plane[move])]
+        if not any(CENTRES[axis] in given for axis in axes):
+            self._new_circle(move, block, end, changed, new)
+            return
+        for axis in axes:
+            letter, centre = CENTRES[axis], float(path.centre_mm[move, axis])
+            value, word = centre - float(self._end[axis]), given.get(letter)
+            said = _said(word) * state.unit_mm(letter) if word is not None else 0.0
+            if (word is not None and word.increment is False) or abs(said - value) <= _SAME_MM:
+                continue
+            text = coordinate_text(self.program.dialect, letter, value, state)
+            if word is None:
+                new.append(text)
+            else:
+                plain = word.kind == "number"
+                changed[word.index] = word_with(word, value, self.program.dialect, state) if plain else text
+
+    def _new_circle(self, move: int, block: Block, end: Array, changed: dict[int, str], new: list[str]) -> None:
+        """The circle of an arc that has neither radius nor centre; in Klartext a wide one is about a CC before it."""
+        if not self._klartext:
+            new += circle_words(self.program, self.path, move, self._end, end)
+            return
+        word = motion_word(self.program, block)
+        if word is None or (word.text.upper() == "CP" and is_wide(self.path, move)):
+            return
+        if is_wide(self.path, move):
+            changed[word.index] = f"{pole_block(self.program, self.path, move)}{line_ending(self.program)}C"
+        else:
+            new += circle_words(self.program, self.path, move, self._end, end)
+        if not any(word.text.upper().startswith("DR") for word in block.data):
+            new.append(klartext_turn(self.path, move))
+
+    def _motion(self, move: int, block: Block, changed: dict[int, str], new: list[str]) -> None:
+        """The word that says how the block moves."""
+        word = motion_word(self.program, block)
+        if self._klartext:
+            if word is not None and word.text.upper() != (name := klartext_name(self.path, move, block, new)):
+                changed.setdefault(word.index, name)
+            return
+        code = g_code(self.path, move, self._digits)
+        if word is not None and word.kind == "name":
+            changed[word.index] = code
+        elif word is None and code and code != self._code:
+            first = block.data[0]
+            changed[first.index] = " ".join(filter(None, [code, changed.get(first.index, first.text)]))
+        self._code = code
+
+    def _corner(self, move: int) -> str:
+        """A corner as a move of its own."""
+        path, dialect, state = self.path, self.program.dialect, self.path.coordinate_state(move)
+        axes = sorted(PLANE_AXES[int(path.plane[move])])
+        end = np.array(self._end)
+        for axis in axes:
+            end[axis] = rounded_mm(dialect, AXES[axis], float(path.end_mm[move, axis]), state)
+        words = [coordinate_text(dialect, AXES[axis], float(path.end_mm[move, axis]), state) for axis in axes]
+        arc = path.motion[move] == Motion.ARC
+        code = g_code(path, move, self._digits)
+        if self._klartext:
+            pole = [pole_block(self.program, path, move), "C"] if arc and is_wide(path, move) else []
+            code = line_ending(self.program).join(pole) or ("CR" if arc else "L")
+        if arc:
+            words += [] if code.endswith("C") else circle_words(self.program, path, move, self._end, end)
+            words += [klartext_turn(path, move)] if self._klartext else []
+        if code != self._code or self._klartext:
+            words.insert(0, code)
+        if self._feed_changes(move) and not self._klartext:
+            words.append(feed_word(self.program, path, move))
+        self._end, self._code, self._feed = end, code, float(path.feed[move])
+        return " ".join(words)
+
+    def _feed_changes(self, move: int) -> bool:
+        return bool(self.path.feed[move] != self._feed and not math.isnan(self.path.feed[move]))
+
+    def _require_writable(self, block: Block, moves: Sequence[int]) -> None:
+        path, program = self.path, self.program
+        corners = [k for k in moves if is_made(path, k)]
+        if not all(asks_corner(program, path, k) for k in corners):
+            raise self._refusal(block, "a cycle makes its moves", "write the cycle out as moves")
+        shaped = is_shaped(program, path, moves[0])
+        if any(path.incremental[k] for k in moves):
+            raise self._refusal(block, "increments are in force (G91)", "program the contour in absolute coordinates")
+        if corners and path.feed_mode[corners[0]] == INVERSE_TIME:
+            raise self._refusal(block, "the time of its move is given (G93)", "program the feed by G94 or G95 there")
+        formula = next((w for w in self._behind(moves) if w.is_expression and math.isnan(_said(w))), None)
+        if shaped and formula is not None:
+            hint = "write the coordinates beside it as numbers, or the corner or arc as a block of its own"
+            raise self._refusal(block, f"it hangs on {formula.text}, which another value would change", hint)
+
+    def _behind(self, moves: Sequence[int]) -> Iterable[Word]:
+        """The words on which moves hang: those of their start, of their block, and of where the next one ends."""
+        path, program = self.path, self.program
+        first = moves[0]
+        yield from self._setting(first)
+        yield from self._setting(max(first - 1, 0))  # a tangent arc's direction; of others no more than asked
+        yield from (w for w in program.block(int(path.block[moves[0]])).data if w.letter not in "GMFSTD")
+        if moves[-1] + 1 < len(path):
+            yield from (program.word(int(index)) for index in path.word[moves[-1] + 1] if index >= 0)
+
+    def _setting(self, move: int) -> Iterable[Word]:
+        """The words that set where a move starts."""
+        for axis in range(3):
+            found = np.flatnonzero(self.path.word[:move, axis] >= 0)
+            if len(found):
+                yield self.program.word(int(self.path.word[found[-1], axis]))
+
+    def _keep(self, block: Block, edits: list[Edit]) -> None:
+        if self.edits.setdefault(block.index, edits) != edits:
+            raise self._refusal(block, "it runs several times to different places", "write the loop or calls out")
+
+    def _refusal(self, block: Block, why: str, hint: str) -> TrueloopError:
+        text = self.program.source[block.start : block.end].decode("latin-1").strip()
+        return TrueloopError(
+            Code.NC_EDIT,
+            f"{text[:60]!r} cannot be written out as explicit moves: {why}",
+            hint=hint,
+            place=self.program.place(block.data[0].start if block.data else block.start),
+        )
+
+
+def _said(word: Word) -> float:
+    """The number that a word says, be it as `AC(5)`; NaN of a formula."""
+    if word.kind == "number":
+        return word.value
+    found = _NUMBER.fullmatch(word.text[word.value_start - word.start :])
+    return float(found.group(found.lastindex or 0)) if found else math.nan

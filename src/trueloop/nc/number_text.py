@@ -1,0 +1,81 @@
+"""Numbers and formulas as a program writes them: rounded to the control's resolution, in the style of the old ones."""
+
+import re
+from decimal import ROUND_HALF_EVEN, Decimal
+
+from trueloop.nc.dialect import Dialect
+from trueloop.nc.program import Word
+from trueloop.nc.tool_path import CoordinateState
+
+
+def resolution_of(dialect: Dialect, state: CoordinateState) -> Decimal:
+    """The smallest programmable step, in the unit of the program."""
+    return Decimal(str(dialect.step(state.inch)))
+
+
+def rounded(value: float | Decimal, resolution: Decimal) -> Decimal:
+    """To the control's resolution, in plain notation, never minus zero."""
+    return Decimal(value).quantize(resolution, rounding=ROUND_HALF_EVEN) + 0
+
+
+def digits_of(text: str) -> str:
+    """A number without spaces and with a decimal point."""
+    return "".join(text.split()).replace(",", ".")
+
+
+def restyled(old: str, value: Decimal, resolution: Decimal) -> str:
+    """The number in the style of the old one: its sign habit, leading zeros, and at least as many decimals."""
+    whole, _, decimals = digits_of(old).lstrip("+-").partition(".")
+    places = max(len(decimals), -int(resolution.as_tuple().exponent))
+    digits, _, fraction = f"{abs(value):.{places}f}".partition(".")
+    if digits == "0" and not whole:
+        digits = ""
+    if whole.startswith("0"):
+        digits = digits.zfill(len(whole))
+    sign = "-" if value < 0 else "+" if old.startswith("+") else ""
+    return f"{sign}{digits}.{fraction}"
+
+
+_WEAKER_THAN_SUM = re.compile(
+    r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)|[<>=]|b_", re.IGNORECASE
+)
+
+
+_POSITION = re.compile(r"(AC|DC|ACP|ACN)[ \t]*(?=\()", re.IGNORECASE)
+"""What says in Sinumerik's words that a value is a position: a term goes into its brackets."""
+
+
+def with_term(old: str, delta: Decimal, dialect: Dialect) -> str:
+    """The expression plus a term: inside its own brackets, or in new ones where it has none."""
+    term = f"{delta:+f}".rstrip("0").rstrip(".")
+    opening, closing = dialect.bracket_open, dialect.bracket_close
+    position = _POSITION.match(old) if dialect.formulas else None
+    start = position.end() if position else 0
+    whole = old[start:].startswith(opening) and _closes_at_end(old[start:], opening, closing)
+    if whole and not _WEAKER_THAN_SUM.search(old):
+        return f"{old[:-1]}{term}{closing}"
+    if dialect.formulas and not _WEAKER_THAN_SUM.search(old):
+        return f"{old}{term}"
+    return f"{opening}{old}{term}{closing}"
+
+
+def _closes_at_end(text: str, opening: str, closing: str) -> bool:
+    depth = 0
+    for position, letter in enumerate(text):
+        depth += (letter == opening) - (letter == closing)
+        if depth == 0:
+            return position == len(text) - 1
+    return False
+
+
+def rounded_mm(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> float:
+    """Where a word written with that value is taken to be."""
+    unit_mm = state.unit_mm(letter)
+    return float(rounded(value_mm / unit_mm, resolution_of(dialect, state))) * unit_mm
+
+
+def word_with(word: Word, value_mm: float, dialect: Dialect, state: CoordinateState) -> str:
+    """The text of a word that is a number, with another value: it is restyled, its address stays."""
+    resolution = resolution_of(dialect, state)
+    head, old = word.text[: word.value_start - word.start], word.text[word.value_start - word.start :]
+    return head + restyled(old, rounded(value_mm / state.unit_mm(word.letter), resolution), resolution)
