@@ -111,7 +111,7 @@ def test_what_is_not_understood_is_not_corrected(text: str) -> None:
 
 def test_an_unknown_offset_is_told_with_its_line() -> None:
     with pytest.raises(TrueloopError, match="work offset 2 is used") as refusal:
-        corrected("G21 G0 X1 Y0 Z0\nG55\nG0 X2\n", STRETCHED, SETUP)
+        corrected("G21 G0 X1 Y0 Z0\nG55\nG0 X2 Y0 Z0\n", STRETCHED, SETUP)
     assert (refusal.value.code, refusal.value.place.line) == (Code.MCH_FRAME, 3)
 
 

@@ -75,6 +75,8 @@ struct Writing {
     whole: bool,
     carried: Vector,
     standing: [Standing; 3],
+    /// How often each axis' positions were renamed before the last move.
+    renamed: [u32; 3],
     /// The way each axis went last.
     travel: [i8; 3],
     summary: Summary,
@@ -88,6 +90,7 @@ impl Mapper {
             whole,
             carried: [0.0; 3],
             standing: standing::at_start(named),
+            renamed: [0; 3],
             travel: [0; 3],
             summary: Summary::default(),
         };

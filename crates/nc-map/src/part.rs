@@ -97,8 +97,9 @@ impl Writing {
         let mut courses = Vec::with_capacity(path.len());
         for index in 0..path.len() {
             let role = roles.get(&(path.block[index] as usize));
-            let before = self.standing;
-            self.standing = standing::after(before, program, &Saying::of(path, index), role);
+            let saying = Saying::of(path, index);
+            let before = standing::before(self.standing, &mut self.renamed, &saying);
+            self.standing = standing::after(before, program, &saying, role);
             let fate = fate(path, index, role, before, self.standing);
             if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 require_said(program, path, index, before, self.standing)?;
@@ -209,7 +210,7 @@ fn fate(path: &ToolPath, index: usize, role: Option<&Role>, before: [Standing; 3
     let wordless = path.words[index].iter().all(|word| *word < 0);
     match path.kind[index] {
         MoveKind::Probe => Fate::Stays,
-        MoveKind::Rapid if after.contains(&Standing::Machine) => Fate::Stays,
+        MoveKind::Rapid if after.iter().any(|axis| axis.is_elsewhere()) => Fate::Stays,
         MoveKind::Rapid if wordless => Fate::Returns,
         MoveKind::Line | MoveKind::Thread if before.iter().any(|axis| axis.is_unknown()) => Fate::Arrives,
         _ => Fate::Displaced,
@@ -229,6 +230,7 @@ fn require_said(
     let letter = ["X", "Y", "Z"][axis];
     let why = match needed[axis] {
         Standing::Machine => "stands at a place of the machine",
+        Standing::Renamed => "has no position since tool or offset changed",
         _ => "has no position yet",
     };
     let at = program.blocks().get(path.block[index] as usize).map_or(0, |block| block.start as usize);
@@ -237,7 +239,7 @@ fn require_said(
     Err(Refused::block(
         at,
         message,
-        "name X, Y and Z by absolute positions before the first cut, and after each way home",
+        "name X, Y and Z by absolute positions before the first cut, and after each way home and change of tool or offset",
     ))
 }
 

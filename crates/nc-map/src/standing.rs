@@ -13,12 +13,15 @@ pub struct Saying {
     pub words: [i32; 3],
     /// Coordinates are increments.
     pub incremental: bool,
+    /// How often each axis' positions were renamed before.
+    pub renamed: [u32; 3],
 }
 
 impl Saying {
     pub(crate) fn of(path: &ToolPath, index: usize) -> Self {
-        let incremental = path.states[path.state[index] as usize].incremental;
-        Self { block: path.block[index] as usize, words: path.words[index], incremental }
+        let state = path.state[index] as usize;
+        let (incremental, renamed) = (path.states[state].incremental, path.origins[state].renamed);
+        Self { block: path.block[index] as usize, words: path.words[index], incremental, renamed }
     }
 }
 
@@ -26,7 +29,9 @@ impl Saying {
 pub fn said(program: &Program, moves: impl IntoIterator<Item = Saying>) -> Vec<[bool; 3]> {
     let roles = roles(program);
     let mut standing = at_start(named_axes(program));
+    let mut renamed = [0; 3];
     let follow = |saying: Saying| {
+        standing = before(standing, &mut renamed, &saying);
         standing = after(standing, program, &saying, roles.get(&saying.block));
         standing.map(|axis| axis == Standing::Said)
     };
@@ -40,6 +45,8 @@ pub(crate) enum Standing {
     Unsaid,
     /// It is at a place of the machine: home, or a machine position.
     Machine,
+    /// Another tool, or an offset that only the control knows, came into force since a position named it.
+    Renamed,
     /// It is at a position of the program.
     Said,
     /// The program never names it: the machine may not have it.
@@ -49,7 +56,12 @@ pub(crate) enum Standing {
 impl Standing {
     /// Whether a position of the program is yet to come.
     pub fn is_unknown(self) -> bool {
-        matches!(self, Self::Unsaid | Self::Machine)
+        matches!(self, Self::Unsaid) || self.is_elsewhere()
+    }
+
+    /// Whether it had a position and is at a place now that no position of the program tells.
+    pub fn is_elsewhere(self) -> bool {
+        matches!(self, Self::Machine | Self::Renamed)
     }
 }
 
@@ -58,10 +70,19 @@ pub(crate) fn at_start(named: [bool; 3]) -> [Standing; 3] {
     named.map(|named| if named { Standing::Unsaid } else { Standing::Never })
 }
 
+/// Before a move: tool and offsets in force are those of its block. `renamed` is what it was at the move before.
+pub(crate) fn before(last: [Standing; 3], renamed: &mut [u32; 3], saying: &Saying) -> [Standing; 3] {
+    let since = std::mem::replace(renamed, saying.renamed);
+    [0, 1, 2].map(|axis| match last[axis] {
+        Standing::Said if since[axis] != renamed[axis] => Standing::Renamed,
+        known => known,
+    })
+}
+
 /// After a move. An increment from an unknown place leads to another.
-pub(crate) fn after(before: [Standing; 3], program: &Program, saying: &Saying, role: Option<&Role>) -> [Standing; 3] {
+pub(crate) fn after(from: [Standing; 3], program: &Program, saying: &Saying, role: Option<&Role>) -> [Standing; 3] {
     let to_machine = matches!(role, Some(Role::Machine | Role::Home));
-    [0, 1, 2].map(|axis| match before[axis] {
+    [0, 1, 2].map(|axis| match from[axis] {
         Standing::Never => Standing::Never,
         _ if to_machine && leaves(program, saying.block, axis) => Standing::Machine,
         _ if !to_machine && is_position(program, saying, axis) => Standing::Said,

@@ -1,6 +1,6 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
-use crate::dialect::{FlowStyle, PoleFrom, G};
+use crate::dialect::{FlowStyle, PoleFrom, G, M};
 use crate::drill::{Drill, Hole};
 use crate::finding::{self, Severity};
 use crate::modal::{Compensation, FeedMode, Motion};
@@ -130,9 +130,26 @@ impl Runner<'_> {
         }
     }
 
+    /// The T word of the tool in the spindle, as far as it is known.
+    fn tool_called(&self) -> i32 {
+        if self.state.spindle_tool >= 0 {
+            self.state.spindle_tool
+        } else {
+            self.state.modal.tool
+        }
+    }
+
+    /// Whether T alone changes the tool: on lathes, and where no M06 was met on controls that may do without it.
+    fn changes_by_t(&self) -> bool {
+        let dialect = self.program.dialect();
+        dialect.tool_has_offset
+            || dialect.m_code(6.0) != Some(M::ChangeTool)
+            || dialect.flow == FlowStyle::Structured && self.state.spindle_tool < 0
+    }
+
     /// Number of the tool in the spindle; on a lathe with offsets in T, of the offset.
     pub(crate) fn tool_in_use(&self) -> i32 {
-        let called = if self.state.spindle_tool >= 0 { self.state.spindle_tool } else { self.state.modal.tool.max(0) };
+        let called = self.tool_called().max(0);
         if self.program.dialect().tool_has_offset {
             called % 100
         } else {
@@ -177,7 +194,7 @@ impl Runner<'_> {
             G::Spindle(mode) => modal.spindle_mode = mode,
             G::WorkOffset(number) => self.use_offset(number),
             G::StoreHome(number) => self.store_home(usize::from(number)),
-            G::NoToolOffset => self.reframe(|frame| frame.tool = [0.0; 3]),
+            G::NoToolOffset => self.cancel_tool_offset(),
             G::OpaqueCycle => {
                 modal.motion = Motion::None;
                 self.note_opaque(word, "the cycle's own moves are not in the path");
@@ -234,6 +251,7 @@ impl Runner<'_> {
             Some(speed) => self.state.modal.spindle_speed = speed,
             None => {}
         }
+        let before = self.tool_called();
         if let Some(tool) = request.get(b'T') {
             self.state.modal.tool = tool.round() as i32;
             if self.program.dialect().tool_has_offset {
@@ -242,6 +260,9 @@ impl Runner<'_> {
         }
         if request.changes_tool {
             self.state.spindle_tool = self.state.modal.tool;
+        }
+        if request.changes_tool || self.tool_called() != before && self.changes_by_t() {
+            self.change_tool();
         }
     }
 }

@@ -6,7 +6,6 @@ use crate::finding::{self, Severity};
 use crate::path::Origin;
 use crate::request::Request;
 use crate::run::{Runner, AXES};
-use crate::tool::called;
 
 /// Number of G54.1 P1 less 1: no other work offset is as high.
 const EXTENDED: f64 = 100.0;
@@ -22,8 +21,14 @@ pub(crate) struct Frame {
     pub register: [f64; 3],
     /// A register offset put aside.
     pub set_aside: [f64; 3],
-    /// Tool length offset.
+    /// Tool offset; zero where it is not known.
     pub tool: [f64; 3],
+    /// It is known.
+    pub tool_is_known: bool,
+    /// The number by which it was called: H, or that of the tool; 0 for none.
+    pub tool_number: i32,
+    /// How often tool or work offsets came into force that each axis' position hangs on.
+    pub renamed: [u32; 3],
     /// Stored machine positions.
     pub home: [[f64; 3]; 2],
 }
@@ -37,6 +42,9 @@ impl Frame {
             register: [0.0; 3],
             set_aside: [0.0; 3],
             tool: [0.0; 3],
+            tool_is_known: true,
+            tool_number: 0,
+            renamed: [0; 3],
             home: [[0.0; 3]; 2],
         }
     }
@@ -49,7 +57,13 @@ impl Frame {
 
     /// What a move is noted with.
     pub fn origin(&self) -> Origin {
-        Origin { total: self.total(), register: self.register }
+        let tool = self.tool_is_known.then_some(self.tool);
+        Origin { total: self.total(), register: self.register, tool, renamed: self.renamed }
+    }
+
+    /// Positions along these axes are called otherwise from now on.
+    pub(crate) fn rename(&mut self, axes: [bool; 3]) {
+        self.renamed = [0, 1, 2].map(|axis| self.renamed[axis].wrapping_add(u32::from(axes[axis])));
     }
 }
 
@@ -63,7 +77,7 @@ impl Runner<'_> {
     }
 
     /// The block's coordinates in mm, X a radius.
-    fn given(&self, request: &Request) -> [Option<f64>; 3] {
+    pub(crate) fn given(&self, request: &Request) -> [Option<f64>; 3] {
         [0, 1, 2].map(|axis| request.get(AXES[axis]).map(|value| value * self.state.modal.axis_mm(axis)))
     }
 
@@ -178,35 +192,10 @@ impl Runner<'_> {
 
     pub(crate) fn use_offset(&mut self, number: u16) {
         self.state.modal.work_offset = number;
-        self.reframe(|frame| frame.active = usize::from(number));
-    }
-
-    /// G43: the length of the tool of H, or of the one in use; said where it is not known. G44 takes it away.
-    pub(crate) fn length_offset(&mut self, request: &Request, adds: bool, word: i32) {
-        let number = request.get(b'H').map_or(self.tool_in_use(), |number| number.round() as i32);
-        let length = called(&self.options.tools, number).and_then(|tool| tool.length);
-        match length {
-            _ if number == 0 => self.reframe(|frame| frame.tool = [0.0; 3]),
-            Some(length) => self.reframe(|frame| frame.tool = [0.0, 0.0, if adds { length } else { -length }]),
-            None => self.note_opaque(word, "the tool table's length offset is taken as zero"),
+        let number = usize::from(number);
+        if number != self.state.frame.active {
+            self.state.frame.rename([true; 3]);
         }
-    }
-
-    /// T0101: the offset of that number in the tool table, 0 for none; one that is not known is said.
-    pub(crate) fn table_offset(&mut self, number: i32, word: i32) {
-        let offset = called(&self.options.tools, number).and_then(|tool| tool.offset);
-        if number != 0 && offset.is_none() {
-            self.note_opaque(word, "the offset in the control's table is taken as zero");
-        }
-        let offset = offset.filter(|_| number != 0).unwrap_or_default();
-        if offset != self.state.frame.tool {
-            self.reframe(|frame| frame.tool = offset);
-        }
-    }
-
-    /// A tool length offset given in the block.
-    pub(crate) fn tool_offset(&mut self, request: &Request) {
-        let given = self.given(request);
-        self.reframe(|frame| frame.tool = [0, 1, 2].map(|axis| given[axis].unwrap_or(frame.tool[axis])));
+        self.reframe(|frame| frame.active = number);
     }
 }

@@ -71,6 +71,7 @@ mod structured;
 mod thread;
 mod thread_cycle;
 mod tool;
+mod tool_offset;
 mod trace;
 mod uses;
 mod visit;

@@ -43,6 +43,11 @@ pub struct Origin {
     pub total: [f64; 3],
     /// The part of it that G52, G92 or TRANS made.
     pub register: [f64; 3],
+    /// The part of it that the tool made; `None` where the program calls for an offset that is not known.
+    pub tool: Option<[f64; 3]>,
+    /// How often another tool, another offset of it or another work offset came into force, for each axis it is about:
+    /// what the axis' position is called then, only the control knows.
+    pub renamed: [u32; 3],
 }
 
 /// A path, in the order of cutting: a column a property, an entry a move.

@@ -389,6 +389,8 @@ fn states<'py>(py: Python<'py>, path: &ToolPath) -> PyResult<Bound<'py, PyDict>>
         .unzip();
     columns.set_item("origin_mm", rows(py, total)?)?;
     columns.set_item("register_mm", rows(py, register)?)?;
+    let renamed = origins.iter().map(|origin| origin.renamed).collect();
+    columns.set_item("renamed", rows(py, renamed)?)?;
     Ok(columns)
 }
 

@@ -346,7 +346,7 @@ fn letters(program: &Program) -> BTreeMap<char, usize> {
 }
 
 /// Whether X, Y, Z stand where the program said, after each of its moves: (n, 3), from the block of each (n,), the words
-/// that set its end (n, 3), and whether its coordinates are increments (n,).
+/// that set its end (n, 3), whether its coordinates are increments (n,), and how often its axes were renamed (n, 3).
 #[pyfunction]
 fn nc_said<'py>(
     py: Python<'py>,
@@ -354,17 +354,21 @@ fn nc_said<'py>(
     block: PyReadonlyArray1<i32>,
     word: PyReadonlyArray2<i32>,
     incremental: PyReadonlyArray1<bool>,
+    renamed: PyReadonlyArray2<u32>,
 ) -> PyResult<Bound<'py, PyArray2<bool>>> {
     let (word, _) = word.as_slice()?.as_chunks::<3>();
+    let (renamed, _) = renamed.as_slice()?.as_chunks::<3>();
     let moves = block
         .as_slice()?
         .iter()
         .zip(word)
-        .zip(incremental.as_slice()?);
-    let sayings = moves.map(|((block, words), incremental)| Saying {
+        .zip(incremental.as_slice()?)
+        .zip(renamed);
+    let sayings = moves.map(|(((block, words), incremental), renamed)| Saying {
         block: *block as usize,
         words: *words,
         incremental: *incremental,
+        renamed: *renamed,
     });
     let said = nc_map::said(&program.program, sayings);
     let count = said.len();

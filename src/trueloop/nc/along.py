@@ -49,9 +49,10 @@ def lengths_mm(path: ToolPath, move: Integers | None = None) -> Array:
 def said_ends(program: Program, path: ToolPath) -> tuple[Flags, Flags]:
     """Whether each of X, Y, Z is at a position that the program says, at the start and end of each move, (n, 3) each.
 
-    Before an axis is first named, and after a way to a place of the machine (G28, G53), a run only assumes where it
-    is. An increment from such a place leads to another.
+    Before an axis is first named, after a way to a place of the machine (G28, G53) and after a change of tool or
+    offset a run only assumes where it is. An increment from such a place leads to another.
     """
-    after = nc_said(program.core, path.block.astype(np.int32), path.word.astype(np.int32), path.incremental)
+    block, word = path.block.astype(np.int32), path.word.astype(np.int32)
+    after = nc_said(program.core, block, word, path.incremental, path.renamed.astype(np.uint32))
     before = np.vstack([np.zeros((1, 3), dtype=np.bool_), after[:-1]])
     return before, after

@@ -172,6 +172,11 @@ class ToolPath:
         """The part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
         return self._of_state("register_mm")
 
+    @property
+    def renamed(self) -> Integers:
+        """How often another tool, tool offset or work offset came into force that X, Y or Z hang on, (n, 3)."""
+        return self._of_state("renamed")
+
     def call_stack(self, move: int) -> tuple[int, ...]:
         """Lines of the calls in which that move is made, from 1, the outermost first."""
         lines: list[int] = []

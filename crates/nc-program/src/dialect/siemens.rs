@@ -86,6 +86,7 @@ fn g_code(tenths: u16) -> Option<G> {
 fn m_code(number: u16) -> Option<M> {
     match number {
         2 | 30 => Some(M::End),
+        6 => Some(M::ChangeTool),
         17 => Some(M::Return),
         0..=999 => Some(M::Inert),
         _ => None,
