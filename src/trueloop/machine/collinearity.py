@@ -62,8 +62,9 @@ def _blocks(terms: Sequence[Term], rows: Array) -> tuple[list[str], list[Array]]
 
 
 def _spectrum(matrix: Array) -> tuple[Array, Array]:
+    """Singular values and right vectors; a value that rounding decides counts as its size."""
     _, strength, directions = np.linalg.svd(matrix, full_matrices=False)
-    return np.maximum(strength, 1e-300), directions
+    return np.maximum(strength, strength[0] * np.finfo(float).eps), directions
 
 
 def _combinations(strength: Array, directions: Array, owner: NDArray[np.intp]) -> list[tuple[float, list[int]]]:
