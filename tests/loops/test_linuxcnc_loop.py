@@ -87,7 +87,8 @@ def test_an_interrupted_run_leaves_nothing_behind() -> None:
 
 def test_what_still_writes_when_it_is_interrupted_leaves_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     """A session's processes may be many, and busy with its folder: it is removed when the last of them is gone."""
-    busy = 'echo 1 1 1 > "$1/config/progress.txt"; for k in {1..60}; do (while :; do : > "$1/$RANDOM"; done) & done; wait'
+    started = 'echo 1 1 1 > "$1/config/progress.txt"'
+    busy = started + '; for k in {1..60}; do (while :; do : > "$1/$RANDOM"; done) & done; wait'
     monkeypatch.setattr(session, "source", lambda name: busy if name == "session.sh" else source(name))
 
     def interrupt(line: int, x: float, z: float) -> None:
