@@ -1,6 +1,5 @@
 """`trueloop probe`: where to touch, the program that touches there, and what the control wrote."""
 
-import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,7 +8,6 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.terminal import AsJson, print_json
-from trueloop.units import UM_PER_MM
 
 app = typer.Typer(no_args_is_help=True, help="Plan touches, write probing programs, read what the control logged.")
 
@@ -106,13 +104,8 @@ def calibrate(
     touched = read_probe_log(log, control, inch=inch, diameter=x_is == "diameter")
     found = fit(np.array([t.position_mm for t in touched]), radius_mm, ring=ring, lobes=lobes)
     typer.echo(calibration_toml(found), nl=False)
-    if found.is_narrow:
-        low, high = math.degrees(found.lowest_rad), math.degrees(found.highest_rad)
-        words = (
-            f"warning: the ball's radius is known to {found.radius_u_mm * UM_PER_MM:.2f} µm (one standard deviation), "
-            f"worse than a touch: between {low:.0f}° and {high:.0f}° ball, lobing and artefact are hardly told apart"
-        )
-        typer.echo(f"{words}\n  hint: touch it over 180° or more, in at least twenty directions", err=True)
+    for finding in found.findings:
+        typer.echo(str(finding.in_file(str(log))), err=True)
 
 
 def _put(text: str, output: Path | None, inputs: tuple[Path, ...]) -> None:

@@ -11,8 +11,9 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.units import UM_PER_MM
 
 UNKNOWNS: Final = 5
 STEPS: Final = 20
@@ -45,9 +46,17 @@ class BallCalibration:
     radius_u_mm: float = 0.0
 
     @property
-    def is_narrow(self) -> bool:
-        """Whether r is known worse than by a single touch on a ball that is known."""
-        return self.radius_u_mm > self.scatter_mm
+    def findings(self) -> tuple[Finding, ...]:
+        """Says where r is known worse than by a single touch on a ball that is known."""
+        if self.radius_u_mm <= self.scatter_mm:
+            return ()
+        low, high = math.degrees(self.lowest_rad), math.degrees(self.highest_rad)
+        message = (
+            f"the ball's radius is known to {self.radius_u_mm * UM_PER_MM:.2f} µm (one standard deviation), worse than "
+            f"a touch: between {low:.0f}° and {high:.0f}° ball, lobing and artefact are hardly told apart"
+        )
+        hint = "touch it over 180° or more, in at least twenty directions"
+        return (Finding(Severity.WARNING, Code.PRB_CALIBRATION, message, hint),)
 
     @property
     def lobing_mm(self) -> float:

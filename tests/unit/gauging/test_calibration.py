@@ -55,7 +55,7 @@ def test_what_is_not_known_of_the_ball_is_told(span_deg: float, narrow: bool) ->
     spread = np.std([one.radius_mm(normal) for one in made], axis=0)
     told = np.sqrt(np.mean([one.radius_u_mm**2 for one in made]))
     assert told == pytest.approx(spread.max(), rel=0.1)
-    assert np.mean([one.is_narrow for one in made]) == narrow
+    assert np.mean([bool(one.findings) for one in made]) == narrow
 
 
 @pytest.mark.parametrize(
