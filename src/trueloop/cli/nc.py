@@ -23,6 +23,7 @@ from trueloop.cli.program_file import (
     offsets_of,
     parameters_of,
     read_program_file,
+    tables_of,
     tools_of,
 )
 from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
@@ -57,12 +58,12 @@ def path_of_program(
     What a parameter without value would decide is left empty and said on stderr. Exit status 1 when a cut is unknown.
     """
     with busy(f"running {file}"):
-        program = read_program_file(file, dialect)
+        program, known = read_program_file(file, dialect), tables_of(offsets_file)
         path = program.run(
             parameters_of(settings),
             skipped_blocks=skipped_blocks,
-            tools=tools_of(tools, offsets_file),
-            work_offsets_mm=offsets_of(offsets, offsets_file),
+            tools=[*tools_of(tools), *known.tools],
+            work_offsets_mm={**dict(known.work_mm), **offsets_of(offsets)},
             strict=False,
         )
     if form == "csv":
@@ -90,9 +91,8 @@ def check_program(
 
     with busy(f"checking {file}"):
         program = read_program_file(file, dialect)
-        findings = check(
-            program, parameters_of(settings), skipped_blocks=skipped_blocks, tools=tools_of(tools, offsets_file)
-        )
+        known = [*tools_of(tools), *tables_of(offsets_file).tools]
+        findings = check(program, parameters_of(settings), skipped_blocks=skipped_blocks, tools=known)
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
     if as_json:
         print_json(
@@ -135,7 +135,7 @@ def difference_of_programs(
     with busy(f"comparing {file} and {other}"):
         parameters = parameters_of(settings)
         programs = [read_program_file(file, dialect), read_program_file(other, other_dialect or dialect)]
-        known = tools_of(tools, offsets_file)
+        known = [*tools_of(tools), *tables_of(offsets_file).tools]
         paths = [program.run(parameters, skipped_blocks=skipped_blocks, tools=known) for program in programs]
         found = path_difference(*paths, rapids=rapids)
     here, there = (0, 1) if found.first else (1, 0)

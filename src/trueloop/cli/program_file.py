@@ -88,8 +88,8 @@ def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict
     return parameters
 
 
-def tools_of(texts: Sequence[str] | None, file: Path | None = None) -> "list[CutterTool]":
-    """`["2=R0.4,Q3", "R5"]` as tools, then those of an offsets file; other texts are a fault of the command line."""
+def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
+    """`["2=R0.4,Q3", "R5"]` as tools; anything else is a fault of the command line."""
     from trueloop.nc.cutter_tool import CutterTool
 
     tools: list[CutterTool] = []
@@ -102,17 +102,14 @@ def tools_of(texts: Sequence[str] | None, file: Path | None = None) -> "list[Cut
             raise typer.BadParameter(f"{text!r} is no tool, such as 2=R0.4,Q3", param_hint="--tool") from None
         tip, number = (None if text is None else int(text) for text in (tip, number))
         tools.append(CutterTool(radius, tip, number, length))
-    return [*tools, *_offsets_in(file).tools]
+    return tools
 
 
-def offsets_of(texts: Sequence[str] | None, file: Path | None = None) -> dict[int, tuple[float, float, float]]:
-    """`["G54=0,0,-120"]` and those of an offsets file as zeros by the number of the work offset.
-
-    Other texts are a fault of the command line.
-    """
+def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, float]]:
+    """`["G54=0,0,-120"]` as zeros by the number of the work offset; anything else is a fault of the command line."""
     from trueloop.nc.work_offset import offset_number
 
-    offsets = dict(_offsets_in(file).work_mm)
+    offsets: dict[int, tuple[float, float, float]] = {}
     for text in texts or ():
         name, equals, place = text.partition("=")
         number = offset_number(name.strip())
@@ -122,7 +119,8 @@ def offsets_of(texts: Sequence[str] | None, file: Path | None = None) -> dict[in
     return offsets
 
 
-def _offsets_in(file: Path | None) -> "OffsetTables":
+def tables_of(file: Path | None) -> "OffsetTables":
+    """What an offsets file says, if there is one. Raises NC-FILE."""
     from trueloop.formats.offsets_toml import OffsetTables, read_offsets
 
     return OffsetTables() if file is None else read_offsets(file)
