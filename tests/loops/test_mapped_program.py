@@ -13,7 +13,7 @@ from tests.support.linuxcnc import interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops import mapped_program
+from trueloop.loops import program_survey
 from trueloop.loops.mapped_program import MapOptions, map_program
 from trueloop.nc.difference import path_difference
 from trueloop.nc.field import affine_field, function_field, similarity_field, table_field
@@ -79,7 +79,7 @@ def test_no_displacement_leaves_every_byte_but_the_mark(tmp_path: Path, ending: 
 def test_the_size_of_the_parts_does_not_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     once, _ = mapped(tmp_path, PART, MIXED)
     for size in (1, 7, 64, 300):
-        monkeypatch.setattr(mapped_program, "CHUNK", size)
+        monkeypatch.setattr(program_survey, "CHUNK", size)
         assert mapped(tmp_path, PART, MIXED)[0] == once
 
 

@@ -4,31 +4,24 @@ Memory does not grow with the program; only programs with loops, calls or contou
 their blocks may run in any order, and those with corners and the like, which are written out first.
 """
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Final
 
-from trueloop._core import NcMapper, nc_survey
-from trueloop.compensation.record import check_uncorrected, mark_of_field, record_id
+from trueloop._core import NcMapper
+from trueloop.compensation.record import mark_of_field, record_id
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.outputs import Named, write_all, written_as_it_comes
-from trueloop.loops.drawn_program import is_drawn, written_out_file
+from trueloop.loops.drawn_program import written_out_file
+from trueloop.loops.program_survey import Survey, chunks_of, survey_of
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.edit import apply_edits
 from trueloop.nc.field import Field
-from trueloop.nc.guess import guess_dialect
 from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, no_parameter, read_program
 from trueloop.nc.written_out import WrittenOut
 
-CHUNK: Final = 1 << 20
-"""Bytes read at a time."""
-LARGE: Final = CHUNK // 2
-"""So many bytes are read beside hashing and searching them; a thread costs more than it saves with fewer."""
 HEAD: Final = 1 << 12
 """Bytes of a written program among which the lines are that have to be first."""
 
@@ -64,21 +57,6 @@ class Mapped:
     first_not_run_line: int
 
 
-@dataclass(frozen=True)
-class _Survey:
-    """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, and the
-    first line that sets an offset by G10; whether words shape moves beside their ends.
-    """
-
-    dialect: str
-    sha256: str
-    jumps: bool
-    named: tuple[bool, bool, bool]
-    letters: Mapping[str, int]
-    sets_offset: int | None
-    drawn: bool
-
-
 def map_program(
     source: Path,
     target: Path,
@@ -102,7 +80,7 @@ def map_program(
     NC-MAP (a cycle, a block run several times at different places, a cut before every axis has a position, …) and what
     reading and running the program raise; nothing is written then.
     """
-    survey, values = _survey(source, dialect), dict(parameters or {})
+    survey, values = survey_of(source, dialect), dict(parameters or {})
     _require_followed(source, survey, field)
     mapper = _mapper(field, survey, options, values)
     text = _text(source, survey, options, values)
@@ -118,7 +96,7 @@ def map_program(
     return done
 
 
-def _require_followed(source: Path, survey: _Survey, field: Field) -> None:
+def _require_followed(source: Path, survey: Survey, field: Field) -> None:
     # o: an axis that Sinumerik calls by a letter and a number, A1.
     if turning := sorted({*field.still, *("o" if field.still else "")} & survey.letters.keys()):
         axis = "an axis with a number" if turning[0] == "o" else turning[0]
@@ -137,14 +115,14 @@ def _require_followed(source: Path, survey: _Survey, field: Field) -> None:
         )
 
 
-def _mark(identity: str, survey: _Survey, parameters: Mapping[str, float]) -> str:
+def _mark(identity: str, survey: Survey, parameters: Mapping[str, float]) -> str:
     """The comment of a corrected program: what holds for some values of parameters only says so."""
     given = ", ".join(f"{name}={value!r}" for name, value in sorted(parameters.items()))
     only = f", holds for {given} only" if given else ""
     return dialect_named(survey.dialect).comment(mark_of_field(identity, survey.sha256) + only)
 
 
-def _mapper(field: Field, survey: _Survey, options: MapOptions, parameters: Mapping[str, float]) -> NcMapper:
+def _mapper(field: Field, survey: Survey, options: MapOptions, parameters: Mapping[str, float]) -> NcMapper:
     try:
         return NcMapper(
             field.core,
@@ -191,14 +169,14 @@ class _Text:
         return self.drawn[1].source_line(self.drawn[0], line) if self.drawn else line
 
 
-def _text(source: Path, survey: _Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
+def _text(source: Path, survey: Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
     if not survey.drawn:
-        return _Text(_chunks(source, CHUNK))
+        return _Text(chunks_of(source))
     drawn = written_out_file(source, survey.dialect, values, skipped_blocks=options.skipped_blocks)
     return _Text([drawn[1].program.source], drawn)
 
 
-def _told(mapper: NcMapper, text: _Text, identity: str, survey: _Survey) -> Mapped:
+def _told(mapper: NcMapper, text: _Text, identity: str, survey: Survey) -> Mapped:
     blocks, moves, edits, added, largest, not_run, first = mapper.summary()
     new = text.added_blocks
     edits += len(text.drawn[1].edits) if text.drawn else 0
@@ -213,70 +191,6 @@ def _accepted(source: Path, done: tuple[bytes, tuple[str, str, str, int, int] | 
         code, message, hint, line, column = refusal
         raise TrueloopError(Code(code), message, hint=hint, place=Place(str(source), line, column))
     return written
-
-
-def _chunks(path: Path, size: int) -> Iterator[bytes]:
-    try:
-        with path.open("rb") as file:
-            while chunk := file.read(size):
-                yield chunk
-    except OSError as error:
-        raise TrueloopError(
-            Code.NC_FILE,
-            f"{str(path)!r} cannot be read: {error.strerror or error}",
-            hint="name an NC program",
-            place=Place(str(path)),
-        ) from error
-
-
-def _survey(path: Path, dialect: str | None) -> _Survey:
-    """Hash, dialect, whether it jumps, what it names; refuses a program that was corrected before."""
-    digest, jumps, line, named = hashlib.sha256(), False, 0, (False, False, False)
-    letters: dict[str, int] = {}
-    sets_offset: int | None = None
-    drawn = False
-    with ThreadPoolExecutor(1) as beside:
-        for lines in _whole_lines(path):
-            dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
-            read: Callable[..., tuple[bool, tuple[bool, bool, bool], dict[str, int], int | None]] = partial(
-                nc_survey, lines, dialect
-            )
-            if len(lines) > LARGE:
-                read = beside.submit(read).result
-            digest.update(lines)
-            _require_uncorrected(path, lines, line)
-            jumps_here, named_here, letters_here, sets_here = read()
-            jumps, named = jumps or jumps_here, _any(named, named_here)
-            drawn = drawn or is_drawn(lines, letters_here, dialect)
-            for letter, at in letters_here.items():
-                letters.setdefault(letter, line + 1 + lines.count(b"\n", 0, at))
-            if sets_offset is None and sets_here is not None:
-                sets_offset = line + 1 + lines.count(b"\n", 0, sets_here)
-            line += lines.count(b"\n")
-    known = dialect or guess_dialect(b"", str(path))
-    return _Survey(known, digest.hexdigest(), jumps, named, letters, sets_offset, drawn)
-
-
-def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
-    return (one[0] or other[0], one[1] or other[1], one[2] or other[2])
-
-
-def _whole_lines(path: Path) -> Iterator[bytes]:
-    waiting = b""
-    for chunk in _chunks(path, CHUNK):
-        lines, newline, waiting = (waiting + chunk).rpartition(b"\n")
-        if newline:
-            yield lines + newline
-    if waiting:
-        yield waiting
-
-
-def _require_uncorrected(path: Path, lines: bytes, lines_before: int) -> None:
-    try:
-        check_uncorrected(lines)
-    except TrueloopError as found:
-        place = Place(str(path), lines_before + (found.place.line or 1))
-        raise TrueloopError(found.code, found.message, hint=found.hint, place=place) from None
 
 
 def _marked(written: bytes, comment: str, dialect: str) -> bytes:

@@ -1,0 +1,104 @@
+"""One look at a whole program file, some lines at a time, before it is displaced."""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from trueloop._core import nc_survey
+from trueloop.compensation.record import check_uncorrected
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.loops.drawn_program import is_drawn
+from trueloop.nc.dialect import dialect_named
+from trueloop.nc.guess import guess_dialect
+
+CHUNK: Final = 1 << 20
+"""Bytes read at a time."""
+LARGE: Final = CHUNK // 2
+"""So many bytes are read beside hashing and searching them; a thread costs more than it saves with fewer."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, and the
+    first line that sets an offset by G10; whether words shape moves beside their ends.
+    """
+
+    dialect: str
+    sha256: str
+    jumps: bool
+    named: tuple[bool, bool, bool]
+    letters: Mapping[str, int]
+    sets_offset: int | None
+    drawn: bool
+
+
+def chunks_of(path: Path) -> Iterator[bytes]:
+    """A file some bytes at a time. Raises NC-FILE where it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            while chunk := file.read(CHUNK):
+                yield chunk
+    except OSError as error:
+        raise TrueloopError(
+            Code.NC_FILE,
+            f"{str(path)!r} cannot be read: {error.strerror or error}",
+            hint="name an NC program",
+            place=Place(str(path)),
+        ) from error
+
+
+def survey_of(path: Path, dialect: str | None) -> Survey:
+    """Looks through a program; `dialect` is guessed from its beginning where none is named.
+
+    Raises NC-FILE, NC-DIALECT, and CMP-TWICE where it was corrected before.
+    """
+    digest, jumps, line, named = hashlib.sha256(), False, 0, (False, False, False)
+    letters: dict[str, int] = {}
+    sets_offset: int | None = None
+    drawn = False
+    with ThreadPoolExecutor(1) as beside:
+        for lines in _whole_lines(path):
+            dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
+            read: Callable[..., tuple[bool, tuple[bool, bool, bool], dict[str, int], int | None]] = partial(
+                nc_survey, lines, dialect
+            )
+            if len(lines) > LARGE:
+                read = beside.submit(read).result
+            digest.update(lines)
+            _require_uncorrected(path, lines, line)
+            jumps_here, named_here, letters_here, sets_here = read()
+            jumps, named = jumps or jumps_here, _any(named, named_here)
+            drawn = drawn or is_drawn(lines, letters_here, dialect)
+            for letter, at in letters_here.items():
+                letters.setdefault(letter, line + 1 + lines.count(b"\n", 0, at))
+            if sets_offset is None and sets_here is not None:
+                sets_offset = line + 1 + lines.count(b"\n", 0, sets_here)
+            line += lines.count(b"\n")
+    known = dialect or guess_dialect(b"", str(path))
+    return Survey(known, digest.hexdigest(), jumps, named, letters, sets_offset, drawn)
+
+
+def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
+    return (one[0] or other[0], one[1] or other[1], one[2] or other[2])
+
+
+def _whole_lines(path: Path) -> Iterator[bytes]:
+    waiting = b""
+    for chunk in chunks_of(path):
+        lines, newline, waiting = (waiting + chunk).rpartition(b"\n")
+        if newline:
+            yield lines + newline
+    if waiting:
+        yield waiting
+
+
+def _require_uncorrected(path: Path, lines: bytes, lines_before: int) -> None:
+    try:
+        check_uncorrected(lines)
+    except TrueloopError as found:
+        place = Place(str(path), lines_before + (found.place.line or 1))
+        raise TrueloopError(found.code, found.message, hint=found.hint, place=place) from None
