@@ -74,7 +74,7 @@ impl Piece {
     }
 }
 
-/// A contour of type I that is roughed out from above.
+/// A contour that is roughed out from above.
 pub(crate) struct Roughing {
     pub pieces: Vec<Piece>,
     pub depth_of_cut: f64,

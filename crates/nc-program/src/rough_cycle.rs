@@ -66,6 +66,7 @@ impl Runner<'_> {
         [of(b'U', 0), 0.0, of(b'W', 2)]
     }
 
+    /// Cuts level by level, then along the contour, all off by the allowance.
     fn rough_cuts(
         &mut self,
         request: &Request,
@@ -74,17 +75,9 @@ impl Runner<'_> {
         (word, first): (i32, usize),
     ) -> Result<(), &'static str> {
         let axes = if rough == Rough::Face { (0, 2) } else { (2, 0) };
-        let (data, start, own) = (self.state.rough, self.state.position, Own::of(contour, self.state.position, axes));
-        let mut roughing = Roughing {
-            pieces: pieces(contour, axes, |point| own.inside(point)),
-            depth_of_cut: self.stepped(request, b'D').unwrap_or(data.depth),
-            escape: if data.escape.is_nan() { ESCAPE } else { data.escape },
-            feeds_down: contour.feeds_down,
-        };
-        if roughing.depth_of_cut.is_nan() {
-            return Err("its depth of cut is a parameter of the control");
-        }
-        let allowance = self.allowance(request);
+        let (start, allowance) = (self.state.position, self.allowance(request));
+        let own = Own::of(contour, start, axes);
+        let mut roughing = self.roughing(request, contour, &own, axes)?;
         let mut taken = Vec::new();
         let steps = if self.names_both(first) {
             let to = own.inside(planar(contour.start, axes));
@@ -99,7 +92,7 @@ impl Runner<'_> {
             );
         };
         let steps = steps.ok_or("its depth of cut makes no sense")?;
-        if data.escape.is_nan() {
+        if self.state.rough.escape.is_nan() {
             taken.push(format!("how far the tool is lifted after a cut is the control's; taken as {ESCAPE} mm"));
         }
         if !taken.is_empty() {
@@ -115,16 +108,41 @@ impl Runner<'_> {
             }
             runner.cut_contour(contour, allowance);
             if roughing.has_pocket() {
-                let mut out = runner.state.position;
-                let height = start[axes.1] + allowance[axes.1];
-                if own.signs[1] * (out[axes.1] - height) > 0.0 {
-                    out[axes.1] = height;
-                    runner.emit(MoveKind::Rapid, out, [INHERITED; 3]);
-                }
+                runner.come_out(axes.1, start[axes.1] + allowance[axes.1], own.signs[1]);
             }
             runner.emit(MoveKind::Rapid, start, [INHERITED; 3]);
         });
         Ok(())
+    }
+
+    /// What the words say of the cuts, and the contour in their own coordinates.
+    fn roughing(
+        &self,
+        request: &Request,
+        contour: &Contour,
+        own: &Own,
+        axes: (usize, usize),
+    ) -> Result<Roughing, &'static str> {
+        let data = self.state.rough;
+        let depth_of_cut = self.stepped(request, b'D').unwrap_or(data.depth);
+        if depth_of_cut.is_nan() {
+            return Err("its depth of cut is a parameter of the control");
+        }
+        Ok(Roughing {
+            pieces: pieces(contour, axes, |point| own.inside(point)),
+            depth_of_cut,
+            escape: if data.escape.is_nan() { ESCAPE } else { data.escape },
+            feeds_down: contour.feeds_down,
+        })
+    }
+
+    /// At rapid out of a pocket to that height, where the tool is deeper; `sign` is that of deep along the axis.
+    fn come_out(&mut self, axis: usize, height: f64, sign: f64) {
+        let mut out = self.state.position;
+        if sign * (out[axis] - height) > 0.0 {
+            out[axis] = height;
+            self.emit(MoveKind::Rapid, out, [INHERITED; 3]);
+        }
     }
 
     /// Whether a block names X and Z, as the first one of a contour with pockets does.

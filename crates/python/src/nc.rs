@@ -39,7 +39,7 @@ type DialectTuple = (
     bool,
 );
 
-/// Number, radius, tip, length.
+/// Number, radius, tip, length, and what T adds of geometry and wear (x, y, z); mm.
 type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>, Option<[f64; 3]>);
 
 /// A program as read.

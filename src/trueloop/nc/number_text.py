@@ -2,10 +2,18 @@
 
 import re
 from decimal import ROUND_HALF_EVEN, Decimal
+from typing import Final
 
 from trueloop.nc.dialect import Dialect
 from trueloop.nc.program import Word
 from trueloop.nc.tool_path import CoordinateState
+
+_WEAKER_THAN_SUM: Final = re.compile(
+    r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)|[<>=]|b_", re.IGNORECASE
+)
+"""What binds weaker than a sum: an expression with it is put into brackets before a term is added."""
+_POSITION: Final = re.compile(r"(AC|DC|ACP|ACN)[ \t]*(?=\()", re.IGNORECASE)
+"""What says in Sinumerik's words that a value is a position: a term goes into its brackets."""
 
 
 def resolution_of(dialect: Dialect, state: CoordinateState) -> Decimal:
@@ -34,15 +42,6 @@ def restyled(old: str, value: Decimal, resolution: Decimal) -> str:
         digits = digits.zfill(len(whole))
     sign = "-" if value < 0 else "+" if old.startswith("+") else ""
     return f"{sign}{digits}.{fraction}"
-
-
-_WEAKER_THAN_SUM = re.compile(
-    r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)|[<>=]|b_", re.IGNORECASE
-)
-
-
-_POSITION = re.compile(r"(AC|DC|ACP|ACN)[ \t]*(?=\()", re.IGNORECASE)
-"""What says in Sinumerik's words that a value is a position: a term goes into its brackets."""
 
 
 def with_term(old: str, delta: Decimal, dialect: Dialect) -> str:
