@@ -111,7 +111,7 @@ class NcField:
     @staticmethod
     def function(function: Callable[..., NDArray[np.float64]], knows_travel: bool | None = None) -> NcField:
         """Positions (n, 3) to displacements (n, 3). With `knows_travel` given the function gets work offsets (n,),
-        tools (n,) and the way of travel (n, 3) too; True: it differs by that way.
+        tools (n,), the way of travel (n, 3) and tool offsets (n, 3) too; True: it differs by that way.
         """
 
     def displacements(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -132,6 +132,8 @@ class NcMapper:
         tolerance_mm: float,
         size_mm: float,
         slope: float,
+        tools: list[tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None]],
+        work_offsets: list[tuple[int, tuple[float, float, float]]],
     ) -> NcMapper: ...
     @property
     def failed_at(self) -> tuple[int, int]:

@@ -28,6 +28,8 @@ pub struct Place {
     pub tool: i32,
     /// What G52, G92 or TRANS add to a position to make it one of the work offset, mm.
     pub shift: Vector,
+    /// What the tool's offset in force adds to that, mm; NaN where it is not known.
+    pub tool_offset: Vector,
     /// The way each axis goes there, or went last: +1, −1; 0 before its first move.
     pub travel: [i8; 3],
 }

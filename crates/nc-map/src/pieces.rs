@@ -124,9 +124,15 @@ impl<'a> Geometry<'a> {
     /// What a field has to know of a stretch: the way is that of its middle, for no axis turns round within it.
     fn place(&self, of_move: usize, middle: f64) -> Place {
         let index = self.path.state[of_move] as usize;
-        let (state, shift) = (&self.path.states[index], self.path.origins[index].register);
+        let (state, origin) = (&self.path.states[index], &self.path.origins[index]);
         let travel = self.travel.get(of_move).map(|travel| turned(*travel, self.way(of_move, middle)));
-        Place { work_offset: state.work_offset, tool: state.tool, shift, travel: travel.unwrap_or_default() }
+        Place {
+            work_offset: state.work_offset,
+            tool: state.tool,
+            shift: origin.register,
+            tool_offset: origin.tool.unwrap_or([f64::NAN; 3]),
+            travel: travel.unwrap_or_default(),
+        }
     }
 
     /// The stretches to begin with: the whole move, or an arc from quadrant to quadrant where the way of travel counts.

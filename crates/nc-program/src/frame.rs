@@ -34,15 +34,16 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The work offsets given, and no others.
-    pub fn new(work: &[(usize, [f64; 3])]) -> Self {
+    /// The work offsets given, and no others. Of a control whose T brings an offset into force nobody knows which is,
+    /// before the first.
+    pub fn new(work: &[(usize, [f64; 3])], tool_is_known: bool) -> Self {
         Self {
             work: work.iter().copied().collect(),
             active: 1,
             register: [0.0; 3],
             set_aside: [0.0; 3],
             tool: [0.0; 3],
-            tool_is_known: true,
+            tool_is_known,
             tool_number: 0,
             renamed: [0; 3],
             home: [[0.0; 3]; 2],

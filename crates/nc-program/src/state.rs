@@ -68,7 +68,7 @@ impl State {
             saved: Vec::new(),
             unit_is_known: options.unit_is_known,
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
-            frame: Frame::new(&options.work_offsets),
+            frame: Frame::new(&options.work_offsets, !dialect.tool_has_offset),
             position: options.position,
             contouring: Contouring::default(),
             pole: [0.0; 3],

@@ -40,7 +40,7 @@ type DialectTuple = (
 );
 
 /// Number, radius, tip, length, and what T adds of geometry and wear (x, y, z); mm.
-type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>, Option<[f64; 3]>);
+pub type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>, Option<[f64; 3]>);
 
 /// A program as read.
 #[pyclass(frozen)]
@@ -165,16 +165,8 @@ impl NcProgram {
         initial.inch = inch.unwrap_or(initial.inch);
         initial.diameter = diameter.unwrap_or(initial.diameter);
         initial.plane = plane.map_or(Ok(initial.plane), plane_of)?;
-        let tools = tools.into_iter();
-        let tools = tools.map(|(number, radius, tip, length, offset)| Tool {
-            number,
-            radius,
-            tip,
-            length,
-            offset,
-        });
         let options = Options {
-            tools: tools.collect(),
+            tools: tools_of(tools),
             parameters: parameters_of(parameters, dialect)?,
             optional_blocks,
             initial: Some(initial),
@@ -191,6 +183,19 @@ impl NcProgram {
         let states = states(py, &path)?;
         Ok((moves(py, &self.program, path)?, states, findings))
     }
+}
+
+/// Tools as Python gives them.
+pub fn tools_of(tools: Vec<ToolTuple>) -> Vec<Tool> {
+    let tools = tools.into_iter();
+    let tools = tools.map(|(number, radius, tip, length, offset)| Tool {
+        number,
+        radius,
+        tip,
+        length,
+        offset,
+    });
+    tools.collect()
 }
 
 /// Parameters by their keys; a ValueError names one that is none of the dialect.

@@ -14,13 +14,13 @@ use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyBytes;
 
-use crate::nc::{dialect_of, parameters_of, NcProgram};
+use crate::nc::{dialect_of, parameters_of, tools_of, NcProgram, ToolTuple};
 
 /// Code, message, hint, line, column.
 type RefusalTuple = (&'static str, String, String, usize, usize);
 
 /// A function of Python: positions (n, 3) to displacements (n, 3), mm. One that is told more gets, beside them, work
-/// offsets and tools (n,), and the way of travel (n, 3).
+/// offsets and tools (n,), the way of travel and what the tool offset in force adds (n, 3).
 struct Function {
     function: Py<PyAny>,
     told: Told,
@@ -71,9 +71,11 @@ impl Field for Function {
                     .flat_map(|p| p.travel.map(f64::from))
                     .collect();
                 let travel = travel.into_pyarray(py).reshape([places.len(), 3])?;
-                let beside = (work.into_pyarray(py), tool.into_pyarray(py), travel);
+                let offset: Vec<_> = places.iter().flat_map(|p| p.tool_offset).collect();
+                let offset = offset.into_pyarray(py).reshape([places.len(), 3])?;
+                let (work, tool) = (work.into_pyarray(py), tool.into_pyarray(py));
                 self.function
-                    .call1(py, (rows, beside.0, beside.1, beside.2))?
+                    .call1(py, (rows, work, tool, travel, offset))?
             };
             let answer: PyReadonlyArray2<f64> = answer.extract(py).map_err(|_| {
                 PyTypeError::new_err(
@@ -120,6 +122,8 @@ impl NcMapper {
         tolerance_mm: f64,
         size_mm: f64,
         slope: f64,
+        tools: Vec<ToolTuple>,
+        work_offsets: Vec<(usize, [f64; 3])>,
         py: Python<'_>,
     ) -> PyResult<Self> {
         let dialect = dialect_of(dialect)?;
@@ -127,6 +131,8 @@ impl NcMapper {
         let options = Options {
             parameters,
             optional_blocks,
+            tools: tools_of(tools),
+            work_offsets,
             block_limit: if whole {
                 Options::default().block_limit
             } else {
@@ -265,7 +271,7 @@ impl NcField {
     }
 
     /// A function of positions (n, 3) that answers displacements (n, 3). With `knows_travel` given it is asked with
-    /// work offsets, tools and travel too; True: it differs by the way of travel.
+    /// work offsets, tools, travel and tool offsets too; True: it differs by the way of travel.
     #[staticmethod]
     #[pyo3(signature = (function, knows_travel=None))]
     fn function(function: Py<PyAny>, knows_travel: Option<bool>) -> Self {
@@ -312,6 +318,7 @@ const NOWHERE: Place = Place {
     work_offset: 1,
     tool: -1,
     shift: [0.0; 3],
+    tool_offset: [0.0; 3],
     travel: [0; 3],
 };
 

@@ -18,7 +18,7 @@ from trueloop.cli.machine_options import (
     positions_of,
     signals_of,
 )
-from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of
+from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of, tables_of
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
 
@@ -33,11 +33,24 @@ def compensate(
     model: ModelOption,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
     work_zero: Annotated[
-        list[str], typer.Option(metavar="N=X,Y,Z", help="Machine coordinates of the zero of offset N (1 is G54), mm.")
-    ],
+        list[str] | None,
+        typer.Option(metavar="N=X,Y,Z", help="Machine coordinates of the zero of offset N (1 is G54), mm."),
+    ] = None,
     tool: Annotated[
         list[str] | None,
-        typer.Option(metavar="T=X,Y,Z", help="Tool point from the last axis' frame, mm; T is * for all.  [default: 0]"),
+        typer.Option(
+            metavar="T=X,Y,Z",
+            help="Tool point from the last axis' frame, mm; T is * for all.  [default: 0, or as --offsets says]",
+        ),
+    ] = None,
+    offsets_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--offsets",
+            metavar="FILE",
+            help="A TOML file of work offsets and tools: machine = program + work offset + tool offset in force. "
+            "The command line comes first.",
+        ),
     ] = None,
     at: Annotated[
         list[str] | None,
@@ -54,7 +67,10 @@ def compensate(
     skipped_blocks: SkippedBlocks = False,
     as_json: AsJson = False,
 ) -> None:
-    """Take the machine's error out of a program: every position moved by COMP_MTG."""
+    """Take the machine's error out of a program: every position moved by COMP_MTG.
+
+    The model lives in machine coordinates: --work-zero and --tool, or --offsets, say where the program is in them.
+    """
     from trueloop.cli.nc_map import tell_mapped
     from trueloop.errors import in_file
     from trueloop.formats.model_file import read_model
@@ -66,11 +82,15 @@ def compensate(
     known = read_model(model)
     with in_file(model):
         _require_machine(known, serial)
+    if not (work_zero or offsets_file):
+        raise typer.BadParameter("give it, or --offsets", param_hint="--work-zero")
+    tables = tables_of(offsets_file)
     setup = Setup(
-        numbered(work_zero, "--work-zero"),
-        numbered(tool or ["*=0,0,0"], "--tool"),
+        {**dict(tables.work_mm), **numbered(work_zero or (), "--work-zero")},
+        numbered(tool or ([] if offsets_file else ["*=0,0,0"]), "--tool"),
         signals_of(known, temperatures),
         {axis: math.radians(angle) for axis, angle in parameters_of(at, "--at").items()},
+        tables.tools if offsets_file else None,
     )
     with busy(f"correcting {file}"):
         done = compensate_program(
@@ -82,7 +102,7 @@ def compensate(
             dialect=dialect,
             parameters=parameters_of(settings),
             extrapolate=extrapolate or (),
-            inputs=logs_of(temperatures),
+            inputs=[*logs_of(temperatures), *([offsets_file] if offsets_file else [])],
             made_by=user_name(),
         )
     if as_json:

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of, vector_of
+from trueloop.cli.program_file import (
+    DialectName,
+    ProgramFile,
+    Settings,
+    SkippedBlocks,
+    parameters_of,
+    tables_of,
+    vector_of,
+)
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
 
@@ -40,6 +48,21 @@ def map_program_file(
         float | None,
         typer.Option(min=0.0, help="Steepest change accepted, µm/mm.  [default: 40 for a table, else none]"),
     ] = None,
+    frame: Annotated[
+        Literal["program", "machine"],
+        typer.Option(
+            help="What the field's positions are: the program's own, in the work offset in force, or the machine's, "
+            "which are program + work offset + tool offset by the file of --offsets."
+        ),
+    ] = "program",
+    offsets_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--offsets",
+            metavar="FILE",
+            help="A TOML file of work offsets and tools, for --frame machine; nothing hangs on it otherwise.",
+        ),
+    ] = None,
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
@@ -48,7 +71,7 @@ def map_program_file(
     """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
     from trueloop.loops.mapped_program import MapOptions, map_program
 
-    field = _field(table, shift, rotate, axis, scale, about)
+    field = _framed(_field(table, shift, rotate, axis, scale, about), frame, offsets_file)
     usual = MapOptions()
     none = float("inf")
     options = MapOptions(
@@ -65,7 +88,7 @@ def map_program_file(
             options,
             dialect=dialect,
             parameters=parameters_of(settings),
-            inputs=[table] if table else (),
+            inputs=[file for file in (table, offsets_file) if file],
         )
     if as_json:
         print_json(asdict(done) | {"file": str(out)})
@@ -85,6 +108,16 @@ def tell_mapped(file: Path, out: Path, done: "Mapped") -> None:
             err=True,
         )
     typer.echo(f"written: {out}, record {done.record}")
+
+
+def _framed(field: "Field", frame: str, offsets_file: Path | None) -> "Field":
+    """The field as it is, or in the machine."""
+    from trueloop.nc.machine_frame import field_in_machine
+
+    if (frame == "machine") != (offsets_file is not None):
+        raise typer.BadParameter("--frame machine and --offsets go together", param_hint="--frame")
+    tables = tables_of(offsets_file)
+    return field_in_machine(field, tables.tools, dict(tables.work_mm)) if offsets_file else field
 
 
 def _field(

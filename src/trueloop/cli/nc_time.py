@@ -7,11 +7,13 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.program_file import (
     DialectName,
+    OffsetsFile,
     ProgramFile,
     Settings,
     SkippedBlocks,
     parameters_of,
     read_program_file,
+    tables_of,
 )
 from trueloop.cli.terminal import AsJson, busy, print_json
 
@@ -28,16 +30,23 @@ def time_of_program(
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    offsets_file: OffsetsFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Print how long a program takes: cuts at their feed, rapid moves at a stated rate, dwells. Accelerations and tool
-    changes are left out.
+    changes are left out. How far it is to the machine's own places (G28, G53) hangs on the offsets.
     """
     from trueloop.nc.machining_time import machining_time
 
     with busy(f"running {file}"):
         program = read_program_file(file, dialect)
-        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks)
+        tables = tables_of(offsets_file)
+        path = program.run(
+            parameters_of(settings),
+            skipped_blocks=skipped_blocks,
+            tools=tables.tools,
+            work_offsets_mm=dict(tables.work_mm),
+        )
         time = machining_time(path, rapid_mm_min, max_rpm)
     parts = {"cutting": time.cutting_s, "rapid": time.rapid_s, "dwell": time.dwell_s, "total": time.total_s}
     tools = _by_tool(path, time)

@@ -13,6 +13,7 @@ from trueloop.formats.outputs import Named
 from trueloop.loops.mapped_program import MapOptions, Mapped, map_program
 from trueloop.machine.model import MachineModel
 from trueloop.machine.setup import Setup, compensation_field
+from trueloop.nc.cutter_tool import tool_rows
 from trueloop.units import UM_PER_MM
 
 
@@ -73,6 +74,7 @@ def _told(setup: Setup, model_sha256: str) -> dict[str, object]:
         "work_zero_mm": {str(number): list(zero) for number, zero in setup.work_zero_mm.items()},
         "rotary_axes_rad": dict(setup.fixed),
         "tool_mm": {str(number): list(tool) for number, tool in setup.tool_mm.items()},
+        **({} if setup.table is None else {"tools": [list(row) for row in tool_rows(setup.table)]}),
     }
 
 

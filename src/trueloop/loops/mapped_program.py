@@ -15,6 +15,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.outputs import Named, write_all, written_as_it_comes
 from trueloop.loops.drawn_program import written_out_file
 from trueloop.loops.program_survey import Survey, chunks_of, survey_of
+from trueloop.nc.cutter_tool import tool_rows
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.edit import apply_edits
 from trueloop.nc.field import Field
@@ -110,7 +111,7 @@ def _require_followed(source: Path, survey: Survey, field: Field) -> None:
         raise TrueloopError(
             Code.MCH_FRAME,
             f"G10 sets an offset in line {survey.sets_offset}: where the zero lies then is not what the set-up says",
-            hint="take the block out, give the offset with --work-zero or --tool, and set it at the control",
+            hint="take the block out, give the offset with --work-zero, --tool or --offsets, and set it at the control",
             place=Place(str(source), survey.sets_offset),
         )
 
@@ -134,6 +135,8 @@ def _mapper(field: Field, survey: Survey, options: MapOptions, parameters: Mappi
             options.tolerance_mm,
             options.limit_mm,
             options.slope,
+            tool_rows(field.tools),
+            list(field.work_mm.items()),
         )
     except ValueError as refused:
         raise no_parameter(str(refused), survey.dialect) from None

@@ -1,6 +1,6 @@
 """A machine as a program sees it: where its zero lies, how long its tools are, and COMP_MTG at the program's points."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Final
@@ -14,11 +14,16 @@ from trueloop.machine.compiled import CompiledModel, compile_model
 from trueloop.machine.model import MachineModel, State
 from trueloop.machine.term import Signals
 from trueloop.machine.validity import check_state
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.field import DisplaceInMachine, Field, machine_field
+from trueloop.nc.machine_frame import looked_up, require_offsets
 from trueloop.nc.tool_path import Integers
 
 AXES: Final = "XYZ"
 ANY_TOOL: Final = -1
+HINT: Final = (
+    "the model lives in machine coordinates: give --work-zero 1=X,Y,Z for G54, --tool T=X,Y,Z, or a file of --offsets"
+)
 
 
 @dataclass(frozen=True)
@@ -27,13 +32,16 @@ class Setup:
 
     `work_zero_mm`: machine coordinates of the program's zero by number of the work offset (1 is G54), for a tool of
     no length. `tool_mm`: tool point from the frame of the last axis, by T number; under −1 for every other tool.
-    `fixed`: where rotary axes stand, which the program has to leave alone, rad; 0 for those not named.
+    `fixed`: where rotary axes stand, which the program has to leave alone, rad; 0 for those not named. `table`: the
+    control's tool table, where it is told: a tool that is not in `tool_mm` has its point at minus the offset that the
+    program brings into force, because machine = program + work zero + offset.
     """
 
     work_zero_mm: Mapping[int, Vector]
     tool_mm: Mapping[int, Vector] = field(default_factory=lambda: {ANY_TOOL: (0.0, 0.0, 0.0)})
     signals: Signals = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
+    table: Sequence[CutterTool] | None = None
 
 
 def compensation_field(
@@ -47,16 +55,36 @@ def compensation_field(
     _check_head_upright(model, setup)
     rotary = frozenset(axis.name for axis in model.machine.chain.axes if axis.kind is AxisKind.ROTARY)
     backlash = any(term.both_ways for term in model.terms)
-    return machine_field(_displacement(model, setup, extrapolate), told, knows_travel=backlash, still=rotary)
+    return machine_field(
+        _displacement(model, setup, extrapolate),
+        told,
+        knows_travel=backlash,
+        still=rotary,
+        tools=setup.table or (),
+        work_mm=setup.work_zero_mm,
+    )
 
 
 def state_at(
-    model: MachineModel, setup: Setup, points_mm: Array, work: Integers, tool: Integers, travel: Array
+    model: MachineModel,
+    setup: Setup,
+    points_mm: Array,
+    work: Integers,
+    tool: Integers,
+    travel: Array,
+    offset_mm: Array | None = None,
 ) -> State:
-    """Axis positions at program points (n, 3): point + work zero − tool vector; travel (n, 3) along X, Y, Z."""
+    """Axis positions at program points (n, 3): point + work zero − tool vector; travel (n, 3) along X, Y, Z.
+
+    `offset_mm` (n, 3) are the tool offsets in force, none unless told. Raises MCH-FRAME for what is not known.
+    """
+    offset_mm = np.zeros((len(points_mm), 3)) if offset_mm is None else offset_mm
+    return _state(model, setup, points_mm, work, travel, _tool_points_mm(setup, tool, offset_mm))
+
+
+def _state(model: MachineModel, setup: Setup, points_mm: Array, work: Integers, travel: Array, tool_mm: Array) -> State:
     chain = model.machine.chain
-    tool_mm = _looked_up(_known_tools(setup, tool), setup.tool_mm, "tool")
-    axes = points_mm + _looked_up(work, setup.work_zero_mm, "work offset") - tool_mm
+    axes = points_mm + looked_up(work, setup.work_zero_mm, "work offset", HINT) - tool_mm
     given: dict[str, Array | float] = dict(setup.fixed)
     given |= {name: axes[:, k] for k, name in enumerate(AXES) if name in chain.order}
     ways = [travel[:, AXES.index(name)] if name in AXES else np.zeros(len(axes)) for name in chain.order]
@@ -68,28 +96,32 @@ def _displacement(model: MachineModel, setup: Setup, extrapolate: Collection[str
     there = np.array([name in model.machine.chain.order for name in AXES])
 
     @cache
-    def compiled(tool: int) -> CompiledModel:
-        return compile_model(model, setup.signals, setup.tool_mm[tool], setup.fixed)
+    def compiled(tool_mm: Vector) -> CompiledModel:
+        return compile_model(model, setup.signals, tool_mm, setup.fixed)
 
-    def displace(points_mm: Array, work: Integers, tool: Integers, travel: Array) -> Array:
-        check_state(model, state_at(model, setup, points_mm, work, tool, travel), extrapolate)
-        zero_mm = _looked_up(work, setup.work_zero_mm, "work offset")
+    def displace(points_mm: Array, work: Integers, tool: Integers, travel: Array, offset_mm: Array) -> Array:
+        tool_mm = _tool_points_mm(setup, tool, offset_mm)
+        check_state(model, _state(model, setup, points_mm, work, travel, tool_mm), extrapolate)
+        axes = points_mm + looked_up(work, setup.work_zero_mm, "work offset", HINT) - tool_mm
         compensation = np.empty_like(points_mm)
-        known = _known_tools(setup, tool)
-        for number in np.unique(known):
-            own = known == number
-            axes = points_mm[own] + zero_mm[own] - np.array(setup.tool_mm[int(number)])
-            compensation[own] = np.where(there, -compiled(int(number)).bed_error_mm(axes, travel[own]), 0.0)
+        for x, y, z in np.unique(tool_mm, axis=0).tolist():
+            own = (tool_mm == (x, y, z)).all(axis=1)
+            error_mm = compiled((x, y, z)).bed_error_mm(axes[own], travel[own])
+            compensation[own] = np.where(there, -error_mm, 0.0)
         return compensation
 
     return displace
 
 
-def _known_tools(setup: Setup, tool: Integers) -> Integers:
-    """T words with a length of their own, −1 for the others. Raises MCH-FRAME where that is not given either."""
-    known = np.where(np.isin(tool, list(setup.tool_mm)), tool, ANY_TOOL)
-    _looked_up(known, setup.tool_mm, "tool")
-    return known
+def _tool_points_mm(setup: Setup, tool: Integers, offset_mm: Array) -> Array:
+    """Tool points (n, 3) from the frame of the last axis. Raises MCH-FRAME for a tool of which none is known."""
+    named = np.isin(tool, list(setup.tool_mm))
+    if setup.table is None:
+        return looked_up(np.where(named, tool, ANY_TOOL), setup.tool_mm, "tool", HINT)
+    require_offsets(tool[~named], offset_mm[~named], HINT)
+    points = -offset_mm
+    points[named] = looked_up(tool[named], setup.tool_mm, "tool", HINT)
+    return points
 
 
 def _check_head_upright(model: MachineModel, setup: Setup) -> None:
@@ -101,17 +133,3 @@ def _check_head_upright(model: MachineModel, setup: Setup) -> None:
                 f"{axis.name} turns the tool by {setup.fixed[axis.name]:g} rad: where its tip lies is not told",
                 hint="only rotary axes that carry the work may stand away from 0",
             )
-
-
-def _looked_up(numbers: Integers, table: Mapping[int, Vector], what: str) -> Array:
-    vectors = np.zeros((len(numbers), 3))
-    for number in np.unique(numbers):
-        if int(number) not in table:
-            given = ", ".join(str(n) for n in table) or "none"
-            raise TrueloopError(
-                Code.MCH_FRAME,
-                f"{what} {int(number)} is used, but only {given} is known in machine coordinates",
-                hint="the model lives in machine coordinates: give --work-zero 1=X,Y,Z for G54, --tool T=X,Y,Z",
-            )
-        vectors[numbers == number] = table[int(number)]
-    return vectors

@@ -1,6 +1,10 @@
 """Tools as cutter compensation (G41, G42) and length offsets (G43) need them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeAlias
+
+ToolRow: TypeAlias = tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None]
 
 
 @dataclass(frozen=True)
@@ -18,3 +22,8 @@ class CutterTool:
     number: int | None = None
     length_mm: float | None = None
     offset_mm: tuple[float, float, float] | None = None
+
+
+def tool_rows(tools: Iterable[CutterTool]) -> list[ToolRow]:
+    """Tools as the Rust core takes them."""
+    return [(tool.number, tool.radius_mm, tool.tip, tool.length_mm, tool.offset_mm) for tool in tools]

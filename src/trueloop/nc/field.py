@@ -1,21 +1,23 @@
 """Fields: a displacement for every position of a program. Made here, applied by `loops.mapped_program`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from trueloop._core import NcField
 from trueloop.errors import Code, TrueloopError
+from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.tool_path import Array, Integers
 
 Displace = Callable[[Array], Array]
 """Positions (n, 3) to displacements (n, 3), both X (a radius on a lathe), Y, Z in mm."""
 
 
-DisplaceInMachine = Callable[[Array, Integers, Integers, Array], Array]
-"""The same of a machine: it is told, beside positions, the work offset and tool in force (n,), and which way each axis
-goes there or went last, (n, 3): +1, −1, or 0 before its first move."""
+DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array], Array]
+"""The same of a machine: it is told, beside positions, the work offset and tool in force (n,), which way each axis goes
+there or went last, (n, 3): +1, −1, or 0 before its first move, and what the tool's offset adds, (n, 3) mm: NaN where
+that is not known."""
 
 
 @dataclass(frozen=True)
@@ -23,13 +25,16 @@ class Field:
     """A displacement for every position, in the program's coordinates. `told` identifies it in a corrected program.
 
     `still` are letters of axes that it takes to stand: a program that names one is refused. One `of_machine` knows from
-    outside where the program's zero lies: a program that sets that itself is refused too.
+    outside where the program's zero lies: a program that sets that itself is refused too. `tools` and `work_mm`, the
+    zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables.
     """
 
     told: dict[str, object]
     core: NcField = field(repr=False, compare=False)
     still: frozenset[str] = frozenset()
     of_machine: bool = False
+    tools: tuple[CutterTool, ...] = ()
+    work_mm: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
 
     def displacement_mm(self, points_mm: Array) -> Array:
         """At (n, 3) positions. Raises NC-FIELD for one outside of where the field is known."""
@@ -52,10 +57,17 @@ def function_field(displace: Displace, name: str) -> Field:
 
 
 def machine_field(
-    displace: DisplaceInMachine, told: dict[str, object], *, knows_travel: bool, still: frozenset[str] = frozenset()
+    displace: DisplaceInMachine,
+    told: dict[str, object],
+    *,
+    knows_travel: bool = False,
+    still: frozenset[str] = frozenset(),
+    tools: Sequence[CutterTool] = (),
+    work_mm: Mapping[int, tuple[float, float, float]] | None = None,
 ) -> Field:
     """A machine's: with `knows_travel` arcs are cut where an axis turns round, and a start that jumped is gone to."""
-    return Field(told, NcField.function(displace, knows_travel), still, of_machine=True)
+    core = NcField.function(displace, knows_travel)
+    return Field(told, core, still, of_machine=True, tools=tuple(tools), work_mm=dict(work_mm or {}))
 
 
 def affine_field(matrix: Array, shift_mm: Sequence[float]) -> Field:

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from trueloop._core import NcProgram
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
-from trueloop.nc.cutter_tool import CutterTool
+from trueloop.nc.cutter_tool import CutterTool, tool_rows
 from trueloop.nc.dialect import Dialect, dialect_named
 from trueloop.nc.tool_path import ToolPath
 
@@ -172,8 +172,7 @@ class Program:
         try:
             moves, states, rows = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
-                [(tool.number, tool.radius_mm, tool.tip, tool.length_mm, tool.offset_mm) for tool in tools],
-                trace, list((work_offsets_mm or {}).items()), roughing,
+                tool_rows(tools), trace, list((work_offsets_mm or {}).items()), roughing,
             )  # fmt: skip
         except ValueError as refused:
             raise no_parameter(str(refused), self.dialect.name) from None
