@@ -1,4 +1,4 @@
-//! Eight numbers at once: by AVX-512 where there is, else as arrays that the compiler puts into vector registers.
+//! Eight numbers at once: by AVX-512 or AVX2 where there is, else as arrays that the compiler puts into registers.
 
 /// Numbers worked off at once.
 pub(crate) const LANES: usize = 8;
@@ -8,6 +8,8 @@ pub(crate) type Eight = [f64; LANES];
 /// Arithmetic on eight numbers.
 pub(crate) trait Lanes: Copy {
     type Vector: Copy;
+    /// Terms of the series of `inverse_root_power` that matter after `rough_inverse_root`.
+    const TERMS: usize;
     fn load(self, values: &Eight) -> Self::Vector;
     fn store(self, values: Self::Vector) -> Eight;
     fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
@@ -18,7 +20,7 @@ pub(crate) trait Lanes: Copy {
     fn multiply_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
     /// `c − a b`.
     fn subtract_product(self, c: Self::Vector, a: Self::Vector, b: Self::Vector) -> Self::Vector;
-    /// `1/√a` to a part in 10⁴; 0 where a is not above `least`.
+    /// About `1/√a`; 0 where a is not above `least`.
     fn rough_inverse_root(self, a: Self::Vector, least: Self::Vector) -> Self::Vector;
 
     #[inline(always)]
@@ -33,7 +35,7 @@ pub(crate) trait Lanes: Copy {
 
     /// `a^(-K/2)` to the last digits; 0 where a is not above `least`.
     ///
-    /// With y nearly `1/√a` and h = 1 − a y², it is y^K (1 − h)^(-K/2), of whose series five terms are taken.
+    /// With y nearly `1/√a` and h = 1 − a y², it is y^K (1 − h)^(-K/2), of whose series some terms are taken.
     #[inline(always)]
     fn inverse_root_power<const K: u32>(
         self,
@@ -46,21 +48,23 @@ pub(crate) trait Lanes: Copy {
         for _ in 1..K {
             power = self.multiply(power, y);
         }
-        let [first, second, third, fourth] = series(0.5 * f64::from(K));
-        let mut sum = self.splat(fourth);
-        for factor in [third, second, first] {
-            sum = self.multiply_add(sum, off, self.splat(factor));
+        let factors = series(0.5 * f64::from(K));
+        let mut sum = self.splat(factors[Self::TERMS - 1]);
+        for factor in factors[..Self::TERMS - 1].iter().rev() {
+            sum = self.multiply_add(sum, off, self.splat(*factor));
         }
         self.multiply_add(power, self.multiply(sum, off), power)
     }
 }
 
-/// Factors of h, h², h³, h⁴ in `(1 − h)^-s`.
+/// Factors of h, h², … in `(1 − h)^-s`.
 #[inline(always)]
-fn series(s: f64) -> [f64; 4] {
-    let second = s * (s + 1.0) / 2.0;
-    let third = second * (s + 2.0) / 3.0;
-    [s, second, third, third * (s + 3.0) / 4.0]
+fn series(s: f64) -> [f64; 5] {
+    let mut factors = [s; 5];
+    for (before, n) in (1..5).zip([2.0, 3.0, 4.0, 5.0]) {
+        factors[before] = factors[before - 1] * (s + n - 1.0) / n;
+    }
+    factors
 }
 
 /// Arrays.
@@ -78,6 +82,7 @@ fn each(f: impl Fn(usize) -> f64) -> Eight {
 
 impl Lanes for Portable {
     type Vector = Eight;
+    const TERMS: usize = 2;
 
     #[inline(always)]
     fn load(self, values: &Eight) -> Eight {
@@ -128,64 +133,6 @@ impl Lanes for Portable {
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-mod avx512 {
-    use super::{Eight, Lanes};
-    use core::arch::x86_64::{__m512d, _CMP_GT_OQ};
-    use pulp::bytemuck::cast;
-    use pulp::x86::V4;
-
-    impl Lanes for V4 {
-        type Vector = __m512d;
-
-        #[inline(always)]
-        fn load(self, values: &Eight) -> __m512d {
-            cast(*values)
-        }
-
-        #[inline(always)]
-        fn store(self, values: __m512d) -> Eight {
-            cast(values)
-        }
-
-        #[inline(always)]
-        fn add(self, a: __m512d, b: __m512d) -> __m512d {
-            self.avx512f._mm512_add_pd(a, b)
-        }
-
-        #[inline(always)]
-        fn subtract(self, a: __m512d, b: __m512d) -> __m512d {
-            self.avx512f._mm512_sub_pd(a, b)
-        }
-
-        #[inline(always)]
-        fn multiply(self, a: __m512d, b: __m512d) -> __m512d {
-            self.avx512f._mm512_mul_pd(a, b)
-        }
-
-        #[inline(always)]
-        fn greater(self, a: __m512d, b: __m512d) -> __m512d {
-            self.avx512f._mm512_max_pd(a, b)
-        }
-
-        #[inline(always)]
-        fn multiply_add(self, a: __m512d, b: __m512d, c: __m512d) -> __m512d {
-            self.avx512f._mm512_fmadd_pd(a, b, c)
-        }
-
-        #[inline(always)]
-        fn subtract_product(self, c: __m512d, a: __m512d, b: __m512d) -> __m512d {
-            self.avx512f._mm512_fnmadd_pd(a, b, c)
-        }
-
-        #[inline(always)]
-        fn rough_inverse_root(self, a: __m512d, least: __m512d) -> __m512d {
-            let above = self.avx512f._mm512_cmp_pd_mask::<_CMP_GT_OQ>(a, least);
-            self.avx512f._mm512_maskz_rsqrt14_pd(above, a)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -193,9 +140,11 @@ mod tests {
     fn check(lanes: impl Lanes) {
         let mut a = 1e-29;
         while a < 1e30 {
-            let found =
-                lanes.store(lanes.inverse_root_power::<1>(lanes.splat(a), lanes.splat(1e-30)));
-            assert!((found[0] * f64::sqrt(a) - 1.0).abs() < 5e-16, "{a}");
+            let [a8, least] = [a, 1e-30].map(|value| lanes.splat(value));
+            let root = lanes.store(lanes.inverse_root_power::<1>(a8, least));
+            assert!((root[0] * f64::sqrt(a) - 1.0).abs() < 5e-16, "{a}");
+            let power = lanes.store(lanes.inverse_root_power::<8>(a8, least));
+            assert!((power[7] * a.powi(4) - 1.0).abs() < 4e-15, "{a}");
             a *= 1.007;
         }
         for (a, least) in [(0.0, 1e-30), (1e300, 1e-30), (2.0, 2.0)] {
@@ -209,8 +158,9 @@ mod tests {
     fn the_root_is_right_to_the_last_digits() {
         check(Portable);
         #[cfg(target_arch = "x86_64")]
-        if let Some(simd) = pulp::x86::V4::try_new() {
-            check(simd);
+        {
+            pulp::x86::V3::try_new().into_iter().for_each(check);
+            pulp::x86::V4::try_new().into_iter().for_each(check);
         }
     }
 }

@@ -8,6 +8,8 @@
 mod block;
 mod far;
 mod lanes;
+#[cfg(target_arch = "x86_64")]
+mod lanes_x86;
 mod pairs;
 mod points;
 mod product;

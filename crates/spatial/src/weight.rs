@@ -70,12 +70,13 @@ pub(crate) trait Job {
 
 fn dispatched<W: Weight, J: Job>(weight: W, job: J) -> J::Output {
     #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V4::try_new() {
-        return simd.vectorize(Bound {
-            lanes: simd,
-            weight,
-            job,
-        });
+    {
+        if let Some(lanes) = pulp::x86::V4::try_new() {
+            return lanes.vectorize(Bound { lanes, weight, job });
+        }
+        if let Some(lanes) = pulp::x86::V3::try_new() {
+            return lanes.vectorize(Bound { lanes, weight, job });
+        }
     }
     pulp::Arch::new().dispatch(Bound {
         lanes: Portable,
