@@ -56,6 +56,16 @@ def test_an_arc_is_cut_where_an_axis_turns_round() -> None:
     assert down.startswith("G3 X-20.00000 Y-0.01000")
 
 
+def test_an_arc_of_more_than_half_a_turn_by_its_radius_is_cut_into_ones_of_less() -> None:
+    """R-10 goes three quarters round: none of its quarters may keep the minus sign."""
+    after = corrected("G21 G1 X20. Y-9. F100\nX10. Y0.\nG3 X0. Y-10. R-10.\n", BACKLASH, SETUP)
+    path = read_program(after.encode(), "linuxcnc").run()
+    turned = path.sweep_rad[path.sweep_rad != 0.0]
+    assert turned == pytest.approx(-np.pi / 2, abs=0.01) and len(turned) == 3
+    centres = path.centre_mm[path.sweep_rad != 0.0, :2]
+    assert np.abs(centres).max() < 0.011
+
+
 def test_backlash_before_an_arc_is_taken_up_in_a_block_before_it() -> None:
     """Y comes up to 0 and goes down in the arc, which inherits its G2."""
     source = "G21 G1 X0. Y-5. F100\nY0.\nG2 X10. Y-10. I0. J-10.\nX0. Y-20. I-10. J0. F50\nG1 Y-25.\n"

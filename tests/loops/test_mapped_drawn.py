@@ -58,8 +58,7 @@ def test_arcs_and_ends_by_other_words(dialect: str, text: str, field: Field) -> 
 @given(data=st.data())
 def test_corners(dialect: str, data: st.DataObject) -> None:
     text = data.draw(drawn_contours(dialect))
-    field = TURNED if dialect == "heidenhain" else MIXED if "Y" in text else IN_XZ  # Klartext's arcs stay whole
-    assert_displaced(text, dialect, field)
+    assert_displaced(text, dialect, MIXED if "Y" in text else IN_XZ)
 
 
 def test_what_was_done_is_told_of_the_file(tmp_path: Path) -> None:

@@ -94,6 +94,7 @@ impl Mapper {
             travel: [0; 3],
             summary: Summary::default(),
         };
+        let options = Options { trace: dialect.about_pole, ..options };
         Self { reader: Reader::new(dialect, options, whole), ready: None, writing }
     }
 

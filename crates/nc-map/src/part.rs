@@ -12,7 +12,7 @@ use crate::refusal::{self, Refused};
 use crate::role::{names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
-use crate::writer::pole::poles;
+use crate::writer::pole::Poles;
 use crate::writer::Writer;
 use crate::Writing;
 
@@ -56,7 +56,9 @@ impl Writing {
         let Part { program, path, roles, .. } = &*part;
         let courses = self.courses(program, path, roles)?;
         let displaced: Vec<usize> = (0..path.len()).filter(|index| courses[*index].fate != Fate::Stays).collect();
-        let geometry = Geometry::new(path, &mut self.travel, field.knows_travel());
+        let steps = [false, true].map(|inch| Step::of(program, inch));
+        let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
+        let geometry = Geometry::new(path, &mut self.travel, field.knows_travel(), flat_mm);
         let arrives = |index: usize| courses[index].fate == Fate::Arrives;
         let found = pieces(&geometry, &displaced, field, self.limits.tolerance_mm, arrives);
         let found = found.map_err(|fault| told(fault, program, path))?;
@@ -68,8 +70,8 @@ impl Writing {
             path,
             geometry: &geometry,
             edits,
-            poles: poles(program),
-            steps: [false, true].map(|inch| Step::of(program, inch)),
+            poles: Poles::new(program, path),
+            steps,
             carried: self.carried,
             added: 0,
             tolerance_mm,
@@ -135,6 +137,7 @@ impl Writing {
                     let end = here.last().map_or(path.end[index], |piece| piece.end);
                     writer.carried = [0, 1, 2].map(|axis| end[axis] - path.end[index][axis]);
                 }
+                Fate::Stays if path.kind[index] == MoveKind::Arc => return Err(writer.arc_in_machine(index)),
                 Fate::Stays => stay(writer, index),
             }
         }

@@ -13,6 +13,8 @@ const LINE_PROBES: usize = 4;
 const ARC_PROBES: usize = 8;
 /// An axis that goes less than this stands, mm.
 const STANDS_MM: f64 = 1e-9;
+/// An arc by its radius that turns as much, up to as much less than a full turn, hangs on the last digit of that.
+const LOOSE_RAD: f64 = TAU / 3.0;
 /// Over less than this no slope is looked at, mm.
 const SAME_MM: f64 = 1e-6;
 
@@ -49,6 +51,8 @@ struct Stretch {
     from: f64,
     to: f64,
     probes: usize,
+    /// An arc that leaves its plane where the control has no such arcs: it becomes lines.
+    straight: bool,
 }
 
 /// The geometry of a move, by shares of it.
@@ -58,18 +62,20 @@ pub(crate) struct Geometry<'a> {
     arc_of: Vec<u32>,
     /// The way each axis went last before the end of each move; empty for a field to which it is all one.
     travel: Vec<[i8; 3]>,
+    /// How far an arc may leave its plane, mm, in metric and inch programs, where the control has no helices.
+    flat_mm: Option<[f64; 2]>,
 }
 
 impl<'a> Geometry<'a> {
     /// `travel` is that before the first move, and is taken on to the last's where the field asks for it.
-    pub fn new(path: &'a ToolPath, travel: &mut [i8; 3], knows_travel: bool) -> Self {
+    pub fn new(path: &'a ToolPath, travel: &mut [i8; 3], knows_travel: bool, flat_mm: Option<[f64; 2]>) -> Self {
         let mut arc_of = vec![u32::MAX; path.len()];
         for (index, arc) in path.arcs.iter().enumerate() {
             if let Some(slot) = arc_of.get_mut(arc.of_move) {
                 *slot = index as u32;
             }
         }
-        let mut geometry = Self { path, arc_of, travel: Vec::new() };
+        let mut geometry = Self { path, arc_of, travel: Vec::new(), flat_mm };
         if knows_travel {
             geometry.travel = (0..path.len()).map(|index| geometry.goes_on(index, travel)).collect();
         }
@@ -137,12 +143,13 @@ impl<'a> Geometry<'a> {
 
     /// The stretches to begin with: the whole move, or an arc from quadrant to quadrant where the way of travel counts.
     fn stretches(&self, of_move: usize) -> Result<Vec<Stretch>, Fault> {
+        let whole = Stretch { of_move, from: 0.0, to: 1.0, probes: LINE_PROBES, straight: false };
         let Some(arc) = self.arc(of_move) else {
-            return Ok(vec![Stretch { of_move, from: 0.0, to: 1.0, probes: LINE_PROBES }]);
+            return Ok(vec![whole]);
         };
         let turns = (arc.sweep.abs() / TAU - 1e-9).ceil().max(1.0) as usize;
         if self.travel.is_empty() {
-            return Ok(vec![Stretch { of_move, from: 0.0, to: 1.0, probes: turns * ARC_PROBES }]);
+            return Ok(vec![Stretch { probes: turns * ARC_PROBES, ..whole }]);
         }
         if turns > 1 {
             return Err(Fault::Turns(of_move));
@@ -150,7 +157,15 @@ impl<'a> Geometry<'a> {
         let mut ends = self.quadrants(of_move, arc);
         ends.push(1.0);
         let starts = std::iter::once(0.0).chain(ends.iter().copied());
-        Ok(starts.zip(ends.iter()).map(|(from, to)| Stretch { of_move, from, to: *to, probes: ARC_PROBES }).collect())
+        Ok(starts.zip(ends.iter()).map(|(from, to)| Stretch { from, to: *to, probes: ARC_PROBES, ..whole }).collect())
+    }
+
+    /// Whether an arc leaves its plane where the control has no helices.
+    fn leaves_plane(&self, of_move: usize, by: &[Vector]) -> bool {
+        let state = &self.path.states[self.path.state[of_move] as usize];
+        let (_, _, third) = state.plane.axes();
+        let off = |most: f64| by.iter().any(|other| (other[third] - by[0][third]).abs() > most);
+        self.flat_mm.is_some_and(|flat| off(flat[usize::from(state.inch)]))
     }
 
     /// Shares at which an axis of the arc's plane turns round.
@@ -272,13 +287,16 @@ fn round(
     field.displacements(&points, &places, &mut found).map_err(|trouble| Fault::Field(trouble, owners()))?;
     let displaced: Vec<_> = points.iter().zip(&found).map(|(point, by)| sum(point, by)).collect();
     let (mut first, mut halves) = (0, Vec::new());
-    for s in stretches {
+    for mut s in stretches {
         let all = first..first + s.probes + 1;
         first = all.end;
         let here = &displaced[all.clone()];
         let (of_move, share, start, end) = (s.of_move, s.to, here[0], here[s.probes]);
-        let fitted = match geometry.arc(of_move) {
+        let arc = geometry.arc(of_move);
+        s.straight |= arc.is_none() || geometry.leaves_plane(of_move, &found[all.clone()]);
+        let fitted = match arc.filter(|_| !s.straight) {
             None => (chord_error(here) <= tolerance_mm).then_some(None),
+            Some(arc) if is_loose(arc, &s, &found[all.clone()]) => None,
             Some(_) => circle(here, geometry.plane(of_move), tolerance_mm).map(Some),
         };
         match fitted {
@@ -295,6 +313,14 @@ fn round(
         }
     }
     Ok(halves)
+}
+
+/// Whether a stretch would be written by its radius, and so near to half a turn that rounding that would throw its
+/// middle off; not so where its ends go the same way, which changes neither radius nor chord.
+fn is_loose(arc: &Arc, stretch: &Stretch, by: &[Vector]) -> bool {
+    let turned = arc.sweep.abs() * (stretch.to - stretch.from);
+    let shifted = || stretch.from == 0.0 && stretch.to == 1.0 && by.iter().all(|other| apart(other, &by[0]) <= SAME_MM);
+    !arc.radius.is_nan() && (LOOSE_RAD..TAU - LOOSE_RAD).contains(&turned) && !shifted()
 }
 
 /// Largest distance of the points from those that share the way from the first to the last evenly.

@@ -20,6 +20,7 @@ use crate::pieces::{Geometry, Piece};
 use crate::refusal::Refused;
 use crate::standing::{is_increment, Standing};
 use crate::text::Step;
+use pole::Poles;
 
 const AXES: [u8; 3] = *b"XYZ";
 /// Programs and runner may differ by this about what a word says, mm.
@@ -31,8 +32,8 @@ pub(crate) struct Writer<'a> {
     pub path: &'a ToolPath,
     pub geometry: &'a Geometry<'a>,
     pub edits: Edits,
-    /// The blocks that set the pole of arcs.
-    pub poles: Vec<usize>,
+    /// The poles of arcs.
+    pub poles: Poles,
     /// In millimetres and in inches.
     pub steps: [Step; 2],
     /// Actual less programmed position, mm.
@@ -71,20 +72,26 @@ impl<'a> Writer<'a> {
     /// Writes a move as its pieces.
     pub fn write(&mut self, index: usize, pieces: &[Piece], course: &Course) -> Result<(), Refused> {
         let here = self.here(index)?;
+        let pole = self.geometry.arc(index).zip(pieces.first().and_then(|first| first.centre));
+        let pole = pole.filter(|_| self.is_about_pole(&here));
+        let is_set = pole.map_or(Ok(true), |(arc, centre)| self.set_pole(&here, arc, centre))?;
         let from = self.edits.len();
         let mut before = sum(&self.path.start[index], &self.carried);
         let live = self.live(&here, before, pieces, &course.standing)?;
-        let turned = pieces.first().filter(|first| !course.arrives() && self.is_off(&here, &before, &first.start));
+        let first = pieces.first().filter(|_| !course.arrives());
         let mut with_start = Vec::new();
-        match turned {
-            Some(first) if self.path.kind[index] == MoveKind::Arc => {
-                before = self.go_before(&here, before, first.start, live)?
+        match first.and_then(|first| Some((first, self.start(&here, &before, first)?))) {
+            Some((_, start)) if self.path.kind[index] == MoveKind::Arc => {
+                before = self.go_before(&here, before, start, live)?
             }
-            Some(first) => {
-                with_start.push(Piece { end: first.start, ..*first });
+            Some((first, end)) => {
+                with_start.push(Piece { end, ..*first });
                 with_start.extend_from_slice(pieces);
             }
             None => {}
+        }
+        if let Some((_, centre)) = pole.filter(|_| !is_set) {
+            self.pole_before(&here, centre)?;
         }
         let pieces = if with_start.is_empty() { pieces } else { &with_start };
         if pieces.len() > 1 {
@@ -101,10 +108,7 @@ impl<'a> Writer<'a> {
             return Err(self.twice(here.block));
         }
         self.added += texts.len();
-        match (self.geometry.arc(index), pieces.first().and_then(|piece| piece.centre)) {
-            (Some(arc), Some(centre)) if self.is_about_pole(&here) => self.write_pole(&here, arc, centre),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 
     fn here(&self, index: usize) -> Result<Here<'a>, Refused> {
@@ -162,6 +166,10 @@ impl<'a> Writer<'a> {
             return Ok(before);
         };
         let mut actual = before;
+        if self.is_straightened(here, first) {
+            self.straighten(here);
+        }
+        let live = self.in_plane(here, live, first);
         for axis in here.axes.iter().filter(|axis| live[axis.index]) {
             actual[axis.index] = self.coordinate(here, axis, before, first.end[axis.index], whole)?;
         }
@@ -191,14 +199,21 @@ impl<'a> Writer<'a> {
     ) -> Result<Vec<Vec<u8>>, Refused> {
         let mut texts = Vec::new();
         for (number, piece) in pieces.iter().enumerate().skip(1) {
-            let turned = piece.centre.is_some() && self.is_off(here, &actual, &piece.start);
-            if turned {
-                texts.push(self.straight(here, piece.start, live, &mut actual)?);
+            let arc = self.path.kind[here.index] == MoveKind::Arc;
+            let turned = Some(piece).filter(|_| arc).and_then(|piece| self.start(here, &actual, piece));
+            if let Some(start) = turned {
+                texts.push(self.straight(here, start, live, &mut actual)?);
+            }
+            if let Some(centre) = piece.centre.filter(|_| self.is_about_pole(here)) {
+                texts.extend(Some(self.new_pole(here, centre)).filter(|text| !text.is_empty()));
             }
             let (before, mut text) = (actual, self.motion_words(here));
-            if turned && text.is_empty() {
+            if self.is_straightened(here, piece) {
+                text = self.line_code().to_vec();
+            } else if turned.is_some() && text.is_empty() {
                 text.extend(self.arc_code(here));
             }
+            let live = self.in_plane(here, live, piece);
             for axis in here.axes.iter().filter(|axis| live[axis.index]) {
                 let last = number + 1 == pieces.len();
                 separate(&mut text);
@@ -206,6 +221,7 @@ impl<'a> Writer<'a> {
             }
             if let Some(centre) = piece.centre {
                 self.new_centre(here, centre, before, actual, &mut text);
+                text.extend(self.turn(here));
             }
             texts.push(text);
         }

@@ -25,8 +25,9 @@ impl Writer<'_> {
         let mm = here.state.mm();
         let number = |letter: u8| here.words.iter().rev().find(|word| word.letter == letter && is_value(word));
         if let Some(word) = number(b'R') {
-            let sign = if whole && arc.sweep.abs() > std::f64::consts::PI { -1.0 } else { 1.0 };
-            let old = sign * arc.radius / mm;
+            let sign = |wide: bool| if wide { -1.0 } else { 1.0 };
+            let wide = arc.sweep.abs() > std::f64::consts::PI;
+            let (old, sign) = (sign(wide) * arc.radius / mm, sign(wide && whole));
             let radius = sign * (before[first] - centre[first]).hypot(before[second] - centre[second]) / mm;
             return self.replace_value(here, word, radius, old, whole);
         }
@@ -87,6 +88,9 @@ impl Writer<'_> {
         if here.words.iter().any(|word| word.letter == b'R' && is_value(word)) {
             let address = self.program.dialect().radius_address();
             return write(address.as_bytes(), (before[first] - centre[first]).hypot(before[second] - centre[second]));
+        }
+        if self.program.dialect().about_pole {
+            return;
         }
         for axis in [first, second] {
             let origin = if here.state.centre_absolute { 0.0 } else { before[axis] };

@@ -21,8 +21,8 @@ impl Writer<'_> {
             "a thread".to_owned()
         } else if here.state.feed_mode == FeedMode::InverseTime {
             "a move whose time is given (G93)".to_owned()
-        } else if !takes_terms(self.program) && self.path.kind[here.index] == MoveKind::Arc {
-            "an arc of Klartext".to_owned()
+        } else if self.is_pole_formula(here) {
+            "an arc about a parameter".to_owned()
         } else if !takes_terms(self.program) && here.axes.iter().any(|axis| axis.word.is_some_and(is_formula)) {
             "a move to a parameter".to_owned()
         } else if let Some(code) = code {
@@ -43,6 +43,12 @@ impl Writer<'_> {
         let message = "the arc's centre is not said in its block of 1 move".to_owned();
         let hint = "write the arc with I, J, K or R in its own block, in Klartext with X and Y in CC before it";
         Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    pub(crate) fn arc_in_machine(&self, index: usize) -> Refused {
+        let message = "an arc goes to a place of the machine, which is not displaced as its centre is".to_owned();
+        let block = self.path.block[index] as usize;
+        Refused::block(self.block_start(block), message, "go there by lines")
     }
 
     pub(super) fn nowhere(&self, here: &Here, axis: &Axis, off_mm: f64) -> Refused {
