@@ -208,3 +208,25 @@ def test_the_same_contour_turned_outside_is_read() -> None:
     path = read_program(outside.replace("X15\nZ-60", "X25\nZ-60").encode(), "linuxcnc").run()
     assert not boring_moves(path)
     assert contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path)).profile.features
+
+
+AWAY = """G21 G18 G8 G40 G90 G94
+G0 X40 Z-60
+{} G0 X26 Z-58
+G1 X25 Z-57 F100
+Z-30
+X20
+Z-1
+G40 G0 X40
+Z5
+M2
+"""
+
+
+def test_a_pass_away_from_the_chuck_is_outside_under_g41_and_a_bore_under_g42() -> None:
+    path = read_program(AWAY.format("G41").encode(), "linuxcnc").run()
+    assert contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path)).profile.features
+    path = read_program(AWAY.format("G42").encode(), "linuxcnc").run()
+    with pytest.raises(TrueloopError, match="G42 keeps the nose on") as refused:
+        contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path))
+    assert (refused.value.code, refused.value.place.line) == (Code.NC_BORE, 4)
