@@ -8,51 +8,18 @@ from hypothesis import strategies as st
 
 from tests.support.linuxcnc import interpret
 from tests.support.nc_judge import assert_same_moves
+from tests.support.splines import splines
 from trueloop.nc.program import read_program
-
-coordinates = st.integers(-400, 400).map(lambda steps: f"{steps / 16:.4f}")
-weights = st.integers(1, 40).map(lambda steps: f"{steps / 8:.3f}")
-
-
-@st.composite
-def cubics(draw: st.DrawFn) -> list[str]:
-    """One or more, of which the later ones may go on as the one before ended."""
-    blocks = []
-    for number in range(draw(st.integers(1, 3))):
-        x, y, i, j, p, q = (draw(coordinates) for _ in range(6))
-        ahead = f" I{i} J{j}" if number == 0 or draw(st.booleans()) else ""
-        blocks.append(f"G5 X{x} Y{y}{ahead} P{p} Q{q}")
-    return blocks
-
-
-@st.composite
-def quadratics(draw: st.DrawFn) -> list[str]:
-    """One or more."""
-    blocks = []
-    for _ in range(draw(st.integers(1, 3))):
-        x, y, i, j = (draw(coordinates) for _ in range(4))
-        blocks.append(f"G5.1 X{x} Y{y} I{i} J{j}")
-    return blocks
-
-
-@st.composite
-def points(draw: st.DrawFn) -> list[str]:
-    """Control points with their weights, of any order that they suffice for."""
-    count = draw(st.integers(2, 8))
-    order = draw(st.integers(1, min(count + 1, 5)))
-    blocks = [f"X{draw(coordinates)} Y{draw(coordinates)} P{draw(weights)}" for _ in range(count)]
-    first = f" X{draw(coordinates)} Y{draw(coordinates)}" if draw(st.booleans()) else ""
-    return [f"G5.2 P{draw(weights)} L{order}{first}", *blocks, "G5.3"]
 
 
 @given(
-    st.lists(st.one_of(cubics(), quadratics(), points()), min_size=1, max_size=3),
+    splines,
     st.sampled_from(["G20", "G21"]),
     st.sampled_from(["G90", "G91"]),
 )
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_linuxcnc_makes_the_same_moves(splines: list[list[str]], unit: str, mode: str) -> None:
-    blocks = [f"G17 {unit} {mode} F100", "G0 X1 Y2 Z3", *(block for spline in splines for block in spline)]
+def test_linuxcnc_makes_the_same_moves(drawn: list[list[str]], unit: str, mode: str) -> None:
+    blocks = [f"G17 {unit} {mode} F100", "G0 X1 Y2 Z3", *(block for spline in drawn for block in spline)]
     text = "\n".join([*blocks, "G1 X1 Y1", "M2", ""])
     path = read_program(text.encode(), "linuxcnc").run(inch=False)
     with tempfile.TemporaryDirectory() as folder:

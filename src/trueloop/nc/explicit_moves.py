@@ -11,6 +11,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.nc.along import PLANE_AXES
 from trueloop.nc.edit import KLARTEXT, Edit, coordinate_text, line_ending
 from trueloop.nc.explicit_block import OUT, rewritten
+from trueloop.nc.explicit_splines import makes_spline, spline_blocks, without_spline
 from trueloop.nc.explicit_words import (
     circle_words,
     feed_word,
@@ -53,6 +54,9 @@ class Explicit:
         if self._last != moves[0] - 1:
             self._begin(moves[0], block)
         self._require_writable(block, moves)
+        if makes_spline(self.program, self.path, moves[0]):
+            self._spline(moves, block)
+            return
         changed: dict[int, str] = {}
         new: list[str] = []
         own = [k for k in moves if not is_made(self.path, k)]
@@ -64,6 +68,16 @@ class Explicit:
             new, more = more, []
         self._last = moves[-1]
         self._keep(block, rewritten(self.program, block, changed, new, more))
+
+    def _spline(self, moves: Sequence[int], block: Block) -> None:
+        """The chords of a spline in place of what gave it; its feed stays where it is."""
+        self._code, self._feed = "", float(self.path.feed[moves[0]])
+        texts = [self._corner(k) for k in moves]
+        self._last = moves[-1]
+        for other in spline_blocks(self.program, block):
+            changed, own = without_spline(self.program, other), other.index == block.index
+            new, more = (texts[:1], texts[1:]) if own else ((), ())
+            self._keep(other, rewritten(self.program, other, changed, new, more))
 
     def end_every_corner(self) -> None:
         """Takes RNDM out of a program whose corners are all written out. Raises NC-EDIT beside blocks not run."""
@@ -202,7 +216,7 @@ class Explicit:
     def _require_writable(self, block: Block, moves: Sequence[int]) -> None:
         path, program = self.path, self.program
         corners = [k for k in moves if is_made(path, k)]
-        if not all(asks_corner(program, path, k) for k in corners):
+        if not all(asks_corner(program, path, k) or makes_spline(program, path, k) for k in corners):
             raise self._refusal(block, "a cycle makes its moves", "write the cycle out as moves")
         shaped = is_shaped(program, path, moves[0])
         if any(path.incremental[k] for k in moves):
@@ -220,7 +234,9 @@ class Explicit:
         first = moves[0]
         yield from self._setting(first)
         yield from self._setting(max(first - 1, 0))  # a tangent arc's direction; of others no more than asked
-        yield from (w for w in program.block(int(path.block[moves[0]])).data if w.letter not in "GMFSTD")
+        block = program.block(int(path.block[first]))
+        blocks = spline_blocks(program, block) if makes_spline(program, path, first) else [block]
+        yield from (w for own in blocks for w in own.data if w.letter not in "GMFSTD")
         if moves[-1] + 1 < len(path):
             yield from (program.word(int(index)) for index in path.word[moves[-1] + 1] if index >= 0)
 

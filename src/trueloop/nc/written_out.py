@@ -1,7 +1,8 @@
 """Contours drawn with less than every point, written out: what a control works out itself, as blocks that say it.
 
 A corner (`,R` `,C`, RND, CHF …) becomes a line or an arc of its own, after a block that ends where it begins; a line by
-its angle or about a pole gets its end; an arc by an angle, a point, a pole or the move before its radius or its centre.
+its angle or about a pole gets its end; an arc by an angle, a point, a pole or the move before its radius or its centre;
+a spline becomes the chords that are cut of it.
 The tool's path stays: the result is run and compared before anybody sees it.
 """
 
@@ -15,6 +16,7 @@ from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.along import points_along
 from trueloop.nc.edit import Edit, apply_edits
 from trueloop.nc.explicit_moves import Explicit
+from trueloop.nc.explicit_splines import makes_spline
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped
 from trueloop.nc.tool_path import Array, Motion, ToolPath
@@ -122,7 +124,9 @@ def _visits(program: Program, path: ToolPath, moves: set[int]) -> list[list[int]
 
 def _is_drawn(program: Program, path: ToolPath, move: int) -> bool:
     """Whether a move is given with less than its points; those of cycles are left alone."""
-    return asks_corner(program, path, move) if is_made(path, move) else is_shaped(program, path, move)
+    if is_made(path, move):
+        return asks_corner(program, path, move) or makes_spline(program, path, move)
+    return is_shaped(program, path, move)
 
 
 def _by_visit(path: ToolPath, moves: Iterable[int]) -> list[list[int]]:
