@@ -71,7 +71,9 @@ class NcProgram:
         inch: bool | None = None,
         diameter: bool | None = None,
         plane: int | None = None,
-        tools: list[tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None]] = ...,
+        tools: list[
+            tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None, int | None]
+        ] = ...,
         trace: bool = ...,
         work_offsets: list[tuple[int, tuple[float, float, float]]] = ...,
         roughing: bool = ...,
@@ -132,7 +134,7 @@ class NcMapper:
         tolerance_mm: float,
         size_mm: float,
         slope: float,
-        tools: list[tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None]],
+        tools: list[tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None, int | None]],
         work_offsets: list[tuple[int, tuple[float, float, float]]],
     ) -> NcMapper: ...
     @property

@@ -26,6 +26,9 @@ CHANGES = [
     ("ge2000t", "G71 G90\nG0 X10. Z5.\n{}\nG0 X20.\n", "T0202"),
     ("siemens", "G71 G90 G17\nG0 X10 Y10 Z5\n{}\nG0 X20 Y20\n", "T2"),
     ("siemens", "G71 G90 G17\nT1 M6\nG0 X10 Y10 Z5\n{}\nG0 X20 Y20\n", "T2 M6"),
+    ("siemens", 'G71 G90 G17\nT="MILL 10"\nG0 X10 Y10 Z5\n{}\nG0 X20 Y20\n', 'T="MILL 6" D1'),
+    ("siemens", "G71 G90 G17 T1\nG0 X10 Y10 Z5\n{}\nG0 X20 Y20\n", "D2"),
+    ("heidenhain", "BEGIN PGM A MM\nL X+10 Y+10 Z+5 F MAX\n{}\nL X+20 Y+20 F MAX\n", 'TOOL CALL "MILL" Z S9'),
     ("heidenhain", "BEGIN PGM A MM\nL X+10 Y+10 Z+5 F MAX\n{}\nL X+20 Y+20 F MAX\n", "TOOL CALL 2 Z S1000"),
 ]
 

@@ -1,6 +1,6 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
-use crate::dialect::{FlowStyle, PoleFrom, G, M};
+use crate::dialect::{FlowStyle, PoleFrom, ToolOffset, G};
 use crate::drill::{Drill, Hole};
 use crate::finding::{self, Severity};
 use crate::modal::{Compensation, FeedMode, Motion};
@@ -113,7 +113,8 @@ impl Runner<'_> {
         let of_tool = self.program.dialect().flow == FlowStyle::Structured; // D is an edge of the tool in use
         let named = request.get(b'D').filter(|_| !of_tool);
         let number = named.unwrap_or(f64::from(self.tool_in_use()));
-        let cancelled = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro;
+        let edge = (self.program.dialect().tool_offset == ToolOffset::Edge).then_some(self.state.edge.0);
+        let cancelled = number == 0.0 && self.program.dialect().flow == FlowStyle::Macro || edge == Some(0);
         self.state.modal.called = Called {
             number: number.round() as i32,
             radius: if given {
@@ -124,33 +125,18 @@ impl Runner<'_> {
                 -1.0
             },
             tip: request.get(b'L').filter(|_| given).map_or(0, |tip| tip.round() as u8),
+            edge,
+            oversize: self.state.oversize,
         };
         if !given && self.options.tools.is_empty() {
             self.note_opaque(word, "the path is the programmed contour, not that of the tool's centre");
         }
     }
 
-    /// The T word of the tool in the spindle, as far as it is known.
-    fn tool_called(&self) -> i32 {
-        if self.state.spindle_tool >= 0 {
-            self.state.spindle_tool
-        } else {
-            self.state.modal.tool
-        }
-    }
-
-    /// Whether T alone changes the tool: on lathes, and where no M06 was met on controls that may do without it.
-    fn changes_by_t(&self) -> bool {
-        let dialect = self.program.dialect();
-        dialect.tool_has_offset
-            || dialect.m_code(6.0) != Some(M::ChangeTool)
-            || dialect.flow == FlowStyle::Structured && self.state.spindle_tool < 0
-    }
-
     /// Number of the tool in the spindle; on a lathe with offsets in T, of the offset.
     pub(crate) fn tool_in_use(&self) -> i32 {
         let called = self.tool_called().max(0);
-        if self.program.dialect().tool_has_offset {
+        if self.program.dialect().tool_offset == ToolOffset::InT {
             called % 100
         } else {
             called
@@ -251,19 +237,7 @@ impl Runner<'_> {
             Some(speed) => self.state.modal.spindle_speed = speed,
             None => {}
         }
-        let before = self.tool_called();
-        if let Some(tool) = request.get(b'T') {
-            self.state.modal.tool = tool.round() as i32;
-            if self.program.dialect().tool_has_offset {
-                self.table_offset(self.state.modal.tool % 100, request.word(b'T'));
-            }
-        }
-        if request.changes_tool {
-            self.state.spindle_tool = self.state.modal.tool;
-        }
-        if request.changes_tool || self.tool_called() != before && self.changes_by_t() {
-            self.change_tool();
-        }
+        self.apply_tool(request);
     }
 }
 

@@ -83,7 +83,7 @@ impl Runner<'_> {
             let modal = &self.state.modal;
             let value = value * if increment { modal.increment_mm(axis) } else { modal.axis_mm(axis) };
             end[axis] = if in_machine {
-                value - self.state.frame.total()[axis]
+                value - self.machine_origin()[axis]
             } else if increment {
                 self.state.position[axis] + value
             } else {

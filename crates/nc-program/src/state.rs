@@ -1,9 +1,10 @@
 //! What a run knows between two blocks, and takes along from one part of a program to the next.
 
 use crate::contouring::Contouring;
+use crate::dialect::ToolOffset;
 use crate::drill::Hole;
 use crate::frame::Frame;
-use crate::modal::Modal;
+use crate::modal::{Modal, Plane};
 use crate::modal_macro::ModalMacro;
 use crate::parameters::{Key, Store};
 use crate::pass::Passes;
@@ -37,6 +38,10 @@ pub(crate) struct State {
     pub tape_marks: usize,
     /// The T word at the last tool change by M06; −1 before.
     pub spindle_tool: i32,
+    /// The edge of the tool in use, and the plane in which its lengths were taken.
+    pub edge: (i32, Plane),
+    /// What the call of the tool adds to its radius, mm.
+    pub oversize: f64,
     /// The drilling cycle in force.
     pub hole: Option<Hole>,
     /// The simple turning cycle in force.
@@ -68,7 +73,7 @@ impl State {
             saved: Vec::new(),
             unit_is_known: options.unit_is_known,
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
-            frame: Frame::new(&options.work_offsets, !dialect.tool_has_offset),
+            frame: Frame::new(&options.work_offsets, dialect.tool_offset == ToolOffset::Code),
             position: options.position,
             contouring: Contouring::default(),
             pole: [0.0; 3],
@@ -77,6 +82,8 @@ impl State {
             other_axes: Vec::new(),
             tape_marks: 0,
             spindle_tool: -1,
+            edge: (1, dialect.initial.plane),
+            oversize: 0.0,
             hole: None,
             passes: None,
             thread: ThreadData::NONE,

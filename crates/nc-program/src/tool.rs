@@ -16,12 +16,20 @@ pub struct Tool {
     pub length: Option<f64>,
     /// Offset of the tool table (x, y, z), mm, x a radius: geometry and wear, which T0101 of a lathe adds.
     pub offset: Option<[f64; 3]>,
+    /// Which of its edges, D of a Sinumerik; without one, any.
+    pub edge: Option<i32>,
 }
 
-/// The tool that a program calls by a number: the one that has it, or the one that has none.
-pub(crate) fn called(tools: &[Tool], number: i32) -> Option<&Tool> {
-    let named = tools.iter().find(|tool| tool.number == Some(number));
-    named.or(tools.iter().find(|tool| tool.number.is_none()))
+/// The tool that a program calls by a number, and by its edge where the control has such: the one that has it, or the
+/// one that has none.
+pub(crate) fn called(tools: &[Tool], number: i32, edge: Option<i32>) -> Option<&Tool> {
+    let with = |number, own: Option<i32>| tools.iter().find(|tool| tool.number == number && tool.edge == own);
+    match edge {
+        None => {
+            tools.iter().find(|tool| tool.number == Some(number)).or(tools.iter().find(|tool| tool.number.is_none()))
+        }
+        edge => [Some(number), None].into_iter().find_map(|number| with(number, edge).or(with(number, None))),
+    }
 }
 
 /// What the program says of the tool where it switches compensation on.
@@ -33,10 +41,14 @@ pub struct Called {
     pub radius: f64,
     /// Orientation that the program gives.
     pub tip: u8,
+    /// The edge, where the control has such.
+    pub edge: Option<i32>,
+    /// What the call of the tool adds to its radius, mm.
+    pub oversize: f64,
 }
 
 /// Before any compensation.
-pub(crate) const NONE_CALLED: Called = Called { number: 0, radius: -1.0, tip: 0 };
+pub(crate) const NONE_CALLED: Called = Called { number: 0, radius: -1.0, tip: 0, edge: None, oversize: 0.0 };
 
 /// A tool resolved: radius, and the controlled point less the centre.
 #[derive(Clone, Copy, Debug)]
@@ -52,14 +64,14 @@ pub(crate) fn cutter(state: &Modal, tools: &[Tool], dialect: &Dialect) -> Result
     if called.radius >= 0.0 {
         return Ok(Cutter { radius: called.radius, tip: tip(called.tip, called.radius, dialect) });
     }
-    let Some(tool) = self::called(tools, called.number) else {
+    let Some(tool) = self::called(tools, called.number, called.edge) else {
         return Err(format!("the radius of tool {} is not known", called.number));
     };
     match tool.tip {
         None if lathe => Err(format!("the orientation of the tip of tool {} is not known", called.number)),
         number => {
             let number = if lathe { number.unwrap_or(0) } else { 0 };
-            Ok(Cutter { radius: tool.radius, tip: tip(number, tool.radius, dialect) })
+            Ok(Cutter { radius: tool.radius + called.oversize, tip: tip(number, tool.radius, dialect) })
         }
     }
 }

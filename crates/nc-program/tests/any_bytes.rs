@@ -213,7 +213,14 @@ fn everything(source: &[u8], dialect: &'static Dialect) -> Result<(), TestCaseEr
     offset_statements(&program);
     for optional_blocks in [false, true] {
         let tools = if optional_blocks {
-            vec![Tool { number: None, radius: 1.5, tip: Some(3), length: Some(9.0), offset: Some([3.0, 0.0, 1.0]) }]
+            vec![Tool {
+                number: None,
+                radius: 1.5,
+                tip: Some(3),
+                length: Some(9.0),
+                offset: Some([3.0, 0.0, 1.0]),
+                edge: None,
+            }]
         } else {
             Vec::new()
         };

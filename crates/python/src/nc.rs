@@ -39,8 +39,15 @@ type DialectTuple = (
     bool,
 );
 
-/// Number, radius, tip, length, and what T adds of geometry and wear (x, y, z); mm.
-pub type ToolTuple = (Option<i32>, f64, Option<u8>, Option<f64>, Option<[f64; 3]>);
+/// Number, radius, tip, length, what T adds of geometry and wear (x, y, z), edge; mm.
+pub type ToolTuple = (
+    Option<i32>,
+    f64,
+    Option<u8>,
+    Option<f64>,
+    Option<[f64; 3]>,
+    Option<i32>,
+);
 
 /// A program as read.
 #[pyclass(frozen)]
@@ -188,12 +195,13 @@ impl NcProgram {
 /// Tools as Python gives them.
 pub fn tools_of(tools: Vec<ToolTuple>) -> Vec<Tool> {
     let tools = tools.into_iter();
-    let tools = tools.map(|(number, radius, tip, length, offset)| Tool {
+    let tools = tools.map(|(number, radius, tip, length, offset, edge)| Tool {
         number,
         radius,
         tip,
         length,
         offset,
+        edge,
     });
     tools.collect()
 }

@@ -34,6 +34,7 @@ class ToolTable(Table):
     """A tool; x is half of what a control shows that counts diameters."""
 
     number: Count
+    edge: Count | None = None
     radius_mm: NotNegative
     tip: Annotated[int, Field(ge=0, le=9, strict=True)] | None = None
     length_mm: Finite | None = None
@@ -54,7 +55,10 @@ def read_offsets(path: Path) -> OffsetTables:
     """Reads an offsets file. Raises NC-FILE, with the line, for anything wrong with it."""
     found = read_located(path, OffsetsFile, Code.NC_FILE, hint="its keys are in docs/cli.md")
     work = [_numbered(found, index, table) for index, table in enumerate(found.model.work)]
-    for name, numbers in (("work", [number for number, _ in work]), ("tool", [t.number for t in found.model.tool])):
+    for name, numbers in (
+        ("work", [number for number, _ in work]),
+        ("tool", [(tool.number, tool.edge) for tool in found.model.tool]),
+    ):
         for index in _repeated(numbers):
             with found.at(name, index):
                 raise TrueloopError(Code.NC_FILE, f"{name} {index + 1} of the file is given before", hint="keep one")
@@ -70,7 +74,7 @@ def _numbered(found: Located[OffsetsFile], index: int, table: WorkTable) -> tupl
     return number, (table.x_radius_mm, table.y_mm, table.z_mm)
 
 
-def _repeated(numbers: Sequence[int]) -> Iterator[int]:
+def _repeated(numbers: Sequence[object]) -> Iterator[int]:
     return (index for index, number in enumerate(numbers) if number in numbers[:index])
 
 
@@ -79,4 +83,5 @@ def _tool(table: ToolTable) -> CutterTool:
     given = [(table.x_radius_mm, table.wear_x_radius_mm), (table.z_mm, table.wear_z_mm)]
     known = any(value is not None for pair in given for value in pair)
     x, z = (sum(value or 0.0 for value in pair) for pair in given)
-    return CutterTool(table.radius_mm, table.tip, table.number, table.length_mm, (x, 0.0, z) if known else None)
+    offset_mm = (x, 0.0, z) if known else None
+    return CutterTool(table.radius_mm, table.tip, table.number, table.length_mm, offset_mm, table.edge)

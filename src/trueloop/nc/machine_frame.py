@@ -10,6 +10,7 @@ from trueloop.nc.cutter_tool import CutterTool, tool_rows
 from trueloop.nc.field import Field, machine_field
 from trueloop.nc.tool_path import Array, Integers
 
+_NO_NUMBER: Final = {-1: "before the first T", -2: "of a tool called by its name"}
 HINT: Final = "give every work offset and tool that the program uses in the file of --offsets"
 
 
@@ -40,7 +41,7 @@ def require_offsets(tool: Integers, offset_mm: Array, hint: str) -> None:
     unknown = np.flatnonzero(np.isnan(offset_mm).any(axis=-1))
     if len(unknown):
         number = int(tool[unknown[0]])
-        where = f"after T{number}" if number >= 0 else "before the first T"
+        where = f"after T{number}" if number >= 0 else _NO_NUMBER.get(number, "here")
         raise TrueloopError(Code.MCH_FRAME, f"the tool offset in force {where} is not known", hint=hint)
 
 

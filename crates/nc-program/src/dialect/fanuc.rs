@@ -3,7 +3,9 @@
 //! Which codes are confirmed, and by what, docs/dialects.md says; they were compared with public shop programs. What the
 //! manuals leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, G, M};
+use super::{
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, ToolOffset, G, M,
+};
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
@@ -16,7 +18,7 @@ pub const FANUC_LATHE: Dialect = Dialect {
     line_angle: b"Aa",
     rules: Rules { drills_from_start: true, ..Rules::USUAL },
     increments: Some(*b"UVW"),
-    tool_has_offset: true,
+    tool_offset: ToolOffset::InT,
     other_axes: Letters::of(b"CH"),
     g: lathe_a,
     initial: Modal { diameter: true, plane: Plane::Zx, feed_mode: FeedMode::PerRevolution, ..Modal::INITIAL },
@@ -43,7 +45,7 @@ pub const FANUC_MILL: Dialect = Dialect {
     flow: FlowStyle::Macro,
     increments: None,
     point_decides: true,
-    tool_has_offset: false,
+    tool_offset: ToolOffset::Code,
     rules: Rules::USUAL,
     other_axes: Letters::of(b"ABC"),
     letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTXYZ"),

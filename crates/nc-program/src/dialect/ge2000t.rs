@@ -3,7 +3,9 @@
 //! X is a diameter, I a radius. Arc centres are signed offsets from the start point, so an arc may turn through more
 //! than a quadrant. Parameters P1, P2, … of a cycle are words of its block; others are variables.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, G, M};
+use super::{
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, ToolOffset, G, M,
+};
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
 /// The dialect.
@@ -23,7 +25,7 @@ pub const GE2000T: Dialect = Dialect {
     flow: FlowStyle::None,
     increments: None,
     point_decides: false,
-    tool_has_offset: false,
+    tool_offset: ToolOffset::Unknown,
     rules: Rules::USUAL,
     other_axes: Letters::of(b""),
     letters: Letters::of(b"FGIJKMNPQRSTUWXYZ"),

@@ -5,8 +5,8 @@
 //! A block's function says how its coordinates move: nothing of it stays in force but feed, compensation and the pole.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules, G,
-    M,
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules,
+    ToolOffset, G, M,
 };
 use crate::flow::Flow;
 use crate::modal::{Compensation, Modal, Motion, Plane};
@@ -44,7 +44,7 @@ pub const HEIDENHAIN: Dialect = Dialect {
     flow: FlowStyle::Labels,
     increments: None,
     point_decides: false,
-    tool_has_offset: false,
+    tool_offset: ToolOffset::Call,
     rules: Rules::USUAL,
     other_axes: Letters::of(b"ABCUVW"),
     letters: Letters::of(b"ABCFMNQRSTUVWXYZ"),

@@ -1,6 +1,8 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
-use super::{common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, G, M};
+use super::{
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, ToolOffset, G, M,
+};
 use crate::drill::Drill;
 use crate::level_cuts::Pockets;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
@@ -30,7 +32,7 @@ pub const LINUXCNC: Dialect = Dialect {
     flow: FlowStyle::OWords,
     increments: None,
     point_decides: false,
-    tool_has_offset: false,
+    tool_offset: ToolOffset::Code,
     rules: Rules { tip_in_front: true, enters_beside_next: false, retracts_to_plane: true, ..Rules::USUAL },
     other_axes: Letters::of(b"ABCUVW"),
     letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"),

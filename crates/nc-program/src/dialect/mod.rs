@@ -216,6 +216,21 @@ pub struct Parameters {
     pub unset_is_zero: bool,
 }
 
+/// How the offset of a tool comes into force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolOffset {
+    /// By a code (G43), from the row that H names.
+    Code,
+    /// By the last two digits of T.
+    InT,
+    /// By T and D: an edge of the tool, whose lengths go to the axes that the plane says.
+    Edge,
+    /// By the call of the tool, along the axis that it names.
+    Call,
+    /// In a way that is not followed.
+    Unknown,
+}
+
 /// How flow control is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlowStyle {
@@ -305,8 +320,8 @@ pub struct Dialect {
     pub increments: Option<[u8; 3]>,
     /// A coordinate without decimal point may count least increments: it is reported.
     pub point_decides: bool,
-    /// The last two digits of T are an offset in the control's table.
-    pub tool_has_offset: bool,
+    /// How the offset of a tool comes into force.
+    pub tool_offset: ToolOffset,
     /// What codes do beyond their meaning.
     pub rules: Rules,
     /// Address letters of moves that are not in the path.

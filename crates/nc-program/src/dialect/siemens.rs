@@ -6,8 +6,8 @@
 //! machine data, such as diameters at the start, a program has to say: DIAMON or DIAMOF, G17 or G18.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules, G,
-    M,
+    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules,
+    ToolOffset, G, M,
 };
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
@@ -29,7 +29,7 @@ pub const SIEMENS: Dialect = Dialect {
     flow: FlowStyle::Structured,
     increments: None,
     point_decides: false,
-    tool_has_offset: false,
+    tool_offset: ToolOffset::Edge,
     rules: Rules { diameter_is_machine_data: true, ..Rules::USUAL },
     other_axes: Letters::of(b"ABCUVWo"),
     letters: Letters::of(b"ABCDFGHIJKLMNPRSTUVWXYZ"),
