@@ -84,12 +84,18 @@ def _change(source: Source, executed: Executed, word: Word) -> Iterator[Said]:
         yield word, ToolChange(number, None, by_m6=True)
 
 
+def other_edge(edge: Word) -> Iterator[Said]:
+    """An edge beside the first has lengths of its own: no control that is written to is given them."""
+    if edge.value > 1:
+        yield edge, Lost(Severity.ERROR, "the offsets of the tool's first edge are taken for that edge's")
+
+
 def _with_edge(executed: Executed, word: Word, number: int, *, by_m6: bool) -> Iterator[Said]:
     """A tool of Sinumerik: its first edge is in force with it unless D says otherwise."""
     edge = executed.number("D")
     row = number if edge is None or edge.value != 0 else 0
-    if edge is not None and edge.value > 1:
-        yield edge, Lost(Severity.WARNING, f"row {row} of the offset table is taken for that edge")
+    if edge is not None:
+        yield from other_edge(edge)
     yield word, ToolChange(number, row, by_m6=by_m6)
 
 

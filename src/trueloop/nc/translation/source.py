@@ -10,7 +10,7 @@ from trueloop.errors import Severity
 from trueloop.nc.program import Program, Word
 from trueloop.nc.tool_path import NO_COMPENSATION, PER_REVOLUTION
 from trueloop.nc.translation.executed import Course, Executed, Said, Source, executed_blocks
-from trueloop.nc.translation.functions import functions_after, functions_before
+from trueloop.nc.translation.functions import functions_after, functions_before, other_edge
 from trueloop.nc.translation.losses import lost_in_findings, lost_in_words, not_run
 from trueloop.nc.translation.moves import moves_of, waiting_moves
 from trueloop.nc.translation.statements import (
@@ -177,6 +177,7 @@ def _length_offset(source: Source, executed: Executed) -> Iterator[Said]:
         yield codes["NoToolOffset"], LengthOffset(None, on=False)
     edge = executed.number("D")
     if way == "D" and edge is not None and not any(word.letter == "T" for word in executed.block.words):
+        yield from other_edge(edge)
         yield edge, LengthOffset(None, on=edge.value != 0)
     on = codes.get("ToolTableOffset")
     if on is None:
