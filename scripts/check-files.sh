@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# What no linter sees: lock files name the public registries alone, and no committed file knows one machine's folders.
+# What no linter sees: lock files name the public registries alone, and no committed file knows one machine's folders, or
+# holds both sides of a merge.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 status=0
@@ -14,6 +15,12 @@ fi
 paths=$(git grep -nIE '(^|[^[:alnum:]_.$}])/(home|root|Users|wor[k])/' || true)
 if [ -n "$paths" ]; then
     printf 'a committed file names a folder of one machine:\n%s\n' "$paths" >&2
+    status=1
+fi
+
+marks=$(git grep -nIE '^(<{7}|>{7}) ' || true)
+if [ -n "$marks" ]; then
+    printf 'a merge was left half done:\n%s\n' "$marks" >&2
     status=1
 fi
 exit $status
