@@ -82,10 +82,16 @@ class NcProgram:
 
 # nc-map: a field applied to a program
 
-def nc_survey(source: bytes, dialect: str) -> tuple[bool, tuple[bool, bool, bool], dict[str, int], int | None]:
-    """Of whole lines: whether a block may send its run elsewhere (a loop, a call, a contour by number), which of X, Y
-    and Z are named, the byte at which each letter is first met, and the byte at which G10 first sets an offset.
+def nc_survey(
+    source: bytes, dialect: str
+) -> tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], int | None]:
+    """Of whole lines: the number of blocks, whether one may send its run elsewhere (a loop, a call, a contour by
+    number), which of X, Y and Z are named, the block in which each letter is first met, and the one in which G10 first
+    sets an offset.
     """
+
+def nc_mentions(text: bytes, word: bytes) -> bool:
+    """Whether a word of ASCII letters stands in a text, in capitals or not."""
 
 def nc_said(
     program: NcProgram,

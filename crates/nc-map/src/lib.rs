@@ -8,6 +8,7 @@
 mod edits;
 pub mod field;
 mod lines;
+mod mention;
 mod part;
 mod pieces;
 mod reader;
@@ -26,8 +27,9 @@ use reader::{Part, Reader};
 use standing::Standing;
 
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
+pub use mention::mentions;
 pub use refusal::Refusal;
-pub use role::{named_axes, sets_offset};
+pub use role::{letters, named_axes, sets_offset};
 pub use standing::{said, Saying};
 
 /// What is accepted.

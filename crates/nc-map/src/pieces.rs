@@ -232,11 +232,11 @@ fn straight(
             [if comes { path.end[*of_move] } else { path.start[*of_move] }, path.end[*of_move]]
         })
         .collect();
-    let owners: Vec<_> = moves.iter().flat_map(|of_move| [*of_move; 2]).collect();
-    let places: Vec<_> = owners.iter().map(|of_move| geometry.place(*of_move, 0.5)).collect();
+    let places: Vec<_> = moves.iter().flat_map(|of_move| [geometry.place(*of_move, 0.5); 2]).collect();
     let mut found = Vec::new();
     if !points.is_empty() {
-        field.displacements(&points, &places, &mut found).map_err(|trouble| Fault::Field(trouble, owners))?;
+        let owners = || moves.iter().flat_map(|of_move| [*of_move; 2]).collect();
+        field.displacements(&points, &places, &mut found).map_err(|trouble| Fault::Field(trouble, owners()))?;
     }
     let pairs = points.chunks_exact(2).zip(found.chunks_exact(2));
     Ok(moves

@@ -59,15 +59,22 @@ pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
     program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].has(word.letter))
 }
 
-/// Where a code first sets a work offset or a tool's data (G10), in bytes.
+/// The block in which a code first sets a work offset or a tool's data (G10).
 pub fn sets_offset(program: &Program) -> Option<usize> {
     let sets = |word: &&Word| matches!(program.code(word), Some(G::SetData | G::SetWorkOffset));
-    program.words().iter().find(sets).map(|word| word.start as usize)
+    program.words().iter().find(sets).map(|word| program.block_at(word.start as usize))
 }
 
-/// Which of X, Y, Z any block names.
-pub fn named_axes(program: &Program) -> [bool; 3] {
-    let mut letters = Letters::default();
-    program.words().iter().for_each(|word| letters.add(word.letter));
-    AXIS_LETTERS.map(|own| letters.meets(own))
+/// The letters of a program's words in alphabetical order, each with the block in which it is first met.
+pub fn letters(program: &Program) -> Vec<(u8, usize)> {
+    let mut first = [None; 256];
+    for word in program.words() {
+        first[usize::from(word.letter)].get_or_insert(word.start as usize);
+    }
+    (1..=255).filter_map(|letter| Some((letter, program.block_at(first[usize::from(letter)]?)))).collect()
+}
+
+/// Which of X, Y, Z a program of these letters names.
+pub fn named_axes(letters: &[(u8, usize)]) -> [bool; 3] {
+    AXIS_LETTERS.map(|own| letters.iter().any(|(letter, _)| own.has(*letter)))
 }

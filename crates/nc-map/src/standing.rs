@@ -2,7 +2,7 @@
 
 use nc_program::{Program, ToolPath, Word};
 
-use crate::role::{named_axes, names, names_axis, roles, Role};
+use crate::role::{letters, named_axes, names, names_axis, roles, Role};
 
 /// What a move's block says of where it goes.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +28,7 @@ impl Saying {
 /// Whether X, Y and Z stand where the program said, after each move of the whole program.
 pub fn said(program: &Program, moves: impl IntoIterator<Item = Saying>) -> Vec<[bool; 3]> {
     let roles = roles(program);
-    let mut standing = at_start(named_axes(program));
+    let mut standing = at_start(named_axes(&letters(program)));
     let mut renamed = [0; 3];
     let follow = |saying: Saying| {
         standing = before(standing, &mut renamed, &saying);
@@ -84,6 +84,7 @@ pub(crate) fn after(from: [Standing; 3], program: &Program, saying: &Saying, rol
     let to_machine = matches!(role, Some(Role::Machine | Role::Home));
     [0, 1, 2].map(|axis| match from[axis] {
         Standing::Never => Standing::Never,
+        Standing::Said if !to_machine => Standing::Said,
         _ if to_machine && leaves(program, saying.block, axis) => Standing::Machine,
         _ if !to_machine && is_position(program, saying, axis) => Standing::Said,
         known => known,

@@ -58,28 +58,33 @@ impl Step {
 
     /// With at least `decimals` decimals and `digits` digits before the point; the plus sign where it is wanted.
     fn signed(&self, out: &mut Vec<u8>, steps: i64, plus: bool, decimals: usize, digits: usize) {
-        let (mut text, mut rest) = (Backwards::default(), steps.unsigned_abs());
-        if decimals.max(self.decimals) > 0 {
-            for _ in 0..self.decimals {
-                text.push(b'0' + (rest % 10) as u8);
-                rest /= 10;
-            }
-            text.push(self.point);
-        }
-        let mut before = 0;
-        while rest > 0 || before == 0 && digits > 0 {
-            text.push(b'0' + (rest % 10) as u8);
-            rest /= 10;
-            before += 1;
-        }
         if steps < 0 {
             out.push(b'-');
         } else if plus {
             out.push(b'+');
         }
-        out.extend(std::iter::repeat_n(b'0', digits.saturating_sub(before)));
-        out.extend_from_slice(text.written());
-        out.extend(std::iter::repeat_n(b'0', decimals.saturating_sub(self.decimals)));
+        // Written from the last digit on: twenty digits and a point are the most.
+        let (mut text, mut first, mut rest) = ([0; 32], 32, steps.unsigned_abs());
+        let mut write = |byte: u8| {
+            first = (first - 1) % 32;
+            text[first] = byte;
+        };
+        if decimals.max(self.decimals) > 0 {
+            for _ in 0..self.decimals {
+                write(b'0' + (rest % 10) as u8);
+                rest /= 10;
+            }
+            write(self.point);
+        }
+        let mut before = 0;
+        while rest > 0 || before == 0 && digits > 0 {
+            write(b'0' + (rest % 10) as u8);
+            rest /= 10;
+            before += 1;
+        }
+        out.resize(out.len() + digits.saturating_sub(before), b'0');
+        out.extend_from_slice(&text[first..]);
+        out.resize(out.len() + decimals.saturating_sub(self.decimals), b'0');
     }
 
     /// A number in the style of an old one: its sign habit, leading zeros, and at least as many decimals.
@@ -113,39 +118,22 @@ impl Step {
                 out.extend(old);
             }
         }
-        let mut term = Vec::new();
-        self.signed(&mut term, steps, true, 0, 1);
-        let kept = term.len() - term.iter().rev().take_while(|byte| **byte == b'0').count();
-        out.extend(term.get(..kept).unwrap_or(&[]));
+        self.signed(out, steps, true, 0, 1);
+        let zeros = out.iter().rev().take_while(|byte| **byte == b'0').count();
+        out.truncate(out.len() - zeros);
         out.push(close);
     }
 }
 
-/// A number of steps, written from its last digit on: twenty digits and a point are the most.
-#[derive(Default)]
-struct Backwards {
-    text: [u8; 32],
-    length: usize,
-}
-
-impl Backwards {
-    fn push(&mut self, byte: u8) {
-        self.length += 1;
-        if let Some(place) = self.text.len().checked_sub(self.length).and_then(|at| self.text.get_mut(at)) {
-            *place = byte;
-        }
-    }
-
-    fn written(&self) -> &[u8] {
-        self.text.get(self.text.len().saturating_sub(self.length)..).unwrap_or(&[])
-    }
-}
-
-/// Whether operators that bind more weakly than a sum may be in the text: words of two or three letters.
+/// Whether operators that bind more weakly than a sum may be in the text: EQ, NE, GT, GE, LT, LE, OR, XOR, AND.
 fn compares(text: &[u8]) -> bool {
-    const WEAK: [&[u8]; 9] = [b"EQ", b"NE", b"GT", b"GE", b"LT", b"LE", b"AND", b"OR", b"XOR"];
-    let upper = text.to_ascii_uppercase();
-    WEAK.iter().any(|word| upper.windows(word.len()).any(|part| part == *word))
+    let weak = |two: &[u8]| {
+        matches!(
+            [two[0].to_ascii_lowercase(), two[1].to_ascii_lowercase()],
+            [b'e', b'q'] | [b'n', b'e'] | [b'g' | b'l', b't' | b'e'] | [b'o', b'r']
+        )
+    };
+    text.windows(2).any(weak) || text.windows(3).any(|three| three.eq_ignore_ascii_case(b"and"))
 }
 
 #[cfg(test)]

@@ -17,12 +17,21 @@ pub(crate) struct Value {
 
 impl Value {
     /// That of a word; refused where it stands in a way that no edit knows.
+    #[inline]
     pub fn of(program: &Program, word: &Word) -> Result<Self, Refused> {
         let (start, end) = (program.value_start(word), word.end());
-        let text = program.source().get(start..end).unwrap_or(&[]);
-        let named = text.first().is_some_and(u8::is_ascii_alphabetic) && program.reference(word).is_some();
-        if word.kind != WordKind::Expression || !named || program.dialect().flow != FlowStyle::Structured {
-            return Ok(Self { start, end, is_number: word.kind == WordKind::Number });
+        let plain = Self { start, end, is_number: word.kind == WordKind::Number };
+        if word.kind == WordKind::Expression && program.dialect().flow == FlowStyle::Structured {
+            return plain.inside(program, word);
+        }
+        Ok(plain)
+    }
+
+    /// What stands in the brackets, where a name before them says whether it is a position.
+    fn inside(self, program: &Program, word: &Word) -> Result<Self, Refused> {
+        let text = self.text(program);
+        if !text.first().is_some_and(u8::is_ascii_alphabetic) || program.reference(word).is_none() {
+            return Ok(self);
         }
         let open = memchr::memchr(b'(', text).unwrap_or(text.len());
         let inside = text.get(open..).filter(|text| closes_at_end(text, b'(', b')'));
@@ -32,7 +41,7 @@ impl Value {
         };
         let number = inside.trim_ascii();
         let is_number = !number.is_empty() && number.iter().all(|byte| b"+-.0123456789".contains(byte));
-        Ok(Self { start: start + open + 1, end: end - 1, is_number })
+        Ok(Self { start: self.start + open + 1, end: self.end - 1, is_number })
     }
 
     /// Its bytes.

@@ -116,13 +116,14 @@ impl<'a> Writer<'a> {
         let block = path.block[index] as usize;
         let state = &path.states[path.state[index] as usize];
         let step = self.steps[usize::from(state.inch)];
-        let axes = [0, 1, 2].map(|axis| {
+        let axis = |axis: usize| {
             let word = usize::try_from(path.words[index][axis]).ok().and_then(|word| program.words().get(word));
             let letter = word.map_or(AXES[axis], |word| word.letter);
             let incremental = is_increment(program, word, state.incremental);
             let unit = if incremental { state.increment_mm(axis) } else { state.axis_mm(axis) };
             Axis { index: axis, letter, word, incremental, unit }
-        });
+        };
+        let axes = [axis(0), axis(1), axis(2)];
         let here = Here { index, block, state, step, axes, words: program.words_of(block) };
         for axis in &axes {
             self.require_said(&here, axis)?;
@@ -143,13 +144,17 @@ impl<'a> Writer<'a> {
         let mut live = [false; 3];
         for axis in &here.axes {
             let k = axis.index;
+            if axis.word.is_some() {
+                live[k] = true;
+                continue;
+            }
             // Displaced by nothing but the rounding that it carries already it stays.
             let off = pieces.iter().map(|piece| self.off(piece, k, before[k])).fold(0.0, f64::max);
-            let moves = axis.word.is_none() && off > half * axis.unit && self.path.start[here.index][k].is_finite();
+            let moves = off > half * axis.unit && self.path.start[here.index][k].is_finite();
             if moves && standing[k] == Standing::Never && self.path.kind[here.index] != MoveKind::Rapid {
                 return Err(self.nowhere(here, axis, off));
             }
-            live[k] = axis.word.is_some() || moves && standing[k] == Standing::Said;
+            live[k] = moves && standing[k] == Standing::Said;
         }
         Ok(live)
     }

@@ -46,9 +46,14 @@ pub fn formula(
 }
 
 /// The parameter named at `at` (its mark included), and the position after it.
-pub fn key(source: &[u8], at: usize, dialect: &Dialect, values: &mut dyn Values) -> Result<(Key, usize), Box<Fault>> {
+pub fn key(
+    source: &[u8],
+    at: usize,
+    dialect: &Dialect,
+    values: &mut dyn Values,
+) -> Result<(Key<'static>, usize), Box<Fault>> {
     let mut reader = Reader { source, dialect, values, at, depth: 0, dry: false };
-    let key = reader.key()?;
+    let key = reader.key()?.into_owned();
     Ok((key, reader.at))
 }
 
@@ -83,7 +88,7 @@ pub(crate) struct Reader<'a> {
     pub dry: bool,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
     pub(crate) fn fault<T>(&self, at: usize, what: &str) -> Result<T, Box<Fault>> {
         Err(Box::new(Fault { at, what: what.to_owned() }))
     }
@@ -111,6 +116,9 @@ impl Reader<'_> {
         let mut sign = 1.0;
         loop {
             let byte = self.peek();
+            if !matches!(byte, Some(b'0'..=b'9' | b'.' | b'+' | b'-')) {
+                return Ok(sign * self.computed()?);
+            }
             if let Some((value, end)) = self.number() {
                 self.at = end;
                 return Ok(sign * value);
@@ -216,11 +224,13 @@ impl Reader<'_> {
         let ends = |at: usize| !self.dialect.formulas || !rest.get(at).is_some_and(|byte| names::is_name(*byte));
         let whole = |text: &[u8]| text.last().is_some_and(|last| !last.is_ascii_alphabetic()) || ends(text.len());
         let begins = |text: &[u8]| rest.get(..text.len()).is_some_and(|start| start.eq_ignore_ascii_case(text));
-        let begins = |text: &[u8]| text.first() == Some(&first) && begins(text) && whole(text);
-        own.iter().chain(&ARITHMETIC).find(|operator| begins(operator.text))
+        let stands = |operator: &&Operator| {
+            operator.text.first() == Some(&first) && begins(operator.text) && whole(operator.text)
+        };
+        own.iter().find(stands).or_else(|| ARITHMETIC.iter().find(stands))
     }
 
-    fn key(&mut self) -> Result<Key, Box<Fault>> {
+    fn key(&mut self) -> Result<Key<'a>, Box<Fault>> {
         if self.dialect.parameters.named == Naming::Plain {
             return self.plain_key();
         }
@@ -244,9 +254,9 @@ impl Reader<'_> {
         }
     }
 
-    fn name(&mut self) -> Result<Key, Box<Fault>> {
+    fn name(&mut self) -> Result<Key<'a>, Box<Fault>> {
         let rest = self.source.get(self.at + 1..).unwrap_or(&[]);
-        let length = memchr::memchr2(b'>', b'\n', rest).unwrap_or(rest.len());
+        let length = rest.iter().position(|byte| matches!(byte, b'>' | b'\n')).unwrap_or(rest.len());
         if rest.get(length) != Some(&b'>') {
             return self.fault(self.at, "a name without its closing bracket");
         }

@@ -144,8 +144,8 @@ impl Runner<'_> {
         }
         self.state.store.leave();
         self.path.leave_call();
-        self.state.store.set(Key::Name("_value".into()), result.unwrap_or(0.0));
-        self.state.store.set(Key::Name("_value_returned".into()), f64::from(u8::from(result.is_some())));
+        self.state.store.set(Key::named(b"_value"), result.unwrap_or(0.0));
+        self.state.store.set(Key::named(b"_value_returned"), f64::from(u8::from(result.is_some())));
         next
     }
 }

@@ -166,7 +166,7 @@ impl Runner<'_> {
         })
     }
 
-    pub(crate) fn key(&mut self, at: usize) -> Option<Key> {
+    pub(crate) fn key(&mut self, at: usize) -> Option<Key<'static>> {
         let mut undefined = Vec::new();
         let outcome =
             expression::key(self.program.source(), at, self.program.dialect(), &mut self.scope(&mut undefined));
@@ -174,7 +174,7 @@ impl Runner<'_> {
         outcome.map_err(|fault| self.report_fault(&fault)).ok().map(|(key, _)| key)
     }
 
-    fn scope<'s>(&'s self, undefined: &'s mut Vec<(Key, usize)>) -> Scope<'s> {
+    fn scope<'s>(&'s self, undefined: &'s mut Vec<(Key<'static>, usize)>) -> Scope<'s> {
         Scope {
             store: &self.state.store,
             modal: &self.state.modal,
@@ -195,7 +195,7 @@ impl Runner<'_> {
         self.refuse(finding::EXPRESSION, fault.at, message, "mend the expression at this column");
     }
 
-    fn report_undefined(&mut self, undefined: Vec<(Key, usize)>) {
+    fn report_undefined(&mut self, undefined: Vec<(Key<'static>, usize)>) {
         for (key, at) in undefined {
             if self.state.undefined.contains(&key) {
                 continue;

@@ -202,6 +202,9 @@ impl Lexer<'_> {
 
     /// Numbers with white space or a decimal comma in them, where the dialect has such.
     pub(crate) fn odd_number(&self, start: usize) -> Option<(f64, usize)> {
+        if !matches!(self.source.get(start)?, b'0'..=b'9' | b'.' | b',' | b'+' | b'-' | b' ' | b'\t') {
+            return None;
+        }
         let mut digits = Vec::new();
         let (mut at, mut comma, mut end) = (start, false, start);
         while let Some(&byte) = self.source.get(at) {

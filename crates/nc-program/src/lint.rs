@@ -37,20 +37,27 @@ fn of_word(program: &Program, word: &Word) -> Option<Finding> {
     unknown(program, word).or_else(|| odd_number(program, word))
 }
 
+#[inline(always)]
 fn unknown(program: &Program, word: &Word) -> Option<Finding> {
     let dialect = program.dialect();
-    let text = || finding::excerpt(program.text(word));
     if word.kind == WordKind::Unknown || word.letter.is_ascii_uppercase() && !dialect.letters.has(word.letter) {
-        let message = format!("\"{}\" is no word of the dialect {}", text(), dialect.name);
-        let hint = "it is kept as it is and never moved; name another dialect if this one is wrong";
-        return Some(warning(finding::WORD, word, message, hint));
+        return Some(unknown_word(program, word));
     }
-    if word.kind == WordKind::Number && !known_code(dialect, word) {
-        let message = format!("\"{}\" is no code of the dialect {}", text(), dialect.name);
-        let hint = "it is kept as it is; what it does to the path is not known";
-        return Some(warning(finding::CODE, word, message, hint));
-    }
-    None
+    (word.kind == WordKind::Number && !known_code(dialect, word)).then(|| unknown_code(program, word))
+}
+
+fn unknown_word(program: &Program, word: &Word) -> Finding {
+    let message =
+        format!("\"{}\" is no word of the dialect {}", finding::excerpt(program.text(word)), program.dialect().name);
+    let hint = "it is kept as it is and never moved; name another dialect if this one is wrong";
+    warning(finding::WORD, word, message, hint)
+}
+
+fn unknown_code(program: &Program, word: &Word) -> Finding {
+    let message =
+        format!("\"{}\" is no code of the dialect {}", finding::excerpt(program.text(word)), program.dialect().name);
+    let hint = "it is kept as it is; what it does to the path is not known";
+    warning(finding::CODE, word, message, hint)
 }
 
 fn odd_number(program: &Program, word: &Word) -> Option<Finding> {
@@ -69,11 +76,13 @@ fn odd_number(program: &Program, word: &Word) -> Option<Finding> {
 }
 
 /// A name that is no program of the file: who knows what it does.
+#[inline(always)]
 fn unknown_call(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Option<Finding> {
     let by_number = program.dialect().flow == FlowStyle::Structured && word.letter == b'L';
-    if word.kind != WordKind::Call && !by_number {
-        return None;
-    }
+    (word.kind == WordKind::Call || by_number).then(|| unknown_name(program, word, labels)).flatten()
+}
+
+fn unknown_name(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Option<Finding> {
     let labels = labels.get_or_init(|| Labels::read(program));
     let name = called(program, word);
     let text = name.to_ascii_uppercase();
@@ -99,6 +108,7 @@ fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Find
     Finding { severity: Severity::Warning, code, message, hint: hint.to_owned(), at: word.start as usize }
 }
 
+#[inline]
 fn known_code(dialect: &Dialect, word: &Word) -> bool {
     match word.letter {
         b'G' => dialect.g_code(word.value).is_some(),

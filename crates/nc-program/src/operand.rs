@@ -7,7 +7,7 @@ use crate::names::{name_end, skip};
 use crate::parameters::{read_number, Key};
 use crate::scan::NAME_LENGTH;
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
     /// What a name stands for.
     pub(crate) fn named(&mut self) -> Result<f64, Box<Fault>> {
         let start = self.at;
@@ -63,7 +63,7 @@ impl Reader<'_> {
     }
 
     /// `R1`, `R[R2+1]`, `DEPTH`, `SIZE[2]`, `$AA_IW[X]`.
-    pub(crate) fn plain_key(&mut self) -> Result<Key, Box<Fault>> {
+    pub(crate) fn plain_key(&mut self) -> Result<Key<'a>, Box<Fault>> {
         let start = self.at;
         let Some(end) = name_end(self.source, start).filter(|end| end - start <= NAME_LENGTH) else {
             return self.fault(start, "a name is missing");
@@ -97,17 +97,17 @@ impl Reader<'_> {
     }
 
     /// An element of a field, of one index or two.
-    fn element(&mut self, name: &[u8], first: f64) -> Result<Key, Box<Fault>> {
+    fn element(&mut self, name: &[u8], first: f64) -> Result<Key<'static>, Box<Fault>> {
         let mut text = format!("{}[{first}", String::from_utf8_lossy(name));
         if self.peek() == Some(b',') {
             self.at += 1;
             text += &format!(",{}", self.expression(0)?);
         }
-        Ok(Key::named(format!("{text}]").as_bytes()))
+        Ok(Key::named(format!("{text}]").as_bytes()).into_owned())
     }
 
     /// A variable of the control's own, index and all.
-    fn system_key(&mut self, start: usize) -> Result<Key, Box<Fault>> {
+    fn system_key(&mut self, start: usize) -> Result<Key<'a>, Box<Fault>> {
         let most = self.source.len().min(start + NAME_LENGTH);
         let text = self.source.get(start..most).unwrap_or(&[]);
         let length = memchr::memchr2(b']', b'\n', text).unwrap_or(text.len());

@@ -1,6 +1,7 @@
 //! Parameters: numbered and named values, local to a subroutine or not.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::fmt;
 
 use crate::dialect::{Dialect, Naming};
@@ -14,18 +15,18 @@ const LAST_LOCAL: usize = 30;
 /// Custom macro B: #1 to #33 are local to a macro.
 pub(crate) const LAST_MACRO_LOCAL: u32 = 33;
 
-/// The name of a parameter.
+/// The name of a parameter, where it stands in the source or apart from it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum Key {
+pub enum Key<'a> {
     /// `P46`, `#1`.
     Number(u32),
-    /// `#<depth>`, in lower case without spaces.
-    Name(String),
+    /// `#<depth>`, in lower case without spaces; Latin-1, as programs are.
+    Name(Cow<'a, [u8]>),
 }
 
-impl Key {
+impl<'a> Key<'a> {
     /// A key as a user writes it: `P46`; `#1`, `1`, `#<depth>` or `depth`.
-    pub fn parse(text: &str, dialect: &Dialect) -> Option<Self> {
+    pub fn parse(text: &'a str, dialect: &Dialect) -> Option<Self> {
         let mark = char::from(dialect.parameters.mark);
         let text = text.trim();
         if dialect.parameters.named == Naming::Plain {
@@ -40,7 +41,7 @@ impl Key {
     }
 
     /// A name as it stands: `R5` where R is the mark, else a variable.
-    fn plain(text: &[u8], dialect: &Dialect) -> Option<Self> {
+    fn plain(text: &'a [u8], dialect: &Dialect) -> Option<Self> {
         let end = names::name_end(text, 0)?;
         let digits =
             text.get(1..).filter(|_| text.first().map(u8::to_ascii_uppercase) == Some(dialect.parameters.mark));
@@ -58,50 +59,63 @@ impl Key {
     }
 
     /// The key of a name between angle brackets.
-    pub fn named(name: &[u8]) -> Self {
+    pub fn named(name: &'a [u8]) -> Self {
+        if !name.iter().any(|byte| byte.is_ascii_uppercase() || byte.is_ascii_whitespace()) {
+            return Self::Name(Cow::Borrowed(name));
+        }
         let kept = name.iter().filter(|byte| !byte.is_ascii_whitespace());
-        let mut text = String::with_capacity(name.len());
-        text.extend(kept.map(|byte| char::from(byte.to_ascii_lowercase())));
-        Self::Name(text)
+        Self::Name(kept.map(u8::to_ascii_lowercase).collect())
+    }
+
+    /// The same apart from the source.
+    pub fn into_owned(self) -> Key<'static> {
+        match self {
+            Self::Number(number) => Key::Number(number),
+            Self::Name(name) => Key::Name(Cow::Owned(name.into_owned())),
+        }
     }
 
     /// As the dialect writes it.
     pub fn text(&self, dialect: &Dialect) -> String {
         match self {
-            Self::Name(name) if dialect.parameters.named == Naming::Plain => name.to_ascii_uppercase(),
+            Self::Name(name) if dialect.parameters.named == Naming::Plain => latin_1(name).to_ascii_uppercase(),
             _ => format!("{}{self}", char::from(dialect.parameters.mark)),
         }
     }
 }
 
-impl fmt::Display for Key {
+impl fmt::Display for Key<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) => write!(formatter, "{number}"),
-            Self::Name(name) => write!(formatter, "<{name}>"),
+            Self::Name(name) => write!(formatter, "<{}>", latin_1(name)),
         }
     }
+}
+
+fn latin_1(name: &[u8]) -> String {
+    name.iter().map(|byte| char::from(*byte)).collect()
 }
 
 /// The values at one moment of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Store {
     numbered: Vec<Option<f64>>,
-    global: BTreeMap<String, f64>,
-    local: BTreeMap<String, f64>,
+    global: HashMap<Vec<u8>, f64>,
+    local: HashMap<Vec<u8>, f64>,
     callers: Vec<Locals>,
 }
 
 /// Local parameters put away: numbered and named.
-type Locals = (Vec<Option<f64>>, BTreeMap<String, f64>);
+type Locals = (Vec<Option<f64>>, HashMap<Vec<u8>, f64>);
 
 impl Store {
     /// The value, where one was given.
     pub fn get(&self, key: &Key) -> Option<f64> {
         match key {
             Key::Number(number) => self.numbered.get(*number as usize).copied().flatten(),
-            Key::Name(name) if name.starts_with('_') => self.global.get(name).copied(),
-            Key::Name(name) => self.local.get(name).copied(),
+            Key::Name(name) if name.starts_with(b"_") => self.global.get(&**name).copied(),
+            Key::Name(name) => self.local.get(&**name).copied(),
         }
     }
 
@@ -117,8 +131,8 @@ impl Store {
                     *slot = Some(value);
                 }
             }
-            Key::Name(name) if name.starts_with('_') => drop(self.global.insert(name, value)),
-            Key::Name(name) => drop(self.local.insert(name, value)),
+            Key::Name(name) if name.starts_with(b"_") => drop(self.global.insert(name.into_owned(), value)),
+            Key::Name(name) => drop(self.local.insert(name.into_owned(), value)),
         }
     }
 
@@ -156,7 +170,7 @@ impl Store {
 }
 
 /// Reads the digits of a numbered parameter.
-pub fn read_number(bytes: &[u8], at: usize) -> Option<(Key, usize)> {
+pub fn read_number(bytes: &[u8], at: usize) -> Option<(Key<'static>, usize)> {
     if !bytes.get(at)?.is_ascii_digit() {
         return None;
     }

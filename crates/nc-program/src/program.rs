@@ -196,6 +196,7 @@ impl Program {
     }
 
     /// What a word does as a code, where it is one that the dialect knows: `G01`, `TRANS`, `L`.
+    #[inline]
     pub fn code(&self, word: &Word) -> Option<G> {
         match (word.kind, word.letter) {
             (WordKind::Number, b'G') => self.dialect.g_code(word.value),

@@ -35,7 +35,7 @@ pub struct Request {
     codes: [(G, u32); CODES],
     code_count: usize,
     /// Values given to parameters in this block, with the offset of each.
-    pub assignments: Vec<(Key, f64)>,
+    pub assignments: Vec<(Key<'static>, f64)>,
     /// The program ends with this block.
     pub ends: bool,
     /// The tool of T goes into the spindle.

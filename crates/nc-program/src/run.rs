@@ -23,7 +23,7 @@ pub(crate) const AXES: [u8; 3] = *b"XYZ";
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Values of parameters at the start.
-    pub parameters: Vec<(Key, f64)>,
+    pub parameters: Vec<(Key<'static>, f64)>,
     /// Run the blocks that start with a slash.
     pub optional_blocks: bool,
     /// State at the start; the dialect's without one.

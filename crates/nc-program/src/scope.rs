@@ -16,7 +16,7 @@ pub(crate) struct Scope<'a> {
     pub has_null: bool,
     /// Local parameters may be without a value as well: arguments that were left out.
     pub in_macro: bool,
-    pub undefined: &'a mut Vec<(Key, usize)>,
+    pub undefined: &'a mut Vec<(Key<'static>, usize)>,
 }
 
 impl Values for Scope<'_> {
@@ -30,7 +30,7 @@ impl Values for Scope<'_> {
         if self.in_macro && matches!(key, Key::Number(1..=LAST_MACRO_LOCAL)) {
             return f64::NAN;
         }
-        self.undefined.push((key.clone(), at));
+        self.undefined.push((key.clone().into_owned(), at));
         if self.unset_is_zero && matches!(key, Key::Number(_)) {
             0.0
         } else {
@@ -48,7 +48,7 @@ impl Scope<'_> {
     /// Parameters that the control itself keeps, in program units.
     fn system(&self, key: &Key) -> Option<f64> {
         if let Key::Name(name) = key {
-            if let Some(name) = name.strip_prefix('$') {
+            if let Some(name) = name.strip_prefix(b"$") {
                 return self.siemens(name);
             }
         }
@@ -75,36 +75,39 @@ impl Scope<'_> {
     }
 
     /// Sinumerik: where the axes are; a measurement is taken to have touched at the programmed end of its move.
-    fn siemens(&self, name: &str) -> Option<f64> {
-        let (name, index) = name.strip_suffix(']')?.split_once('[')?;
-        let axis = ["x", "y", "z"].iter().position(|letter| *letter == index);
+    fn siemens(&self, name: &[u8]) -> Option<f64> {
+        let name = name.strip_suffix(b"]")?;
+        let (name, index) = name.split_at(memchr::memchr(b'[', name)?);
+        let axis = [b"[x", b"[y", b"[z"].iter().position(|axis| *axis == index);
         let work = |axis: usize| self.position[axis] / self.modal.axis_mm(axis);
         match (name, axis) {
-            ("ac_mea", None) => Some(1.0),
-            ("aa_iw" | "aa_mw" | "p_ep", Some(axis)) => Some(work(axis)),
-            ("aa_im" | "aa_mm", Some(axis)) => Some((self.position[axis] + self.frame.total()[axis]) / self.modal.mm()),
+            (b"ac_mea", None) => Some(1.0),
+            (b"aa_iw" | b"aa_mw" | b"p_ep", Some(axis)) => Some(work(axis)),
+            (b"aa_im" | b"aa_mm", Some(axis)) => {
+                Some((self.position[axis] + self.frame.total()[axis]) / self.modal.mm())
+            }
             _ => None,
         }
     }
 
-    fn named(&self, name: &str) -> Option<f64> {
+    fn named(&self, name: &[u8]) -> Option<f64> {
         let flag = |value: bool| Some(f64::from(u8::from(value)));
         match name {
-            "_x" => Some(self.position[0] / self.modal.mm()),
-            "_y" => Some(self.position[1] / self.modal.mm()),
-            "_z" => Some(self.position[2] / self.modal.mm()),
-            "_metric" => flag(!self.modal.inch),
-            "_imperial" => flag(self.modal.inch),
-            "_absolute" => flag(!self.modal.incremental),
-            "_incremental" => flag(self.modal.incremental),
-            "_lathe_diameter_mode" => flag(self.modal.diameter),
-            "_lathe_radius_mode" => flag(!self.modal.diameter),
-            "_feed" => Some(self.modal.feed.max(0.0) / self.modal.mm()),
-            "_rpm" => Some(self.modal.spindle_speed.max(0.0)),
-            "_current_tool" | "_selected_tool" => Some(f64::from(self.modal.tool.max(0))),
-            "_coord_system" => Some(530.0 + 10.0 * self.frame.active as f64),
-            "_plane" => Some(f64::from(self.modal.plane as u8) * 10.0),
-            "_task" => Some(0.0),
+            b"_x" => Some(self.position[0] / self.modal.mm()),
+            b"_y" => Some(self.position[1] / self.modal.mm()),
+            b"_z" => Some(self.position[2] / self.modal.mm()),
+            b"_metric" => flag(!self.modal.inch),
+            b"_imperial" => flag(self.modal.inch),
+            b"_absolute" => flag(!self.modal.incremental),
+            b"_incremental" => flag(self.modal.incremental),
+            b"_lathe_diameter_mode" => flag(self.modal.diameter),
+            b"_lathe_radius_mode" => flag(!self.modal.diameter),
+            b"_feed" => Some(self.modal.feed.max(0.0) / self.modal.mm()),
+            b"_rpm" => Some(self.modal.spindle_speed.max(0.0)),
+            b"_current_tool" | b"_selected_tool" => Some(f64::from(self.modal.tool.max(0))),
+            b"_coord_system" => Some(530.0 + 10.0 * self.frame.active as f64),
+            b"_plane" => Some(f64::from(self.modal.plane as u8) * 10.0),
+            b"_task" => Some(0.0),
             _ => None,
         }
     }

@@ -4,6 +4,7 @@ use crate::contouring::{CORNERS, EVERY_ROUND};
 use crate::dialect::{FlowStyle, G, M};
 use crate::finding::Finding;
 use crate::flow::Table;
+use crate::letters::Letters;
 use crate::modal::Motion;
 use crate::path::ToolPath;
 use crate::program::{Program, Word, WordKind};
@@ -49,16 +50,22 @@ impl Session {
 
 /// Whether a block may send the run elsewhere: loops, calls, contours by number; or looks back.
 pub fn jumps(program: &Program) -> bool {
-    program.words().iter().any(|word| word_jumps(program, word))
+    // A corner shortens the move before, which may be of another part.
+    let mut shapes = Letters::of(&CORNERS);
+    shapes.add(EVERY_ROUND);
+    program.dialect().line_angle.iter().for_each(|letter| shapes.add(*letter));
+    let codes = Letters::of(b"GLM");
+    let plain = |word: &Word| word.kind == WordKind::Number && !codes.has(word.letter);
+    program.words().iter().any(|word| {
+        let is_value = matches!(word.kind, WordKind::Number | WordKind::Expression);
+        is_value && shapes.has(word.letter) || !plain(word) && word_jumps(program, word)
+    })
 }
 
 fn word_jumps(program: &Program, word: &Word) -> bool {
     let dialect = program.dialect();
     match (word.kind, word.letter) {
         (WordKind::Call, _) => true,
-        // A corner shortens the move before, which may be of another part.
-        (WordKind::Number | WordKind::Expression, letter) if CORNERS.contains(&letter) || letter == EVERY_ROUND => true,
-        (WordKind::Number | WordKind::Expression, letter) if dialect.line_angle.contains(&letter) => true,
         (WordKind::Number, b'L') => dialect.flow == FlowStyle::Structured,
         // An arc that leaves as the move before arrives, or goes about a pole: either may be of another part.
         (WordKind::Name, _) => match program.code(word) {

@@ -31,7 +31,7 @@ pub(crate) struct State {
     pub pole: [f64; 3],
     pub store: Store,
     /// Parameters without a value that were reported already.
-    pub undefined: Vec<Key>,
+    pub undefined: Vec<Key<'static>>,
     /// Letters of axes that the path is without, that were reported already.
     pub other_axes: Vec<u8>,
     /// Tape marks met.

@@ -10,7 +10,7 @@ use crate::program::{Program, WordKind};
 use crate::scan::NAME_LENGTH;
 
 /// Every parameter that some expression reads, with the byte of its first use; those of a computed number left out.
-pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
+pub fn parameters_used(program: &Program) -> Vec<(Key<'static>, usize)> {
     let (mut used, mut known) = (Vec::new(), HashSet::new());
     for word in program.words() {
         let from = match word.kind {
@@ -27,7 +27,7 @@ pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
         }
         for at in from..word.end() {
             if let Some(key) = key_at(program, at).filter(|key| known.insert(key.clone())) {
-                used.push((key, at));
+                used.push((key.into_owned(), at));
             }
         }
     }
@@ -35,11 +35,11 @@ pub fn parameters_used(program: &Program) -> Vec<(Key, usize)> {
 }
 
 /// Notes what an expression asks for.
-struct Read(Vec<(Key, usize)>);
+struct Read(Vec<(Key<'static>, usize)>);
 
 impl Values for Read {
     fn get(&mut self, key: &Key, at: usize) -> f64 {
-        self.0.push((key.clone(), at));
+        self.0.push((key.clone().into_owned(), at));
         f64::NAN
     }
 
@@ -48,7 +48,7 @@ impl Values for Read {
     }
 }
 
-fn key_at(program: &Program, at: usize) -> Option<Key> {
+fn key_at(program: &Program, at: usize) -> Option<Key<'_>> {
     let (source, rules) = (program.source(), program.dialect().parameters);
     if source.get(at)?.to_ascii_uppercase() != rules.mark {
         return None;

@@ -207,9 +207,13 @@ pub fn tools_of(tools: Vec<ToolTuple>) -> Vec<Tool> {
 }
 
 /// Parameters by their keys; a ValueError names one that is none of the dialect.
-pub fn parameters_of(named: Vec<(String, f64)>, dialect: &Dialect) -> PyResult<Vec<(Key, f64)>> {
+pub fn parameters_of(
+    named: Vec<(String, f64)>,
+    dialect: &Dialect,
+) -> PyResult<Vec<(Key<'static>, f64)>> {
     let keyed = named.into_iter().map(|(name, value)| {
-        let key = Key::parse(&name, dialect).ok_or_else(|| PyValueError::new_err(name))?;
+        let key = Key::parse(&name, dialect).map(Key::into_owned);
+        let key = key.ok_or_else(|| PyValueError::new_err(name))?;
         Ok((key, value))
     });
     keyed.collect()

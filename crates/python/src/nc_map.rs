@@ -1,11 +1,10 @@
 //! Binds `nc-map`.
 
-use std::collections::BTreeMap;
-
 use bytes::Bytes;
 use nc_map::field::Trouble;
 use nc_map::{
-    named_axes, sets_offset, Affine, Field, Grid, Limits, Mapper, Place, Refusal, Saying, Vector,
+    letters, mentions, named_axes, sets_offset, Affine, Field, Grid, Limits, Mapper, Place,
+    Refusal, Saying, Vector,
 };
 use nc_program::{jumps, Options, Program};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -322,9 +321,9 @@ const NOWHERE: Place = Place {
     travel: [0; 3],
 };
 
-/// Whether a block may send its run elsewhere, which of X, Y, Z are named, the bytes at which each letter is first met,
-/// and the byte at which G10 first sets an offset.
-type Surveyed = (bool, [bool; 3], BTreeMap<char, usize>, Option<usize>);
+/// Number of blocks, whether one may send its run elsewhere, which of X, Y, Z are named, the block in which each letter
+/// is first met, and the block in which G10 first sets an offset.
+type Surveyed = (usize, bool, [bool; 3], Vec<(char, usize)>, Option<usize>);
 
 /// Of some lines of a program.
 #[pyfunction]
@@ -332,24 +331,28 @@ fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<S
     let dialect = dialect_of(dialect)?;
     Ok(
         py.detach(|| match Program::read(Bytes::from_owner(source), dialect) {
-            Ok(program) => (
-                jumps(&program),
-                named_axes(&program),
-                letters(&program),
-                sets_offset(&program),
-            ),
-            Err(_) => (true, [true; 3], BTreeMap::new(), None),
+            Ok(program) => {
+                let letters = letters(&program);
+                (
+                    program.blocks().len(),
+                    jumps(&program),
+                    named_axes(&letters),
+                    letters
+                        .into_iter()
+                        .map(|(letter, block)| (letter.into(), block))
+                        .collect(),
+                    sets_offset(&program),
+                )
+            }
+            Err(_) => (0, true, [true; 3], Vec::new(), None),
         }),
     )
 }
 
-fn letters(program: &Program) -> BTreeMap<char, usize> {
-    let mut first = [None; 256];
-    for word in program.words() {
-        first[usize::from(word.letter)].get_or_insert(word.start as usize);
-    }
-    let named = (1u8..=255).filter_map(|letter| Some((letter.into(), first[usize::from(letter)]?)));
-    named.collect()
+/// Whether a word of ASCII letters stands in a text, in capitals or not.
+#[pyfunction]
+fn nc_mentions(text: &[u8], word: &[u8]) -> bool {
+    mentions(text, word)
 }
 
 /// Whether X, Y, Z stand where the program said, after each of its moves: (n, 3), from the block of each (n,), the words
@@ -386,6 +389,7 @@ fn nc_said<'py>(
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<NcMapper>()?;
     module.add_class::<NcField>()?;
+    module.add_function(wrap_pyfunction!(nc_mentions, module)?)?;
     module.add_function(wrap_pyfunction!(nc_said, module)?)?;
     module.add_function(wrap_pyfunction!(nc_survey, module)?)
 }

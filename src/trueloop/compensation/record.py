@@ -10,6 +10,7 @@ import re
 from dataclasses import asdict, dataclass
 from typing import Final
 
+from trueloop._core import nc_mentions
 from trueloop.errors import Code, Place, TrueloopError
 
 MARK: Final = "trueloop corrected"
@@ -69,8 +70,8 @@ def mark_of_field(record: str, source_sha256: str) -> str:
 
 def check_uncorrected(source: bytes, what: str = "program") -> None:
     """Refuses a program, or another file, that a correction was already written into."""
-    # A search that does not mind the case is slow: half a second in a program of 80 MB.
-    found = MARKED.search(source) if MARK.split()[0].encode() in source.lower() else None
+    # A search by pattern that does not mind the case is slow: half a second in a program of 80 MB.
+    found = MARKED.search(source) if nc_mentions(source, MARK.split()[0].encode()) else None
     if found is not None:
         position = found.start()
         line = source.count(b"\n", 0, position) + 1

@@ -14,7 +14,7 @@ from trueloop.compensation.record import mark_of_field, record_id
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.outputs import Named, write_all, written_as_it_comes
 from trueloop.loops.drawn_program import written_out_file
-from trueloop.loops.program_survey import Survey, chunks_of, survey_of
+from trueloop.loops.program_survey import Survey, lines_of, survey_of
 from trueloop.nc.cutter_tool import tool_rows
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.edit import apply_edits
@@ -174,7 +174,7 @@ class _Text:
 
 def _text(source: Path, survey: Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
     if not survey.drawn:
-        return _Text(chunks_of(source))
+        return _Text(lines_of(source))
     drawn = written_out_file(source, survey.dialect, values, skipped_blocks=options.skipped_blocks)
     return _Text([drawn[1].program.source], drawn)
 

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from trueloop._core import nc_survey
 from trueloop.compensation.record import check_uncorrected
@@ -16,9 +16,13 @@ from trueloop.nc.dialect import dialect_named
 from trueloop.nc.guess import guess_dialect
 
 CHUNK: Final = 1 << 20
-"""Bytes read at a time."""
+"""Bytes read at a time, to which the rest of their last line comes."""
 LARGE: Final = CHUNK // 2
 """So many bytes are read beside hashing and searching them; a thread costs more than it saves with fewer."""
+
+
+_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], int | None]
+"""What `nc_survey` tells of some lines."""
 
 
 @dataclass(frozen=True)
@@ -36,12 +40,12 @@ class Survey:
     drawn: bool
 
 
-def chunks_of(path: Path) -> Iterator[bytes]:
-    """A file some bytes at a time. Raises NC-FILE where it cannot be read."""
+def lines_of(path: Path) -> Iterator[bytes]:
+    """A file some whole lines at a time. Raises NC-FILE where it cannot be read."""
     try:
         with path.open("rb") as file:
-            while chunk := file.read(CHUNK):
-                yield chunk
+            while lines := file.read(CHUNK) + file.readline():
+                yield lines
     except OSError as error:
         raise TrueloopError(
             Code.NC_FILE,
@@ -56,28 +60,25 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
 
     Raises NC-FILE, NC-DIALECT, and CMP-TWICE where it was corrected before.
     """
-    digest, jumps, line, named = hashlib.sha256(), False, 0, (False, False, False)
+    digest, jumps, named, drawn, line = hashlib.sha256(), False, (False, False, False), False, 1
     letters: dict[str, int] = {}
     sets_offset: int | None = None
-    drawn = False
     with ThreadPoolExecutor(1) as beside:
-        for lines in _whole_lines(path):
+        for lines in lines_of(path):
             dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
-            read: Callable[..., tuple[bool, tuple[bool, bool, bool], dict[str, int], int | None]] = partial(
-                nc_survey, lines, dialect
-            )
+            read: Callable[[], _Surveyed] = partial(nc_survey, lines, dialect)
             if len(lines) > LARGE:
                 read = beside.submit(read).result
             digest.update(lines)
             _require_uncorrected(path, lines, line)
-            jumps_here, named_here, letters_here, sets_here = read()
+            blocks, jumps_here, named_here, letters_here, sets_here = read()
             jumps, named = jumps or jumps_here, _any(named, named_here)
-            drawn = drawn or is_drawn(lines, letters_here, dialect)
-            for letter, at in letters_here.items():
-                letters.setdefault(letter, line + 1 + lines.count(b"\n", 0, at))
+            drawn = drawn or is_drawn(lines, [letter for letter, _ in letters_here], dialect)
+            for letter, block in letters_here:
+                letters.setdefault(letter, line + block)
             if sets_offset is None and sets_here is not None:
-                sets_offset = line + 1 + lines.count(b"\n", 0, sets_here)
-            line += lines.count(b"\n")
+                sets_offset = line + sets_here
+            line += blocks
     known = dialect or guess_dialect(b"", str(path))
     return Survey(known, digest.hexdigest(), jumps, named, letters, sets_offset, drawn)
 
@@ -86,19 +87,9 @@ def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[
     return (one[0] or other[0], one[1] or other[1], one[2] or other[2])
 
 
-def _whole_lines(path: Path) -> Iterator[bytes]:
-    waiting = b""
-    for chunk in chunks_of(path):
-        lines, newline, waiting = (waiting + chunk).rpartition(b"\n")
-        if newline:
-            yield lines + newline
-    if waiting:
-        yield waiting
-
-
-def _require_uncorrected(path: Path, lines: bytes, lines_before: int) -> None:
+def _require_uncorrected(path: Path, lines: bytes, line: int) -> None:
     try:
         check_uncorrected(lines)
     except TrueloopError as found:
-        place = Place(str(path), lines_before + (found.place.line or 1))
+        place = Place(str(path), line + (found.place.line or 1) - 1)
         raise TrueloopError(found.code, found.message, hint=found.hint, place=place) from None
