@@ -135,8 +135,12 @@ def difference_of_programs(
     with busy(f"comparing {file} and {other}"):
         parameters = parameters_of(settings)
         programs = [read_program_file(file, dialect), read_program_file(other, other_dialect or dialect)]
-        known = [*tools_of(tools), *tables_of(offsets_file).tools]
-        paths = [program.run(parameters, skipped_blocks=skipped_blocks, tools=known) for program in programs]
+        tables = tables_of(offsets_file)
+        known, zeros = [*tools_of(tools), *tables.tools], dict(tables.work_mm)
+        paths = [
+            program.run(parameters, skipped_blocks=skipped_blocks, tools=known, work_offsets_mm=zeros)
+            for program in programs
+        ]
         found = path_difference(*paths, rapids=rapids)
     here, there = (0, 1) if found.first else (1, 0)
     names, moves = (str(file), str(other)), (found.move, found.nearest_move)

@@ -159,6 +159,15 @@ def test_zeros_of_work_offsets_and_lengths_of_tools_are_told(tmp_path: Path) -> 
     assert [row["start_z_mm"] for row in rows] == ["120", "-30"]
 
 
+def test_a_place_of_the_machine_is_compared_by_the_zeros_of_the_offsets_file(tmp_path: Path) -> None:
+    one, other, offsets = tmp_path / "one.nc", tmp_path / "other.nc", tmp_path / "offsets.toml"
+    one.write_text("G21 G90 G54 G00 Z50.\nG53 G00 Z-20.\nM30\n")
+    other.write_text("G21 G90 G54 G00 Z50.\nG00 Z100.\nM30\n")
+    offsets.write_text('[[work]]\nname = "G54"\nz_mm = -120.0\n')
+    compared = ("nc", "diff", str(one), str(other), "-d", "fanuc-mill", "--rapids", "--json", "--offsets")
+    assert json.loads(invoke(*compared, str(offsets)).stdout)["distance_mm"] == pytest.approx(0.0, abs=1e-9)
+
+
 @pytest.mark.parametrize(
     "told", [("--offset", "G53=0,0,0"), ("--offset", "G54=1"), ("--offset", "G54"), ("--tool", "R5,L")]
 )
