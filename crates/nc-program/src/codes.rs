@@ -160,7 +160,7 @@ impl Runner<'_> {
             }
             G::RetractToPlane(plane) => self.state.retracts_to_plane = plane,
             G::NoMotion | G::EndSpline => modal.motion = Motion::None,
-            G::EndModalMacro => self.state.modal_macro = None,
+            G::EndModalMacro => self.end_modal_macro(word),
             G::Plane(plane) => modal.plane = plane,
             G::Inch(inch) => {
                 modal.inch = inch;

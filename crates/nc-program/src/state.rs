@@ -53,8 +53,8 @@ pub(crate) struct State {
     /// How far a grooving cycle's tool goes back after a peck, mm; NaN where no block said it.
     pub groove_back: f64,
     pub spline: SplineData,
-    /// The macro that every move calls.
-    pub modal_macro: Option<ModalMacro>,
+    /// The macros that moves call: those of the program the last of them, whose own moves call the one before.
+    pub modal_macros: Vec<ModalMacro>,
     /// Drilling cycles retract to the plane R.
     pub retracts_to_plane: bool,
     /// Block of the O number of the program being run; `None` before the first.
@@ -90,7 +90,7 @@ impl State {
             rough: RoughData::NONE,
             groove_back: f64::NAN,
             spline: SplineData::default(),
-            modal_macro: None,
+            modal_macros: Vec::new(),
             retracts_to_plane: dialect.rules.retracts_to_plane,
             program_start: None,
         }

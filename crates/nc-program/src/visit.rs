@@ -14,8 +14,9 @@ const DEPTH: usize = 64;
 /// Somewhere to come back from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Visit {
-    /// A subprogram: its first block, the runs left, and the block to go on with; whether it has parameters of its own.
-    Program { start: usize, left: u64, back: usize, own: bool },
+    /// A subprogram: its first block, the runs left, and the block to go on with; whether it has parameters of its own,
+    /// and whether it was called after a move (G66).
+    Program { start: usize, left: u64, back: usize, own: bool, modal: bool },
     /// A contour: its last block, the block to go on with, and the machine position to return to.
     Contour { last: usize, back: usize, from: [f64; 3] },
 }
@@ -82,7 +83,7 @@ impl Runner<'_> {
             return;
         }
         self.path.enter_call(self.block);
-        self.visits.push(Visit::Program { start, left, back: self.next, own: false });
+        self.visits.push(Visit::Program { start, left, back: self.next, own: false, modal: false });
         (self.state.program_start, self.next) = (Some(start), start);
     }
 
@@ -110,13 +111,13 @@ impl Runner<'_> {
     /// Ends the innermost call, or starts its next run. False when there is none.
     pub(crate) fn go_back(&mut self) -> bool {
         while let Some(visit) = self.visits.pop() {
-            let Visit::Program { start, left, back, own } = visit else {
+            let Visit::Program { start, left, back, own, modal } = visit else {
                 self.path.leave_call();
                 continue;
             };
             (self.state.program_start, self.next) = (Some(usize::MAX), back);
             if left > 1 {
-                self.visits.push(Visit::Program { start, left: left - 1, back, own });
+                self.visits.push(Visit::Program { start, left: left - 1, back, own, modal });
                 (self.state.program_start, self.next) = (Some(start), start);
             } else {
                 self.path.leave_call();

@@ -134,10 +134,26 @@ def test_a_macro_after_each_move_runs_as_often_as_l_says() -> None:
     assert len(run(MODAL.format(2), "haas-mill")) == 8 + 4
 
 
-def test_of_two_macros_after_each_move_one_is_followed_which_is_a_warning() -> None:
-    text = "O1 G21\nG66 P2 Z1.\nG66 P3 Z2.\nG00 X1.\nG67\nG67\nM30\nO2 G00 Z#26\nM99\nO3 G00 Y#26\nM99"
+def test_macros_after_each_move_nest() -> None:
+    """The later is called after the program's move, the earlier after that macro's; G67 ends the later."""
+    text = "O1 G21\nG66 P2 Z1.\nG66 P3 Z2.\nG00 X1.\nG67\nX2.\nG67\nX3.\nM30\nO2 G00 Z#26\nM99\nO3 G00 Y#26\nM99"
+    path = run(text, "fanuc-mill")
+    assert path.line.tolist() == [4, 12, 10, 6, 10, 8]
+    assert path.findings == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("O1 G21\nG66 P2\nG00 X1.\nG67\nM30\nO2 G67\nG00 Z1.\nM99", 6),
+        ("O1 G21\nG66 P2\nG00 X1.\nG67\nM30\nO2 G66 P3\nG00 Z1.\nM99\nO3 G00 Y1.\nM99", 6),
+        ("O1 G21\n" + 5 * "G66 P2\n" + "M30\nO2 G00 Z1.\nM99", 6),
+    ],
+)
+def test_what_nests_in_another_way_is_a_warning(text: str, line: int) -> None:
+    """A macro that changes what calls it, and a fifth level."""
     found = run(text, "fanuc-mill").findings
-    assert [(each.severity, each.code, each.place.line) for each in found] == [(Severity.WARNING, Code.NC_OPAQUE, 3)]
+    assert [(each.severity, each.code, each.place.line) for each in found] == [(Severity.WARNING, Code.NC_OPAQUE, line)]
 
 
 def test_a_macro_after_each_move_that_is_not_there_is_said() -> None:
