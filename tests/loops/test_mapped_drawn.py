@@ -80,3 +80,19 @@ def test_the_command_displaces_a_contour_with_corners(tmp_path: Path) -> None:
     source.write_text("G21 G90 G17\nG00 X1. Y1. Z1.\nG01 X10. ,R2. F100.\nY20.\nM30\n")
     invoke("nc", "map", source, "--dialect", "fanuc-mill", "--shift", "0.01,0,0", "--out", target, status=0)
     assert "G01 X8.010 F100.\nG03 X10.010 Y3.000 R2.000\nG01 Y20." in target.read_text()
+
+
+def test_a_contour_in_increments_stays_one(tmp_path: Path) -> None:
+    """Each increment goes from where the tool really is: a corner's end, rounded, and none of it adds up."""
+    text = "G21 G90\nG00 X1. Y1. Z1.\nG91 G01 X9. ,R2. F100.\nY19.,C1.\nX20.\nX-.5\nG90 Y0.\n"
+    written, _ = mapped(tmp_path, text, SHIFT, "fanuc-mill")
+    assert written.splitlines()[2:] == [
+        "G00 X1.010 Y1.020 Z0.997",
+        "G91 G01 X7.000 F100.",
+        "G03 X2.000 Y2.000 R2.000",
+        "G01 Y16.000",
+        "X1.000 Y1.000",
+        "X19.000",
+        "X-.5",
+        "G90 Y0.020",
+    ]

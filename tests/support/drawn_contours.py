@@ -9,6 +9,8 @@ from tests.support.spelled_moves import PLANES, Style, head
 
 DRAWING: Final = ("fanuc-lathe", "fanuc-lathe-b", "haas-lathe", "fanuc-mill", "haas-mill", "siemens", "heidenhain")
 """The dialects that have corners."""
+INCREMENTAL: Final = ("fanuc-mill", "haas-mill", "siemens", "fanuc-lathe-b")
+"""Those that have G91 for them."""
 LATHES: Final = ("fanuc-lathe", "fanuc-lathe-b", "haas-lathe")
 Point = tuple[float, float]
 
@@ -33,6 +35,7 @@ class _Drawing:
         self.scale = 0.04 if style.inch else 1.0
         self.at: Point = (0.0, 0.0)
         self.heading = 0.0
+        self.increments = style.dialect in INCREMENTAL and draw(st.booleans())
 
     def blocks(self) -> list[str]:
         self.at = (self._length(), self._length())
@@ -42,7 +45,7 @@ class _Drawing:
         if self.style.axes == "XYZ":
             first += " " + self.style.word(third, self.style.value(third, 1.5))
         klartext = self.style.dialect == "heidenhain"
-        lines = [f"L {first} FMAX" if klartext else f"G00 {first}"]
+        lines = [f"L {first} FMAX" if klartext else f"G00 {first}", *(["G91"] if self.increments else [])]
         count = self.draw(st.integers(2, 7))
         for number in range(count):
             lines += self._step(first=number == 0, last=number + 1 == count)
@@ -69,6 +72,9 @@ class _Drawing:
         code = "L" if self.style.dialect == "heidenhain" else "G01" if first else ""
         feed = ("F50" if self.style.dialect == "heidenhain" else "F50.") if first else ""
         words = [self._word(axis, value) for axis, value in named.items()]
+        if self.increments:
+            words = [self._word(a, self._rounded(named[a] - at)) for a, at in zip(self.axes, self.at, strict=True)]
+            return " ".join(filter(None, [code, *words, feed]))
         increments = {**dict.fromkeys(LATHES, "UVW"), "siemens": "IC", "heidenhain": "I"}
         if self.style.dialect in increments and self.draw(st.booleans()):
             words[0] = self._increment(self.axes[0], to[0] - self.at[0])

@@ -9,6 +9,7 @@ import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.along import PLANE_AXES
+from trueloop.nc.dialect import Dialect
 from trueloop.nc.edit import KLARTEXT, Edit, coordinate_text, line_ending
 from trueloop.nc.explicit_block import OUT, rewritten
 from trueloop.nc.explicit_splines import makes_spline, spline_blocks, without_spline
@@ -26,7 +27,7 @@ from trueloop.nc.explicit_words import (
 from trueloop.nc.number_text import rounded_mm, word_with
 from trueloop.nc.program import Block, Program, Word
 from trueloop.nc.shape_words import CORNER, ENDS, EVERY_CORNER, asks_corner, is_made, is_shaped, shaping_words
-from trueloop.nc.tool_path import INVERSE_TIME, Array, Motion, ToolPath
+from trueloop.nc.tool_path import INVERSE_TIME, Array, CoordinateState, Motion, ToolPath
 
 AXES: Final = "XYZ"
 CENTRES: Final = "IJK"
@@ -93,9 +94,18 @@ class Explicit:
     def _begin(self, move: int, block: Block) -> None:
         """What is in force before a move, where nothing before it was written out."""
         path = self.path
-        self._end, self._feed = np.array(path.start_mm[move]), float(path.feed[move])
+        self._end, self._feed = path.start_mm[move] + self._carried(move), float(path.feed[move])
         tangent = path.motion[move] == Motion.ARC and not any(w.letter in "IJKRapq" for w in block.data)
         self._code = "" if tangent else g_code(path, move, self._digits)
+
+    def _carried(self, move: int) -> Array:
+        """How far rounding holds the tool off where a move starts: increments since the last one written keep it."""
+        carried, between = np.zeros(3), range(self._last + 1, move)
+        for axis in range(3) if self._last >= 0 else ():
+            words = [(int(self.path.word[k, axis]), bool(self.path.incremental[k])) for k in between]
+            if all(_is_increment(self.program.word(word), mode) for word, mode in words if word >= 0):
+                carried[axis] = self._end[axis] - self.path.end_mm[self._last, axis]
+        return carried
 
     def _own(self, move: int, block: Block, changed: dict[int, str], new: list[str]) -> None:
         """The move that the block's words give."""
@@ -115,19 +125,21 @@ class Explicit:
         path, letter = self.path, AXES[axis]
         index, target, held = int(path.word[move, axis]), float(path.end_mm[move, axis]), float(self._end[axis])
         state, dialect = path.coordinate_state(move), self.program.dialect
-        written = rounded_mm(dialect, letter, target, state), coordinate_text(dialect, letter, target, state)
-        if index < 0 and (target == held or written[1] == coordinate_text(dialect, letter, held, state)):
+        written = _written(dialect, letter, target, held, state)
+        if index < 0 and (target == held or written == _written(dialect, letter, held, held, state)):
             return held
         word = self.program.word(index) if index >= 0 else None
         if word is None or word.letter not in ENDS:
             new.append(written[1])
             return written[0]
         start = float(path.start_mm[move, axis])
-        said = _said(word) * state.unit_mm(letter) + (start if word.increment else 0.0)
+        increment = _is_increment(word, state.incremental)
+        said = _said(word) * state.unit_mm(letter) + (start if increment else 0.0)
         if math.isnan(said) or abs(said - target) <= _SAME_MM:
-            return held + target - start if word.increment else target
-        plain = word.kind == "number" and word.letter == letter and not word.increment
-        changed[index] = word_with(word, target, dialect, state) if plain else written[1]
+            return held + target - start if increment else target
+        plain = word.kind == "number" and word.letter == letter and increment == state.incremental
+        value = target - held if increment else target
+        changed[index] = word_with(word, value, dialect, state) if plain else written[1]
         return written[0]
 
     def _circle(self, move: int, block: Block, end: Array, changed: dict[int, str], new: list[str]) -> None:
@@ -192,9 +204,11 @@ class Explicit:
         path, dialect, state = self.path, self.program.dialect, self.path.coordinate_state(move)
         axes = sorted(PLANE_AXES[int(path.plane[move])])
         end = np.array(self._end)
+        words = []
         for axis in axes:
-            end[axis] = rounded_mm(dialect, AXES[axis], float(path.end_mm[move, axis]), state)
-        words = [coordinate_text(dialect, AXES[axis], float(path.end_mm[move, axis]), state) for axis in axes]
+            target, held = float(path.end_mm[move, axis]), float(self._end[axis])
+            end[axis], text = _written(dialect, AXES[axis], target, held, state)
+            words.append(text)
         arc = path.motion[move] == Motion.ARC
         code = g_code(path, move, self._digits)
         if self._klartext:
@@ -219,8 +233,6 @@ class Explicit:
         if not all(asks_corner(program, path, k) or makes_spline(program, path, k) for k in corners):
             raise self._refusal(block, "a cycle makes its moves", "write the cycle out as moves")
         shaped = is_shaped(program, path, moves[0])
-        if any(path.incremental[k] for k in moves):
-            raise self._refusal(block, "increments are in force (G91)", "program the contour in absolute coordinates")
         if corners and path.feed_mode[corners[0]] == INVERSE_TIME:
             raise self._refusal(block, "the time of its move is given (G93)", "program the feed by G94 or G95 there")
         formula = next((w for w in self._behind(moves) if w.is_expression and math.isnan(_said(w))), None)
@@ -259,6 +271,18 @@ class Explicit:
             hint=hint,
             place=self.program.place(block.data[0].start if block.data else block.start),
         )
+
+
+def _is_increment(word: Word, in_force: bool) -> bool:
+    """Whether a word says how far its axis goes."""
+    return in_force if word.increment is None else word.increment
+
+
+def _written(dialect: Dialect, letter: str, target: float, held: float, state: CoordinateState) -> tuple[float, str]:
+    """Where a coordinate of a move from `held` then is, and its word: an increment where those are in force, mm."""
+    origin = held if state.incremental else 0.0
+    text = coordinate_text(dialect, letter, target - origin, state)
+    return origin + rounded_mm(dialect, letter, target - origin, state), text
 
 
 def _said(word: Word) -> float:

@@ -70,8 +70,8 @@ def written_out(
 ) -> WrittenOut:
     """The program with those of the moves that other words shape, and those that hang on them, written out.
 
-    path: what `run` makes of the program. Raises NC-EDIT where that cannot be done: beside formulas, among increments
-    in force (G91), in a block that is optional or runs several times to different places, and where the result would
+    path: what `run` makes of the program. Raises NC-EDIT where that cannot be done: beside formulas, in a block
+    that is optional or runs several times to different places, and where the result would
     not be the same path.
     """
     chosen = set(moves)
