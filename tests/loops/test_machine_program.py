@@ -14,6 +14,7 @@ from trueloop.machine.names import error_name
 from trueloop.machine.position_basis import CONSTANT, polynomial
 from trueloop.machine.setup import Setup, compensation_field
 from trueloop.machine.term import Part, Term
+from trueloop.nc.along import points_along
 from trueloop.nc.program import read_program
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
@@ -218,3 +219,21 @@ def test_a_turned_head_is_refused() -> None:
     with pytest.raises(TrueloopError) as refusal:
         corrected("G21 G1 X20. F100\n", MachineModel(head, PUSHED.terms, PUSHED.coefficients, PUSHED.covariance), setup)
     assert refusal.value.code is Code.MCH_FRAME
+
+
+def test_a_contour_with_corners_is_corrected_along_the_way_that_is_cut() -> None:
+    """X stands 0.1 µm a millimetre too far, from the machine's zero, 250 mm before the part's: added to the written
+    path that gives the line, rounding, line, chamfer and line of the drawing, to two steps of the control.
+    """
+    text = "G21 G90 G17\nG00 X1. Y1. Z1.\nG01 X10. ,R2. F100.\nY20.,C1.\nX30.\n"
+    path = read_program(corrected(text, STRETCHED, SETUP, dialect="fanuc-mill").encode(), "fanuc-mill").run()
+    share = np.linspace(0.0, 1.0, 21)
+    x, y = np.concatenate([points_along(path, np.intp(k), share) for k in np.flatnonzero(~path.rapid)])[:, :2].T
+    x = x + 1e-4 * (x + 250.0)
+    off = np.select(
+        [x < 8.0, y < 3.0, y < 19.0, y < 20.0 - 1e-3],
+        [y - 1.0, np.hypot(x - 8.0, y - 3.0) - 2.0, x - 10.0, (x - y + 9.0) / np.sqrt(2.0)],
+        y - 20.0,
+    )
+    assert np.abs(off).max() < 0.002
+    assert (x.min(), x.max()) == pytest.approx((1.0, 30.0), abs=0.002)
