@@ -21,14 +21,14 @@ _SHAPING: Final = re.compile(
 """What a block may have whose words shape its move beside its end; it may match more."""
 
 
-_SPLINE: Final = re.compile(rb"G[ \t]*0*5(?![\d])", re.IGNORECASE)
-"""Splines of LinuxCNC, G5 to G5.2; it may match more."""
+_SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b"G", b"g"))
+"""Splines of LinuxCNC, G5 to G5.2; they may match more. One that minds no case takes four times as long."""
 
 
 def is_drawn(lines: bytes, letters: Collection[str], dialect: str) -> bool:
     """Whether words of some lines shape moves beside their ends; `letters` are those of their words."""
     if dialect == "linuxcnc":
-        return _SPLINE.search(lines) is not None
+        return any(code.search(lines) for code in _SPLINE)
     shapes = SHAPE - {TURNS} | ({"A"} if dialect.startswith(ANGLED) else set())
     return bool(shapes & set(letters) or (dialect in ("siemens", KLARTEXT) and _TANGENT.search(lines)))
 
