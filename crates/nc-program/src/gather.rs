@@ -54,18 +54,21 @@ impl Runner<'_> {
                     if let Some(increment) = self.program.reference(word) {
                         request.refer(letter, increment);
                     }
-                    self.note_other_axis(letter, index);
+                    self.note_other_axis(letter, index, request);
                 }
             }
         }
     }
 
-    /// Says once of every axis that the path is without it.
-    fn note_other_axis(&mut self, letter: u8, index: usize) {
+    /// Says once of every axis that the path is without it; an argument of a macro is none.
+    fn note_other_axis(&mut self, letter: u8, index: usize, request: &Request) {
         // In the contour of a turning cycle of LinuxCNC these letters are corners and increments.
         let shapes_contour = self.draws && self.program.dialect().flow == FlowStyle::OWords;
-        if !shapes_contour && self.program.dialect().other_axes.has(letter) && !self.state.other_axes.contains(&letter)
-        {
+        if shapes_contour || !self.program.dialect().other_axes.has(letter) {
+            return;
+        }
+        let is_argument = request.codes().iter().any(|(code, _)| matches!(code, G::CallMacro | G::ModalMacro));
+        if !is_argument && !self.state.other_axes.contains(&letter) {
             self.state.other_axes.push(letter);
             self.note_opaque(index as i32, "this axis is not in the path");
         }

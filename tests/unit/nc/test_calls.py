@@ -30,6 +30,12 @@ def test_words_of_a_macro_call_set_no_feed_and_no_speed() -> None:
     assert (path.feed.tolist(), path.spindle_speed.tolist(), path.tool.tolist()) == ([10, 10], [100, 100], [-1, -1])
 
 
+def test_arguments_are_no_axes() -> None:
+    """A, B and C turn the tool or the work where they are axes, and the path says that it is without them."""
+    path = run("G21\nG65 P100 A1. B2. C3.\nG66 P100 C3.\nG67\nG00 A5.\nM30\nO100\nM99")
+    assert [(found.place.line, found.message) for found in path.findings] == [(5, "A5.: this axis is not in the path")]
+
+
 def test_an_argument_left_out_makes_its_word_vacant() -> None:
     path = run("G21 G00 Y9.\nG65 P100 X1.\nM30\nO100\nIF[#25EQ#0]GOTO5\nX99.\nN5 X#24 Y#25\nM99")
     assert path.end_mm.tolist() == [[0, 9, 0], [1, 9, 0]]
