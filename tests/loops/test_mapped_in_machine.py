@@ -15,7 +15,7 @@ from trueloop.machine.model import Machine
 from trueloop.machine.setup import Setup
 from trueloop.machine.standard import mill_terms, turning_terms
 from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.field import Field, function_field
+from trueloop.nc.field import Field, function_field, machine_field
 from trueloop.nc.machine_frame import field_in_machine
 
 STRETCHED = function_field(lambda p: 1e-3 * p, "stretched")
@@ -79,6 +79,26 @@ def test_a_register_set_at_a_place_of_the_machine(tmp_path: Path) -> None:
     program = "G21 G90 G54\nG43 H1 G0 X0. Y0. Z5.\nG53 G0 X0. Y0. Z0.\nG92 X0. Y0. Z100.\nG0 X0. Y0. Z50.\n"
     text, _ = mapped(tmp_path, program, in_machine(LONG), "fanuc-mill")
     assert text.splitlines()[-1] == "G0 X0. Y0. Z49.950"
+
+
+@pytest.mark.parametrize(
+    ("program", "dialect", "line"),
+    [
+        ("G21 G90 G54\nG53 G0 X0. Y0. Z0.\nG92 X0. Y0. Z100.\nG0 X0. Y0. Z50.\n", "fanuc-mill", 3),
+        ("G21\nG50 S2000\nG28 U0 W0\nG50 X200. Z300.\nT0101\nG0 X60. Z5.\n", "fanuc-lathe", 4),
+    ],
+)
+def test_a_register_set_at_a_place_of_the_machine_wants_the_table(
+    tmp_path: Path, program: str, dialect: str, line: int
+) -> None:
+    """With the tool's vector alone, what the place is called would be off by it."""
+    field = machine_field(lambda points, *_: 0 * points, {})
+    with pytest.raises(TrueloopError, match="hangs on the control's offset of the tool") as refused:
+        mapped(tmp_path, program, field, dialect)
+    assert (refused.value.code, refused.value.place and refused.value.place.line) == (Code.MCH_FRAME, line)
+    lines = program.splitlines(keepends=True)
+    without = [text for text in lines if not text.startswith(("G53", "G28"))]
+    mapped(tmp_path, "".join(without), field, dialect)
 
 
 @pytest.mark.parametrize("lathe", [False, True])

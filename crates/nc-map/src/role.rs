@@ -59,10 +59,24 @@ pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
     program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].has(word.letter))
 }
 
-/// The block in which a code first sets a work offset or a tool's data (G10).
-pub fn sets_offset(program: &Program) -> Option<usize> {
-    let sets = |word: &&Word| matches!(program.code(word), Some(G::SetData | G::SetWorkOffset));
-    program.words().iter().find(sets).map(|word| program.block_at(word.start as usize))
+/// The blocks in which a code first sets a work offset or a tool's data (G10), first sets the position register, and first
+/// goes to a place of the machine.
+pub fn frame_blocks(program: &Program) -> [Option<usize>; 3] {
+    let mut first = [None; 3];
+    for word in program.words() {
+        let what = match program.code(word) {
+            Some(G::SetData | G::SetWorkOffset) => 0,
+            Some(G::SetRegister) => 1,
+            Some(G::MachineCoordinates | G::Home(_) | G::HomeNamed(_)) => 2,
+            _ => continue,
+        };
+        let block = program.block_at(word.start as usize);
+        // The same code sets the limit of the spindle.
+        if what != 1 || names_axis(program, block) {
+            first[what].get_or_insert(block);
+        }
+    }
+    first
 }
 
 /// The letters of a program's words in alphabetical order, each with the block in which it is first met.

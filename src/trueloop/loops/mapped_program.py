@@ -114,6 +114,14 @@ def _require_followed(source: Path, survey: Survey, field: Field) -> None:
             hint="take the block out, give the offset with --work-zero, --tool or --offsets, and set it at the control",
             place=Place(str(source), survey.sets_offset),
         )
+    if field.of_machine and field.tools is None and survey.sets_register and survey.goes_to_machine:
+        raise TrueloopError(
+            Code.MCH_FRAME,
+            f"the position register is set in line {survey.sets_register}, and line {survey.goes_to_machine} goes to a "
+            "place of the machine: what that is called hangs on the control's offset of the tool",
+            hint="give the control's tables with --offsets",
+            place=Place(str(source), survey.sets_register),
+        )
 
 
 def _mark(identity: str, survey: Survey, parameters: Mapping[str, float]) -> str:
@@ -135,7 +143,7 @@ def _mapper(field: Field, survey: Survey, options: MapOptions, parameters: Mappi
             options.tolerance_mm,
             options.limit_mm,
             options.slope,
-            tool_rows(field.tools),
+            tool_rows(field.tools or ()),
             list(field.work_mm.items()),
         )
     except ValueError as refused:

@@ -21,14 +21,16 @@ LARGE: Final = CHUNK // 2
 """So many bytes are read beside hashing and searching them; a thread costs more than it saves with fewer."""
 
 
-_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], int | None]
+_Frames: TypeAlias = tuple[int | None, int | None, int | None]
+_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _Frames]
 """What `nc_survey` tells of some lines."""
 
 
 @dataclass(frozen=True)
 class Survey:
-    """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, and the
-    first line that sets an offset by G10; whether words shape moves beside their ends.
+    """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, the
+    first lines that set an offset by G10, set the position register, and go to a place of the machine; whether words
+    shape moves beside their ends.
     """
 
     dialect: str
@@ -37,6 +39,8 @@ class Survey:
     named: tuple[bool, bool, bool]
     letters: Mapping[str, int]
     sets_offset: int | None
+    sets_register: int | None
+    goes_to_machine: int | None
     drawn: bool
 
 
@@ -62,7 +66,7 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
     """
     digest, jumps, named, drawn, line = hashlib.sha256(), False, (False, False, False), False, 1
     letters: dict[str, int] = {}
-    sets_offset: int | None = None
+    frames: _Frames = (None, None, None)
     with ThreadPoolExecutor(1) as beside:
         for lines in lines_of(path):
             dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
@@ -71,16 +75,22 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
                 read = beside.submit(read).result
             digest.update(lines)
             _require_uncorrected(path, lines, line)
-            blocks, jumps_here, named_here, letters_here, sets_here = read()
+            blocks, jumps_here, named_here, letters_here, frames_here = read()
             jumps, named = jumps or jumps_here, _any(named, named_here)
             drawn = drawn or is_drawn(lines, [letter for letter, _ in letters_here], dialect)
             for letter, block in letters_here:
                 letters.setdefault(letter, line + block)
-            if sets_offset is None and sets_here is not None:
-                sets_offset = line + sets_here
+            frames = _first(frames, frames_here, line)
             line += blocks
     known = dialect or guess_dialect(b"", str(path))
-    return Survey(known, digest.hexdigest(), jumps, named, letters, sets_offset, drawn)
+    return Survey(known, digest.hexdigest(), jumps, named, letters, *frames, drawn)
+
+
+def _first(before: _Frames, blocks: _Frames, line: int) -> _Frames:
+    def of(known: int | None, block: int | None) -> int | None:
+        return line + block if known is None and block is not None else known
+
+    return of(before[0], blocks[0]), of(before[1], blocks[1]), of(before[2], blocks[2])
 
 
 def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:

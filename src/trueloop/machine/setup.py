@@ -60,7 +60,7 @@ def compensation_field(
         told,
         knows_travel=backlash,
         still=rotary,
-        tools=setup.table or (),
+        tools=setup.table,
         work_mm=setup.work_zero_mm,
     )
 

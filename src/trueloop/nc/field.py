@@ -26,14 +26,14 @@ class Field:
 
     `still` are letters of axes that it takes to stand: a program that names one is refused. One `of_machine` knows from
     outside where the program's zero lies: a program that sets that itself is refused too. `tools` and `work_mm`, the
-    zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables.
+    zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables; None where nobody told the tools.
     """
 
     told: dict[str, object]
     core: NcField = field(repr=False, compare=False)
     still: frozenset[str] = frozenset()
     of_machine: bool = False
-    tools: tuple[CutterTool, ...] = ()
+    tools: tuple[CutterTool, ...] | None = None
     work_mm: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
 
     def displacement_mm(self, points_mm: Array) -> Array:
@@ -62,12 +62,14 @@ def machine_field(
     *,
     knows_travel: bool = False,
     still: frozenset[str] = frozenset(),
-    tools: Sequence[CutterTool] = (),
+    tools: Sequence[CutterTool] | None = None,
     work_mm: Mapping[int, tuple[float, float, float]] | None = None,
 ) -> Field:
     """A machine's: with `knows_travel` arcs are cut where an axis turns round, and a start that jumped is gone to."""
     core = NcField.function(displace, knows_travel)
-    return Field(told, core, still, of_machine=True, tools=tuple(tools), work_mm=dict(work_mm or {}))
+    return Field(
+        told, core, still, of_machine=True, tools=None if tools is None else tuple(tools), work_mm=dict(work_mm or {})
+    )
 
 
 def affine_field(matrix: Array, shift_mm: Sequence[float]) -> Field:
