@@ -26,7 +26,8 @@ class Field:
 
     `still` are letters of axes that it takes to stand: a program that names one is refused. One `of_machine` knows from
     outside where the program's zero lies: a program that sets that itself is refused too. `tools` and `work_mm`, the
-    zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables; None where nobody told the tools.
+    zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables; without
+    `tools` none of those is known.
     """
 
     told: dict[str, object]
