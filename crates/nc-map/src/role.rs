@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use nc_program::dialect::{Letters, G};
-use nc_program::{Program, Word, WordKind};
+use nc_program::{Program, WordKind};
 
 /// Letters of positions and increments.
 const COORDINATES: Letters = Letters::of(b"XYZUVW");
