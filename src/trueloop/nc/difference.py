@@ -20,6 +20,7 @@ SAGITTA_MM: Final = 1e-6
 _FINEST_MM: Final = 0.01
 _MOST_POINTS: Final = 200_000
 _NEIGHBOURS: Final = 8
+_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -112,18 +113,26 @@ def _furthest(here: _Pieces, there: _Pieces, first: bool, spacing_mm: float) -> 
     tree = cKDTree((there.start_mm + there.end_mm) / 2)
     _, near = tree.query(points, k=min(_NEIGHBOURS, len(there.move)))
     near = near.reshape(len(points), -1)
-    nearest = _foot(points[:, None], there.start_mm[near], there.end_mm[near])
-    distance_mm = np.linalg.norm(points[:, None] - nearest, axis=2)
-    best = distance_mm.argmin(axis=1)
-    rows = np.arange(len(points))
-    at = int(distance_mm[rows, best].argmax())
+    foot = _foot(points[:, None], there.start_mm[near], there.end_mm[near])
+    at_most_mm = np.linalg.norm(points[:, None] - foot, axis=2).min(axis=1)
+    half_mm = float(np.linalg.norm(there.end_mm - there.start_mm, axis=1).max()) / 2
+    while True:
+        # Many short pieces may hide a longer one that is nearer: only what is furthest has to be known exactly.
+        at = int(at_most_mm.argmax())
+        around = np.array(tree.query_ball_point(points[at], (at_most_mm[at] + half_mm) * (1 + _ROUNDING)))
+        foot = _foot(points[at], there.start_mm[around], there.end_mm[around])
+        distance_mm = np.linalg.norm(points[at] - foot, axis=1)
+        best = int(distance_mm.argmin())
+        if distance_mm[best] >= at_most_mm[at] * (1 - _ROUNDING):
+            break
+        at_most_mm[at] = distance_mm[best]
     return PathDifference(
-        float(distance_mm[at, best[at]]),
+        float(distance_mm[best]),
         first,
         int(here.move[at % len(here.move)]),
         _triple(points[at]),
-        int(there.move[near[at, best[at]]]),
-        _triple(nearest[at, best[at]]),
+        int(there.move[around[best]]),
+        _triple(foot[best]),
         spacing_mm,
     )
 

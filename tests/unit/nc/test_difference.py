@@ -75,3 +75,10 @@ def test_what_cannot_be_compared() -> None:
     with pytest.raises(TrueloopError, match="line 1 begins or ends") as refused:
         path_difference(unknown, cut)
     assert refused.value.code is Code.NC_EXPRESSION
+
+
+def test_many_short_moves_do_not_hide_a_longer_one_that_is_nearer() -> None:
+    """Twenty moves of a hundredth of a micrometre pass a micrometre beside the middle of a line."""
+    short = "\n".join(f"G1 X{0.5 + k * 1e-5:.5f}" for k in range(-10, 11))
+    beside = path(f"G0 X0 Y0\nG1 X1 F100\nG0 X0.4999 Y0.001\n{short}\n")
+    assert path_difference(beside, beside).distance_mm < 1e-12
