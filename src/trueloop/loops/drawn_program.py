@@ -7,7 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit import KLARTEXT
+from trueloop.nc.explicit_splines import gives_spline
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import ANGLED, SHAPE, TURNS
 from trueloop.nc.tool_path import Motion, ToolPath
@@ -46,4 +48,22 @@ def written_out_file(
     blocks = np.zeros(program.block_count, dtype=np.bool_)
     blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
     wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)
-    return program, written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)
+    done = written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)
+    if dialect == "linuxcnc":
+        with done.in_lines_of(program):
+            _require_no_spline(done.program)
+    return program, done
+
+
+def _require_no_spline(program: Program) -> None:
+    """Refuses a spline that was not written out, as one without any length: its end would stay where it was."""
+    for start in sorted(found.start() for code in _SPLINE for found in code.finditer(program.source)):
+        block = program.block(program.core.block_at(start))
+        if gives_spline(program, block):
+            text = program.source[block.start : block.end].decode("latin-1").strip()
+            raise TrueloopError(
+                Code.NC_EDIT,
+                f"{text[:60]!r} cannot be written out as explicit moves: it is not run, or goes nowhere",
+                hint="take the block out",
+                place=program.place(start),
+            )

@@ -46,6 +46,11 @@ def spline_blocks(program: Program, block: Block) -> list[Block]:
     return blocks
 
 
+def gives_spline(program: Program, block: Block) -> bool:
+    """Whether a block begins, ends or is a spline."""
+    return not {_BEGINS, _ENDS, *_ONE_BLOCK}.isdisjoint(_codes(program, block))
+
+
 def without_spline(program: Program, block: Block) -> dict[int, str]:
     """The words of a block that give a spline, each to be left out."""
     return {word.index: OUT for word in block.data if _gives_spline(program, word)}
