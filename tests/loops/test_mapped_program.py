@@ -223,6 +223,16 @@ def test_what_cannot_be_mapped_is_refused_with_its_place_and_nothing_written(
     assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
 
 
+def test_a_thread_in_passes_is_refused_even_where_nothing_is_left_to_the_control(tmp_path: Path) -> None:
+    """X and Z of its words are its root; displaced by them alone, the passes would begin and end elsewhere."""
+    shift = affine_field(np.eye(3), (0.01, 0, 0))
+    thread = "G76 P010000 Q50 R.02\nG76 X18.16 Z-20. P920 Q300 F1.5\n"
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, f"G21\nG00 X24. Z4.\n{thread}M30\n", shift, "fanuc-lathe")
+    assert (refused.value.code, refused.value.place.line) == (Code.NC_MAP, 4)
+    assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
+
+
 def test_an_unknown_code_is_seen_behind_a_thousand_slips(tmp_path: Path) -> None:
     """Coordinates without a decimal point are worth a warning each; what nobody knows must not drown in them."""
     slips = "".join(f"X{k} Y{k}\n" for k in range(1, 600))

@@ -126,7 +126,8 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Threads in passes (G76)": _for(
         siemens="CYCLE97(1.5,,0,-20,20,20,3,1,0.9,0.1,30,0,6,2,1,1)",
         linuxcnc="G21 G18 G0 X9\nG76 P1 Z-5 I-1 J.5 K1",
-        lathe="G21 G00 X9.\nG76 X1. Z-5. K.1 D.1 F1.",
+        lathe="G21 G00 X9.\nG76 P010000 Q10 R.01\nG76 X1. Z-5. P100 Q100 F1.",
+        haas_lathe="G21 G00 X9.\nG76 X1. Z-5. K.1 D.1 F1.",
     ),
     "Simple turning cycles": _for(
         ge2000t="G70\nG00 X6.0 Z.1\nG81 X5.0 Z-4.0 P1=0.2 P2=-3.0 F.01",
@@ -200,17 +201,21 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
 
 
 def outcome(text: str, dialect: str) -> str:
-    """What becomes of a program: it works, is kept as it is and said, or is not known."""
+    """What becomes of a program: it works, is kept as it is and said, or is not known.
+
+    A block works when its moves are in the path, whatever is said of how they were taken.
+    """
     if not text:
         return NONE
     program = read_program(text.encode(), dialect)
     path = program.run(strict=False, tools=[CutterTool(0.4, tip=0, length_mm=1.0, offset_mm=(1.0, 0.0, 1.0))])
-    codes = {finding.code for finding in (*program.findings, *path.findings)}
+    findings = (*program.findings, *path.findings)
+    codes, moved = {finding.code for finding in findings}, set(path.line.tolist())
     if codes & {Code.NC_WORD, Code.NC_CODE}:
         return NOT_YET
     if codes - {Code.NC_OPAQUE}:
         raise AssertionError(f"{text!r} in {dialect}: {codes}")
-    return KEPT if codes else WORKS
+    return WORKS if all(finding.place.line in moved for finding in findings) else KEPT
 
 
 def table() -> str:

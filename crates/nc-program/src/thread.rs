@@ -46,16 +46,31 @@ impl Thread {
         [[x + self.taper, self.start[1] + self.along() * depth * self.slant], [x, self.end[1]]]
     }
 
-    /// Fanuc's way: down and out square, back to the start after each pass.
-    pub fn square_steps(&self) -> Vec<Step> {
+    /// Fanuc's way: down square, out at 45° over the last `pull_out` of the thread's length, back to the start after each
+    /// pass. The slope ends where the tool is as far out as where it started.
+    pub fn square_steps(&self, pull_out: f64) -> Vec<Step> {
         let [x, z] = self.start;
         let one = |depth: &f64| {
             let [from, to] = self.pass(*depth);
-            let (down, back) =
-                ([(MoveKind::Rapid, [x, from[1]]), (MoveKind::Rapid, from)], (MoveKind::Rapid, [x, to[1]]));
-            [down[0], down[1], (MoveKind::Thread, to), back, (MoveKind::Rapid, [x, z])]
+            let [cut, out] = self.pulled_out(from, to, pull_out);
+            let mut steps = vec![(MoveKind::Rapid, [x, from[1]]), (MoveKind::Rapid, from), (MoveKind::Thread, cut)];
+            if out != cut {
+                steps.push((MoveKind::Thread, out));
+            }
+            steps.extend([(MoveKind::Rapid, [x, out[1]]), (MoveKind::Rapid, [x, z])]);
+            steps
         };
         self.depths.iter().flat_map(one).collect()
+    }
+
+    /// Where a pass leaves the thread, and the end of its slope.
+    fn pulled_out(&self, from: [f64; 2], to: [f64; 2], length: f64) -> [[f64; 2]; 2] {
+        let whole = (to[1] - from[1]).abs();
+        let length = length.min(whole);
+        let share = if length > 0.0 { length / whole } else { 0.0 };
+        let cut = [to[0] - share * (to[0] - from[0]), to[1] - self.along() * length];
+        let rise = length.min((self.inward * (cut[0] - self.start[0])).max(0.0));
+        [cut, [cut[0] - self.inward * rise, cut[1] + self.along() * rise]]
     }
 
     /// LinuxCNC's way: each pass clear of its own depth by the same distance, shifted whole along the flank.

@@ -10,17 +10,28 @@ use crate::thread::{depths, Slopes, Thread, MOST};
 /// Lengths of Fanuc's G76 that take no decimal point count such steps: inch and mm.
 const STEP: [f64; 2] = [1e-4, 1e-3];
 
+/// Leads that a step of the pull-out in P is.
+const PULL_OUT: f64 = 0.1;
+
+/// Angles of a tool, in degrees, that are no point.
+const STRAIGHT: f64 = 180.0;
+
+/// Depths that differ by less, in mm, are the same.
+const SAME: f64 = 1e-9;
+
 /// What Fanuc's first block of two says, for those that follow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ThreadData {
     finishes: usize,
+    /// Length of the slope at the end, in leads; without it a parameter of the control.
+    pull_out: Option<f64>,
     angle: f64,
     least: f64,
     allowance: f64,
 }
 
 impl ThreadData {
-    pub const NONE: Self = Self { finishes: 1, angle: 0.0, least: 0.0, allowance: 0.0 };
+    pub const NONE: Self = Self { finishes: 1, pull_out: None, angle: 0.0, least: 0.0, allowance: 0.0 };
 }
 
 impl Runner<'_> {
@@ -73,6 +84,7 @@ impl Runner<'_> {
         let packed = request.get(b'P').map(|p| p.round().clamp(0.0, 999_999.0) as usize);
         ThreadData {
             finishes: packed.map_or(before.finishes, |packed| (packed / 10_000).max(1)),
+            pull_out: packed.map(|packed| (packed / 100 % 100) as f64 * PULL_OUT).or(before.pull_out),
             angle: packed.map_or(before.angle, |packed| (packed % 100) as f64),
             least: self.stepped(request, b'Q').unwrap_or(before.least),
             allowance: request.get(b'R').map_or(before.allowance, |r| r * self.state.modal.mm()),
@@ -86,35 +98,95 @@ impl Runner<'_> {
         Some(value * self.state.modal.mm() * step)
     }
 
-    /// X, Z end at the root; R or I taper.
+    /// X, Z end at the root; R or I taper: radius where the thread begins, less that where it ends.
     fn macro_thread(&mut self, request: &Request, word: i32) {
         let ([x, _, z], (end, _)) = (self.state.position, self.target(request, false));
-        let Some((height, angle, depths)) = self.macro_depths(request) else { return self.refuse_thread() };
-        self.note_opaque(
-            word,
-            "where its passes begin and are pulled out is the control's; taken along the flank, square",
-        );
+        let Some(said) = self.said(request).filter(|_| end[0] != x && end[2] != z) else {
+            return self.refuse_thread();
+        };
+        if let Some(taken) = said.taken() {
+            self.note_opaque(word, &taken);
+        }
         let taper = request.get(b'R').or(request.get(b'I')).unwrap_or(0.0) * self.state.modal.mm();
         let inward = (end[0] - x).signum();
-        let (crest, slant) = (end[0] - inward * height, (angle / 2.0).to_radians().tan());
-        let thread = Thread { start: [x, z], end: [crest, end[2]], taper, inward, depths, slant };
+        let (crest, slant) = (end[0] - inward * said.height, said.slant());
+        let pull_out = said.pull_out.map_or(0.0, |leads| leads * self.state.modal.feed.max(0.0));
+        let thread = Thread { start: [x, z], end: [crest, end[2]], taper, inward, depths: said.depths, slant };
         self.lead_mm = f64::NAN;
-        self.emit_thread(thread.square_steps());
+        self.emit_thread(thread.square_steps(pull_out));
     }
 
-    /// Height, angle of the tool and depths. Fanuc: P height, Q depth of the first pass; Haas, in one block: K, D, A.
-    fn macro_depths(&self, request: &Request) -> Option<(f64, f64, Vec<f64>)> {
-        let one_block = request.any(b"K");
-        let data = if one_block { ThreadData::NONE } else { self.state.thread };
-        let (height, first, angle) = if one_block {
-            let height = request.get(b'K')? * self.state.modal.mm();
-            (height, self.stepped(request, b'D')?, request.get(b'A').unwrap_or(0.0))
-        } else {
-            (self.stepped(request, b'P')?, self.stepped(request, b'Q')?, data.angle)
-        };
-        let mut depths = depths(first, height - data.allowance, 2.0, data.least, 1).filter(|_| height >= first)?;
-        let further = data.finishes - usize::from(data.allowance <= 0.0);
+    fn said(&self, request: &Request) -> Option<Said> {
+        let said = if request.any(b"K") { self.one_block(request) } else { self.two_blocks(request) };
+        said.filter(|said| said.angle.abs() < STRAIGHT)
+    }
+
+    /// Fanuc: P height, Q depth of the first pass, the rest in the block before.
+    fn two_blocks(&self, request: &Request) -> Option<Said> {
+        let data = self.state.thread;
+        let (height, first) = (self.stepped(request, b'P')?, self.stepped(request, b'Q')?);
+        let roughed = height - data.allowance;
+        if !(data.allowance >= 0.0 && roughed > 0.0 && height >= first) {
+            return None;
+        }
+        let mut depths = macro_depths(first, roughed, 2.0, data.least)?;
+        let further = data.finishes - usize::from(data.allowance == 0.0);
         depths.extend(std::iter::repeat_n(height, further));
-        Some((height, angle, depths))
+        Some(Said { height, angle: data.angle, depths, pull_out: data.pull_out, one_block: false, both: false })
+    }
+
+    /// Haas, and Fanuc in one block: K height, D depth of the first pass, A angle; P 1 and 2 a constant area, 3 and 4 a
+    /// constant depth, cut on one flank (1, 3) or on both in turn (2, 4).
+    fn one_block(&self, request: &Request) -> Option<Said> {
+        let height = request.get(b'K')? * self.state.modal.mm();
+        let method = request.get(b'P').map_or(1, |p| p.round() as i64);
+        let degression = if method >= 3 { 1.0 } else { 2.0 };
+        let first = self.stepped(request, b'D').filter(|first| (1..=4).contains(&method) && height >= *first)?;
+        let angle = request.get(b'A').unwrap_or(0.0);
+        let depths = macro_depths(first, height, degression, 0.0)?;
+        Some(Said { height, angle, depths, pull_out: None, one_block: true, both: method % 2 == 0 })
+    }
+}
+
+/// Depths up to the full one, which is cut once.
+fn macro_depths(first: f64, full: f64, degression: f64, least: f64) -> Option<Vec<f64>> {
+    let mut found = depths(first, full, degression, least, 1)?;
+    // Rounding must not make a further pass where one comes out at the full depth.
+    found.dedup_by(|after, before| (*after - *before).abs() < SAME);
+    Some(found)
+}
+
+/// What the words of a thread say: mm, degrees.
+struct Said {
+    height: f64,
+    angle: f64,
+    depths: Vec<f64>,
+    pull_out: Option<f64>,
+    /// The least step and what is left for finishing are settings of the control.
+    one_block: bool,
+    /// The passes go in along one flank and the other in turn.
+    both: bool,
+}
+
+impl Said {
+    /// Tangent of the angle at which the passes go in.
+    fn slant(&self) -> f64 {
+        if self.both {
+            0.0
+        } else {
+            (self.angle / 2.0).to_radians().tan()
+        }
+    }
+
+    /// What is taken where the words leave it to the control.
+    fn taken(&self) -> Option<String> {
+        let parts = [
+            (self.slant() != 0.0, "where its passes begin along Z, taken along the flank"),
+            (self.both, "how they go in on both flanks, taken straight in"),
+            (self.pull_out.is_none(), "how it is pulled out, taken as square"),
+            (self.one_block, "the least step and what is left for finishing, taken as none"),
+        ];
+        let left: Vec<_> = parts.into_iter().filter(|(left, _)| *left).map(|(_, what)| what).collect();
+        (!left.is_empty()).then(|| format!("left to the control: {}", left.join("; ")))
     }
 }

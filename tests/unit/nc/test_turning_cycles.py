@@ -8,6 +8,7 @@ from trueloop.errors import Code
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import Motion, ToolPath
 
+Row = tuple[str, float, float]
 START = "G21\nG00 X60. Z2.\n"
 
 
@@ -95,9 +96,66 @@ def test_a_thread_inside() -> None:
     assert path.end_mm[path.motion == Motion.THREAD, 0].tolist() == [10]
 
 
-def test_a_thread_whose_depths_make_no_sense_is_refused() -> None:
-    for text in ("G76 X20. Z-20. P1000 F1.", "G76 X20. Z-20. P1000 Q2000 F1."):
-        assert [found.code for found in run(text).findings] == [Code.NC_MISPLACED]
+def test_a_thread_is_pulled_out_at_45_degrees_over_tenths_of_its_lead() -> None:
+    """P0112..: 12 tenths of the lead 2 mm are 2.4 mm (HUST H6D-T manual, page 3-59); from z = -17.6 at radius 10."""
+    path = run("G76 P011200 Q100 R0\nG76 X20. Z-20. P1000 Q1000 F2.")
+    assert rows(path) == [
+        ("rapid", 10, 2),
+        ("thread", 10, -17.6),
+        ("thread", 12.4, -20),
+        ("rapid", 30, -20),
+        ("rapid", 30, 2),
+    ]
+    assert path.findings == ()
+
+
+def test_a_thread_in_inches_with_its_least_step() -> None:
+    """G76 as a shop had it: height 0.0511, first 0.012, least 0.002 in. 0.012 (sqrt 9 - sqrt 8) is more than 0.002,
+    0.012 (sqrt 10 - sqrt 9) less: from depth 0.036 on it is 0.002 a pass, seven more to 0.050, then 0.0511, twice."""
+    words = b"G20\nG00 X2. Z.2\nG76 P020060 Q20 R0.\nG76 X1.6398 Z-2.275 P511 Q120 F.083333"
+    path = read_program(words, "fanuc-lathe").run()
+    cut = path.motion == Motion.THREAD
+    depths = [0.012 * math.sqrt(n) for n in range(1, 10)] + [0.036 + 0.002 * n for n in range(1, 8)] + [0.0511] * 2
+    assert path.end_mm[cut, 0] / 25.4 == pytest.approx([1.6398 / 2 + 0.0511 - depth for depth in depths])
+    assert path.feed[cut] == pytest.approx(0.083333 * 25.4)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("G76 P010060 Q0 R0\nG76 X20. Z-20. P1000 Q500 F1.", "where its passes begin along Z"),
+        ("G76 X20. Z-20. P1000 Q500 F1.", "how it is pulled out"),
+        ("G76 X20. Z-20. K1. D.5 F1.", "the least step and what is left for finishing"),
+    ],
+)
+def test_what_a_thread_leaves_to_the_control_is_said(words: str, said: str) -> None:
+    (found,) = run(words).findings
+    assert (found.code, found.severity) == (Code.NC_OPAQUE, "note")
+    assert said in found.message
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "X20. Z-20. P1000 F1.",  # no first depth
+        "X20. Z-20. P1000 Q2000 F1.",  # deeper than the thread
+        "X20. P1000 Q500 F1.",  # no length
+        "Z-20. P1000 Q500 F1.",  # no side on which the part is
+        "X20. Z-20. K1. D.5 P7 F1.",  # no way of cutting
+        "X20. Z-20. K1. D.5 A180 F1.",  # no point
+    ],
+)
+def test_a_thread_whose_words_make_no_sense_is_refused(words: str) -> None:
+    path = run(f"G76 {words}")
+    assert [found.code for found in path.findings] == [Code.NC_MISPLACED]
+    assert len(path) == 1
+
+
+def test_more_left_for_finishing_than_the_thread_is_high_is_refused() -> None:
+    """R2 without a point is 2 mm here; a control that counts it as 0.002 mm would cut another thread."""
+    path = run("G76 P010060 Q0 R2\nG76 X20. Z-20. P1000 Q500 F1.")
+    assert Code.NC_MISPLACED in [found.code for found in path.findings]
+    assert len(path) == 1
 
 
 def test_drilling_the_face_counts_r_from_the_start() -> None:
