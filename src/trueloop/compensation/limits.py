@@ -9,6 +9,7 @@ import numpy as np
 from trueloop.compensation.contour import CentrePiece
 from trueloop.compensation.shift import Shift
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc
 from trueloop.units import UM_PER_MM
 
 SAMPLES = 201
@@ -44,6 +45,36 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
                     hint="look at the touches there first: a bad touch is likelier than such an error",
                     override=f"compensation.{key} in the job",
                 )
+
+
+def check_nose(pieces: Sequence[CentrePiece]) -> None:
+    """Refuses a concave arc that the correction makes too tight for the nose, and a feature that it leaves nothing of.
+
+    The centre paths of such an arc and its neighbours do not cross where they should, or the arc's own turns back.
+    """
+    tight = [piece for piece in pieces if _radius_left_mm(piece) <= piece.shifted.nose_radius_mm]
+    lost = sorted((piece for piece in pieces if not _cuts(piece)), key=_radius_left_mm)
+    for piece in (*tight, *lost):
+        feature, nose_mm = piece.shifted.feature, piece.shifted.nose_radius_mm
+        what = f"the nose (radius {nose_mm:.4f} mm) does not fit into {feature.name!r} as corrected"
+        if isinstance(feature, Arc):
+            what += f": the arc's radius is {feature.radius_mm:.4f} mm, bent tighter than the nose by its correction"
+        hint = "take a smaller nose, or look at the touches there and beside it: a bad one bends the contour most"
+        raise TrueloopError(Code.GEO_NOSE, what, hint=hint)
+
+
+def _radius_left_mm(piece: CentrePiece) -> float:
+    """Radius of a concave arc less the most by which it is moved out of the material; infinite for other features."""
+    feature = piece.shifted.feature
+    if not isinstance(feature, Arc) or feature.curvature_per_mm(0.0) > 0:
+        return np.inf
+    s = np.linspace(0.0, feature.length_mm, SAMPLES)
+    return feature.radius_mm - float(np.max(piece.shifted.shift.value_mm(s)))
+
+
+def _cuts(piece: CentrePiece) -> bool:
+    """Whether any of the feature itself is cut."""
+    return max(piece.start_mm, 0.0) < min(piece.end_mm, piece.shifted.feature.length_mm)
 
 
 def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:

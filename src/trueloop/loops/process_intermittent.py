@@ -14,7 +14,7 @@ import numpy as np
 from trueloop import __version__
 from trueloop.compensation.contour import CentrePiece, centre_pieces, shifted_contour
 from trueloop.compensation.decide import Decision, decide
-from trueloop.compensation.limits import Limits, check_limits, check_scatter
+from trueloop.compensation.limits import Limits, check_limits, check_nose, check_scatter
 from trueloop.compensation.prediction import Prediction, predict
 from trueloop.compensation.record import ChangedWord, Record, record_id
 from trueloop.compensation.shift import Shift, ShiftFunction
@@ -156,6 +156,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     shifts = corrected_shifts(profile, model, decision, told, options.weight, options.errors_follow)
     before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
     after = centre_pieces(profile, shifted_contour(profile, shifts.contour, nose))
+    check_nose(after)
     check_limits(after, shifts.correction, options.limits)
     ways, driven = (before, after), None
     if told.match.on_contour:  # written is the contour itself: the control keeps the nose off it

@@ -1,16 +1,19 @@
 """Refusals of a correction, its table, and its record."""
 
+import math
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
 import pytest
 
-from trueloop.compensation.contour import centre_pieces, shifted_contour
-from trueloop.compensation.limits import Limits, check_age, check_limits
+from trueloop.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.compensation.limits import Limits, check_age, check_limits, check_nose
 from trueloop.compensation.record import check_same_program, check_uncorrected, record_id, sha256_of
 from trueloop.compensation.shift import ZERO, Shift, sampled
 from trueloop.compensation.table import correction_table
 from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, Feature, Line
+from trueloop.geometry.profile import Profile, junctions_of
 
 from .shapes import FEATURES, NOSE_RADIUS_MM, PART
 
@@ -40,6 +43,36 @@ def test_too_steep_a_correction_is_refused() -> None:
     error = refused(on_cylinder(-0.05, 0.05), Limits(slope=0.001))
     assert error.code is Code.CMP_SLOPE
     assert "1.4 µm/mm" in error.message
+
+
+FILLET: tuple[Feature, ...] = (
+    Line("face", (20.0, 0.0), (10.82, 0.0)),
+    Arc("fillet", (10.82, 0.0), (10.0, 0.82), (10.82, 0.82), -math.pi / 2),
+    Line("cylinder", (10.0, 0.82), (10.0, 30.0)),
+)
+
+
+def fillet_pieces(*shift_mm: float) -> tuple[CentrePiece, ...]:
+    """A fillet of radius 0.82 mm, moved out of the material by that much along it, for a nose of 0.8 mm."""
+    profile = Profile(FILLET, junctions_of(FILLET))
+    along = np.linspace(0.0, FILLET[1].length_mm, len(shift_mm))
+    shifts = [ZERO, sampled(along, np.array(shift_mm)), ZERO]
+    return centre_pieces(profile, shifted_contour(profile, shifts, 0.8))
+
+
+@pytest.mark.parametrize("shift_mm", [(0.021,), (0.0, 0.05, 0.0), (0.05, 0.05, 0.0)])
+def test_a_fillet_bent_tighter_than_the_nose_is_refused_by_its_name(shift_mm: tuple[float, ...]) -> None:
+    """0.82 - 0.021 mm is less than 0.8; bent in its middle alone its centre paths cross nowhere near it."""
+    with pytest.raises(TrueloopError) as caught:
+        check_nose(fillet_pieces(*shift_mm))
+    assert caught.value.code is Code.GEO_NOSE
+    assert "(radius 0.8000 mm) does not fit into 'fillet'" in caught.value.message
+    assert "0.8200 mm" in caught.value.message
+
+
+@pytest.mark.parametrize("shift_mm", [(0.019,), (-0.05,), (0.0, 0.01, 0.0)])
+def test_a_fillet_that_stays_wider_than_the_nose_passes(shift_mm: tuple[float, ...]) -> None:
+    check_nose(fillet_pieces(*shift_mm))
 
 
 def test_a_correction_within_limits_passes() -> None:

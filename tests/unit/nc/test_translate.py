@@ -1,5 +1,6 @@
 """Programs written in another dialect send the tool where the source does; what is lost is said."""
 
+import math
 import tomllib
 from pathlib import Path
 
@@ -244,3 +245,57 @@ def test_what_looks_like_a_comment_in_a_comment_is_part_of_it() -> None:
     written = of("G21 G18 (one; two)\nG0 X1 ; (three)\nM2\n", "linuxcnc", "fanuc-lathe").source.decode()
     assert written.count("two") == written.count("three") == 1
     assert "(one; two)" in written
+
+
+def test_two_rows_of_one_tool_stay_two_edges_on_a_sinumerik() -> None:
+    """T0202 and T0212 are two offsets: with one edge for both, one of two cuts would be off by their difference."""
+    lathe = "G21 G18\nT0202\nG00 X10. Z1.\nT0212\nG00 X9.\nT0200\nT0404\nG00 X8.\nT0414\nT0202\nG00 X7."
+    made = of(lathe, "fanuc-lathe", "siemens")
+    lines = [line for line in made.source.decode().split() if line[0] in "TD" and line[1:].isdigit()]
+    assert lines == ["T2", "D1", "T2", "D2", "T2", "D0", "T4", "D1", "T4", "D2", "T2", "D1"]
+    assert [loss for loss in lost(made, Severity.WARNING) if "row 12 " in loss and "D2 of tool 2" in loss]
+    later = of("G21 G18\nT0212\nG00 X9. Z1.\nT0202\nG00 X8.", "fanuc-lathe", "siemens").source
+    assert later.index(b"D2") < later.index(b"D1")  # the tool's own row is D1, whenever it comes
+
+
+def test_a_row_that_tools_share_comes_into_force_with_each_of_them() -> None:
+    """Row 1 is the second edge of tool 2 there: with T2 alone its first one would be in force."""
+    made = of("G21 G18\nT0202\nG00 X9. Z1.\nT0101\nG00 X8.\nT0201\nG00 X7.", "fanuc-lathe", "siemens")
+    assert made.source.split()[-5:-2] == [b"T2", b"D2", b"G00"]
+
+
+def test_ten_rows_of_one_tool_are_more_than_it_has_edges() -> None:
+    lathe = "G21 G18\n" + "".join(f"T02{row}\nG00 X9. Z{row}.\n" for row in range(11, 21))
+    with pytest.raises(TrueloopError, match="more than 9 rows"):
+        of(lathe, "fanuc-lathe", "siemens")
+
+
+def test_rows_of_the_table_that_klartext_has_not_got_are_told() -> None:
+    both = of("G21\nT2 M06\nG43 H2 Z9.\nG00 X1. Y1.\nG43 H12 Z9.\nG01 X2. F100.", "fanuc-mill", "heidenhain")
+    assert ["row 12" in loss for loss in lost(both, Severity.ERROR)] == [True]
+    one = of("G21\nT2 M06\nG43 H12 Z9.\nG00 X1. Y1.", "fanuc-mill", "heidenhain")
+    assert not lost(one, Severity.ERROR)
+    assert [loss for loss in lost(one, Severity.WARNING) if "row 12" in loss]
+
+
+def test_a_row_of_three_digits_has_no_room_in_t() -> None:
+    """T02112 would be tool 21 with row 12."""
+    with pytest.raises(TrueloopError, match="NC-LOST") as refused:
+        of("G21 G18\nT2 M6 G43 H112\nG0 X1 Z1", "linuxcnc", "fanuc-lathe")
+    assert "row 112" in refused.value.message
+
+
+@pytest.mark.parametrize(
+    ("end", "longer", "slant"),
+    [("X16. Z-20.", "K", math.hypot(3, 20) / 20), ("X80. Z-20.", "I", math.hypot(35, 20) / 35)],
+)
+def test_the_lead_of_a_taper_counts_as_each_control_has_it(end: str, longer: str, slant: float) -> None:
+    """From X10. (radius 5) and Z0. Fanuc and Sinumerik count it on the axis on which the thread is longer (Siemens
+    6FC5398-1BP10-2BA0, page 169), LinuxCNC along the thread."""
+    fanuc = f"G21 G18\nG00 X10. Z0.\nG32 {end} F2."
+    assert f" {longer}2.0\n".encode() in of(fanuc, "fanuc-lathe", "siemens").source
+    linuxcnc = of(fanuc, "fanuc-lathe", "linuxcnc").source
+    assert f" K{round(2 * slant, 6)}\n".encode() in linuxcnc
+    back = of(linuxcnc.decode(), "linuxcnc", "haas-lathe").source
+    lead = float(back.split(b"G32")[1].split()[2][1:])
+    assert lead == pytest.approx(2.0, abs=1e-6)

@@ -28,6 +28,7 @@ from trueloop.nc.translation.statements import (
     Verbatim,
     WorkOffset,
 )
+from trueloop.nc.translation.tool_rows import edge, two_digits
 
 
 def write(target: Target, state: InForce, statement: Statement) -> Writing:
@@ -100,10 +101,12 @@ def _tool(target: Target, state: InForce, tool: ToolChange) -> Writing:
     state = state.now("tool", str(tool.number))
     if target.control.tool_offset == "T":
         row = tool.number if tool.offset is None else tool.offset
-        yield f"T{tool.number:02d}{row:02d}"
+        yield from two_digits(tool.number, row)
         if tool.offset is None:
             yield Lost(Severity.WARNING, f"row {row} of the offset table comes into force with the tool")
         return state.now("tool offset", str(row))
+    if target.control.tool_offset == "D":
+        state = state.now("tool offset", "")  # a new tool comes with an edge of its own
     by_m6 = target.control.tool_offset == "G43" or tool.by_m6
     yield block(f"T{tool.number}", "M06" if by_m6 else "")
     if tool.offset is None:
@@ -119,11 +122,9 @@ def _length_offset(target: Target, state: InForce, offset: LengthOffset) -> Writ
         return state
     match target.control.tool_offset:
         case "T":
-            yield f"T{tool:02d}{row:02d}"
+            yield from two_digits(tool, row)
         case "D":
-            yield "D1" if offset.on else "D0"
-            if offset.on and row not in (0, 1, tool):
-                yield Lost(Severity.WARNING, f"row {row} of the offset table becomes edge D1 of the tool")
+            yield from edge(target.rows.get(tool, ()), tool, row)
         case _:
             yield block("G43", f"H{row}" if row else "") if offset.on else "G49"
     return state.now("tool offset", str(row))

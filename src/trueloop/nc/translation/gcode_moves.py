@@ -113,7 +113,9 @@ def thread(target: Target, state: InForce, thread: Thread) -> Writing:
         yield Lost(Severity.ERROR, "a thread", refuses=True)
         return state
     words, state = _positions(target, state, thread.end_mm)
-    yield block(target.control.thread, *words, f"{target.control.lead}{number(thread.lead, 6)}")
+    letter = target.control.lead[thread.axis % len(target.control.lead)]
+    lead = thread.lead * (thread.slant if target.control.lead_along_path else 1.0)
+    yield block(target.control.thread, *words, f"{letter}{number(lead, 6)}")
     return state.now("feed", "")
 
 

@@ -15,11 +15,15 @@ NOWHERE: Vector = (math.nan, math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Target:
-    """The dialect to be written, its row, and the decimals of coordinates where they are asked for."""
+    """The dialect to be written, its row, and the decimals of coordinates where they are asked for.
+
+    `rows` of the offset table that each tool is used with, as `rows_of_tools` has them.
+    """
 
     dialect: Dialect
     control: Control
     decimals: int | None = None
+    rows: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -82,8 +82,13 @@ def _tool(_: Target, state: InForce, tool: ToolChange) -> Writing:
     return state.now("tool", str(tool.number))
 
 
-def _length_offset(_: Target, state: InForce, offset: LengthOffset) -> Writing:
-    if offset.on:
+def _length_offset(target: Target, state: InForce, offset: LengthOffset) -> Writing:
+    tool = int(state.words.get("tool", "0"))
+    if offset.on and offset.number not in (None, tool):
+        one_of_several = len(target.rows.get(tool, ())) > 1
+        severity = Severity.ERROR if one_of_several else Severity.WARNING
+        yield Lost(severity, f"row {offset.number} of the offset table: TOOL CALL takes the length of tool {tool}")
+    elif offset.on:
         yield Lost(Severity.NOTE, "TOOL CALL takes the tool's length")
     elif state.words.get("tool"):
         yield Lost(Severity.WARNING, "the tool's length stays in force: TOOL CALL has taken it")

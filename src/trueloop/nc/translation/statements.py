@@ -139,10 +139,16 @@ class Circle:
 
 @dataclass(frozen=True)
 class Thread:
-    """A line synchronised with the spindle; `lead` in program units a revolution."""
+    """A line synchronised with the spindle.
+
+    `lead`: program units a revolution along `axis`, that on which it is longest (X a radius); `slant`: its length over
+    that on this axis.
+    """
 
     end_mm: Partial
     lead: float
+    axis: int = 2
+    slant: float = 1.0
 
 
 @dataclass(frozen=True)

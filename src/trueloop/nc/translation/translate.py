@@ -8,7 +8,7 @@ position register (G92) stay words. Cutter compensation stays too: what is writt
 import hashlib
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from trueloop.errors import Code, Finding, Place, TrueloopError
@@ -22,6 +22,7 @@ from trueloop.nc.translation.in_force import decimals as places
 from trueloop.nc.translation.kind import require_same_kind
 from trueloop.nc.translation.source import statements
 from trueloop.nc.translation.statements import Lost, Remark
+from trueloop.nc.translation.tool_rows import rows_of_tools
 
 MOST_DECIMALS: Final = 9
 KLARTEXT: Final = "heidenhain"
@@ -70,6 +71,8 @@ def translate(
     names_tools = any(word.letter == "T" and '"' in word.text for word in words)
     source = Source(program, path, from_control, target.control, same, by_m6, names_tools)
     require_same_kind(source, to)
+    if target.control.tool_offset in ("D", "call"):
+        target = replace(target, rows=rows_of_tools(said for _, said in statements(source)))
     lines, losses, state = _written(target, _headed(source, to), program.file)
     lines = _framed(source, target, lines)
     text = "\n".join(lines) + "\n"
