@@ -1,7 +1,7 @@
 """Rivals and ours side by side: timed in turn in one run, told as ratios of medians per round.
 
 Absolute times do not hold from machine to machine, and a machine's speed changes while it works: every round times each
-contender once, one after the other, and a ratio compares times of the same round.
+contender for a while, one after the other, and a ratio compares times of the same round.
 """
 
 import multiprocessing
@@ -13,7 +13,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-SAMPLE_S = 0.01  # a shorter call is repeated within a sample until the clock's own resolution no longer matters
+SAMPLE_S = 0.2
+"""A shorter call is repeated within a sample, whoever's it is: it is timed with warm caches and memory, not with what
+the contender before left of them."""
 
 
 @dataclass(frozen=True)

@@ -84,10 +84,13 @@ class NcProgram:
 
 def nc_survey(
     source: bytes, dialect: str
-) -> tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], tuple[int | None, int | None, int | None]]:
+) -> tuple[
+    int, bool, tuple[bool, bool, bool], list[tuple[str, int]], tuple[int | None, int | None, int | None, int | None]
+]:
     """Of whole lines: the number of blocks, whether one may send its run elsewhere (a loop, a call, a contour by
     number), which of X, Y and Z are named, the block in which each letter is first met, and those that first set an
-    offset by G10, first set the position register, and first go to a place of the machine.
+    offset by G10, first set the position register, first go to a place of the machine, and first make a spline or a
+    tangent arc.
     """
 
 def nc_mentions(text: bytes, word: bytes) -> bool:

@@ -2,6 +2,7 @@
 
 import pytest
 
+from benches import ratio
 from benches.ratio import Contender, Samples, compare, process
 
 
@@ -12,7 +13,10 @@ def test_a_ratio_compares_times_of_the_same_round() -> None:
     assert samples.median_s("rival") == 20.0
 
 
-def test_contenders_run_in_turn_and_the_table_has_a_row_each(capsys: pytest.CaptureFixture[str]) -> None:
+def test_contenders_run_in_turn_and_the_table_has_a_row_each(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ratio, "SAMPLE_S", 1e-4)
     calls: list[str] = []
     contenders = [Contender("ours", lambda: calls.append("o")), Contender("rival", lambda: calls.append("r"), "1e-9")]
     samples = compare("a title", contenders, rounds=3, note_heading="error")

@@ -29,7 +29,7 @@ use standing::Standing;
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
 pub use mention::mentions;
 pub use refusal::Refusal;
-pub use role::{frame_blocks, letters, named_axes};
+pub use role::{first_blocks, letters, named_axes};
 pub use standing::{said, Saying};
 
 /// What is accepted.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use nc_program::dialect::{Letters, G};
-use nc_program::{Program, WordKind};
+use nc_program::{Motion, Program, WordKind};
 
 /// Letters of positions and increments.
 const COORDINATES: Letters = Letters::of(b"XYZUVW");
@@ -59,15 +59,16 @@ pub(crate) fn names(program: &Program, block: usize, axis: usize) -> bool {
     program.words_of(block).iter().any(|word| AXIS_LETTERS[axis].has(word.letter))
 }
 
-/// The blocks in which a code first sets a work offset or a tool's data (G10), first sets the position register, and first
-/// goes to a place of the machine.
-pub fn frame_blocks(program: &Program) -> [Option<usize>; 3] {
-    let mut first = [None; 3];
+/// The blocks in which a code first sets a work offset or a tool's data (G10), first sets the position register, first
+/// goes to a place of the machine, and first makes a curve that its own words do not tell: a spline, a tangent arc.
+pub fn first_blocks(program: &Program) -> [Option<usize>; 4] {
+    let mut first = [None; 4];
     for word in program.words() {
         let what = match program.code(word) {
             Some(G::SetData | G::SetWorkOffset) => 0,
             Some(G::SetRegister) => 1,
             Some(G::MachineCoordinates | G::Home(_) | G::HomeNamed(_)) => 2,
+            Some(G::Motion(Motion::Spline(_) | Motion::Tangent) | G::EndSpline) => 3,
             _ => continue,
         };
         let block = program.block_at(word.start as usize);

@@ -213,6 +213,12 @@ impl<'a> Reader<'a> {
         if first == self.dialect.brackets.1 {
             return None; // by far the most often what comes
         }
+        let doubled = self.source.get(self.at + 1) == Some(&first);
+        if self.dialect.functions != Functions::Siemens && !doubled {
+            if let Some(operator) = ARITHMETIC.iter().find(|operator| operator.text[0] == first) {
+                return Some(operator); // as good as always one of these four
+            }
+        }
         let rest = self.source.get(self.at..)?;
         let own: &[Operator] = match self.dialect.functions {
             Functions::None => &[],

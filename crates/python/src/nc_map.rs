@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use nc_map::field::Trouble;
 use nc_map::{
-    frame_blocks, letters, mentions, named_axes, Affine, Field, Grid, Limits, Mapper, Place,
+    first_blocks, letters, mentions, named_axes, Affine, Field, Grid, Limits, Mapper, Place,
     Refusal, Saying, Vector,
 };
 use nc_program::{jumps, Options, Program};
@@ -321,12 +321,12 @@ const NOWHERE: Place = Place {
     travel: [0; 3],
 };
 
-type FrameBlocks = (Option<usize>, Option<usize>, Option<usize>);
+type FirstBlocks = (Option<usize>, Option<usize>, Option<usize>, Option<usize>);
 
 /// Number of blocks, whether one may send its run elsewhere, which of X, Y, Z are named, the block in which each letter
-/// is first met, and the blocks that first set an offset by G10, first set the position register, and first go to a place
-/// of the machine.
-type Surveyed = (usize, bool, [bool; 3], Vec<(char, usize)>, FrameBlocks);
+/// is first met, and the blocks that first set an offset by G10, first set the position register, first go to a place of the
+/// machine, and first make a spline or a tangent arc.
+type Surveyed = (usize, bool, [bool; 3], Vec<(char, usize)>, FirstBlocks);
 
 /// Of some lines of a program.
 #[pyfunction]
@@ -344,10 +344,10 @@ fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<S
                         .into_iter()
                         .map(|(letter, block)| (letter.into(), block))
                         .collect(),
-                    frame_blocks(&program).into(),
+                    first_blocks(&program).into(),
                 )
             }
-            Err(_) => (0, true, [true; 3], Vec::new(), (None, None, None)),
+            Err(_) => (0, true, [true; 3], Vec::new(), (None, None, None, None)),
         }),
     )
 }

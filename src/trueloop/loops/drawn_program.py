@@ -8,15 +8,12 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit import KLARTEXT
 from trueloop.nc.explicit_splines import gives_spline
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import ANGLED, SHAPE, TURNS
 from trueloop.nc.tool_path import Motion, ToolPath
 from trueloop.nc.written_out import WrittenOut, written_out
 
-_TANGENT: Final = re.compile(rb"\bCTP?\b", re.IGNORECASE)
-"""Tangent arcs have no word with a value."""
 _SHAPING: Final = re.compile(
     rb",[ \t]*[RCA]|RND|CHF|CHR|ANG|A[RP]|RP|\bC[TP]|\bLP|CIP|[PI][AR][-+ \t\d]|A[ \t]*[-+\d.#]|[@^]", re.IGNORECASE
 )
@@ -27,12 +24,10 @@ _SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b
 """Splines of LinuxCNC, G5 to G5.2; they may match more. One that minds no case takes four times as long."""
 
 
-def is_drawn(lines: bytes, letters: Collection[str], dialect: str) -> bool:
-    """Whether words of some lines shape moves beside their ends; `letters` are those of their words."""
-    if dialect == "linuxcnc":
-        return any(code.search(lines) for code in _SPLINE)
+def has_shapes(letters: Collection[str], dialect: str) -> bool:
+    """Whether words of these letters shape moves beside their ends."""
     shapes = SHAPE - {TURNS} | ({"A"} if dialect.startswith(ANGLED) else set())
-    return bool(shapes & set(letters) or (dialect in ("siemens", KLARTEXT) and _TANGENT.search(lines)))
+    return dialect != "linuxcnc" and bool(shapes & set(letters))
 
 
 def written_out_file(

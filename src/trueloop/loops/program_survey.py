@@ -11,18 +11,18 @@ from typing import Final, TypeAlias
 from trueloop._core import nc_survey
 from trueloop.compensation.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.loops.drawn_program import is_drawn
+from trueloop.loops.drawn_program import has_shapes
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.guess import guess_dialect
 
-CHUNK: Final = 1 << 20
+CHUNK: Final = 1 << 17
 """Bytes read at a time, to which the rest of their last line comes."""
 LARGE: Final = CHUNK // 2
 """So many bytes are read beside hashing and searching them; a thread costs more than it saves with fewer."""
 
 
-_Frames: TypeAlias = tuple[int | None, int | None, int | None]
-_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _Frames]
+_First: TypeAlias = tuple[int | None, int | None, int | None, int | None]
+_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _First]
 """What `nc_survey` tells of some lines."""
 
 
@@ -64,9 +64,9 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
 
     Raises NC-FILE, NC-DIALECT, and CMP-TWICE where it was corrected before.
     """
-    digest, jumps, named, drawn, line = hashlib.sha256(), False, (False, False, False), False, 1
+    digest, jumps, named, line = hashlib.sha256(), False, (False, False, False), 1
     letters: dict[str, int] = {}
-    frames: _Frames = (None, None, None)
+    first: _First = (None, None, None, None)
     with ThreadPoolExecutor(1) as beside:
         for lines in lines_of(path):
             dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
@@ -75,22 +75,24 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
                 read = beside.submit(read).result
             digest.update(lines)
             _require_uncorrected(path, lines, line)
-            blocks, jumps_here, named_here, letters_here, frames_here = read()
+            blocks, jumps_here, named_here, letters_here, first_here = read()
             jumps, named = jumps or jumps_here, _any(named, named_here)
-            drawn = drawn or is_drawn(lines, [letter for letter, _ in letters_here], dialect)
             for letter, block in letters_here:
                 letters.setdefault(letter, line + block)
-            frames = _first(frames, frames_here, line)
+            first = _first(first, first_here, line)
             line += blocks
     known = dialect or guess_dialect(b"", str(path))
-    return Survey(known, digest.hexdigest(), jumps, named, letters, *frames, drawn)
+    *_, curve = first
+    drawn = curve is not None or has_shapes(letters, known)
+    return Survey(known, digest.hexdigest(), jumps, named, letters, *first[:3], drawn)
 
 
-def _first(before: _Frames, blocks: _Frames, line: int) -> _Frames:
-    def of(known: int | None, block: int | None) -> int | None:
+def _first(before: _First, blocks: _First, line: int) -> _First:
+    def of(index: int) -> int | None:
+        known, block = before[index], blocks[index]
         return line + block if known is None and block is not None else known
 
-    return of(before[0], blocks[0]), of(before[1], blocks[1]), of(before[2], blocks[2])
+    return of(0), of(1), of(2), of(3)
 
 
 def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[bool, bool, bool]:
