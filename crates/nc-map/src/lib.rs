@@ -7,6 +7,8 @@
 
 mod edits;
 pub mod field;
+mod fit;
+mod geometry;
 mod lines;
 mod mention;
 mod part;

@@ -6,7 +6,8 @@ use nc_program::{MoveKind, Program, ToolPath};
 
 use crate::edits::Edits;
 use crate::field::{Field, Trouble, Vector};
-use crate::pieces::{pieces, Fault, Geometry, Piece};
+use crate::geometry::Geometry;
+use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
 use crate::role::{names_axis, Role};

@@ -2,17 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use nc_program::{Arc, MoveKind, Plane, ToolPath};
+use nc_program::{Arc, MoveKind};
 
-use crate::field::{sum, Field, Place, Trouble, Vector};
+use crate::field::{sum, Field, Trouble, Vector};
+use crate::fit::{chord_error, circle, ARC_PROBES};
+use crate::geometry::Geometry;
 
 /// Pieces of one move: more would mean that the field jumps there.
 const MOST: f64 = 4096.0;
-/// Intervals between the points at which a straight piece is looked at, and those of one turn of an arc.
+/// Intervals between the points at which a straight piece is looked at.
 const LINE_PROBES: usize = 4;
-const ARC_PROBES: usize = 8;
-/// An axis that goes less than this stands, mm.
-const STANDS_MM: f64 = 1e-9;
 /// An arc by its radius that turns as much, up to as much less than a full turn, hangs on the last digit of that.
 const LOOSE_RAD: f64 = TAU / 3.0;
 /// Over less than this no slope is looked at, mm.
@@ -55,140 +54,6 @@ struct Stretch {
     straight: bool,
 }
 
-/// The geometry of a move, by shares of it.
-pub(crate) struct Geometry<'a> {
-    path: &'a ToolPath,
-    /// Index into the path's arcs, for each move.
-    arc_of: Vec<u32>,
-    /// The way each axis went last before the end of each move; empty for a field to which it is all one.
-    travel: Vec<[i8; 3]>,
-    /// How far an arc may leave its plane, mm, in metric and inch programs, where the control has no helices.
-    flat_mm: Option<[f64; 2]>,
-}
-
-impl<'a> Geometry<'a> {
-    /// `travel` is that before the first move, and is taken on to the last's where the field asks for it.
-    pub fn new(path: &'a ToolPath, travel: &mut [i8; 3], knows_travel: bool, flat_mm: Option<[f64; 2]>) -> Self {
-        let mut arc_of = vec![u32::MAX; path.len()];
-        for (index, arc) in path.arcs.iter().enumerate() {
-            if let Some(slot) = arc_of.get_mut(arc.of_move) {
-                *slot = index as u32;
-            }
-        }
-        let mut geometry = Self { path, arc_of, travel: Vec::new(), flat_mm };
-        if knows_travel {
-            geometry.travel = (0..path.len()).map(|index| geometry.goes_on(index, travel)).collect();
-        }
-        geometry
-    }
-
-    fn goes_on(&self, of_move: usize, travel: &mut [i8; 3]) -> [i8; 3] {
-        *travel = turned(*travel, self.way(of_move, 1.0 - 1e-6));
-        *travel
-    }
-
-    pub fn arc(&self, of_move: usize) -> Option<&'a Arc> {
-        self.path.arcs.get(*self.arc_of.get(of_move)? as usize)
-    }
-
-    pub fn plane(&self, of_move: usize) -> Plane {
-        self.path.states[self.path.state[of_move] as usize].plane
-    }
-
-    /// The programmed point at a share of the move.
-    fn point(&self, of_move: usize, share: f64) -> Vector {
-        let (start, end) = (self.path.start[of_move], self.path.end[of_move]);
-        if share <= 0.0 || share >= 1.0 {
-            return if share <= 0.0 { start } else { end };
-        }
-        let mut point = [0, 1, 2].map(|axis| start[axis] + share * (end[axis] - start[axis]));
-        if let Some(arc) = self.arc(of_move) {
-            let (first, second, _) = self.plane(of_move).axes();
-            let spoke = |at: &Vector| (at[first] - arc.centre[first], at[second] - arc.centre[second]);
-            let ((u, v), (u_end, v_end)) = (spoke(&start), spoke(&end));
-            let angle = v.atan2(u) - arc.sweep * share;
-            let radius = u.hypot(v) + share * (u_end.hypot(v_end) - u.hypot(v));
-            point[first] = arc.centre[first] + radius * angle.cos();
-            point[second] = arc.centre[second] + radius * angle.sin();
-        }
-        point
-    }
-
-    /// The way that each axis goes at a share of the move, mm a share; only its sign is of use.
-    fn way(&self, of_move: usize, share: f64) -> Vector {
-        let (start, end) = (self.path.start[of_move], self.path.end[of_move]);
-        let mut way = [0, 1, 2].map(|axis| end[axis] - start[axis]);
-        if let Some(arc) = self.arc(of_move) {
-            let (first, second, _) = self.plane(of_move).axes();
-            let (u, v) = (start[first] - arc.centre[first], start[second] - arc.centre[second]);
-            let angle = v.atan2(u) - arc.sweep * share;
-            (way[first], way[second]) = (arc.sweep * u.hypot(v) * angle.sin(), -arc.sweep * u.hypot(v) * angle.cos());
-        }
-        way
-    }
-
-    /// What a field has to know of a stretch: the way is that of its middle, for no axis turns round within it.
-    fn place(&self, of_move: usize, middle: f64) -> Place {
-        let index = self.path.state[of_move] as usize;
-        let (state, origin) = (&self.path.states[index], &self.path.origins[index]);
-        let travel = self.travel.get(of_move).map(|travel| turned(*travel, self.way(of_move, middle)));
-        Place {
-            work_offset: state.work_offset,
-            tool: state.tool,
-            shift: origin.register,
-            tool_offset: origin.tool.unwrap_or([f64::NAN; 3]),
-            travel: travel.unwrap_or_default(),
-        }
-    }
-
-    /// The stretches to begin with: the whole move, or an arc from quadrant to quadrant where the way of travel counts.
-    fn stretches(&self, of_move: usize) -> Result<Vec<Stretch>, Fault> {
-        let whole = Stretch { of_move, from: 0.0, to: 1.0, probes: LINE_PROBES, straight: false };
-        let Some(arc) = self.arc(of_move) else {
-            return Ok(vec![whole]);
-        };
-        let turns = (arc.sweep.abs() / TAU - 1e-9).ceil().max(1.0) as usize;
-        if self.travel.is_empty() {
-            return Ok(vec![Stretch { probes: turns * ARC_PROBES, ..whole }]);
-        }
-        if turns > 1 {
-            return Err(Fault::Turns(of_move));
-        }
-        let mut ends = self.quadrants(of_move, arc);
-        ends.push(1.0);
-        let starts = std::iter::once(0.0).chain(ends.iter().copied());
-        Ok(starts.zip(ends.iter()).map(|(from, to)| Stretch { from, to: *to, probes: ARC_PROBES, ..whole }).collect())
-    }
-
-    /// Whether an arc leaves its plane where the control has no helices.
-    fn leaves_plane(&self, of_move: usize, by: &[Vector]) -> bool {
-        let state = &self.path.states[self.path.state[of_move] as usize];
-        let (_, _, third) = state.plane.axes();
-        let off = |most: f64| by.iter().any(|other| (other[third] - by[0][third]).abs() > most);
-        self.flat_mm.is_some_and(|flat| off(flat[usize::from(state.inch)]))
-    }
-
-    /// Shares at which an axis of the arc's plane turns round.
-    fn quadrants(&self, of_move: usize, arc: &Arc) -> Vec<f64> {
-        let (first, second, _) = self.plane(of_move).axes();
-        let start = self.path.start[of_move];
-        let from = (start[second] - arc.centre[second]).atan2(start[first] - arc.centre[first]);
-        let share = |quarter: i32| (from - f64::from(quarter) * TAU / 4.0) / arc.sweep;
-        let mut found: Vec<f64> = (-8..=8).map(share).filter(|share| (1e-6..1.0 - 1e-6).contains(share)).collect();
-        found.sort_by(f64::total_cmp);
-        found
-    }
-}
-
-/// The way of travel after going that way: an axis that stands keeps the way it came.
-fn turned(travel: [i8; 3], way: Vector) -> [i8; 3] {
-    [0, 1, 2].map(|axis| match way[axis] {
-        along if along > STANDS_MM => 1,
-        along if along < -STANDS_MM => -1,
-        _ => travel[axis],
-    })
-}
-
 /// The pieces of the moves of those indices, in order. Moves not at feed, threads, and those that arrive from a place
 /// that is not known, go straight to the displaced end.
 pub(crate) fn pieces(
@@ -208,13 +73,32 @@ pub(crate) fn pieces(
     let mut pieces = straight(geometry, &ends, field, &arrives)?;
     let mut stretches = Vec::new();
     for of_move in others {
-        stretches.extend(geometry.stretches(of_move)?);
+        stretches.extend(to_begin_with(geometry, of_move)?);
     }
     while !stretches.is_empty() {
         stretches = round(geometry, stretches, field, tolerance_mm, &mut pieces)?;
     }
     pieces.sort_by(|a, b| a.of_move.cmp(&b.of_move).then(a.share.total_cmp(&b.share)));
     Ok(pieces)
+}
+
+/// The stretches to begin with: the whole move, or an arc from quadrant to quadrant where the way of travel counts.
+fn to_begin_with(geometry: &Geometry, of_move: usize) -> Result<Vec<Stretch>, Fault> {
+    let whole = Stretch { of_move, from: 0.0, to: 1.0, probes: LINE_PROBES, straight: false };
+    let Some(arc) = geometry.arc(of_move) else {
+        return Ok(vec![whole]);
+    };
+    let turns = (arc.sweep.abs() / TAU - 1e-9).ceil().max(1.0) as usize;
+    if !geometry.knows_travel() {
+        return Ok(vec![Stretch { probes: turns * ARC_PROBES, ..whole }]);
+    }
+    if turns > 1 {
+        return Err(Fault::Turns(of_move));
+    }
+    let mut ends = geometry.quadrants(of_move, arc);
+    ends.push(1.0);
+    let starts = std::iter::once(0.0).chain(ends.iter().copied());
+    Ok(starts.zip(ends.iter()).map(|(from, to)| Stretch { from, to: *to, probes: ARC_PROBES, ..whole }).collect())
 }
 
 /// Moves that go straight to their displaced end. Where a cut starts is looked at for its slope alone.
@@ -321,60 +205,4 @@ fn is_loose(arc: &Arc, stretch: &Stretch, by: &[Vector]) -> bool {
     let turned = arc.sweep.abs() * (stretch.to - stretch.from);
     let shifted = || stretch.from == 0.0 && stretch.to == 1.0 && by.iter().all(|other| apart(other, &by[0]) <= SAME_MM);
     !arc.radius.is_nan() && (LOOSE_RAD..TAU - LOOSE_RAD).contains(&turned) && !shifted()
-}
-
-/// Largest distance of the points from those that share the way from the first to the last evenly.
-fn chord_error(points: &[Vector]) -> f64 {
-    let (Some(first), Some(last)) = (points.first(), points.last()) else {
-        return 0.0;
-    };
-    let count = (points.len() - 1) as f64;
-    let off = |(index, point): (usize, &Vector)| {
-        let share = index as f64 / count;
-        let difference = [0, 1, 2].map(|axis| point[axis] - first[axis] - share * (last[axis] - first[axis]));
-        (difference[0].powi(2) + difference[1].powi(2) + difference[2].powi(2)).sqrt()
-    };
-    points.iter().enumerate().map(off).fold(0.0, f64::max)
-}
-
-/// Centre of the helix through the points; `None` where it misses one by more than the tolerance.
-fn circle(points: &[Vector], plane: Plane, tolerance_mm: f64) -> Option<Vector> {
-    let (first, second, third) = plane.axes();
-    let flat = |point: &Vector| [point[first], point[second]];
-    let (start, end) = (points.first()?, points.last()?);
-    // On a full circle first and last point coincide: two others of its first turn determine it.
-    let closed = distance(flat(start), flat(end)) < 0.1 * distance(flat(start), flat(points.get(ARC_PROBES / 2)?));
-    let chosen = if closed || points.len() > ARC_PROBES + 1 { [3, 5] } else { [ARC_PROBES / 2, ARC_PROBES] };
-    let centre = through(flat(start), flat(points.get(chosen[0])?), flat(points.get(chosen[1])?))?;
-    let radius = distance(flat(start), centre);
-    let angle = |point: &Vector| (point[second] - centre[1]).atan2(point[first] - centre[0]);
-    let (mut turned, mut before, mut last) = (Vec::new(), angle(start), 0.0);
-    for point in points {
-        last += (angle(point) - before + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
-        before = angle(point);
-        turned.push(last);
-    }
-    for (point, angle) in points.iter().zip(&turned) {
-        let across = point[third] - start[third] - angle / last * (end[third] - start[third]);
-        let off = (distance(flat(point), centre) - radius).hypot(across);
-        if off.is_nan() || off > tolerance_mm {
-            return None;
-        }
-    }
-    let mut whole = *start;
-    (whole[first], whole[second]) = (centre[0], centre[1]);
-    Some(whole)
-}
-
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
-/// Centre of the circle through three points of a plane.
-fn through(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<[f64; 2]> {
-    let (bx, by, cx, cy) = (b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]);
-    let twice = 2.0 * (bx * cy - by * cx);
-    let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
-    let centre = [a[0] + (cy * b2 - by * c2) / twice, a[1] + (bx * c2 - cx * b2) / twice];
-    centre.iter().all(|value| value.is_finite()).then_some(centre)
 }

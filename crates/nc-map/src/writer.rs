@@ -14,9 +14,10 @@ use nc_program::{Modal, MoveKind, Program, ToolPath, Word};
 
 use crate::edits::Edits;
 use crate::field::{sum, Vector};
+use crate::geometry::Geometry;
 use crate::lines::new_lines;
 use crate::part::Course;
-use crate::pieces::{Geometry, Piece};
+use crate::pieces::Piece;
 use crate::refusal::Refused;
 use crate::standing::{is_increment, Standing};
 use crate::text::Step;

@@ -1,0 +1,130 @@
+//! The geometry of a path's moves, by shares of each.
+
+use std::f64::consts::TAU;
+
+use nc_program::{Arc, Plane, ToolPath};
+
+use crate::field::{Place, Vector};
+
+/// An axis that goes less than this stands, mm.
+const STANDS_MM: f64 = 1e-9;
+
+/// A path with what its moves do on their way.
+pub(crate) struct Geometry<'a> {
+    pub path: &'a ToolPath,
+    /// Index into the path's arcs, for each move.
+    arc_of: Vec<u32>,
+    /// The way each axis went last before the end of each move; empty for a field to which it is all one.
+    travel: Vec<[i8; 3]>,
+    /// How far an arc may leave its plane, mm, in metric and inch programs, where the control has no helices.
+    flat_mm: Option<[f64; 2]>,
+}
+
+impl<'a> Geometry<'a> {
+    /// `travel` is that before the first move, and is taken on to the last's where the field asks for it.
+    pub fn new(path: &'a ToolPath, travel: &mut [i8; 3], knows_travel: bool, flat_mm: Option<[f64; 2]>) -> Self {
+        let mut arc_of = vec![u32::MAX; path.len()];
+        for (index, arc) in path.arcs.iter().enumerate() {
+            if let Some(slot) = arc_of.get_mut(arc.of_move) {
+                *slot = index as u32;
+            }
+        }
+        let mut geometry = Self { path, arc_of, travel: Vec::new(), flat_mm };
+        if knows_travel {
+            geometry.travel = (0..path.len()).map(|index| geometry.goes_on(index, travel)).collect();
+        }
+        geometry
+    }
+
+    fn goes_on(&self, of_move: usize, travel: &mut [i8; 3]) -> [i8; 3] {
+        *travel = turned(*travel, self.way(of_move, 1.0 - 1e-6));
+        *travel
+    }
+
+    pub fn arc(&self, of_move: usize) -> Option<&'a Arc> {
+        self.path.arcs.get(*self.arc_of.get(of_move)? as usize)
+    }
+
+    pub fn plane(&self, of_move: usize) -> Plane {
+        self.path.states[self.path.state[of_move] as usize].plane
+    }
+
+    /// The programmed point at a share of the move.
+    pub fn point(&self, of_move: usize, share: f64) -> Vector {
+        let (start, end) = (self.path.start[of_move], self.path.end[of_move]);
+        if share <= 0.0 || share >= 1.0 {
+            return if share <= 0.0 { start } else { end };
+        }
+        let mut point = [0, 1, 2].map(|axis| start[axis] + share * (end[axis] - start[axis]));
+        if let Some(arc) = self.arc(of_move) {
+            let (first, second, _) = self.plane(of_move).axes();
+            let spoke = |at: &Vector| (at[first] - arc.centre[first], at[second] - arc.centre[second]);
+            let ((u, v), (u_end, v_end)) = (spoke(&start), spoke(&end));
+            let angle = v.atan2(u) - arc.sweep * share;
+            let radius = u.hypot(v) + share * (u_end.hypot(v_end) - u.hypot(v));
+            point[first] = arc.centre[first] + radius * angle.cos();
+            point[second] = arc.centre[second] + radius * angle.sin();
+        }
+        point
+    }
+
+    /// The way that each axis goes at a share of the move, mm a share; only its sign is of use.
+    fn way(&self, of_move: usize, share: f64) -> Vector {
+        let (start, end) = (self.path.start[of_move], self.path.end[of_move]);
+        let mut way = [0, 1, 2].map(|axis| end[axis] - start[axis]);
+        if let Some(arc) = self.arc(of_move) {
+            let (first, second, _) = self.plane(of_move).axes();
+            let (u, v) = (start[first] - arc.centre[first], start[second] - arc.centre[second]);
+            let angle = v.atan2(u) - arc.sweep * share;
+            (way[first], way[second]) = (arc.sweep * u.hypot(v) * angle.sin(), -arc.sweep * u.hypot(v) * angle.cos());
+        }
+        way
+    }
+
+    /// What a field has to know of a stretch: the way is that of its middle, for no axis turns round within it.
+    pub fn place(&self, of_move: usize, middle: f64) -> Place {
+        let index = self.path.state[of_move] as usize;
+        let (state, origin) = (&self.path.states[index], &self.path.origins[index]);
+        let travel = self.travel.get(of_move).map(|travel| turned(*travel, self.way(of_move, middle)));
+        Place {
+            work_offset: state.work_offset,
+            tool: state.tool,
+            shift: origin.register,
+            tool_offset: origin.tool.unwrap_or([f64::NAN; 3]),
+            travel: travel.unwrap_or_default(),
+        }
+    }
+
+    /// Whether the way of travel counts.
+    pub fn knows_travel(&self) -> bool {
+        !self.travel.is_empty()
+    }
+
+    /// Whether an arc leaves its plane where the control has no helices.
+    pub fn leaves_plane(&self, of_move: usize, by: &[Vector]) -> bool {
+        let state = &self.path.states[self.path.state[of_move] as usize];
+        let (_, _, third) = state.plane.axes();
+        let off = |most: f64| by.iter().any(|other| (other[third] - by[0][third]).abs() > most);
+        self.flat_mm.is_some_and(|flat| off(flat[usize::from(state.inch)]))
+    }
+
+    /// Shares at which an axis of the arc's plane turns round.
+    pub fn quadrants(&self, of_move: usize, arc: &Arc) -> Vec<f64> {
+        let (first, second, _) = self.plane(of_move).axes();
+        let start = self.path.start[of_move];
+        let from = (start[second] - arc.centre[second]).atan2(start[first] - arc.centre[first]);
+        let share = |quarter: i32| (from - f64::from(quarter) * TAU / 4.0) / arc.sweep;
+        let mut found: Vec<f64> = (-8..=8).map(share).filter(|share| (1e-6..1.0 - 1e-6).contains(share)).collect();
+        found.sort_by(f64::total_cmp);
+        found
+    }
+}
+
+/// The way of travel after going that way: an axis that stands keeps the way it came.
+fn turned(travel: [i8; 3], way: Vector) -> [i8; 3] {
+    [0, 1, 2].map(|axis| match way[axis] {
+        along if along > STANDS_MM => 1,
+        along if along < -STANDS_MM => -1,
+        _ => travel[axis],
+    })
+}
