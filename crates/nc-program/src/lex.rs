@@ -8,6 +8,9 @@ use crate::number;
 use crate::program::{Block, Word, WordKind};
 use crate::scan::Scanner;
 
+/// What a comma may stand before: angle, chamfer, rounding. Any other letter would be a coordinate that is lost.
+const CORNERS: [u8; 3] = *b"acr";
+
 /// Words are seldom shorter on the average: a list of words that grows is copied, memory never filled costs nothing.
 const LEAST_BYTES_A_WORD: usize = 4;
 
@@ -278,7 +281,7 @@ impl Lexer<'_> {
     fn comma_word(&mut self) {
         let start = self.at;
         let letter = self.source.get(start + 1).map_or(0, u8::to_ascii_lowercase);
-        match self.scanner.value_end(start + 2).filter(|_| letter.is_ascii_alphabetic()) {
+        match self.scanner.value_end(start + 2).filter(|_| CORNERS.contains(&letter)) {
             Some(end) => self.push(start, end, letter, WordKind::Expression, f64::NAN),
             None => self.unknown(start),
         }

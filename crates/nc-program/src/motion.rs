@@ -2,7 +2,7 @@
 
 use crate::arc::{self, Circle};
 use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
-use crate::dialect::G;
+use crate::dialect::{FlowStyle, G};
 use crate::finding;
 use crate::modal::Motion;
 use crate::path::{MoveKind, INHERITED};
@@ -31,6 +31,7 @@ impl Runner<'_> {
             Motion::Spline(spline) => return self.spline(request, spline),
             _ => {}
         }
+        self.warn_named_twice(request);
         let (mut end, mut words) = self.target(request, in_machine);
         self.angled_target(request, &mut end, &mut words);
         let kind = match self.state.modal.motion {
@@ -53,17 +54,36 @@ impl Runner<'_> {
             self.lead_mm = self.lead(request);
         }
         self.emit(kind, end, words);
-        if request.any(b"R") {
-            let word = request.word(b'R');
+        let of_arcs: &[u8] = if kind == MoveKind::Thread { b"R" } else { b"RIJK" };
+        if let Some(letter) = of_arcs.iter().find(|letter| request.get(**letter).is_some()) {
+            let word = request.word(*letter);
             let message = format!("{} on a straight move has no meaning", self.word_text(word));
-            let hint = "a block may have lost its G02 or G03";
+            let hint =
+                "a block may have lost its G02 or G03; a corner as older lathes have it is written with ,R or ,C";
             self.warn(finding::MISPLACED, self.word_start(word), message, hint);
         }
     }
 
+    /// A position and an increment of one axis.
+    fn warn_named_twice(&mut self, request: &Request) {
+        for (position, increment) in AXES.into_iter().zip(self.dialect_increments().unwrap_or_default()) {
+            if request.get(position).is_some() && request.get(increment).is_some() {
+                let (one, other) = (request.word(position), request.word(increment));
+                let (first, last) = (one.min(other), one.max(other));
+                let (first_text, last_text) = (self.word_text(first), self.word_text(last));
+                let message = format!("\"{last_text}\" after \"{first_text}\" in one block: the last counts");
+                self.warn(finding::DUPLICATE, self.word_start(last), message, "write one of the two");
+            }
+        }
+    }
+
     /// Lead of a thread, mm: beside the axis, but where it is written as the feed.
-    fn lead(&self, request: &Request) -> f64 {
+    fn lead(&mut self, request: &Request) -> f64 {
         let beside = CENTRES.iter().find_map(|letter| request.get(*letter));
+        if beside.is_none() && self.program.dialect().flow != FlowStyle::Macro {
+            let hint = "write K, or I of a face thread: F is no lead there";
+            self.refuse(finding::MISPLACED, self.block_start(), "a thread without its lead".into(), hint);
+        }
         beside.map_or(f64::NAN, |lead| lead * self.state.modal.mm())
     }
 
@@ -71,8 +91,10 @@ impl Runner<'_> {
     pub(crate) fn target(&self, request: &Request, in_machine: bool) -> ([f64; 3], [i32; 3]) {
         let (mut end, mut words) = (self.state.position, [INHERITED; 3]);
         for axis in 0..3 {
-            let Some(value) = request.get(AXES[axis]) else {
-                let letter = self.dialect_increments().map_or(0, |letters| letters[axis]);
+            let letter = self.dialect_increments().map_or(0, |letters| letters[axis]);
+            // Of a position and an increment the last one counts.
+            let position = request.get(AXES[axis]).filter(|_| request.word(AXES[axis]) > request.word(letter));
+            let Some(value) = position else {
                 if let Some(value) = request.get(letter) {
                     end[axis] += value * self.state.modal.axis_mm(axis);
                     words[axis] = request.word(letter);

@@ -28,7 +28,7 @@ pub const GE2000T: Dialect = Dialect {
     tool_offset: ToolOffset::Unknown,
     rules: Rules::USUAL,
     other_axes: Letters::of(b""),
-    letters: Letters::of(b"FGIJKMNPQRSTUWXYZ"),
+    letters: Letters::of(b"FGIJKMNPQRSTXYZ"),
     g: g_code,
     m: m_code,
     initial: Modal { inch: true, diameter: true, plane: Plane::Zx, ..Modal::INITIAL },

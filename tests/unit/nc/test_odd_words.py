@@ -1,0 +1,64 @@
+"""Words as programs of shops have them by mistake: none is lost without a word."""
+
+import pytest
+
+from trueloop.errors import Code
+from trueloop.nc.program import read_program
+
+LATHE = "G21 G99 F.1\nG00 X20. Z5.\n"
+
+
+def codes(text: str, dialect: str) -> list[tuple[Code, int | None, int | None]]:
+    program = read_program(text.encode(), dialect)
+    findings = (*program.findings, *program.run(strict=False).findings)
+    return [(found.code, found.place.line, found.place.column) for found in findings]
+
+
+@pytest.mark.parametrize("dialect", ["fanuc-lathe", "fanuc-lathe-b", "haas-lathe"])
+@pytest.mark.parametrize(
+    ("words", "end", "column"),
+    [
+        ("X14. U1.", (10.5, 5.0), 10),
+        ("U1. X14.", (7.0, 5.0), 9),
+        ("Z-2. W-1.", (10.0, 4.0), 10),
+        ("W-1. Z-2.", (10.0, -2.0), 10),
+    ],
+)
+def test_of_a_position_and_an_increment_of_one_axis_the_last_counts_and_is_told(
+    dialect: str, words: str, end: tuple[float, float], column: int
+) -> None:
+    text = f"{LATHE}G01 {words}"
+    path = read_program(text.encode(), dialect).run()
+    assert tuple(path.end_mm[-1, [0, 2]]) == end
+    assert (Code.NC_DUPLICATE, 3, column) in codes(text, dialect)
+
+
+@pytest.mark.parametrize(("words", "column"), [("G01,X5.", 4), ("G01 X5.,Z2.", 8), ("G01 X5. ,W-1.", 9)])
+def test_a_coordinate_behind_a_comma_is_told(words: str, column: int) -> None:
+    assert codes(LATHE + words, "fanuc-lathe") == [(Code.NC_WORD, 3, column)]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "place"),
+    [
+        (f"{LATHE}G01 X10. I2.", "fanuc-lathe", (3, 10)),
+        (f"{LATHE}G01 Z-9. K2.", "haas-lathe", (3, 10)),
+        ("G21 G18 F1\nG64 P.01\nG1 X5 Z1\nG1 X6 I1", "linuxcnc", (4, 7)),
+        ("G71 G18 DIAMOF F1\nG1 X5 Z1\nG1 X6 K1", "siemens", (3, 7)),
+    ],
+)
+def test_a_centre_without_an_arc_is_told(text: str, dialect: str, place: tuple[int, int]) -> None:
+    """Older lathes cut a chamfer there, others stop."""
+    assert codes(text, dialect) == [(Code.NC_MISPLACED, *place)]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [("G21 G18\nG0 X5 Z1\nF1 G33 Z-5", "linuxcnc"), ("G71 G18 DIAMOF\nG0 X5 Z1\nF1 G33 Z-5", "siemens")],
+)
+def test_a_thread_whose_lead_is_not_written_does_not_take_the_feed_for_it(text: str, dialect: str) -> None:
+    assert (Code.NC_MISPLACED, 3, 1) in codes(text, dialect)
+
+
+def test_a_letter_that_the_ge_2000t_has_not_got_is_told() -> None:
+    assert codes("G70\nG00 X1.0\nU1.0 W2.0", "ge2000t") == [(Code.NC_WORD, 3, 1), (Code.NC_WORD, 3, 6)]
