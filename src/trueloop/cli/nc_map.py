@@ -135,6 +135,8 @@ def _field(
         return read_field(table)
     if scale is not None and not (math.isfinite(scale) and scale > 0):
         raise typer.BadParameter(f"{scale} is no scale", param_hint="--scale")
+    if rotate is not None and not math.isfinite(rotate):
+        raise typer.BadParameter(f"{rotate} is no angle in degrees", param_hint="--rotate")
     return similarity_field(
         shift_mm=vector_of(shift or "0,0,0", "--shift"),
         rotation_rad=math.radians(rotate or 0.0),

@@ -1,6 +1,8 @@
 """Reading a user's file, and what is said when there is none: the nearest name there is."""
 
 import difflib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from trueloop.errors import Code, Place, TrueloopError
@@ -8,8 +10,15 @@ from trueloop.errors import Code, Place, TrueloopError
 
 def read_input(path: Path, code: Code, *, hint: str) -> bytes:
     """The file's bytes. Raises `code` when it cannot be read, with the nearest name in its folder, else with `hint`."""
-    try:
+    with readable(path, code, hint=hint):
         return path.read_bytes()
+
+
+@contextmanager
+def readable(path: Path, code: Code, *, hint: str) -> Iterator[None]:
+    """What is read of the file in here raises `code` where it cannot be, as `read_input` does."""
+    try:
+        yield
     except FileNotFoundError as error:
         near = nearest_name(path)
         raise TrueloopError(
@@ -39,7 +48,7 @@ def read_text(path: Path, code: Code, *, hint: str) -> str:
 def nearest_name(path: Path) -> str | None:
     """The name in the path's folder most like the one asked for; None where none is like it."""
     try:
-        names = [entry.name for entry in path.parent.iterdir()]
+        names = [entry.name for entry in path.parent.iterdir() if entry.exists()]  # no links that lead nowhere
     except OSError:
         return None
     found = difflib.get_close_matches(path.name.lower(), [name.lower() for name in names], n=1)

@@ -116,7 +116,7 @@ def _umask() -> int:
 
 
 def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path]) -> None:
-    """No file to be written is another one, nor one that was read."""
+    """No file to be written is another one, nor one that was read, nor in the place of what is no file."""
     resolved = {path.resolve(): path for path in inputs}
     for name in names:
         if names.count(name) > 1:
@@ -131,6 +131,14 @@ def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path
                 Code.OUT_INPUT,
                 f"{name!r} would overwrite the input {str(source)!r}",
                 hint="write to another folder: `--output`, or `output.folder` in the job",
+                place=Place(str(folder / name)),
+            )
+        # A rename would put the file in the place of a device, where the user may do so.
+        if (folder / name).exists() and not (folder / name).is_file():
+            raise TrueloopError(
+                Code.OUT_FOLDER,
+                f"nothing was written: what {str(folder / name)!r} names is there and is no file",
+                hint="name a file that is new, or to be replaced",
                 place=Place(str(folder / name)),
             )
 

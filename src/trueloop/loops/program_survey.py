@@ -11,6 +11,7 @@ from typing import Final, TypeAlias
 from trueloop._core import nc_survey
 from trueloop.compensation.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import readable
 from trueloop.loops.drawn_program import has_shapes
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.guess import guess_dialect
@@ -46,17 +47,9 @@ class Survey:
 
 def lines_of(path: Path) -> Iterator[bytes]:
     """A file some whole lines at a time. Raises NC-FILE where it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            while lines := file.read(CHUNK) + file.readline():
-                yield lines
-    except OSError as error:
-        raise TrueloopError(
-            Code.NC_FILE,
-            f"{str(path)!r} cannot be read: {error.strerror or error}",
-            hint="name an NC program",
-            place=Place(str(path)),
-        ) from error
+    with readable(path, Code.NC_FILE, hint="name an NC program"), path.open("rb") as file:
+        while lines := file.read(CHUNK) + file.readline():
+            yield lines
 
 
 def survey_of(path: Path, dialect: str | None) -> Survey:

@@ -38,6 +38,11 @@ def test_without_a_name_like_it_the_plain_hint_is_given(folder: Path, asked: str
     assert _refusal(folder / asked).hint == "look again"
 
 
+def test_a_link_that_leads_nowhere_is_not_offered_for_itself(folder: Path) -> None:
+    (folder / "drawing.dxf").symlink_to(folder / "gone.dxf")
+    assert _refusal(folder / "drawing.dxf").hint == "look again"
+
+
 def test_a_folder_is_no_file(folder: Path) -> None:
     assert "Is a directory" in _refusal(folder).message
 

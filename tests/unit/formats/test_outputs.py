@@ -1,9 +1,11 @@
 """All files or none, whatever goes wrong on the way."""
 
+import os
 import resource
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -174,6 +176,23 @@ def test_what_fails_while_the_pieces_are_made_is_no_failure_to_write(tmp_path: P
             out.writelines(pieces())
         assert told.value is error
         assert _holds(tmp_path) == OLD
+
+
+@pytest.mark.parametrize("name", ["folder", "pipe", ""])
+def test_what_is_no_file_is_never_replaced(tmp_path: Path, name: str) -> None:
+    """A rename would put the file in the place of /dev/null, where the user may."""
+    (tmp_path / "folder").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+
+    def streamed() -> None:
+        with written_as_it_comes(tmp_path / name) as out:
+            out.write(b"x")
+
+    for write in (partial(write_all, tmp_path, [(name, b"x")]), streamed):
+        refusal = refused(write)
+        assert refusal.code is Code.OUT_FOLDER and "is no file" in refusal.message
+        assert refusal.place.file == str(tmp_path / name)
+    assert (tmp_path / "pipe").is_fifo() and sorted(path.name for path in tmp_path.iterdir()) == ["folder", "pipe"]
 
 
 def test_a_full_disk_met_by_a_piece_or_at_the_end_leaves_what_was_there(tmp_path: Path) -> None:
