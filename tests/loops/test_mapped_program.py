@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
+from tests.support.refusals import refused
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops import program_survey
 from trueloop.loops.mapped_program import MapOptions, map_program
@@ -112,12 +113,12 @@ def test_the_limits_hold_within_a_move_too(tmp_path: Path) -> None:
         np.array([0.0, 50.0, 100.0]), np.array([0.0]), np.array([0.0]), np.array([[0.0, 0, 0], [0, 5.0, 0], [0, 0, 0]])
     )
     source = "G21 F1\nG0 X0 Y0\nG1 X100\n"
-    with pytest.raises(TrueloopError, match=r"reaches 5.0000 mm .* limit is 0.15") as refused:
+    with pytest.raises(TrueloopError, match=r"reaches 5.0000 mm .* limit is 0.15") as refusal:
         mapped(tmp_path, source, bump, options=MapOptions(slope=1.0))
-    assert (refused.value.code, refused.value.place.line) == (Code.CMP_SIZE, 3)
-    with pytest.raises(TrueloopError, match=r"100.0 µm/mm") as refused:
+    assert (refusal.value.code, refusal.value.place.line) == (Code.CMP_SIZE, 3)
+    with pytest.raises(TrueloopError, match=r"100.0 µm/mm") as refusal:
         mapped(tmp_path, source, bump, options=MapOptions(limit_mm=10.0))
-    assert refused.value.code == Code.CMP_SLOPE
+    assert refusal.value.code == Code.CMP_SLOPE
     assert mapped(tmp_path, source, bump)[1].largest_mm[1] == pytest.approx(5.0)
 
 
@@ -216,10 +217,10 @@ def test_what_cannot_be_mapped_is_refused_with_its_place_and_nothing_written(
     tmp_path: Path, text: str, code: Code, line: int, words: str
 ) -> None:
     bend = function_field(lambda p: np.column_stack([1e-4 * p[:, 0] ** 2, 1e-5 * p[:, 0] ** 2, 0 * p[:, 0]]), "bend")
-    with pytest.raises(TrueloopError) as refused:
+    with pytest.raises(TrueloopError) as refusal:
         mapped(tmp_path, text, bend)
-    assert (refused.value.code, refused.value.place.line) == (code, line)
-    assert words in refused.value.message
+    assert (refusal.value.code, refusal.value.place.line) == (code, line)
+    assert words in refusal.value.message
     assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
 
 
@@ -227,18 +228,44 @@ def test_a_thread_in_passes_is_refused_even_where_nothing_is_left_to_the_control
     """X and Z of its words are its root; displaced by them alone, the passes would begin and end elsewhere."""
     shift = affine_field(np.eye(3), (0.01, 0, 0))
     thread = "G76 P010000 Q50 R.02\nG76 X18.16 Z-20. P920 Q300 F1.5\n"
-    with pytest.raises(TrueloopError) as refused:
+    with pytest.raises(TrueloopError) as refusal:
         mapped(tmp_path, f"G21\nG00 X24. Z4.\n{thread}M30\n", shift, "fanuc-lathe")
-    assert (refused.value.code, refused.value.place.line) == (Code.NC_MAP, 4)
+    assert (refusal.value.code, refusal.value.place.line) == (Code.NC_MAP, 4)
     assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text"),
+    [
+        ("fanuc-mill", "G21G17G90F1\nG1X10.Y0Z0\nG3X10.0Y0.00004I-10.J0\nG1X0\n"),
+        ("fanuc-mill", "G21G17G90F1\nG1X10.Y0Z0\nG3X10.0Y0.00004R10.\nG1X0\n"),
+        ("siemens", "G71G17G90F1\nG1X10Y0Z0\nG3X10Y0.00004I-10J0\nG1X0\n"),
+        ("heidenhain", "BEGIN PGM A MM\nL X+10 Y+0 Z+0 F1\nC X+10 Y+0,00004 DR+\nL X+0\n"),
+    ],
+)
+def test_an_arc_shorter_than_the_rounding_becomes_no_circle(tmp_path: Path, dialect: str, text: str) -> None:
+    text = text.replace("C X", "CC X+0 Y+0\nC X")
+    assert abs(read_program(text.encode(), dialect).run().sweep_rad).max() == pytest.approx(4e-6)
+    refusal = refused(mapped, tmp_path, text, affine_field(np.eye(3), (0.0, 0.01796, 0.0)), dialect)
+    assert refusal.code is Code.NC_MAP and refusal.place.line == text.count("\n") - 1
+    assert "would turn by 360.000 degrees" in refusal.message
+    assert not (tmp_path / "mapped.ngc").exists()
+
+
+def test_a_circle_whose_end_is_a_step_from_its_start_stays_whole(tmp_path: Path) -> None:
+    head = "G21G17G90F1\nG1X10.Y0Z0\n"
+    for end in ("X10.001Y0", "X10.Y-0.001", "X9.999Y0"):
+        text = f"{head}G3{end}I-10.J0\nG1X0\n"
+        written, _ = mapped(tmp_path, text, affine_field(np.eye(3), (0.0104, -0.0204, 0.0)), "fanuc-mill")
+        assert -path_of(written, "fanuc-mill").sweep_rad.sum() == pytest.approx(np.pi * 2, abs=2e-4)
 
 
 def test_an_unknown_code_is_seen_behind_a_thousand_slips(tmp_path: Path) -> None:
     """Coordinates without a decimal point are worth a warning each; what nobody knows must not drown in them."""
     slips = "".join(f"X{k} Y{k}\n" for k in range(1, 600))
-    with pytest.raises(TrueloopError) as refused:
+    with pytest.raises(TrueloopError) as refusal:
         mapped(tmp_path, f"G21 G90\nG0 X0. Y0. Z0.\nG1 F100.\n{slips}G123 X5.\nM30\n", MIXED, "fanuc-mill")
-    assert (refused.value.code, refused.value.place.line) == (Code.NC_CODE, 603)
+    assert (refusal.value.code, refusal.value.place.line) == (Code.NC_CODE, 603)
 
 
 def test_a_loop_whose_turns_are_displaced_alike_is_mapped(tmp_path: Path) -> None:
@@ -260,12 +287,12 @@ def test_limits_and_the_fields_own_end(tmp_path: Path) -> None:
     table = table_field(np.array([0.0, 10.0]), np.array([0.0]), np.array([0.0]), np.array([[0.0, 0, 0], [0.5, 0, 0]]))
     cut = "G21 F1\nG0 X0\nG1 X4\n"
     for options, code in ((MapOptions(), Code.CMP_SIZE), (MapOptions(limit_mm=1), Code.CMP_SLOPE)):
-        with pytest.raises(TrueloopError) as refused:
+        with pytest.raises(TrueloopError) as refusal:
             mapped(tmp_path, cut, table, options=options)
-        assert (refused.value.code, refused.value.place.line) == (code, 3)
-    with pytest.raises(TrueloopError, match="not known") as refused:
+        assert (refusal.value.code, refusal.value.place.line) == (code, 3)
+    with pytest.raises(TrueloopError, match="not known") as refusal:
         mapped(tmp_path, "G21 F1\nG0 X0\nG1 X10.1\n", table)
-    assert (refused.value.code, refused.value.place.line) == (Code.NC_FIELD, 3)
+    assert (refusal.value.code, refusal.value.place.line) == (Code.NC_FIELD, 3)
 
 
 def test_what_a_function_raises_reaches_its_author(tmp_path: Path) -> None:

@@ -187,6 +187,7 @@ impl<'a> Writer<'a> {
             if !self.is_about_pole(here) {
                 self.centre(here, arc, before, actual, centre, whole)?;
             }
+            self.require_turn(here, arc.sweep * first.share, [&before, &actual], &centre)?;
         }
         let end = self.path.end[here.index];
         if whole {
@@ -228,6 +229,9 @@ impl<'a> Writer<'a> {
             if let Some(centre) = piece.centre {
                 self.new_centre(here, centre, before, actual, &mut text);
                 text.extend(self.turn(here));
+                let share = pieces.get(number - 1).map_or(0.0, |before| before.share);
+                let sweep = self.geometry.arc(here.index).map_or(0.0, |arc| arc.sweep * (piece.share - share));
+                self.require_turn(here, sweep, [&before, &actual], &centre)?;
             }
             texts.push(text);
         }

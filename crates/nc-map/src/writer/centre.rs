@@ -1,5 +1,7 @@
 //! The words of centres and radii.
 
+use std::f64::consts::{PI, TAU};
+
 use super::{separate, Here, Writer};
 use crate::edits::is_value;
 use crate::field::Vector;
@@ -8,6 +10,8 @@ use crate::value::Value;
 use nc_program::{Arc, Word};
 
 const CENTRES: [u8; 3] = *b"IJK";
+/// An arc that turns by less is a full turn, of LinuxCNC at least.
+const FULL_TURN_RAD: f64 = 1e-6;
 
 impl Writer<'_> {
     /// I, J, K or R of the block's own arc.
@@ -50,6 +54,29 @@ impl Writer<'_> {
                 }
                 None => {}
             }
+        }
+        Ok(())
+    }
+
+    /// Rounding may lay the ends of a short arc on each other, or one behind the other: the control would make a full turn
+    /// of it, or nothing of one that ends near its start. `sweep` is what it has to turn, positive clockwise.
+    pub(super) fn require_turn(
+        &self,
+        here: &Here,
+        sweep: f64,
+        [from, to]: [&Vector; 2],
+        centre: &Vector,
+    ) -> Result<(), Refused> {
+        let (first, second, _) = here.state.plane.axes();
+        let centre = equidistant(*centre, *from, *to, first, second);
+        let arm = |at: &Vector| [at[first] - centre[first], at[second] - centre[second]];
+        let (from, to) = (arm(from), arm(to));
+        let left = (from[0] * to[1] - from[1] * to[0]).atan2(from[0] * to[0] + from[1] * to[1]);
+        let full = |turned: f64| if turned < FULL_TURN_RAD { TAU } else { turned };
+        let turned = full((-left * sweep.signum()).rem_euclid(TAU));
+        let wanted = sweep.abs() - TAU * ((sweep.abs() - FULL_TURN_RAD) / TAU).floor().max(0.0);
+        if (turned - wanted).abs() > PI {
+            return Err(self.other_turn(here, (to[0] - from[0]).hypot(to[1] - from[1]), turned));
         }
         Ok(())
     }

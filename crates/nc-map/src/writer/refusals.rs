@@ -45,6 +45,14 @@ impl Writer<'_> {
         Refused::block(self.block_start(here.block), message, hint)
     }
 
+    pub(super) fn other_turn(&self, here: &Here, chord_mm: f64, turned_rad: f64) -> Refused {
+        let turned = turned_rad.to_degrees();
+        let message =
+            format!("the arc would turn by {turned:.3} degrees: rounded, its ends are {chord_mm:.5} mm apart");
+        let hint = "write it as a line, or leave it out: it is shorter than the last digit of its coordinates";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
     pub(crate) fn arc_in_machine(&self, index: usize) -> Refused {
         let message = "an arc goes to a place of the machine, which is not displaced as its centre is".to_owned();
         let block = self.path.block[index] as usize;
