@@ -9,7 +9,9 @@ from trueloop.geometry.feature import Array
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import Motion
 
-STANDS_MM = 1e-9
+STANDS_MM = 1e-5
+"""What leads nowhere: no word says where a helix of Klartext ends, and the block after it makes up for its rounding."""
+
 SAME_MM = 1e-3
 
 

@@ -1,6 +1,8 @@
 //! Motion: what moves a block asks for.
 
-use crate::arc::{self, Circle};
+use std::f64::consts::TAU;
+
+use crate::arc::{self, Circle, Point};
 use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{FlowStyle, G};
 use crate::finding;
@@ -11,6 +13,13 @@ use crate::run::{Runner, AXES};
 
 /// Offsets of the arc centre, in order of axis index.
 const CENTRES: [u8; 3] = *b"IJK";
+
+/// LinuxCNC makes a full turn of an arc that turns by less.
+const LINUXCNC_FULL_TURN_RAD: f64 = 1e-6;
+
+/// No control of the others tells points apart that are nearer: their finest step is 0.1 µm.
+const SAME_POINT_MM: f64 = 1e-6;
+
 pub(crate) const POLAR: [u8; 2] = [POLAR_RADIUS, POLAR_ANGLE];
 
 impl Runner<'_> {
@@ -171,9 +180,9 @@ impl Runner<'_> {
         let turns = request.get(b'P').map_or(1.0, f64::round);
         let further = request.get(b't').map_or(0.0, f64::round);
         if self.program.dialect().turns && (1.0..=1e6).contains(&turns) {
-            std::f64::consts::TAU * (turns - 1.0)
+            TAU * (turns - 1.0)
         } else if (1.0..=1e6).contains(&further) {
-            std::f64::consts::TAU * further
+            TAU * further
         } else {
             0.0
         }
@@ -195,14 +204,28 @@ impl Runner<'_> {
         if given == [None, None] && (request.any(&POLAR) || self.program.dialect().about_pole) {
             let pole = [self.state.pole[first], self.state.pole[second]];
             let why = || format!("an arc whose pole ({:.5}, {:.5}) mm is its start or end", pole[0], pole[1]);
-            return arc::about(from, to, pole, clockwise).map(|circle| (circle, f64::NAN)).ok_or_else(why);
+            return self.about(from, to, pole, clockwise).ok_or_else(why);
         }
         if given == [None, None] {
             return Err(format!("G0{} without R or the centre's coordinates", if clockwise { 2 } else { 3 }));
         }
         let centre = [0, 1].map(|at| self.centre_coordinate(request, [first, second][at], from[at]));
         let why = || format!("an arc whose centre ({:.5}, {:.5}) mm is its start or end", centre[0], centre[1]);
-        arc::about(from, to, centre, clockwise).map(|circle| (circle, f64::NAN)).ok_or_else(why)
+        self.about(from, to, centre, clockwise).ok_or_else(why)
+    }
+
+    /// The circle about a given centre, without an R: a full turn where the end lies on the start but for what computing
+    /// them left.
+    fn about(&self, from: Point, to: Point, centre: Point, clockwise: bool) -> Option<(Circle, f64)> {
+        let mut circle = arc::about(from, to, centre, clockwise)?;
+        let least = match self.program.dialect().flow {
+            FlowStyle::OWords => LINUXCNC_FULL_TURN_RAD,
+            _ => SAME_POINT_MM / (from[0] - centre[0]).hypot(from[1] - centre[1]),
+        };
+        if circle.sweep.abs() < least {
+            circle.sweep = TAU.copysign(circle.sweep);
+        }
+        Some((circle, f64::NAN))
     }
 
     /// A coordinate of the centre; `I=AC()` is a diameter where X is.

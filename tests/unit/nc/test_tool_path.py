@@ -3,10 +3,12 @@
 import csv
 import io
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support.linuxcnc import interpret
 from trueloop.geometry.feature import Arc
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import CSV_HEADER, CoordinateState, Motion, ToolPath, csv_rows
@@ -100,3 +102,30 @@ def test_a_program_without_moves() -> None:
     assert len(path) == 0
     assert list(csv_rows(path)) == []
     assert path.feed.shape == (0,)
+
+
+@pytest.mark.parametrize("below_mm", [4e-7, -4e-7])
+@pytest.mark.parametrize(
+    ("dialect", "head", "arc"),
+    [
+        ("fanuc-mill", "G21G17G90G1X10.Y0F100\n", "G3X10.Y{}I-10.J0"),
+        ("siemens", "G71G17G90G1X10Y0F100\n", "G3 X10 Y{} I-10 J0"),
+        ("heidenhain", "BEGIN PGM A MM\nL X+10 Y+0 F100\nCC X+0 Y+0\n", "C X+10 Y{} DR+"),
+        ("linuxcnc", "G21G17G90G1X10Y0F100\n", "G3X10Y{}I-10J0"),
+    ],
+)
+def test_an_end_on_the_start_but_for_what_computing_left_makes_a_full_turn(
+    dialect: str, head: str, arc: str, below_mm: float
+) -> None:
+    """Not nothing at all: nobody programs an arc that no control can tell from its start."""
+    path = read_program((head + arc.format(f"{below_mm:+.9f}")).encode(), dialect).run()
+    assert path.sweep_rad[-1] == pytest.approx(-math.tau, abs=1e-6)
+
+
+def test_an_arc_of_a_step_of_the_control_is_one_but_where_linuxcnc_makes_it_a_full_turn(tmp_path: Path) -> None:
+    text = "G21G17G90\nG1X1000.Y0F100\nG3X1000.Y0.0005I-1000.J0\nM2\n"
+    (tmp_path / "arc.ngc").write_text(text)
+    judged = interpret(tmp_path / "arc.ngc")[-1].sweep_rad
+    own = read_program(text.encode(), "linuxcnc").run().sweep_rad[-1]
+    assert own == pytest.approx(judged) == pytest.approx(-math.tau)
+    assert read_program(text.encode(), "fanuc-mill").run().sweep_rad[-1] == pytest.approx(-5e-7)

@@ -224,6 +224,13 @@ def test_a_zero_set_by_the_program_becomes_part_of_the_positions_where_the_contr
     assert b"G92 X3.0\nG01 X5.0 F9.0\nG53 G00 X2.0" in kept.source
 
 
+def test_an_arc_that_only_names_its_third_axis_ends_where_it_says_and_a_circle_after_it_is_whole() -> None:
+    text = "G71 G17 G90 G94\nG1 X0 Y0 Z0 F1\nG2 X-0.02 Y0.06 Z0 I-0.1 J0\nX-0.02 Y0.06 I-0.1 J0\nM30\n"
+    made = translate(read_program(text.encode(), "siemens"), "heidenhain").source
+    assert b"C X-0.02 Y+0.06 DR-" in made and b"CP" not in made
+    assert read_program(made, "heidenhain").run().sweep_rad[-1] == pytest.approx(math.tau)
+
+
 def test_an_arc_that_rounding_would_make_a_full_circle_is_a_line() -> None:
     made = of("G21 G90 G0 X0 Y0\nG2 X0.0004 Y0 R5 F9", "linuxcnc", "fanuc-mill")
     assert b"G02" not in made.source and b"G01 X0.0 Y0.0 F9.0" in made.source

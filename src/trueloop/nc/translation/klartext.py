@@ -168,8 +168,9 @@ def _circle(target: Target, state: InForce, circle: Circle) -> Writing:
         yield Lost(Severity.ERROR, "compensation that begins or ends with an arc", refuses=True)
     if circle.plane != 17:
         yield Lost(Severity.WARNING, f"an arc in the plane G{circle.plane}: see on air that it turns the right way")
-    if circle.rises:
-        return (yield from _helix(target, state, circle))
+    rise = _rise(target, state, circle)
+    if float(rise):  # no helix where the third axis is only named: what CP leads to is not where the next block begins
+        return (yield from _helix(target, state, circle, rise))
     for piece in arcs.pieces(circle, step_mm(target, state)):
         if isinstance(piece, Straight):
             state = yield from _straight(target, state, piece)
@@ -196,7 +197,13 @@ def _arc(target: Target, state: InForce, circle: Circle) -> Writing:
     return state.now("feed", wanted)
 
 
-def _helix(target: Target, state: InForce, circle: Circle) -> Writing:
+def _rise(target: Target, state: InForce, circle: Circle) -> str:
+    third = 3 - sum(PLANE_AXES[circle.plane])
+    began_mm = _known(state.at_mm, circle.start_mm)
+    return position(target, state, third, circle.end_mm[third] - began_mm[third])[0]
+
+
+def _helix(target: Target, state: InForce, circle: Circle, rise: str) -> Writing:
     """By increments of angle and height about the pole: C has no third axis. The end is where these lead."""
     third = 3 - sum(PLANE_AXES[circle.plane])
     pole, pole_mm = _pole(target, state, circle)
@@ -204,7 +211,6 @@ def _helix(target: Target, state: InForce, circle: Circle) -> Writing:
     state = yield from _feed(state, circle.feed)
     angle = number(-math.degrees(circle.sweep_rad), decimals(target, state) + _ANGLE_DECIMALS)
     began_mm = _known(state.at_mm, circle.start_mm)
-    rise, _ = position(target, state, third, circle.end_mm[third] - began_mm[third])
     wanted = state.words.get("wanted feed", "")
     way = "DR-" if circle.sweep_rad > 0 else "DR+"
     yield block(f"CP IPA{_signed(angle)} I{AXES[third]}{_signed(rise)}", way, state.unless("feed", wanted))
