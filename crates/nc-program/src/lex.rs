@@ -14,6 +14,9 @@ const CORNERS: [u8; 3] = *b"acr";
 /// Words are seldom shorter on the average: a list of words that grows is copied, memory never filled costs nothing.
 const LEAST_BYTES_A_WORD: usize = 4;
 
+/// What editors put before a text in UTF-8. It stands before the first block and belongs to none.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
 /// Blocks and words of a source shorter than 4 GiB.
 pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
     let lines = memchr::memchr_iter(b'\n', source).count() + 1;
@@ -23,7 +26,7 @@ pub(crate) fn lex(source: &[u8], dialect: &Dialect) -> (Vec<Block>, Vec<Word>) {
         scanner: Scanner { source, dialect, gave_up_at: None },
         blocks: Vec::with_capacity(lines),
         words: Vec::with_capacity(source.len() / LEAST_BYTES_A_WORD + 1),
-        at: 0,
+        at: if source.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 },
     };
     while lexer.at < source.len() {
         lexer.block();
@@ -115,12 +118,13 @@ impl Lexer<'_> {
         Some(end)
     }
 
-    /// The letter at which a word starts, in upper case; that of a polar coordinate for its mark.
+    /// The letter at which a word starts, in upper case; that of a polar coordinate for its mark, O for a colon.
     #[inline]
     fn letter(&self, at: usize) -> u8 {
         match self.source.get(at) {
             Some(b'@') => POLAR_RADIUS,
             Some(b'^') => POLAR_ANGLE,
+            Some(b':') => b'O',
             byte => byte.map_or(0, u8::to_ascii_uppercase),
         }
     }

@@ -24,7 +24,8 @@ def insert_heading(program: Program, texts: Sequence[str]) -> Edit:
     """Writes blocks behind those that have to be first, numbered as the program is; at the top where there are none."""
     last = _last_of_heading(program)
     if last is None:
-        return Edit(0, 0, "".join(f"{text}{line_ending(program)}" for text in texts))
+        top = program.block(0).start if program.block_count else len(program.source)  # behind a byte order mark
+        return Edit(top, top, "".join(f"{text}{line_ending(program)}" for text in texts))
     return insert_blocks_after(program, last, texts)
 
 

@@ -34,6 +34,14 @@ def test_it_stands_behind_what_has_to_be_first(text: str, dialect: str, line: in
     assert "\n" not in written.replace(ending, "")
 
 
+def test_it_stands_behind_a_byte_order_mark() -> None:
+    for text in ("G21\nG0 X1\n", ""):
+        program = read_program(text.encode("utf-8-sig"), "fanuc-mill")
+        mark = program.dialect.comment("mark")
+        written = apply_edits(program, [insert_heading(program, [mark])])
+        assert written.decode("utf-8-sig") == f"{mark}\n{text}"
+
+
 def test_it_is_numbered_where_the_block_before_is() -> None:
     program = read_program(b"N0010 (ID,PROG, 1)\nN0020 G01 X1\n", "ge2000t")
     assert apply_edits(program, [insert_heading(program, ["! one", "! two"])]) == (

@@ -56,6 +56,23 @@ def test_a_word_knows_its_place_and_value() -> None:
     assert isinstance(program.word(0), Word)
 
 
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_byte_order_mark_is_no_part_of_the_first_word(dialect: str) -> None:
+    program = read_program("N1 G1 X5\nX6".encode("utf-8-sig"), dialect)
+    assert [word.text for word in program.block(0).words][-1] == "X5"
+    assert program.block(0).words[0].column == 1
+    assert [(block.line, block.start) for block in program.blocks] == [(1, 3), (2, 12)]
+
+
+def test_a_colon_is_the_o_of_a_program_s_number() -> None:
+    text = "%\n:1000(PLATE)\nG21G90\nM98P2000\nM30\n:2000\nG1X5.F1\nM99\n%\n"
+    for dialect in ("fanuc-mill", "haas-mill", "fanuc-lathe"):
+        program = read_program(text.encode(), dialect)
+        assert [word.letter for word in program.block(1).words] == ["O"]
+        path = program.run()
+        assert path.line.tolist() == [7] and not [found for found in path.findings if found.code != Code.NC_UNIT]
+
+
 def test_slash_blocks_are_known() -> None:
     program = read_program(b"/N10 G00 X1\nN20 G00 X2\n / N30\n", "ge2000t")
     assert [block.skipped for block in program.blocks] == [True, False, True]

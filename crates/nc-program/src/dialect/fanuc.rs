@@ -33,7 +33,12 @@ pub const FANUC_MILL: Dialect = Dialect {
     name: "fanuc-mill",
     names: Names::NONE,
     formulas: false,
-    classes: common_classes(&[(b'(', Class::Comment), (b'#', Class::Parameter), (b',', Class::Comma)]),
+    classes: common_classes(&[
+        (b'(', Class::Comment),
+        (b'#', Class::Parameter),
+        (b',', Class::Comma),
+        (b':', Class::Letter),
+    ]),
     brackets: (b'[', b']'),
     parameters: Parameters { mark: b'#', named: Naming::None, computed: true, unset_is_zero: false },
     functions: Functions::Macro,
