@@ -33,6 +33,7 @@ pub use mention::mentions;
 pub use refusal::Refusal;
 pub use role::{first_blocks, letters, named_axes};
 pub use standing::{said, Saying};
+pub use text::{writes_comma, Step};
 
 /// What is accepted.
 #[derive(Clone, Copy, Debug)]

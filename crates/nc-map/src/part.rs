@@ -12,7 +12,7 @@ use crate::reader::Part;
 use crate::refusal::{self, Refused};
 use crate::role::{names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
-use crate::text::Step;
+use crate::text::{writes_comma, Step};
 use crate::writer::pole::Poles;
 use crate::writer::Writer;
 use crate::Writing;
@@ -57,7 +57,8 @@ impl Writing {
         let Part { program, path, roles, .. } = &*part;
         let courses = self.courses(program, path, roles)?;
         let displaced: Vec<usize> = (0..path.len()).filter(|index| courses[*index].fate != Fate::Stays).collect();
-        let steps = [false, true].map(|inch| Step::of(program, inch));
+        let comma = writes_comma(program);
+        let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, comma));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
         let geometry = Geometry::new(path, &mut self.travel, field.knows_travel(), flat_mm);
         let arrives = |index: usize| courses[index].fate == Fate::Arrives;

@@ -1,14 +1,16 @@
 //! Numbers as text, in steps of the control's resolution.
 
-use nc_program::dialect::FlowStyle;
+use nc_program::dialect::{FlowStyle, Naming};
 use nc_program::{Dialect, Program, WordKind};
 
 use crate::value::closes_at_end;
 
 /// The smallest programmable step in a program unit, how many decimals it has, and how numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Step {
+pub struct Step {
+    /// Its size in program units.
     pub unit: f64,
+    /// How many decimals it has.
     pub decimals: usize,
     /// Steps in a program unit.
     scale: f64,
@@ -19,20 +21,12 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    pub fn of(program: &Program, inch: bool) -> Self {
-        let step = Self::plain(program.dialect(), inch);
-        if program.dialect().flow != FlowStyle::Labels {
-            return step;
-        }
-        let mut numbers = program.words().iter().filter(|word| word.kind == WordKind::Number);
-        let comma = numbers.any(|word| program.text(word).contains(&b','));
-        Self { plus: true, point: if comma { b',' } else { b'.' }, ..step }
-    }
-
-    fn plain(dialect: &Dialect, inch: bool) -> Self {
+    /// Of an inch or a metric program; `comma` as [`writes_comma`] says.
+    pub fn new(dialect: &Dialect, inch: bool, comma: bool) -> Self {
         let unit = if inch { dialect.resolution.0 } else { dialect.resolution.1 };
         let decimals = (-unit.log10()).round().max(0.0) as usize;
-        Self { unit, decimals, scale: 10f64.powi(decimals as i32), plus: false, point: b'.' }
+        let plus = dialect.flow == FlowStyle::Labels;
+        Self { unit, decimals, scale: 10f64.powi(decimals as i32), plus, point: if comma { b',' } else { b'.' } }
     }
 
     /// The number of steps nearest to a value in program units, halves to even.
@@ -110,7 +104,7 @@ impl Step {
     /// An expression plus a term: inside its own brackets, or in new ones where it has none.
     pub fn with_term(&self, out: &mut Vec<u8>, old: &[u8], steps: i64, dialect: &Dialect) {
         let (open, close) = dialect.brackets;
-        let inside = old.strip_suffix(&[close]).filter(|_| closes_at_end(old, open, close) && !compares(old));
+        let inside = old.strip_suffix(&[close]).filter(|_| closes_at_end(old, open, close) && !compares(old, dialect));
         match inside {
             Some(inside) => out.extend(inside),
             None => {
@@ -125,8 +119,22 @@ impl Step {
     }
 }
 
-/// Whether operators that bind more weakly than a sum may be in the text: EQ, NE, GT, GE, LT, LE, OR, XOR, AND.
-fn compares(text: &[u8]) -> bool {
+/// Whether a program of Klartext writes decimal commas.
+pub fn writes_comma(program: &Program) -> bool {
+    let mut numbers = program.words().iter().filter(|word| word.kind == WordKind::Number);
+    program.dialect().flow == FlowStyle::Labels && numbers.any(|word| program.text(word).contains(&b','))
+}
+
+/// Whether operators that bind more weakly than a sum may be in the text: EQ, NE, GT, GE, LT, LE, OR, XOR, AND, and the
+/// signs of Sinumerik's comparisons. What stands between angle brackets is a name.
+fn compares(text: &[u8], dialect: &Dialect) -> bool {
+    if dialect.parameters.named != Naming::Brackets {
+        return dialect.formulas && text.iter().any(|byte| b"<>=".contains(byte)) || says_weak(text);
+    }
+    text.split(|byte| b"<>".contains(byte)).step_by(2).any(says_weak)
+}
+
+fn says_weak(text: &[u8]) -> bool {
     let weak = |two: &[u8]| {
         matches!(
             [two[0].to_ascii_lowercase(), two[1].to_ascii_lowercase()],
@@ -139,7 +147,7 @@ fn compares(text: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::Step;
-    use nc_program::dialect::{GE2000T, LINUXCNC};
+    use nc_program::dialect::{GE2000T, LINUXCNC, SIEMENS};
     use proptest::prelude::*;
 
     const STEP: Step = Step { unit: 0.001, decimals: 3, scale: 1000.0, plus: false, point: b'.' };
@@ -186,6 +194,10 @@ mod tests {
             (&LINUXCNC, "#1", "[#1-0.012]"),
             (&LINUXCNC, "[#1]*[2]", "[[#1]*[2]-0.012]"),
             (&LINUXCNC, "[#1 GT 2]", "[[#1 GT 2]-0.012]"),
+            (&LINUXCNC, "[#<scale>*[#1]]", "[#<scale>*[#1]-0.012]"),
+            (&LINUXCNC, "[#<scale>LE#<b>]", "[[#<scale>LE#<b>]-0.012]"),
+            (&SIEMENS, "(R1>2)", "((R1>2)-0.012)"),
+            (&SIEMENS, "(R1*2)", "(R1*2-0.012)"),
             (&GE2000T, "(P46+0.0625)", "(P46+0.0625-0.012)"),
         ] {
             let mut out = Vec::new();

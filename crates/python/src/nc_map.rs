@@ -4,7 +4,7 @@ use bytes::Bytes;
 use nc_map::field::Trouble;
 use nc_map::{
     first_blocks, letters, mentions, named_axes, Affine, Field, Grid, Limits, Mapper, Place,
-    Refusal, Saying, Vector,
+    Refusal, Saying, Step, Vector,
 };
 use nc_program::{jumps, Options, Program};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -358,6 +358,28 @@ fn nc_mentions(text: &[u8], word: &[u8]) -> bool {
     mentions(text, word)
 }
 
+/// Whether a program of Klartext writes decimal commas.
+#[pyfunction]
+fn nc_writes_comma(program: &NcProgram) -> bool {
+    nc_map::writes_comma(&program.program)
+}
+
+/// The number of that many of the control's steps, as one that is new.
+#[pyfunction]
+fn nc_number(steps: i64, dialect: &str, inch: bool, comma: bool) -> PyResult<String> {
+    let mut out = Vec::new();
+    Step::new(dialect_of(dialect)?, inch, comma).write(&mut out, steps);
+    Ok(String::from_utf8(out)?)
+}
+
+/// The same in the style of an old one.
+#[pyfunction]
+fn nc_restyled(old: &[u8], steps: i64, dialect: &str, inch: bool, comma: bool) -> PyResult<String> {
+    let mut out = Vec::new();
+    Step::new(dialect_of(dialect)?, inch, comma).restyle(&mut out, old, steps);
+    Ok(String::from_utf8(out)?)
+}
+
 /// Whether X, Y, Z stand where the program said, after each of its moves: (n, 3), from the block of each (n,), the words
 /// that set its end (n, 3), whether its coordinates are increments (n,), and how often its axes were renamed (n, 3).
 #[pyfunction]
@@ -394,5 +416,8 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<NcField>()?;
     module.add_function(wrap_pyfunction!(nc_mentions, module)?)?;
     module.add_function(wrap_pyfunction!(nc_said, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_writes_comma, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_number, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_restyled, module)?)?;
     module.add_function(wrap_pyfunction!(nc_survey, module)?)
 }

@@ -15,7 +15,7 @@ class Dialect:
 
     `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
     `radius_address` is what stands before the radius of an arc: `R`, `CR=`. With `formulas` a value is a chain of
-    operands and operators without brackets about it: `X=R1+10`.
+    operands and operators without brackets about it: `X=R1+10`. `decimal_comma`: the program at hand writes `X+2,5`.
     """
 
     name: str
@@ -27,6 +27,7 @@ class Dialect:
     bracket_close: str
     radius_address: str
     formulas: bool
+    decimal_comma: bool = False
 
     def step(self, inch: bool) -> float:
         """The smallest programmable step, in the unit of the program."""

@@ -13,7 +13,7 @@ from typing import Final
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.dialect import Dialect
-from trueloop.nc.number_text import digits_of, resolution_of, restyled, rounded, with_term
+from trueloop.nc.number_text import digits_of, number_text, resolution_of, restyled, rounded, with_term
 from trueloop.nc.program import Program, Word
 from trueloop.nc.tool_path import CoordinateState
 
@@ -87,14 +87,14 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
     if word.is_expression:
         return Edit(word.value_start, word.end, with_term(old, delta, program.dialect))
     exact = Decimal(digits_of(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
-    return Edit(word.value_start, word.end, restyled(old, rounded(exact, resolution), resolution))
+    return Edit(word.value_start, word.end, restyled(program.dialect, old, rounded(exact, resolution), state))
 
 
 def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:
     """A word that sets that coordinate, with as many decimals as the control resolves: `X2.98422`."""
     value = rounded(value_mm / state.unit_mm(letter), resolution_of(dialect, state))
     address = dialect.radius_address if letter == "R" else letter
-    return f"{address}{value:{'+' if dialect.name == KLARTEXT else ''}f}"
+    return address + number_text(dialect, value, state)
 
 
 def line_texts(dialect: Dialect, places: Sequence[str]) -> list[str]:
@@ -152,11 +152,10 @@ def set_offset(
             hint=f"write one (UPD, tool, TOV({axis}), 0.00000) before the cut, or name the tool",
         )
     written = CoordinateState(state.inch, state.diameter if diameter is None else diameter)
-    resolution = resolution_of(program.dialect, written)
     statement = found[0]
     old = program.source[statement.value_start : statement.value_end].decode("latin-1")
-    value = rounded(value_mm / written.unit_mm(axis), resolution)
-    return Edit(statement.value_start, statement.value_end, restyled(old, value, resolution))
+    value = rounded(value_mm / written.unit_mm(axis), resolution_of(program.dialect, written))
+    return Edit(statement.value_start, statement.value_end, restyled(program.dialect, old, value, written))
 
 
 def replace_block(program: Program, block: int, texts: Sequence[str]) -> Edit:

@@ -4,6 +4,8 @@ import re
 from decimal import ROUND_HALF_EVEN, Decimal
 from typing import Final
 
+from trueloop._core import nc_number, nc_restyled
+from trueloop.errors import Code, TrueloopError
 from trueloop.nc.dialect import Dialect
 from trueloop.nc.program import Word
 from trueloop.nc.tool_path import CoordinateState
@@ -16,6 +18,10 @@ _POSITION: Final = re.compile(r"(AC|DC|ACP|ACN)[ \t]*(?=\()", re.IGNORECASE)
 """What says in Sinumerik's words that a value is a position: a term goes into its brackets."""
 
 
+_MOST_STEPS: Final = 10**15
+"""More of the control's steps than any machine is long."""
+
+
 def resolution_of(dialect: Dialect, state: CoordinateState) -> Decimal:
     """The smallest programmable step, in the unit of the program."""
     return Decimal(str(dialect.step(state.inch)))
@@ -26,22 +32,31 @@ def rounded(value: float | Decimal, resolution: Decimal) -> Decimal:
     return Decimal(value).quantize(resolution, rounding=ROUND_HALF_EVEN) + 0
 
 
+def _steps(dialect: Dialect, value: Decimal, state: CoordinateState) -> int:
+    steps = int(value / resolution_of(dialect, state))
+    if abs(steps) > _MOST_STEPS:
+        raise TrueloopError(
+            Code.NC_EDIT,
+            f"{float(value):g} is no coordinate that a control could go to",
+            hint="look for a slip in the program, or in its unit",
+        )
+    return steps
+
+
 def digits_of(text: str) -> str:
     """A number without spaces and with a decimal point."""
     return "".join(text.split()).replace(",", ".")
 
 
-def restyled(old: str, value: Decimal, resolution: Decimal) -> str:
-    """The number in the style of the old one: its sign habit, leading zeros, and at least as many decimals."""
-    whole, _, decimals = digits_of(old).lstrip("+-").partition(".")
-    places = max(len(decimals), -int(resolution.as_tuple().exponent))
-    digits, _, fraction = f"{abs(value):.{places}f}".partition(".")
-    if digits == "0" and not whole:
-        digits = ""
-    if whole.startswith("0"):
-        digits = digits.zfill(len(whole))
-    sign = "-" if value < 0 else "+" if old.startswith("+") else ""
-    return f"{sign}{digits}.{fraction}"
+def number_text(dialect: Dialect, value: Decimal, state: CoordinateState) -> str:
+    """A rounded number as one that is new, with as many decimals as the control resolves."""
+    return nc_number(_steps(dialect, value, state), dialect.name, state.inch, dialect.decimal_comma)
+
+
+def restyled(dialect: Dialect, old: str, value: Decimal, state: CoordinateState) -> str:
+    """The same in the style of the old one: its sign habit, leading zeros, and at least as many decimals."""
+    steps = _steps(dialect, value, state)
+    return nc_restyled(old.encode("latin-1"), steps, dialect.name, state.inch, dialect.decimal_comma)
 
 
 def with_term(old: str, delta: Decimal, dialect: Dialect) -> str:
@@ -75,6 +90,6 @@ def rounded_mm(dialect: Dialect, letter: str, value_mm: float, state: Coordinate
 
 def word_with(word: Word, value_mm: float, dialect: Dialect, state: CoordinateState) -> str:
     """The text of a word that is a number, with another value: it is restyled, its address stays."""
-    resolution = resolution_of(dialect, state)
+    value = rounded(value_mm / state.unit_mm(word.letter), resolution_of(dialect, state))
     head, old = word.text[: word.value_start - word.start], word.text[word.value_start - word.start :]
-    return head + restyled(old, rounded(value_mm / state.unit_mm(word.letter), resolution), resolution)
+    return head + restyled(dialect, old, value, state)

@@ -4,10 +4,10 @@ Nothing is normalised: `Program.source` is what was read, and an unedited progra
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from trueloop._core import NcProgram
+from trueloop._core import NcProgram, nc_writes_comma
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.nc.cutter_tool import CutterTool, tool_rows
 from trueloop.nc.dialect import Dialect, dialect_named
@@ -222,4 +222,4 @@ def read_program(source: bytes, dialect: str, file: str | None = None) -> Progra
             hint="split the program",
             place=Place(file),
         ) from None
-    return Program(source, known, file, core)
+    return Program(source, replace(known, decimal_comma=nc_writes_comma(core)), file, core)

@@ -250,3 +250,9 @@ def test_which_offset_must_be_clear() -> None:
 def test_comments_are_written_as_the_dialect_has_them() -> None:
     assert dialect_named("ge2000t").comment("corrected\nonce") == "! corrected once"
     assert dialect_named("linuxcnc").comment("once (and for all)") == "(once [and for all])"
+
+
+def test_a_coordinate_that_no_control_could_go_to_is_refused() -> None:
+    with pytest.raises(TrueloopError, match=r"1e\+16 is no coordinate") as refused:
+        coordinate_text(dialect_named("linuxcnc"), "X", 1e16, MM_RADIUS)
+    assert refused.value.code == Code.NC_EDIT

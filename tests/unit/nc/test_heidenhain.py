@@ -5,6 +5,7 @@ import pytest
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit import (
     apply_edits,
+    coordinate_text,
     displace_word,
     insert_blocks_after,
     insert_word,
@@ -138,3 +139,11 @@ def test_a_coordinate_is_written_behind_the_function_and_the_axes_before_it(
     program = klartext(f"BEGIN PGM A MM\n{block}\n")
     edit = insert_word(program, 1, letter, 1.5, STATE)
     assert apply_edits(program, [edit]).decode().splitlines()[1] == wanted
+
+
+@pytest.mark.parametrize(("old", "new"), [("X+2,5", "X+2,5020"), ("X-0,001", "X+0,0010")])
+def test_what_is_written_has_the_signs_and_the_comma_of_the_program(old: str, new: str) -> None:
+    program = klartext(f"1 L Y+3,0 {old} F100")
+    edit = displace_word(program, program.block(0).words[3], 0.002, STATE)
+    assert edit is not None and apply_edits(program, [edit]).decode() == f"1 L Y+3,0 {new} F100"
+    assert coordinate_text(program.dialect, "Z", 1.25, STATE) == "Z+1,2500"
