@@ -9,20 +9,27 @@ from typing import Final
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.explicit_block import OUT
 from trueloop.nc.program import Block, Program, Word
-from trueloop.nc.shape_words import is_made
+from trueloop.nc.shape_words import is_wordless
 from trueloop.nc.tool_path import ToolPath
 
 _BEGINS: Final = "Motion(Spline(Points))"
 _ENDS: Final = "EndSpline"
 _ONE_BLOCK: Final = ("Motion(Spline(Cubic))", "Motion(Spline(Quadratic))")
+_CHORDS: Final = dict(zip(_ONE_BLOCK, (60, 45), strict=True))
+"""15 for each of the points that shape one."""
 _WORDS: Final = frozenset("XYIJPQL")
 
 
 def makes_spline(program: Program, path: ToolPath, move: int) -> bool:
-    """Whether a move is a chord of a spline."""
-    if program.dialect.name != "linuxcnc" or not is_made(path, move):
+    """Whether a move is a chord of a spline; where that turns back on itself, one may lead nowhere."""
+    if program.dialect.name != "linuxcnc" or not is_wordless(path, move):
         return False
     return _codes_in_force(program)[int(path.block[move])] in (*_ONE_BLOCK, _ENDS)
+
+
+def chords_of_one(program: Program, block: int) -> int | None:
+    """How many chords a spline has that is given in this block alone; None for any other block."""
+    return _CHORDS.get(_codes_in_force(program)[block]) if program.dialect.name == "linuxcnc" else None
 
 
 def spline_blocks(program: Program, block: Block) -> list[Block]:

@@ -65,8 +65,13 @@ def is_shaped(program: Program, path: ToolPath, move: int) -> bool:
 
 def is_made(path: ToolPath, move: int) -> bool:
     """Whether a cut is set by no word: a corner or a cycle makes it."""
+    return is_wordless(path, move) and bool((path.start_mm[move] != path.end_mm[move]).any())
+
+
+def is_wordless(path: ToolPath, move: int) -> bool:
+    """Whether a cut is set by no word, be it that it leads nowhere."""
     cuts = path.motion[move] in (Motion.LINE, Motion.ARC)
-    return bool(cuts and (path.word[move] < 0).all() and (path.start_mm[move] != path.end_mm[move]).any())
+    return bool(cuts and (path.word[move] < 0).all())
 
 
 def asks_corner(program: Program, path: ToolPath, move: int) -> bool:

@@ -16,9 +16,9 @@ from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.along import points_along
 from trueloop.nc.edit import Edit, apply_edits
 from trueloop.nc.explicit_moves import Explicit
-from trueloop.nc.explicit_splines import makes_spline
+from trueloop.nc.explicit_splines import chords_of_one, makes_spline
 from trueloop.nc.program import Program, read_program
-from trueloop.nc.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped
+from trueloop.nc.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped, is_wordless
 from trueloop.nc.tool_path import Array, Motion, ToolPath
 from trueloop.nc.understood import NOT_UNDERSTOOD
 from trueloop.units import UM_PER_MM
@@ -108,7 +108,7 @@ def _visits(program: Program, path: ToolPath, moves: set[int]) -> list[list[int]
     move with the next, which may take over its motion code.
     """
     inside = {k for k in moves if 0 <= k < len(path)}
-    wanted = {k for k in inside if _is_drawn(program, path, k)}
+    wanted = {k for k in inside if _is_drawn(program, path, k) and (is_made(path, k) or not is_wordless(path, k))}
     wanted |= {k - 1 for k in inside if k > 0 and _hangs_on_next(program, path, k - 1)}
     found = set[int]()
     while wanted:
@@ -119,21 +119,22 @@ def _visits(program: Program, path: ToolPath, moves: set[int]) -> list[list[int]
         shaped = {j for j in beside if _is_drawn(program, path, j)}
         wanted |= shaped
         found |= beside - shaped
-    return _by_visit(path, sorted(found))
+    return _by_visit(program, path, sorted(found))
 
 
 def _is_drawn(program: Program, path: ToolPath, move: int) -> bool:
     """Whether a move is given with less than its points; those of cycles are left alone."""
-    if is_made(path, move):
-        return asks_corner(program, path, move) or makes_spline(program, path, move)
-    return is_shaped(program, path, move)
+    if makes_spline(program, path, move):
+        return True
+    return asks_corner(program, path, move) if is_made(path, move) else is_shaped(program, path, move)
 
 
-def _by_visit(path: ToolPath, moves: Iterable[int]) -> list[list[int]]:
+def _by_visit(program: Program, path: ToolPath, moves: Iterable[int]) -> list[list[int]]:
     visits: list[list[int]] = []
     for k in moves:
         goes_on = visits and visits[-1][-1] == k - 1 and path.block[k] == path.block[k - 1]
-        if goes_on and is_made(path, k):
+        whole = goes_on and len(visits[-1]) == chords_of_one(program, int(path.block[k]))  # the next run of a loop
+        if goes_on and not whole and (is_made(path, k) or makes_spline(program, path, k)):
             visits[-1].append(k)
         else:
             visits.append([k])
