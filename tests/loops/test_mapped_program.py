@@ -260,6 +260,14 @@ def test_a_circle_whose_end_is_a_step_from_its_start_stays_whole(tmp_path: Path)
         assert -path_of(written, "fanuc-mill").sweep_rad.sum() == pytest.approx(np.pi * 2, abs=2e-4)
 
 
+def test_a_cycle_that_is_refused_is_not_said_to_need_no_mending(tmp_path: Path) -> None:
+    lathe = "G21\nG00 X24. Z4.\nG92 X20. Z-9. F1.\n"
+    with pytest.raises(TrueloopError) as refused:
+        mapped(tmp_path, lathe, affine_field(np.eye(3), (0.01, 0, 0)), "fanuc-lathe")
+    assert (refused.value.code, refused.value.place.line) == (Code.NC_OPAQUE, 3)
+    assert "write what it does out as moves" in refused.value.hint
+
+
 def test_an_unknown_code_is_seen_behind_a_thousand_slips(tmp_path: Path) -> None:
     """Coordinates without a decimal point are worth a warning each; what nobody knows must not drown in them."""
     slips = "".join(f"X{k} Y{k}\n" for k in range(1, 600))

@@ -7,6 +7,9 @@ use nc_program::{finding, first_unknown, Dialect, Finding, Options, Program, Ses
 use crate::refusal::Refused;
 use crate::role::{names_axis, roles, Role};
 
+/// Mends a block whose moves are not those of its words.
+const WRITE_OUT: &str = "write what it does out as moves; where exactly it goes is not known here";
+
 /// A part: whole lines, of which some at its end are only looked at.
 pub(crate) struct Part {
     pub program: Program,
@@ -103,7 +106,11 @@ fn require_known(
     let met = findings.into_iter().filter(|found| found.at < end && refuses(found));
     let first = first_unknown(program, end).into_iter().chain(met).min_by_key(|found| found.at);
     match first {
-        Some(found) => Err(Refused { hint: found.hint, ..Refused::new(found.code, found.at, found.message, "") }),
+        Some(found) => {
+            // What a note leaves as it is, a field over the whole program cannot.
+            let hint = if found.severity == Severity::Note { WRITE_OUT.into() } else { found.hint };
+            Err(Refused { hint, ..Refused::new(found.code, found.at, found.message, "") })
+        }
         None => Ok(()),
     }
 }
