@@ -61,8 +61,8 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
     if state.incremental if word.increment is None else word.increment:
         raise TrueloopError(
             Code.NC_EDIT,
-            f"{word.text} is an increment: moving it by {delta_mm} mm would move all that follows",
-            hint="program the contour in absolute coordinates (G90)",
+            f"{word.text} is an increment: moving it by {delta_mm:.4g} mm would move all that follows",
+            hint=f"program the contour by positions: {_as_positions(program, word)}",
             place=program.place(word.start),
         )
     if word.letter.islower():
@@ -88,6 +88,13 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
         return Edit(word.value_start, word.end, with_term(old, delta, program.dialect))
     exact = Decimal(digits_of(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
     return Edit(word.value_start, word.end, restyled(program.dialect, old, rounded(exact, resolution), state))
+
+
+def _as_positions(program: Program, word: Word) -> str:
+    """How a control is told positions. G90 of a lathe of code system A cuts."""
+    if word.letter in "UVW":
+        return f"{'XYZ'['UVW'.index(word.letter)]} in place of {word.letter}"
+    return "take the increment out of the word" if word.increment else "G90"
 
 
 def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> str:

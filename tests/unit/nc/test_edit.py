@@ -1,5 +1,7 @@
 """Edits: only the intended bytes change, and the number written is the one meant."""
 
+from decimal import Decimal
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -119,13 +121,14 @@ def test_the_number_written_is_the_sum_within_half_a_step(
 ) -> None:
     text = f"G01 X{sign}{whole}.{decimals}"
     new = displaced(text, delta_mm, state, dialect)
-    program, word = word_of(text, dialect)
+    program, _ = word_of(text, dialect)
     step = program.dialect.resolution_inch if state.inch else program.dialect.resolution_mm
     delta = delta_mm / state.unit_mm("X")
     if new is None:
         assert abs(delta) <= step / 2 * (1 + 1e-9)
     else:
-        assert word_of(new, dialect)[1].value == pytest.approx(word.value + delta, abs=step / 2 * (1 + 1e-9))
+        exact = Decimal(f"{sign}{whole}.{decimals}") + Decimal(delta_mm) / Decimal(state.unit_mm("X"))
+        assert abs(Decimal(new.removeprefix("G01 X")) - exact) <= Decimal(step) / 2 * Decimal(1 + 1e-9)
 
 
 @given(value=st.floats(-9, 9), delta_mm=st.floats(-0.1, 0.1), dialect=st.sampled_from(["ge2000t", "linuxcnc"]))
@@ -256,3 +259,12 @@ def test_a_coordinate_that_no_control_could_go_to_is_refused() -> None:
     with pytest.raises(TrueloopError, match=r"1e\+16 is no coordinate") as refused:
         coordinate_text(dialect_named("linuxcnc"), "X", 1e16, MM_RADIUS)
     assert refused.value.code == Code.NC_EDIT
+
+
+def test_who_writes_u_on_a_lathe_is_not_told_to_write_g90_which_cuts() -> None:
+    program = read_program(b"G21\nG00 X20. Z5.\nG01 U10. F.1", "fanuc-lathe")
+    word = next(word for word in program.block(2).words if word.letter == "U")
+    with pytest.raises(TrueloopError) as refused:
+        displace_word(program, word, -0.0072989204, CoordinateState(inch=False, diameter=True))
+    assert refused.value.message == "U10. is an increment: moving it by -0.007299 mm would move all that follows"
+    assert refused.value.hint == "program the contour by positions: X in place of U"
