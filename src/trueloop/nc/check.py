@@ -19,6 +19,8 @@ from trueloop.units import MM_PER_INCH
 
 _ROUNDING_STEPS = 3.0
 """Rounding of end point and centre by half a step an axis each adds up to 4·√2/2 ≈ 2.8 steps between the radii."""
+_ENDLESS_BLOCKS = 10_000
+"""Of a program that does not end so many blocks are looked at as geometry, or twice as many as it has."""
 SMALLEST_KINK_RAD = math.radians(0.1)
 """A jump of direction below this is taken for tangent."""
 LARGEST_KINK_RAD = math.radians(5.0)
@@ -49,6 +51,9 @@ def check(
     driven = program.run(
         parameters, skipped_blocks=skipped_blocks, block_limit=block_limit, tools=tools, strict=False
     ) if tools else path  # fmt: skip
+    if any(finding.code is Code.NC_LIMIT for finding in driven.findings):  # endless: every turn is odd alike
+        once_round = min(block_limit, max(2 * program.block_count, _ENDLESS_BLOCKS))
+        path = program.run(parameters, skipped_blocks=skipped_blocks, block_limit=once_round, strict=False)
     step_mm = written_step_mm(program, path)
     tolerance_mm = _ROUNDING_STEPS * step_mm if arc_tolerance_mm is None else arc_tolerance_mm
     geometry = [

@@ -1,5 +1,6 @@
 """nc check: what it finds, and what it leaves alone."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,8 @@ import pytest
 from trueloop.errors import Code, Finding
 from trueloop.nc.check import check
 from trueloop.nc.program import read_program
+from trueloop.nc.rapid import cutting_rapids
+from trueloop.nc.tool_path import ToolPath
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 LATHE = "G21 G18 G8 G90 F100\n"
@@ -156,3 +159,18 @@ def test_corners_that_linuxcnc_keeps(before: str) -> None:
 
 def test_other_controls_keep_to_the_path() -> None:
     assert found("G71\nG00 X1.0\nG01 X2.0 F1\nG64\n", Code.NC_BLEND, "ge2000t") == []
+
+
+def test_an_endless_program_is_looked_at_as_long_as_it_says_something_new(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each move is looked at for rapids in material: millions of turns of one loop took minutes and said the same."""
+    looked_at: list[int] = []
+
+    def spied(path: ToolPath) -> Iterator[tuple[int, float]]:
+        looked_at.append(len(path))
+        return cutting_rapids(path)
+
+    monkeypatch.setattr("trueloop.nc.check.cutting_rapids", spied)
+    text = b"G21 G90 F100.\nG0 X0. Y0. Z0.\nN1 G1 X10.\nG3 X0. Y10. I-10.1 J0.\nG0 Y0.\nGOTO1\nM30\n"
+    codes = [found.code for found in check(read_program(text, "fanuc-mill"), block_limit=300_000)]
+    assert codes.count(Code.NC_LIMIT) == codes.count(Code.NC_ARC_FIT) == 1
+    assert looked_at and max(looked_at) < 10_000
