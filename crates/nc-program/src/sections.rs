@@ -34,10 +34,13 @@ impl Runner<'_> {
 
     /// `CALL LBL 5`, which comes back at LBL 0; `CALL LBL 5 REP 3`, which runs what lies between three times more.
     fn call_section(&mut self, statement: &Statement, text: &str) {
-        let (label, times) = text.split_once("rep").map_or((text, None), |(label, times)| (label, Some(times)));
+        let named = text.rfind('"').map(|quote| quote + 1); // REP may be part of a name
+        let (label, times) = text.split_at(named.or_else(|| text.find("rep")).unwrap_or(text.len()));
         let Some(start) = self.section(statement, label) else { return };
-        let Some(times) = times else { return self.visit(start, 1) };
-        let Ok(times) = times.trim().parse::<u64>() else {
+        if times.trim().is_empty() {
+            return self.visit(start, 1);
+        }
+        let Some(times) = times.trim().strip_prefix("rep").and_then(repetitions) else {
             let message = "the number of repetitions is no whole number".into();
             return self.refuse(finding::FLOW, statement.at, message, "write CALL LBL 1 REP 3");
         };
@@ -91,4 +94,10 @@ impl Runner<'_> {
             }
         }
     }
+}
+
+/// `3`; `3/3` as older controls write it, where the second number counts down as the section is run.
+fn repetitions(text: &str) -> Option<u64> {
+    let (all, left) = text.split_once('/').unwrap_or((text, text));
+    (all.trim() == left.trim()).then(|| all.trim().parse().ok()).flatten()
 }

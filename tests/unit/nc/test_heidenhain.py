@@ -73,6 +73,26 @@ def test_the_unit_and_what_is_rapid() -> None:
 
 
 @pytest.mark.parametrize(
+    ("label", "call"),
+    [
+        ("1", "1 REP 2"),
+        ("1", "1 REP2"),
+        ("1", "1 REP 2/2"),
+        ('"REPAIR"', '"REPAIR" REP 2'),
+        ('"PREP"', '"PREP" REP2/2 ; REP 9'),
+    ],
+)
+def test_a_section_is_run_as_often_again_as_its_repetition_says(label: str, call: str) -> None:
+    path = klartext(f"0 BEGIN PGM A MM\n1 LBL {label}\n2 L IX+1 F9\n3 CALL LBL {call}").run()
+    assert path.end_mm[:, 0].tolist() == [1.0, 2.0, 3.0]
+
+
+def test_a_label_with_rep_in_its_name_is_called_once() -> None:
+    path = klartext('0 BEGIN PGM A MM\n1 CALL LBL "REP"\n2 L IX+5 F9 M30\n3 LBL "REP"\n4 L IX+1\n5 LBL 0').run()
+    assert path.end_mm[:, 0].tolist() == [1.0, 6.0]
+
+
+@pytest.mark.parametrize(
     ("text", "code", "message"),
     [
         ("1 L X+Q7", Code.NC_PARAMETER, "parameter Q7 has no value"),
@@ -80,6 +100,7 @@ def test_the_unit_and_what_is_rapid() -> None:
         ("1 Q1 = SQRT -4", Code.NC_EXPRESSION, "the function has no value at -4"),
         ("1 CALL LBL 7", Code.NC_FLOW, "there is no LBL 7 in this program"),
         ("1 CALL LBL 1 REP x\n2 LBL 1", Code.NC_FLOW, "the number of repetitions"),
+        ("1 LBL 1\n2 CALL LBL 1 REP 2/1", Code.NC_FLOW, "the number of repetitions"),
         ("1 FN 9: IF +1 EQU +1", Code.NC_FLOW, "a comparison without a jump"),
         ("1 FN 9: IF +1 ~ +1 GOTO LBL 1", Code.NC_FLOW, "a comparison that is not known"),
         ("1 LBL 1\n2 CALL LBL 1", Code.NC_LIMIT, "more than 64 deep"),
