@@ -224,6 +224,21 @@ def test_what_cannot_be_mapped_is_refused_with_its_place_and_nothing_written(
     assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
 
 
+def test_a_contour_that_is_roughed_too_begins_where_it_says(tmp_path: Path) -> None:
+    """G70 comes to the contour at Z1, G71 at Z2: a Z written into its first block would begin both at Z1."""
+    turn = similarity_field(rotation_rad=1e-4, axis="Y")
+    text = (
+        "G21 G90 G18 G8 F100\nO100 sub\n{first}\nG1 Z-5\nX8 Z-10\nG1 X10\nO100 endsub\n"
+        "G0 X12 Z2\nG71 Q100 D0.5 I1 R0.3\nG0 X12 Z1\nG70 Q100\nM2\n"
+    )
+    with pytest.raises(TrueloopError, match="Z is displaced on the contour before it names Z") as refusal:
+        mapped(tmp_path, text.format(first="G0 X5"), turn)
+    assert (refusal.value.code, refusal.value.place.line) == (Code.NC_MAP, 3)
+    written, _ = mapped(tmp_path, text.format(first="G0 X5 Z2"), turn)
+    finish_mm = path_of(text.format(first="G0 X5 Z2")).end_mm[-3:]
+    assert path_of(written).end_mm[-3:] == pytest.approx(finish_mm + turn.displacement_mm(finish_mm), abs=1e-5)
+
+
 def test_a_thread_in_passes_is_refused_even_where_nothing_is_left_to_the_control(tmp_path: Path) -> None:
     """X and Z of its words are its root; displaced by them alone, the passes would begin and end elsewhere."""
     shift = affine_field(np.eye(3), (0.01, 0, 0))

@@ -10,7 +10,7 @@ use crate::geometry::Geometry;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
-use crate::role::{names_axis, Role};
+use crate::role::{names_axis, roughs, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::{writes_comma, Step};
 use crate::writer::pole::Poles;
@@ -78,6 +78,7 @@ impl Writing {
             added: 0,
             tolerance_mm,
             whole: self.whole,
+            roughs: roughs(program),
         };
         self.write(&mut writer, &courses, roles, &found)?;
         self.note_not_run(program, &part.moved, part.until, part.ended, roles);

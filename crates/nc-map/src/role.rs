@@ -80,6 +80,11 @@ pub fn first_blocks(program: &Program) -> [Option<usize>; 4] {
     first
 }
 
+/// Whether roughing cycles read contours that finishing cycles run, too.
+pub(crate) fn roughs(program: &Program) -> bool {
+    program.words().iter().any(|word| matches!(program.code(word), Some(G::Profile(profile)) if profile.roughs()))
+}
+
 /// The letters of a program's words in alphabetical order, each with the block in which it is first met.
 pub fn letters(program: &Program) -> Vec<(u8, usize)> {
     let mut first = [None; 256];

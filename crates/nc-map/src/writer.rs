@@ -10,6 +10,7 @@ pub(crate) mod pole;
 mod refusals;
 mod turned;
 
+use nc_program::dialect::G;
 use nc_program::{Modal, MoveKind, Program, ToolPath, Word};
 
 use crate::edits::Edits;
@@ -45,6 +46,8 @@ pub(crate) struct Writer<'a> {
     pub tolerance_mm: Option<f64>,
     /// The blocks may run in any order.
     pub whole: bool,
+    /// Contours are read by roughing cycles, too.
+    pub roughs: bool,
 }
 
 /// How an axis is written in a block.
@@ -156,8 +159,21 @@ impl<'a> Writer<'a> {
                 return Err(self.nowhere(here, axis, off));
             }
             live[k] = moves && standing[k] == Standing::Said;
+            if live[k] && self.roughs && self.is_of_contours_start(here.index, k) {
+                return Err(self.other_start(here, axis));
+            }
         }
         Ok(live)
+    }
+
+    /// Whether an axis stands where the finishing cycle of a contour began: a roughing cycle has it elsewhere.
+    fn is_of_contours_start(&self, index: usize, axis: usize) -> bool {
+        let call = self.path.call[index];
+        let calling = usize::try_from(call).ok().and_then(|call| self.path.calls.get(call));
+        let words = calling.map_or(&[][..], |[block, _]| self.program.words_of(*block as usize));
+        let finishes = words.iter().any(|word| matches!(self.program.code(word), Some(G::Profile(_))));
+        let own = (0..=index).rev().take_while(|other| self.path.call[*other] == call);
+        finishes && { own }.all(|other| self.path.words[other][axis] < 0)
     }
 
     /// How far a piece takes an axis from where it was; its start counts where it is gone to.

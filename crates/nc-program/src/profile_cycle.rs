@@ -22,6 +22,13 @@ pub enum Profile {
     Face(Pockets),
 }
 
+impl Profile {
+    /// Whether its passes only come near the contour.
+    pub fn roughs(self) -> bool {
+        self != Self::Finish
+    }
+}
+
 /// More finishing passes than this are a slip.
 const MOST: f64 = 10_000.0;
 

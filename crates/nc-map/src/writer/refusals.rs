@@ -45,6 +45,15 @@ impl Writer<'_> {
         Refused::block(self.block_start(here.block), message, hint)
     }
 
+    pub(super) fn other_start(&self, here: &Here, axis: &Axis) -> Refused {
+        let letter = char::from(axis.letter);
+        let message = format!(
+            "{letter} is displaced on the contour before it names {letter}, and a roughing cycle begins it elsewhere"
+        );
+        let hint = "name X and Z in the first block of the contour";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
     pub(super) fn other_turn(&self, here: &Here, chord_mm: f64, turned_rad: f64) -> Refused {
         let turned = turned_rad.to_degrees();
         let message =
