@@ -99,10 +99,10 @@ def nc_mentions(text: bytes, word: bytes) -> bool:
 def nc_writes_comma(program: NcProgram) -> bool:
     """Whether a program of Klartext writes decimal commas."""
 
-def nc_number(steps: int, dialect: str, inch: bool, comma: bool) -> str:
-    """The number of that many of the control's steps, as one that is new."""
+def nc_number(steps: int, step: float, dialect: str, comma: bool) -> str:
+    """The number of that many steps of that size in program units, as one that is new."""
 
-def nc_restyled(old: bytes, steps: int, dialect: str, inch: bool, comma: bool) -> str:
+def nc_restyled(old: bytes, steps: int, step: float, dialect: str, comma: bool) -> str:
     """The same in the style of an old one: its sign habit, leading zeros, and at least as many decimals."""
 
 def nc_said(

@@ -24,6 +24,11 @@ impl Step {
     /// Of an inch or a metric program; `comma` as [`writes_comma`] says.
     pub fn new(dialect: &Dialect, inch: bool, comma: bool) -> Self {
         let unit = if inch { dialect.resolution.0 } else { dialect.resolution.1 };
+        Self::of(dialect, unit, comma)
+    }
+
+    /// Of that size, in program units: a program may write finer than its control resolves.
+    pub fn of(dialect: &Dialect, unit: f64, comma: bool) -> Self {
         let decimals = (-unit.log10()).round().max(0.0) as usize;
         let plus = dialect.flow == FlowStyle::Labels;
         Self { unit, decimals, scale: 10f64.powi(decimals as i32), plus, point: if comma { b',' } else { b'.' } }

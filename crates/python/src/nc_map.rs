@@ -364,19 +364,19 @@ fn nc_writes_comma(program: &NcProgram) -> bool {
     nc_map::writes_comma(&program.program)
 }
 
-/// The number of that many of the control's steps, as one that is new.
+/// The number of that many steps of that size in program units, as one that is new.
 #[pyfunction]
-fn nc_number(steps: i64, dialect: &str, inch: bool, comma: bool) -> PyResult<String> {
+fn nc_number(steps: i64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
     let mut out = Vec::new();
-    Step::new(dialect_of(dialect)?, inch, comma).write(&mut out, steps);
+    Step::of(dialect_of(dialect)?, step, comma).write(&mut out, steps);
     Ok(String::from_utf8(out)?)
 }
 
 /// The same in the style of an old one.
 #[pyfunction]
-fn nc_restyled(old: &[u8], steps: i64, dialect: &str, inch: bool, comma: bool) -> PyResult<String> {
+fn nc_restyled(old: &[u8], steps: i64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
     let mut out = Vec::new();
-    Step::new(dialect_of(dialect)?, inch, comma).restyle(&mut out, old, steps);
+    Step::of(dialect_of(dialect)?, step, comma).restyle(&mut out, old, steps);
     Ok(String::from_utf8(out)?)
 }
 

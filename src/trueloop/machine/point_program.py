@@ -157,9 +157,9 @@ def _edits(program: Program, point: _Point, correction: Array, before: Array) ->
 
 
 def _as_fine_as_written(program: Program, points: Sequence[_Point]) -> Program:
-    """The program with a resolution of as many decimals as its finest point has, in mm and in inches alike."""
+    """The program with a step of as many decimals as its finest point has, nine at most, in mm and in inches alike."""
     fractions = (word.text.partition(".")[2].strip() for point in points for word in point.words.values())
-    finest = float(f"1e-{max(map(len, fractions), default=0)}")
+    finest = float(f"1e-{min(max(map(len, fractions), default=0), 9)}")
     inch, metric = (min(program.dialect.step(inch), finest) for inch in (True, False))
     return replace(program, dialect=replace(program.dialect, resolution_inch=inch, resolution_mm=metric))
 

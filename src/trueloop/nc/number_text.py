@@ -32,8 +32,8 @@ def rounded(value: float | Decimal, resolution: Decimal) -> Decimal:
     return Decimal(value).quantize(resolution, rounding=ROUND_HALF_EVEN) + 0
 
 
-def _steps(dialect: Dialect, value: Decimal, state: CoordinateState) -> int:
-    steps = int(value / resolution_of(dialect, state))
+def _steps(value: Decimal, step: Decimal) -> int:
+    steps = int(value / step)
     if abs(steps) > _MOST_STEPS:
         raise TrueloopError(
             Code.NC_EDIT,
@@ -49,14 +49,15 @@ def digits_of(text: str) -> str:
 
 
 def number_text(dialect: Dialect, value: Decimal, state: CoordinateState) -> str:
-    """A rounded number as one that is new, with as many decimals as the control resolves."""
-    return nc_number(_steps(dialect, value, state), dialect.name, state.inch, dialect.decimal_comma)
+    """A rounded number as one that is new, with as many decimals as the dialect's step has."""
+    step = resolution_of(dialect, state)
+    return nc_number(_steps(value, step), float(step), dialect.name, dialect.decimal_comma)
 
 
 def restyled(dialect: Dialect, old: str, value: Decimal, state: CoordinateState) -> str:
     """The same in the style of the old one: its sign habit, leading zeros, and at least as many decimals."""
-    steps = _steps(dialect, value, state)
-    return nc_restyled(old.encode("latin-1"), steps, dialect.name, state.inch, dialect.decimal_comma)
+    step = resolution_of(dialect, state)
+    return nc_restyled(old.encode("latin-1"), _steps(value, step), float(step), dialect.name, dialect.decimal_comma)
 
 
 def with_term(old: str, delta: Decimal, dialect: Dialect) -> str:

@@ -39,6 +39,8 @@ def test_words_stay_as_fine_as_the_program_writes_them() -> None:
     """A control of 0.001 mm takes a program with five decimals: they are not rounded off."""
     assert _corrected("G90 G21\nX20. Y0.\n", "fanuc-mill") == "G90 G21\nX19.998 Y0.\n"
     assert _corrected("G90 G21\nX20.12345 Y0.\n", "fanuc-mill") == "G90 G21\nX20.12144 Y0.\n"
+    written = _corrected("G90 G21\nX20.123456789012345678 Y0.\n", "fanuc-mill")
+    assert written == "G90 G21\nX20.121444443000000000 Y0.\n"
 
 
 def test_a_table_says_where_to_go_not_what_is_wrong() -> None:
