@@ -12,8 +12,9 @@ from trueloop.compensation.limits import Limits
 from trueloop.compensation.read_back import check_contour
 from trueloop.compensation.shift import sampled
 from trueloop.errors import Code
+from trueloop.loops.correction import Inputs
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Inputs, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.program import read_program
 
 JOB = Path(__file__).parents[2] / "examples" / "facetst" / "job.toml"

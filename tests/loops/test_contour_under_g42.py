@@ -19,7 +19,8 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
-from trueloop.loops.process_intermittent import Correction, Inputs, Options, compensate
+from trueloop.loops.correction import Correction, Inputs, Options
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.contour import contour_of_program
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.feed_moves import feed_moves

@@ -8,8 +8,9 @@ import pytest
 
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.geometry.feature import Array
+from trueloop.loops.correction import Correction
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Correction, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import Motion, ToolPath
 

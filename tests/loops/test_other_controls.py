@@ -9,8 +9,9 @@ import pytest
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
+from trueloop.loops.correction import Correction
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Correction, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.program import read_program
 
 ROOT = Path(__file__).parents[2]

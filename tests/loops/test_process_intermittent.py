@@ -12,8 +12,9 @@ from trueloop.compensation.contour import shifted_contour
 from trueloop.error_curve.options import FitOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Array
+from trueloop.loops.correction import Correction, Inputs
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Correction, Inputs, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import Motion
 

@@ -9,8 +9,9 @@ from tests.support.refusals import refused
 from trueloop.compensation.program import Displacements, corrected_source
 from trueloop.errors import Code
 from trueloop.loops import written
+from trueloop.loops.correction import Inputs
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Inputs, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.edit import Edit, insert_blocks_after
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import ToolPath

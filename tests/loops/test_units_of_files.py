@@ -11,8 +11,8 @@ from trueloop.compensation.limits import Limits
 from trueloop.error_curve.spline import EndConditions
 from trueloop.formats.surface_job import SurfaceJobFile
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
+from trueloop.loops.correction import Options
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Options
 from trueloop.loops.surface import SurfaceOptions
 from trueloop.loops.surface_inputs import options_of
 from trueloop.simulator.cmm import VirtualCmm

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.compensation.limits import Limits
+from trueloop.loops.correction import Inputs
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Inputs, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.program import read_program
 
 JOB = Path(__file__).parents[2] / "examples" / "modbas2" / "job.toml"

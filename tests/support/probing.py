@@ -16,8 +16,8 @@ from trueloop.gauging.stylus import Stylus
 from trueloop.geometry.feature import Array, Line, Point
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.loops.correction import Inputs
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Inputs
 from trueloop.nc.program import read_program
 from trueloop.nc.tool_path import Motion
 

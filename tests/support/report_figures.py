@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report import whiskers
 from trueloop.report.curves import error_curve
 from trueloop.report.style import Figure

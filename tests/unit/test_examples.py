@@ -22,8 +22,9 @@ from tests.support.linuxcnc import Tool, interpret
 from trueloop.errors import Severity
 from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Arc
+from trueloop.loops.correction import Inputs
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Inputs, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.check import check
 from trueloop.nc.feed_moves import feed_moves
 from trueloop.nc.matching import match_contour

@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use crate::arc::{self, Point};
-use crate::compensate::{unit, Active, Compensator, Planar, NO_CORNER};
+use crate::compensate::{Active, Compensator, NO_CORNER};
 use crate::finding;
 use crate::offset::{cross, dot, meeting, minus, Piece};
 use crate::path::MoveKind;
+use crate::planar::{unit, Planar};
 
 impl Compensator<'_> {
     /// A move under compensation after the first one.

@@ -1,11 +1,14 @@
-//! The Python module `trueloop._core`: the only crate that knows PyO3. Each file binds one crate.
+//! The Python module `trueloop._core`: the only crate that knows PyO3. A file binds one crate, or a part of it.
 
 use pyo3::prelude::*;
 
 mod curve;
 mod machine;
 mod nc;
+mod nc_field;
 mod nc_map;
+mod nc_path;
+mod nc_text;
 mod simulator;
 mod surface;
 
@@ -19,7 +22,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     curve::register(module)?;
     machine::register(module)?;
     nc::register(module)?;
+    nc_field::register(module)?;
     nc_map::register(module)?;
+    nc_text::register(module)?;
     simulator::register(module)?;
     surface::register(module)
 }

@@ -10,7 +10,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 if TYPE_CHECKING:
-    from trueloop.loops.process_intermittent import Correction
+    from trueloop.loops.correction import Correction
 
 
 @guarded

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from trueloop.cli.terminal import wide_console
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report.style import plain, signed
 from trueloop.report.summary import kind_of_correction, worst_of
 from trueloop.statistics import rms

@@ -21,7 +21,7 @@ from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.commanded import Run
-from trueloop.loops.process_intermittent import Inputs, Options
+from trueloop.loops.correction import Inputs, Options
 from trueloop.loops.sources import Sources
 from trueloop.nc.contour import contour_of_program
 from trueloop.nc.feed_moves import feed_moves

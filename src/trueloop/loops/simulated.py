@@ -25,8 +25,9 @@ from trueloop.gauging.stylus import Stylus
 from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Array, contact_angle_rad
 from trueloop.geometry.offset import nose_centre_path
+from trueloop.loops.correction import Correction, Inputs
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Correction, Inputs, compensate
+from trueloop.loops.process_intermittent import compensate
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.tool_path import ToolPath
 from trueloop.simulator.machine import VirtualMachine

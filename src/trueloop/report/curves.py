@@ -7,7 +7,7 @@ import numpy as np
 from trueloop.error_curve.coverage import coverage_factor
 from trueloop.error_curve.curve import ErrorCurve
 from trueloop.geometry.feature import Array
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report import style
 from trueloop.report.style import Figure, Trace
 from trueloop.units import UM_PER_MM

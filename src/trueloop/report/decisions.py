@@ -6,7 +6,7 @@ import numpy as np
 
 from trueloop.compensation.shift import Shift
 from trueloop.geometry.profile import Profile
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report.markup import esc, items
 from trueloop.report.style import plain, signed
 from trueloop.units import UM_PER_MM

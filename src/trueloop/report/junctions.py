@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from trueloop.error_curve.junctions import DisplacedJunction
 from trueloop.error_curve.tangency import Tangency
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report.markup import esc, items, table
 from trueloop.report.style import plain, signed
 from trueloop.units import UM_PER_MM

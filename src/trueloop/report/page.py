@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from trueloop.error_curve.coverage import coverage_factor
 from trueloop.geometry.feature import Line
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report import whiskers
 from trueloop.report.curves import error_curve
 from trueloop.report.decisions import decisions

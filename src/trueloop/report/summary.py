@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.geometry.feature import Array
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report.markup import esc, table
 from trueloop.report.style import plain, signed
 from trueloop.statistics import rms

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report.markup import esc, table
 from trueloop.report.style import plain, signed
 from trueloop.units import UM_PER_MM

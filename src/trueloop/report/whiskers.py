@@ -13,7 +13,7 @@ from trueloop.compensation.prediction import Prediction
 from trueloop.error_curve.coverage import coverage_factor
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report import style
 from trueloop.report.part_drawing import (
     Strip,

@@ -15,8 +15,9 @@ from typer.testing import Result
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
 from trueloop.compensation.record import sha256_of
+from trueloop.loops.correction import Correction
 from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import Correction, compensate
+from trueloop.loops.process_intermittent import compensate
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 JOB = EXAMPLES / "modbas2" / "job.toml"

@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 
 from tests.support.correction import example_correction, size_error_correction
 from tests.support.report_figures import figures
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report.page import page
 
 HOSTILE = "<script>alert('x')</script> & <b>\"5\"</b> </title>"

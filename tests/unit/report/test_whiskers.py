@@ -10,7 +10,7 @@ from plotly.graph_objects import Figure as PlotlyFigure
 
 from tests.support.correction import example_correction
 from trueloop.compensation.prediction import Prediction
-from trueloop.loops.process_intermittent import Correction
+from trueloop.loops.correction import Correction
 from trueloop.report import whiskers
 from trueloop.report.part_drawing import round_down
 from trueloop.report.style import LEFT_ON, TAKEN, Figure, Trace

@@ -29,7 +29,8 @@ from trueloop.geometry.feature import Arc, Array, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.process_intermittent import Correction, Inputs, compensate
+from trueloop.loops.correction import Correction, Inputs
+from trueloop.loops.process_intermittent import compensate
 from trueloop.loops.simulated import (
     SimulatedPart,
     Trial,

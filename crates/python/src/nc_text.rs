@@ -1,0 +1,42 @@
+//! Binds how `nc-map` writes numbers and finds words.
+
+use nc_map::{mentions, Step};
+use pyo3::prelude::*;
+
+use crate::nc::{dialect_of, NcProgram};
+
+/// Whether a word of ASCII letters stands in a text, in capitals or not.
+#[pyfunction]
+fn nc_mentions(text: &[u8], word: &[u8]) -> bool {
+    mentions(text, word)
+}
+
+/// Whether a program of Klartext writes decimal commas.
+#[pyfunction]
+fn nc_writes_comma(program: &NcProgram) -> bool {
+    nc_map::writes_comma(&program.program)
+}
+
+/// The number of that many steps of that size in program units, as one that is new.
+#[pyfunction]
+fn nc_number(steps: i64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
+    let mut out = Vec::new();
+    Step::of(dialect_of(dialect)?, step, comma).write(&mut out, steps);
+    Ok(String::from_utf8(out)?)
+}
+
+/// The same in the style of an old one.
+#[pyfunction]
+fn nc_restyled(old: &[u8], steps: i64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
+    let mut out = Vec::new();
+    Step::of(dialect_of(dialect)?, step, comma).restyle(&mut out, old, steps);
+    Ok(String::from_utf8(out)?)
+}
+
+/// Adds what this file binds to the module.
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(nc_mentions, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_number, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_restyled, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_writes_comma, module)?)
+}

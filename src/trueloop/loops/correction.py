@@ -1,0 +1,124 @@
+"""What one process-intermittent correction is made from, and what it is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+
+import numpy as np
+
+from trueloop.compensation.contour import CentrePiece
+from trueloop.compensation.decide import Decision
+from trueloop.compensation.limits import Limits
+from trueloop.compensation.prediction import Prediction
+from trueloop.compensation.record import Record
+from trueloop.compensation.shift import Shift, ShiftFunction
+from trueloop.compensation.table import CorrectionTable
+from trueloop.error_curve.fit_profile import ProfileErrorModel
+from trueloop.error_curve.nose_model import NoseModel
+from trueloop.error_curve.spline import EndConditions
+from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.nc.program import Program
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
+
+    `errors_follow` is "place", or "nose" where a nose's wear is known to make the error: see `compensation.lean`.
+    Those of the fit are as in `FitOptions`; `cut_to_cut_mm` and `repeatability_mm` change the predicted bands and no
+    correction.
+    """
+
+    weight: float = 1.0
+    junctions: str = "part"
+    knot_every: int | None = None
+    knot_every_on: Mapping[str, int] = field(default_factory=dict)
+    prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
+    repeatability_mm: float | None = None
+    cut_to_cut_mm: float = 0.0
+    chord_tolerance_mm: float = 0.0005
+    arcs: str = "auto"
+    errors_follow: str = "place"
+    limits: Limits = field(default_factory=Limits)
+    resolution_mm: float | None = None
+    offset_is_diameter: bool | None = None
+    tool: int = 1
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """One job, read: shapes, programs and touches as values. `inputs_sha256` names what they were read from."""
+
+    part: str
+    profile: Profile
+    nose_radius_mm: float
+    program: Program
+    touches: ErrorVectors
+    options: Options
+    semifinish: Program | None = None
+    allowance_mm: float = 0.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    execute_deleted_blocks: bool = False
+    lines: tuple[int, int] | None = None
+    measured_at: datetime | None = None
+    program_sha256: str | None = None
+    finish_touches: ErrorVectors | None = None
+    nose: NoseModel | None = None
+    inputs_sha256: Mapping[str, str] = field(default_factory=dict)
+    made_by: str = ""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """Everything one correction is made of and was made from: what the report shows and the files hold.
+
+    `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
+    corrected one does; `by_offset` for which features a constant offset takes the place of their error curve;
+    `commanded` and `corrected` are the nose-centre paths of both. `offsets_program` is None where only the contour can
+    be corrected; the notes say why. `ending` is that of the programs' file names.
+    """
+
+    part: str
+    profile: Profile
+    nose_radius_mm: float
+    touches: ErrorVectors
+    options: Options
+    model: ProfileErrorModel
+    decision: Decision
+    commanded_shift: tuple[Shift, ...]
+    corrected_shift: tuple[Shift, ...]
+    by_offset: tuple[bool, ...]
+    unasked_u_mm: tuple[ShiftFunction, ...]
+    commanded: tuple[CentrePiece, ...]
+    corrected: tuple[CentrePiece, ...]
+    prediction: Prediction
+    source_program: bytes
+    corrected_program: bytes
+    offsets_program: bytes | None
+    dialect: str
+    ending: str
+    table: CorrectionTable
+    record: Record
+    notes: tuple[str, ...]
+
+    @property
+    def corrected_name(self) -> str:
+        """File name of the corrected program."""
+        return f"corrected{self.ending}"
+
+    @property
+    def offsets_name(self) -> str:
+        """File name of the variant that changes tool offsets alone."""
+        return f"offsets{self.ending}"
+
+    def next_cut_u_mm(self, index: int, arc_length_mm: Array) -> Array:
+        """Standard uncertainty of the next cut's error about the curve of feature `index`, (n,)."""
+        curve = self.model.curves[index].prediction_standard_deviation_mm(arc_length_mm)
+        return np.hypot(curve, self.unasked_u_mm[index](arc_length_mm))
+
+    @property
+    def name_to_run(self) -> str:
+        """The one to finish with: the tool-offset variant where an offset is enough."""
+        return self.offsets_name if self.decision.offset_is_enough else self.corrected_name
