@@ -34,8 +34,10 @@ def spline_basis(
 
 # nc-program: NC programs
 
-def nc_dialects() -> list[tuple[str, float, float, str, str, str, str, str, bool]]:
-    """Each dialect: name, resolution in inch and in mm, opening and closing of a comment, brackets of expressions."""
+def nc_dialects() -> list[tuple[str, float, float, str, str, str, str]]:
+    """Each dialect: name, resolution in inch and in mm, opening and closing of a comment, opening bracket of
+    expressions, address of a radius.
+    """
 
 @final
 class NcProgram:
@@ -104,6 +106,9 @@ def nc_number(steps: int, step: float, dialect: str, comma: bool) -> str:
 
 def nc_restyled(old: bytes, steps: int, step: float, dialect: str, comma: bool) -> str:
     """The same in the style of an old one: its sign habit, leading zeros, and at least as many decimals."""
+
+def nc_with_term(program: NcProgram, word: int, steps: int, step: float) -> str | None:
+    """The expression of a word plus that many steps of that size; None where it takes no sum."""
 
 def nc_said(
     program: NcProgram,

@@ -34,6 +34,7 @@ pub use refusal::Refusal;
 pub use role::{first_blocks, letters, named_axes};
 pub use standing::{said, Saying};
 pub use text::{writes_comma, Step};
+pub use value::with_term;
 
 /// What is accepted.
 #[derive(Clone, Copy, Debug)]

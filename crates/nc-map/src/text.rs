@@ -106,21 +106,25 @@ impl Step {
         self.signed(out, steps, plus, decimals, digits);
     }
 
-    /// An expression plus a term: inside its own brackets, or in new ones where it has none.
+    /// An expression plus a term: inside its own brackets, in new ones where it has none, behind it where it needs none.
     pub fn with_term(&self, out: &mut Vec<u8>, old: &[u8], steps: i64, dialect: &Dialect) {
         let (open, close) = dialect.brackets;
-        let inside = old.strip_suffix(&[close]).filter(|_| closes_at_end(old, open, close) && !compares(old, dialect));
-        match inside {
-            Some(inside) => out.extend(inside),
-            None => {
-                out.push(open);
-                out.extend(old);
-            }
+        let (whole, weak) = (closes_at_end(old, open, close), compares(old, dialect));
+        if weak && !whole {
+            return self.with_term(out, &[&[open], old, &[close]].concat(), steps, dialect);
         }
+        let inside = old.strip_suffix(&[close]).filter(|_| whole && !weak);
+        let bare = dialect.formulas && !whole;
+        if inside.is_none() && !bare {
+            out.push(open);
+        }
+        out.extend(inside.unwrap_or(old));
         self.signed(out, steps, true, 0, 1);
         let zeros = out.iter().rev().take_while(|byte| **byte == b'0').count();
         out.truncate(out.len() - zeros);
-        out.push(close);
+        if !bare {
+            out.push(close);
+        }
     }
 }
 
@@ -203,6 +207,10 @@ mod tests {
             (&LINUXCNC, "[#<scale>LE#<b>]", "[[#<scale>LE#<b>]-0.012]"),
             (&SIEMENS, "(R1>2)", "((R1>2)-0.012)"),
             (&SIEMENS, "(R1*2)", "(R1*2-0.012)"),
+            (&SIEMENS, "5", "5-0.012"),
+            (&SIEMENS, "R1+10", "R1+10-0.012"),
+            (&SIEMENS, "(R1+1)*2", "(R1+1)*2-0.012"),
+            (&SIEMENS, "R1 B_AND 6", "((R1 B_AND 6)-0.012)"),
             (&GE2000T, "(P46+0.0625)", "(P46+0.0625-0.012)"),
         ] {
             let mut out = Vec::new();

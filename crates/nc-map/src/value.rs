@@ -71,6 +71,16 @@ impl Value {
     }
 }
 
+/// The value of a word that is an expression, with a term; None where it takes none.
+pub fn with_term(program: &Program, word: &Word, step: Step, steps: i64) -> Option<Vec<u8>> {
+    let value = Value::of(program, word).ok().filter(|_| takes_terms(program))?;
+    let source = program.source();
+    let mut out = source.get(program.value_start(word)..value.start)?.to_vec();
+    step.with_term(&mut out, value.text(program), steps, program.dialect());
+    out.extend(source.get(value.end..word.end())?);
+    Some(out)
+}
+
 /// Whether a coordinate may be a formula.
 pub(crate) fn takes_terms(program: &Program) -> bool {
     program.dialect().flow != FlowStyle::Labels
@@ -80,8 +90,11 @@ fn excerpt(program: &Program, word: &Word) -> String {
     String::from_utf8_lossy(program.text(word)).into_owned()
 }
 
-/// Whether the bracket that opens a text closes at its end.
+/// Whether a bracket opens a text and closes at its end.
 pub(crate) fn closes_at_end(text: &[u8], open: u8, close: u8) -> bool {
+    if text.first() != Some(&open) {
+        return false;
+    }
     let mut depth = 0usize;
     for (position, byte) in text.iter().enumerate() {
         if *byte == open {

@@ -27,7 +27,7 @@ type WordTuple = (
     Option<bool>,
 );
 
-/// A dialect: name, resolution in inch and in mm, comment, brackets, address of a radius, formulas without brackets.
+/// A dialect: name, resolution in inch and in mm, comment, opening bracket, address of a radius.
 type DialectTuple = (
     &'static str,
     f64,
@@ -35,9 +35,7 @@ type DialectTuple = (
     &'static str,
     &'static str,
     char,
-    char,
     String,
-    bool,
 );
 
 /// Number, radius, tip, length, what T adds of geometry and wear (x, y, z), edge; mm.
@@ -286,9 +284,7 @@ fn nc_dialects() -> Vec<DialectTuple> {
             open,
             close,
             char::from(d.brackets.0),
-            char::from(d.brackets.1),
             d.radius_address(),
-            d.formulas,
         )
     };
     nc_program::dialect::DIALECTS.into_iter().map(row).collect()

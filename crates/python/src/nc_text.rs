@@ -33,10 +33,21 @@ fn nc_restyled(old: &[u8], steps: i64, step: f64, dialect: &str, comma: bool) ->
     Ok(String::from_utf8(out)?)
 }
 
+/// The expression of a word plus that many steps of that size; None where it takes no sum.
+#[pyfunction]
+fn nc_with_term(program: &NcProgram, word: usize, steps: i64, step: f64) -> Option<String> {
+    let program = &program.program;
+    let step = Step::of(program.dialect(), step, false);
+    let word = program.words().get(word);
+    let text = word.and_then(|word| nc_map::with_term(program, word, step, steps));
+    Some(text?.into_iter().map(char::from).collect())
+}
+
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(nc_mentions, module)?)?;
     module.add_function(wrap_pyfunction!(nc_number, module)?)?;
     module.add_function(wrap_pyfunction!(nc_restyled, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_with_term, module)?)?;
     module.add_function(wrap_pyfunction!(nc_writes_comma, module)?)
 }

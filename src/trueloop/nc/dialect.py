@@ -14,8 +14,8 @@ class Dialect:
     """How one control writes numbers, comments and expressions.
 
     `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
-    `radius_address` is what stands before the radius of an arc: `R`, `CR=`. With `formulas` a value is a chain of
-    operands and operators without brackets about it: `X=R1+10`. `decimal_comma`: the program at hand writes `X+2,5`.
+    `radius_address` is what stands before the radius of an arc: `R`, `CR=`. `decimal_comma`: the
+    program at hand writes `X+2,5`.
     """
 
     name: str
@@ -24,9 +24,7 @@ class Dialect:
     comment_open: str
     comment_close: str
     bracket_open: str
-    bracket_close: str
     radius_address: str
-    formulas: bool
     decimal_comma: bool = False
 
     def step(self, inch: bool) -> float:

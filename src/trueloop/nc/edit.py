@@ -76,16 +76,17 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
     delta = rounded(delta_mm / state.unit_mm(word.letter), resolution)
     if delta == 0:
         return None
-    old = program.source[word.value_start : word.end].decode("latin-1")
-    if word.is_expression and program.dialect.name == KLARTEXT:
-        raise TrueloopError(
-            Code.NC_EDIT,
-            f"{word.text} is set by a parameter, and this control takes no sum there",
-            hint="write the coordinate as a number",
-            place=program.place(word.start),
-        )
     if word.is_expression:
-        return Edit(word.value_start, word.end, with_term(old, delta, program.dialect))
+        text = with_term(program, word, delta, state)
+        if text is None:
+            raise TrueloopError(
+                Code.NC_EDIT,
+                f"{word.text} is an expression that takes no sum, and would have to be moved by {delta_mm:.4g} mm",
+                hint="write the coordinate as a number",
+                place=program.place(word.start),
+            )
+        return Edit(word.value_start, word.end, text)
+    old = program.source[word.value_start : word.end].decode("latin-1")
     exact = Decimal(digits_of(old)) + Decimal(delta_mm) / Decimal(state.unit_mm(word.letter))
     return Edit(word.value_start, word.end, restyled(program.dialect, old, rounded(exact, resolution), state))
 

@@ -1,23 +1,17 @@
 """Numbers and formulas as a program writes them: rounded to the control's resolution, in the style of the old ones."""
 
+import math
 import re
 from decimal import ROUND_HALF_EVEN, Decimal
 from typing import Final
 
-from trueloop._core import nc_number, nc_restyled
+from trueloop._core import nc_number, nc_restyled, nc_with_term
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.dialect import Dialect
-from trueloop.nc.program import Word
+from trueloop.nc.program import Program, Word
 from trueloop.nc.tool_path import CoordinateState
 
-_WEAKER_THAN_SUM: Final = re.compile(
-    r"\b(eq|ne|gt|ge|lt|le|and|or|xor)\b|\d(eq|ne|gt|ge|lt|le|and|or|xor)|[<>=]|b_", re.IGNORECASE
-)
-"""What binds weaker than a sum: an expression with it is put into brackets before a term is added."""
-_POSITION: Final = re.compile(r"(AC|DC|ACP|ACN)[ \t]*(?=\()", re.IGNORECASE)
-"""What says in Sinumerik's words that a value is a position: a term goes into its brackets."""
-
-
+_NUMBER: Final = re.compile(r"(?:AC|IC|DC)\s*\(\s*([-+]?[\d.]+)\s*\)\s*|([-+]?[\d.]+)\s*", re.IGNORECASE)
 _MOST_STEPS: Final = 10**15
 """More of the control's steps than any machine is long."""
 
@@ -60,27 +54,10 @@ def restyled(dialect: Dialect, old: str, value: Decimal, state: CoordinateState)
     return nc_restyled(old.encode("latin-1"), _steps(value, step), float(step), dialect.name, dialect.decimal_comma)
 
 
-def with_term(old: str, delta: Decimal, dialect: Dialect) -> str:
-    """The expression plus a term: inside its own brackets, or in new ones where it has none."""
-    term = f"{delta:+f}".rstrip("0").rstrip(".")
-    opening, closing = dialect.bracket_open, dialect.bracket_close
-    position = _POSITION.match(old) if dialect.formulas else None
-    start = position.end() if position else 0
-    whole = old[start:].startswith(opening) and _closes_at_end(old[start:], opening, closing)
-    if whole and not _WEAKER_THAN_SUM.search(old):
-        return f"{old[:-1]}{term}{closing}"
-    if dialect.formulas and not _WEAKER_THAN_SUM.search(old):
-        return f"{old}{term}"
-    return f"{opening}{old}{term}{closing}"
-
-
-def _closes_at_end(text: str, opening: str, closing: str) -> bool:
-    depth = 0
-    for position, letter in enumerate(text):
-        depth += (letter == opening) - (letter == closing)
-        if depth == 0:
-            return position == len(text) - 1
-    return False
+def with_term(program: Program, word: Word, delta: Decimal, state: CoordinateState) -> str | None:
+    """The expression of a word plus a rounded term; None where it takes no sum."""
+    step = resolution_of(program.dialect, state)
+    return nc_with_term(program.core, word.index, _steps(delta, step), float(step))
 
 
 def rounded_mm(dialect: Dialect, letter: str, value_mm: float, state: CoordinateState) -> float:
@@ -94,3 +71,11 @@ def word_with(word: Word, value_mm: float, dialect: Dialect, state: CoordinateSt
     value = rounded(value_mm / state.unit_mm(word.letter), resolution_of(dialect, state))
     head, old = word.text[: word.value_start - word.start], word.text[word.value_start - word.start :]
     return head + restyled(dialect, old, value, state)
+
+
+def number_said(word: Word) -> float:
+    """The number that a word says, be it as `AC(5)`; NaN of a formula."""
+    if word.kind == "number":
+        return word.value
+    found = _NUMBER.fullmatch(word.text[word.value_start - word.start :])
+    return float(found.group(found.lastindex or 0)) if found else math.nan

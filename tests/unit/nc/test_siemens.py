@@ -42,7 +42,7 @@ def test_words(text: str, words: list[str]) -> None:
         ("G1 X=R1+10 F5", "G1 X=R1+10+0.0124 F5"),
         ("G1 X=AC( R1 ) F5", "G1 X=AC( R1 +0.0124) F5"),
         ("G1 X=(R1 + 1)*2;F5", "G1 X=(R1 + 1)*2+0.0124;F5"),
-        ("G1 X=R1 B_AND 6", "G1 X=(R1 B_AND 6+0.0124)"),
+        ("G1 X=R1 B_AND 6", "G1 X=((R1 B_AND 6)+0.0124)"),
     ],
 )
 def test_an_edit_changes_the_value_and_nothing_else(before: str, after: str) -> None:
@@ -51,6 +51,9 @@ def test_an_edit_changes_the_value_and_nothing_else(before: str, after: str) -> 
     edit = displace_word(program, word, 0.0124, RADIUS)
     assert edit is not None
     assert apply_edits(program, [edit]).decode() == after
+    given = "G71 G90 R1=7\n"
+    at = [siemens(given + text).run().end_mm[-1, 0] for text in (before, after)]
+    assert at[1] - at[0] == pytest.approx(0.0124, abs=1e-12)
 
 
 @pytest.mark.parametrize(
