@@ -1,17 +1,16 @@
 """Moves written by their ends, arcs by radius or centre, into the blocks that gave them in other words."""
 
 import math
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, TrueloopError
 from trueloop.nc.along import PLANE_AXES
 from trueloop.nc.dialect import Dialect
 from trueloop.nc.edit import KLARTEXT, Edit, coordinate_text, line_ending
 from trueloop.nc.explicit_block import OUT, rewritten
+from trueloop.nc.explicit_refusal import refusal, require_writable
 from trueloop.nc.explicit_splines import makes_spline, spline_blocks, without_spline
 from trueloop.nc.explicit_words import (
     circle_words,
@@ -24,15 +23,14 @@ from trueloop.nc.explicit_words import (
     motion_word,
     pole_block,
 )
-from trueloop.nc.number_text import rounded_mm, word_with
+from trueloop.nc.number_text import number_said, rounded_mm, word_with
 from trueloop.nc.program import Block, Program, Word
-from trueloop.nc.shape_words import CORNER, ENDS, EVERY_CORNER, asks_corner, is_made, is_shaped, shaping_words
-from trueloop.nc.tool_path import INVERSE_TIME, Array, CoordinateState, Motion, ToolPath
+from trueloop.nc.shape_words import CORNER, ENDS, EVERY_CORNER, is_made, shaping_words
+from trueloop.nc.tool_path import Array, CoordinateState, Motion, ToolPath
 
 AXES: Final = "XYZ"
 CENTRES: Final = "IJK"
 _SAME_MM: Final = 1e-7
-_NUMBER: Final = re.compile(r"(?:AC|IC|DC)\s*\(\s*([-+]?[\d.]+)\s*\)\s*|([-+]?[\d.]+)\s*", re.IGNORECASE)
 
 
 class Explicit:
@@ -54,7 +52,7 @@ class Explicit:
         block = self.program.block(int(self.path.block[moves[0]]))
         if self._last != moves[0] - 1:
             self._begin(moves[0], block)
-        self._require_writable(block, moves)
+        require_writable(self.program, self.path, block, moves)
         if makes_spline(self.program, self.path, moves[0]):
             self._spline(moves, block)
             return
@@ -86,7 +84,7 @@ class Explicit:
             values = [word for word in block.data if word.kind in ("number", "expression")]
             if block.index not in self.path.block and any(word.letter in "XYZ" for word in values):
                 hint = "write RND into the blocks that are to end in a corner"
-                raise self._refusal(block, "RNDM may be in force here, and it is not run", hint)
+                raise refusal(self.program, block, "RNDM may be in force here, and it is not run", hint)
             every = {word.index: OUT for word in values if word.letter == EVERY_CORNER}
             if every and block.index not in self.path.block:
                 self.edits[block.index] = rewritten(self.program, block, every, (), ())
@@ -134,7 +132,7 @@ class Explicit:
             return written[0]
         start = float(path.start_mm[move, axis])
         increment = _is_increment(word, state.incremental)
-        said = _said(word) * state.unit_mm(letter) + (start if increment else 0.0)
+        said = number_said(word) * state.unit_mm(letter) + (start if increment else 0.0)
         if math.isnan(said) or abs(said - target) <= _SAME_MM:
             return held + target - start if increment else target
         plain = word.kind == "number" and word.letter == letter and increment == state.incremental
@@ -159,7 +157,7 @@ class Explicit:
         for axis in axes:
             letter, centre = CENTRES[axis], float(path.centre_mm[move, axis])
             value, word = centre - float(self._end[axis]), given.get(letter)
-            said = _said(word) * state.unit_mm(letter) if word is not None else 0.0
+            said = number_said(word) * state.unit_mm(letter) if word is not None else 0.0
             if (word is not None and word.increment is False) or abs(said - value) <= _SAME_MM:
                 continue
             text = coordinate_text(self.program.dialect, letter, value, state)
@@ -227,50 +225,11 @@ class Explicit:
     def _feed_changes(self, move: int) -> bool:
         return bool(self.path.feed[move] != self._feed and not math.isnan(self.path.feed[move]))
 
-    def _require_writable(self, block: Block, moves: Sequence[int]) -> None:
-        path, program = self.path, self.program
-        corners = [k for k in moves if is_made(path, k)]
-        if not all(asks_corner(program, path, k) or makes_spline(program, path, k) for k in corners):
-            raise self._refusal(block, "a cycle makes its moves", "write the cycle out as moves")
-        shaped = is_shaped(program, path, moves[0])
-        if corners and path.feed_mode[corners[0]] == INVERSE_TIME:
-            raise self._refusal(block, "the time of its move is given (G93)", "program the feed by G94 or G95 there")
-        formula = next((w for w in self._behind(moves) if w.is_expression and math.isnan(_said(w))), None)
-        if shaped and formula is not None:
-            hint = "write the coordinates beside it as numbers, or the corner or arc as a block of its own"
-            raise self._refusal(block, f"it hangs on {formula.text}, which another value would change", hint)
-
-    def _behind(self, moves: Sequence[int]) -> Iterable[Word]:
-        """The words on which moves hang: those of their start, of their block, and of where the next one ends."""
-        path, program = self.path, self.program
-        first = moves[0]
-        yield from self._setting(first)
-        yield from self._setting(max(first - 1, 0))  # a tangent arc's direction; of others no more than asked
-        block = program.block(int(path.block[first]))
-        blocks = spline_blocks(program, block) if makes_spline(program, path, first) else [block]
-        yield from (w for own in blocks for w in own.data if w.letter not in "GMFSTD")
-        if moves[-1] + 1 < len(path):
-            yield from (program.word(int(index)) for index in path.word[moves[-1] + 1] if index >= 0)
-
-    def _setting(self, move: int) -> Iterable[Word]:
-        """The words that set where a move starts."""
-        for axis in range(3):
-            found = np.flatnonzero(self.path.word[:move, axis] >= 0)
-            if len(found):
-                yield self.program.word(int(self.path.word[found[-1], axis]))
-
     def _keep(self, block: Block, edits: list[Edit]) -> None:
         if self.edits.setdefault(block.index, edits) != edits:
-            raise self._refusal(block, "it runs several times to different places", "write the loop or calls out")
-
-    def _refusal(self, block: Block, why: str, hint: str) -> TrueloopError:
-        text = self.program.source[block.start : block.end].decode("latin-1").strip()
-        return TrueloopError(
-            Code.NC_EDIT,
-            f"{text[:60]!r} cannot be written out as explicit moves: {why}",
-            hint=hint,
-            place=self.program.place(block.data[0].start if block.data else block.start),
-        )
+            raise refusal(
+                self.program, block, "it runs several times to different places", "write the loop or calls out"
+            )
 
 
 def _is_increment(word: Word, in_force: bool) -> bool:
@@ -283,11 +242,3 @@ def _written(dialect: Dialect, letter: str, target: float, held: float, state: C
     origin = held if state.incremental else 0.0
     text = coordinate_text(dialect, letter, target - origin, state)
     return origin + rounded_mm(dialect, letter, target - origin, state), text
-
-
-def _said(word: Word) -> float:
-    """The number that a word says, be it as `AC(5)`; NaN of a formula."""
-    if word.kind == "number":
-        return word.value
-    found = _NUMBER.fullmatch(word.text[word.value_start - word.start :])
-    return float(found.group(found.lastindex or 0)) if found else math.nan
