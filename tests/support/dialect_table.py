@@ -191,6 +191,15 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         siemens="G71 G111 X0 Y0\nG1 AP=30 RP=5 F9",
         linuxcnc="G21 G0 @5 ^30",
     ),
+    "High speed, smoothing, tolerance": _for(
+        heidenhain="0 BEGIN PGM A MM\n1 CYCL DEF 32.0 TOLERANCE\n2 CYCL DEF 32.1 T0.01\n3 L X+1 F100",
+        siemens="G71 SOFT FFWON G642 COMPCAD\nCYCLE832(0.01,_FINISH,1)\nG1 X1 F1",
+        linuxcnc="G21 G64 P0.002\nG1 X1 F1",
+        lathe="G21 G08 P1\nG05.1 Q1\nG05 P10000\nG01 X1. F1.",
+        mill="G21 G08 P1\nG05.1 Q2 X0 Y0 Z0\nG05 P10000\nG61.1 G01 X1. F1.",
+        haas_lathe="G21 G187 P3 E0.01\nG01 X1. F1.",
+        haas_mill="G21 G187 P3 E0.01\nG103 P1\nG01 X1. F1.",
+    ),
     "Further axes, polar interpolation": _for(
         heidenhain="0 BEGIN PGM A MM\n1 L C+90 F100",
         siemens="G71 G1 C90 F1",

@@ -34,7 +34,7 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
             Some(G::MachineCoordinates) => Role::Machine,
             Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
             Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset | G::Shift(_)) => Role::Register,
-            Some(G::ToolOffset | G::Dwell | G::Pole(_)) => Role::Data,
+            Some(G::ToolOffset | G::Dwell | G::Pole(_) | G::Setting(..)) => Role::Data,
             Some(G::OpaqueCycle | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle | G::Thread | G::Pass(_)) => {
                 Role::Cycle
             }

@@ -94,6 +94,7 @@ impl Runner<'_> {
             match *code {
                 G::Dwell | G::Pause => self.dwell(request),
                 G::ExtendedOffset => self.extended_offset(request, *word as i32),
+                G::Setting(letter, known) => self.setting(request, letter, known, *word as i32),
                 G::ToolTableOffset(adds) => self.length_offset(request, adds, *word as i32),
                 _ => {}
             }
@@ -187,14 +188,12 @@ impl Runner<'_> {
             }
             G::OpaqueMotion => modal.motion = Motion::Opaque,
             G::OpaqueBlock => self.note_opaque(word, "what it does is not in the path"),
-            G::OpaqueMode => {
-                let message = format!("{}: the path goes on as if it were not there", self.word_text(word));
-                let hint = "positions after it are not those of the machine; write it without this code";
-                self.warn(finding::OPAQUE, self.word_start(word), message, hint);
-            }
+            G::OpaqueMode => self.unfollowed(word),
+            G::ToleranceCycle => self.tolerance_cycle(word),
             _ => {}
         }
-        action_of(code, word)
+        let beside_move = code == G::OpaqueMode && self.program.dialect().flow == FlowStyle::Labels; // M128
+        action_of(code, word).filter(|_| !beside_move)
     }
 
     fn word_ends_with(&self, word: i32, text: &[u8]) -> bool {
@@ -218,6 +217,13 @@ impl Runner<'_> {
             self.state.modal.feed_mode = mode;
             self.state.modal.feed = -1.0;
         }
+    }
+
+    /// Says of a code that changes where later positions are that the path does not follow it.
+    pub(crate) fn unfollowed(&mut self, word: i32) {
+        let message = format!("{}: the path goes on as if it were not there", self.word_text(word));
+        let hint = "positions after it are not those of the machine; write it without this code";
+        self.warn(finding::OPAQUE, self.word_start(word), message, hint);
     }
 
     pub(crate) fn note_opaque(&mut self, word: i32, what: &str) {
@@ -266,6 +272,7 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::EndSpline => Some(Action::EndSpline),
         G::Profile(profile) => Some(Action::Profile(profile, word)),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
+        G::Setting(..) | G::ToleranceCycle => Some(Action::Nothing),
         _ => None,
     }
 }

@@ -83,6 +83,16 @@ impl Lexer<'_> {
         let open = self.scanner.skip_space(end);
         match self.source.get(open) {
             Some(b'(') => self.closing(open, b')'),
+            Some(b'[') => {
+                let closed = self.closing(open, b']')?;
+                let equals = self.scanner.skip_space(closed);
+                let given = self.source.get(equals) == Some(&b'=');
+                if given {
+                    self.scanner.value_end(equals + 1)
+                } else {
+                    Some(closed)
+                }
+            }
             Some(b'=') => self.scanner.value_end(open + 1),
             _ => Some(end),
         }

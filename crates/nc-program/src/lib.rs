@@ -66,6 +66,7 @@ mod scope;
 mod sections;
 mod segment;
 mod session;
+mod setting;
 mod spline;
 mod state;
 mod statement;

@@ -95,13 +95,13 @@ fn unknown_name(program: &Program, word: &Word, labels: &OnceCell<Labels>) -> Op
 /// Whether a coordinate other than zero is written without a decimal point.
 fn lacks_point(program: &Program, word: &Word) -> bool {
     let coordinate = matches!(word.letter, b'I'..=b'K' | b'R' | b'U'..=b'Z');
-    coordinate && word.value != 0.0 && !program.text(word).contains(&b'.') && !counts_passes(program, word)
+    coordinate && word.value != 0.0 && !program.text(word).contains(&b'.') && !counts(program, word)
 }
 
-/// R of a pattern that is repeated (G73) is a number of passes, no length.
-fn counts_passes(program: &Program, word: &Word) -> bool {
-    let repeats = |code: &Word| program.code(code) == Some(G::RoughContour(Rough::Pattern));
-    word.letter == b'R' && program.words_of(program.block_at(word.start as usize)).iter().any(repeats)
+/// R of a pattern that is repeated (G73) is a number of passes, of a setting (G05.1) one of machining conditions.
+fn counts(program: &Program, word: &Word) -> bool {
+    let counted = |code| matches!(program.code(code), Some(G::RoughContour(Rough::Pattern) | G::Setting(..)));
+    word.letter == b'R' && program.words_of(program.block_at(word.start as usize)).iter().any(counted)
 }
 
 fn warning(code: &'static str, word: &Word, message: String, hint: &str) -> Finding {

@@ -21,7 +21,10 @@ pub fn meaning(program: &Program, word: &Word) -> Option<String> {
 }
 
 fn of_g(code: G) -> String {
-    format!("{code:?}")
+    match code {
+        G::Setting(..) | G::ToleranceCycle => of_g(G::Inert),
+        _ => format!("{code:?}"),
+    }
 }
 
 fn of_m(function: M) -> String {

@@ -121,6 +121,8 @@ def test_feeds_of_a_time_and_of_a_revolution_are_those_of_a_minute() -> None:
     assert b"G01 X2.0 F10.0" in inch
     turned = of("G21 G95 S500 M3\nG0 X0. Y0.\nG1 X10. F.2", "fanuc-mill", "heidenhain").source
     assert b"X+10 F100" in turned
+    klartext = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S500\n2 L X+0 FMAX M3\n3 L X+10 F0.2 M136\n"
+    assert b"G95\nG01 X10.0 F0.2" in of(klartext, "heidenhain", "fanuc-mill").source
     unknown = of("G21 G95\nG0 X0. Y0.\nG1 X10. F.2", "fanuc-mill", "heidenhain")
     assert "without the spindle's speed" in lost(unknown, Severity.ERROR)[0]
 
@@ -146,7 +148,7 @@ def test_feeds_of_a_time_and_of_a_revolution_are_those_of_a_minute() -> None:
         ("G21 G0 X1. Z1.\nG71 P1 Q2\nN1 G0 X0.\nN2 Z0.", "fanuc-lathe", "linuxcnc", "G71"),
         ("(UPD, 1, TOV(X), 0.1)\nG70 G00 X1.0", "ge2000t", "linuxcnc", "(UPD"),
         ("0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1 DL+0.1", "heidenhain", "fanuc-mill", "DL"),
-        ("0 BEGIN PGM A MM\n1 L X+1 F100 M136", "heidenhain", "fanuc-mill", "M136"),
+        ("0 BEGIN PGM A MM\n1 L X+1 F100 M128", "heidenhain", "fanuc-mill", "M128"),
     ],
 )  # fmt: skip
 def test_what_moves_the_machine_otherwise_is_an_error_at_its_word(text: str, dialect: str, to: str, word: str) -> None:

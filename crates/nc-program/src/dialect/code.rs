@@ -112,6 +112,10 @@ pub enum G {
     RoughContour(Rough),
     /// Runs on, or roughs out, the contour of the subroutine that Q names.
     Profile(Profile),
+    /// Sets how closely or how fast the path is followed, where the letter has one of these values; else who knows.
+    Setting(u8, &'static [f64]),
+    /// The same by the arguments of a cycle: CYCLE832.
+    ToleranceCycle,
     /// Without influence on the path.
     Inert,
 }

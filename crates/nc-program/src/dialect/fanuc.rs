@@ -61,6 +61,12 @@ pub const FANUC_MILL: Dialect = Dialect {
     comment: ("(", ")"),
 };
 
+/// High speed and smoothing: look-ahead, contour control, smooth interpolation, high precision. P of G05 from 10001 on
+/// calls what is not in the program.
+const LOOK_AHEAD: G = G::Setting(b'P', &[0.0, 1.0]);
+const CONTOUR_CONTROL: G = G::Setting(b'Q', &[0.0, 1.0, 2.0, 3.0]);
+const HIGH_PRECISION: G = G::Setting(b'P', &[0.0, 10000.0]);
+
 /// Codes that turning and milling share.
 pub(super) fn common(tenths: u16) -> Option<G> {
     Some(match tenths {
@@ -90,7 +96,10 @@ pub(super) fn common(tenths: u16) -> Option<G> {
         680 | 121 | 1120 => G::OpaqueMode,
         960 => G::Spindle(SpindleMode::SurfaceSpeed),
         970 => G::Spindle(SpindleMode::Revolutions),
-        90 | 110 | 131 | 220 | 230 | 250 | 260 | 610 | 640 | 690 | 1130 => G::Inert,
+        50 => HIGH_PRECISION,
+        51 => CONTOUR_CONTROL,
+        80 => LOOK_AHEAD,
+        90 | 110 | 131 | 220 | 230 | 250 | 260 | 610..=611 | 620 | 630 | 640 | 690 | 1130 => G::Inert,
         _ => return None,
     })
 }

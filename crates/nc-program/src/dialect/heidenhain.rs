@@ -9,7 +9,7 @@ use super::{
     ToolOffset, G, M,
 };
 use crate::flow::Flow;
-use crate::modal::{Compensation, Modal, Motion, Plane};
+use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane};
 
 /// The dialect.
 pub const HEIDENHAIN: Dialect = Dialect {
@@ -109,7 +109,17 @@ const NAMES: Names = Names::of(&[
     ("FN 11:", Name::Flow(Flow::Compare)),
     ("FN 12:", Name::Flow(Flow::Compare)),
     ("FN #:", Name::Inert),
-    ("FUNCTION", TEXT),
+    ("FUNCTION AFC", TEXT),
+    ("FUNCTION COUNT", TEXT),
+    ("FUNCTION DCM", TEXT),
+    ("FUNCTION DWELL", TEXT),
+    ("FUNCTION FEED", TEXT),
+    ("FUNCTION FILE", TEXT),
+    ("FUNCTION LIFTOFF", TEXT),
+    ("FUNCTION MODE MILL", TEXT),
+    ("FUNCTION RESET TCPM", TEXT),
+    ("FUNCTION S-PULSE", TEXT),
+    ("FUNCTION", FRAME),
     ("FZ", Name::Address(b'f')),
     ("FU", Name::Address(b'f')),
     ("IPA", Name::Increment(b'q')),
@@ -123,6 +133,17 @@ const NAMES: Names = Names::of(&[
     ("LBL", Name::Flow(Flow::Label)),
     ("LP\t", Name::Code(G::Motion(Motion::Line))),
     ("L\t", Name::Code(G::Motion(Motion::Line))),
+    ("M103", TEXT),
+    ("M112", TEXT),
+    ("M114\t", Name::Code(G::OpaqueMode)),
+    ("M118", FRAME),
+    ("M120 LA", TEXT),
+    ("M124", TEXT),
+    ("M128\t", Name::Code(G::OpaqueMode)),
+    ("M136\t", Name::Code(G::Feed(FeedMode::PerRevolution))),
+    ("M137\t", Name::Code(G::Feed(FeedMode::PerMinute))),
+    ("M143\t", Name::Code(G::OpaqueMode)),
+    ("M144\t", Name::Code(G::OpaqueMode)),
     ("M91\t", Name::Code(G::MachineCoordinates)),
     ("M140 MB", CYCLE),
     ("M92\t", Name::Code(G::OpaqueBlock)),
