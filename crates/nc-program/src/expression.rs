@@ -1,6 +1,6 @@
 //! Expressions, computed straight from the bytes: brackets, parameters, and for RS-274 its functions and operators.
 
-use crate::dialect::{Dialect, Functions, Naming};
+use crate::dialect::{Blanks, Dialect, Functions, Naming};
 use crate::functions::{function, macro_function, Operator, ARITHMETIC, KLARTEXT, MACRO, RS274, SIEMENS};
 use crate::names;
 use crate::number;
@@ -135,7 +135,7 @@ impl<'a> Reader<'a> {
     /// A number; white space within it does not end it in RS-274.
     fn number(&self) -> Option<(f64, usize)> {
         let (value, end) = number::read(self.source, self.at)?;
-        if !self.dialect.spaced_numbers || !matches!(self.source.get(end), Some(b' ' | b'\t')) {
+        if self.dialect.blanks != Blanks::WithinNumber || !matches!(self.source.get(end), Some(b' ' | b'\t')) {
             return Some((value, end));
         }
         let (mut digits, mut at, mut end) = (Vec::new(), self.at, end);

@@ -1,7 +1,7 @@
 //! The lexer: lays blocks and words over the bytes in one pass. Every byte belongs to a word or to what lies between.
 
 use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
-use crate::dialect::{Class, Dialect, FlowStyle};
+use crate::dialect::{Blanks, Class, Dialect, FlowStyle};
 use crate::macros;
 use crate::names;
 use crate::number;
@@ -145,7 +145,7 @@ impl Lexer<'_> {
             Some(b'=' | b',' | b'.') => false,
             Some(b' ' | b'\t') => {
                 let next = self.source.get(self.scanner.skip_space(end));
-                let goes_on = self.dialect.spaced_numbers && matches!(next, Some(b'0'..=b'9' | b'.'));
+                let goes_on = self.dialect.blanks == Blanks::WithinNumber && matches!(next, Some(b'0'..=b'9' | b'.'));
                 !(goes_on || next == Some(&b'='))
             }
             _ => true,
@@ -209,6 +209,8 @@ impl Lexer<'_> {
 
     /// Numbers with white space or a decimal comma in them, where the dialect has such.
     pub(crate) fn odd_number(&self, start: usize) -> Option<(f64, usize)> {
+        let spaced = self.dialect.blanks == Blanks::BeforeNumber;
+        let start = if spaced { self.scanner.skip_space(start) } else { start };
         if !matches!(self.source.get(start)?, b'0'..=b'9' | b'.' | b',' | b'+' | b'-' | b' ' | b'\t') {
             return None;
         }
@@ -223,7 +225,7 @@ impl Lexer<'_> {
                     comma = true;
                     digits.push(b'.');
                 }
-                b' ' | b'\t' if self.dialect.spaced_numbers => continue,
+                b' ' | b'\t' if self.dialect.blanks == Blanks::WithinNumber => continue,
                 _ => break,
             }
             end = at;

@@ -1,8 +1,13 @@
 """Words as programs of shops have them by mistake: none is lost without a word."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
+from tests.support.mapped import mapped
 from trueloop.errors import Code
+from trueloop.nc.field import affine_field
 from trueloop.nc.program import read_program
 
 LATHE = "G21 G99 F.1\nG00 X20. Z5.\n"
@@ -62,3 +67,35 @@ def test_a_thread_whose_lead_is_not_written_does_not_take_the_feed_for_it(text: 
 
 def test_a_letter_that_the_ge_2000t_has_not_got_is_told() -> None:
     assert codes("G70\nG00 X1.0\nU1.0 W2.0", "ge2000t") == [(Code.NC_WORD, 3, 1), (Code.NC_WORD, 3, 6)]
+
+
+@pytest.mark.parametrize(
+    ("blanks", "packed"),
+    [
+        ("N 10 G 01 X 15. Z\t-2.5 F .2", "N10 G01 X15. Z-2.5 F.2"),
+        ("G01 X   +15.,R 2.\nZ  -9.", "G01 X+15.,R2.\nZ-9."),
+        ("G00 U 1. W -1.", "G00 U1. W-1."),
+        ("M 98 P 7\nM 30\nO 7\nG01 X 9. F 1.\nM 99", "M98 P7\nM30\nO7\nG01 X9. F1.\nM99"),
+        ("#1 = 3\nIF [#1 EQ 3] GOTO 20\nX 99.\nN 20 X #1", "#1=3\nIF[#1EQ3]GOTO20\nX99.\nN20 X#1"),
+    ],
+)
+@pytest.mark.parametrize("dialect", ["fanuc-lathe", "haas-lathe"])
+def test_blanks_between_an_address_and_its_number_are_none_of_it(dialect: str, blanks: str, packed: str) -> None:
+    spaced, plain = (read_program((LATHE + text).encode(), dialect).run() for text in (blanks, packed))
+    assert len(plain) > 1
+    assert np.array_equal(spaced.end_mm, plain.end_mm)
+    assert np.array_equal(spaced.feed, plain.feed, equal_nan=True)
+    assert not [code for code, *_ in codes(LATHE + blanks, dialect) if code is not Code.NC_NUMBER]
+
+
+@pytest.mark.parametrize("dialect", ["fanuc-mill", "haas-mill", "linuxcnc"])
+def test_an_edit_of_such_a_word_changes_its_digits_alone(dialect: str, tmp_path: Path) -> None:
+    text = "G21\nG00 X 10. Y\t-2.5 Z 5.\r\nG01 X  12.50 F 100.\nM2\n"
+    after, _ = mapped(tmp_path, text, affine_field(np.eye(3), (0.01, 0.02, 0.0)), dialect)
+    places = {"linuxcnc": ("10.01000", "-2.48000", "12.51000")}.get(dialect, ("10.010", "-2.480", "12.510"))
+    assert after.endswith("G21\nG00 X {} Y\t{} Z 5.\r\nG01 X  {} F 100.\nM2\n".format(*places))
+
+
+@pytest.mark.parametrize("word", ["X 1 5.", "X1 5.", "X - 5.", "X 1.5.2", "X"])
+def test_a_number_with_blanks_in_it_stays_unknown_to_fanuc(word: str) -> None:
+    assert Code.NC_WORD in {code for code, *_ in codes(f"{LATHE}G01 {word}", "fanuc-lathe")}

@@ -1,5 +1,16 @@
 //! What a byte starts: words, comments, statements.
 
+/// Where white space does not end a word of a letter and a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blanks {
+    /// Nowhere.
+    End,
+    /// Between the letter and the number: `X 15.`.
+    BeforeNumber,
+    /// There, and within the number: `X 1 5.`.
+    WithinNumber,
+}
+
 /// What a byte means where a word may start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]

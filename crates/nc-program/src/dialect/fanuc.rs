@@ -4,7 +4,8 @@
 //! manuals leave to the machine's parameters (numbers without a point, offsets of T) is reported where a program depends on it.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules,
+    ToolOffset, G, M,
 };
 use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
@@ -42,7 +43,7 @@ pub const FANUC_MILL: Dialect = Dialect {
     brackets: (b'[', b']'),
     parameters: Parameters { mark: b'#', named: Naming::None, computed: true, unset_is_zero: false },
     functions: Functions::Macro,
-    spaced_numbers: false,
+    blanks: Blanks::BeforeNumber,
     decimal_comma: false,
     turns: false,
     line_angle: b"",

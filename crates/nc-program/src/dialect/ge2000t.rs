@@ -4,7 +4,8 @@
 //! than a quadrant. Parameters P1, P2, … of a cycle are words of its block; others are variables.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules,
+    ToolOffset, G, M,
 };
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
 
@@ -17,7 +18,7 @@ pub const GE2000T: Dialect = Dialect {
     brackets: (b'(', b')'),
     parameters: Parameters { mark: b'P', named: Naming::None, computed: false, unset_is_zero: false },
     functions: Functions::None,
-    spaced_numbers: false,
+    blanks: Blanks::End,
     decimal_comma: true,
     turns: false,
     line_angle: b"",

@@ -5,8 +5,8 @@
 //! A block's function says how its coordinates move: nothing of it stays in force but feed, compensation and the pole.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules,
-    ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom,
+    Rules, ToolOffset, G, M,
 };
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane};
@@ -36,7 +36,7 @@ pub const HEIDENHAIN: Dialect = Dialect {
     brackets: (b'(', b')'),
     parameters: Parameters { mark: b'Q', named: Naming::Plain, computed: true, unset_is_zero: false },
     functions: Functions::Klartext,
-    spaced_numbers: false,
+    blanks: Blanks::End,
     decimal_comma: true,
     turns: false,
     line_angle: b"",

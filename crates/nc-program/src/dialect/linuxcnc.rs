@@ -1,7 +1,8 @@
 //! RS-274 as LinuxCNC 2.9 reads it.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules, ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Names, Naming, Parameters, Rules,
+    ToolOffset, G, M,
 };
 use crate::drill::Drill;
 use crate::level_cuts::Pockets;
@@ -24,7 +25,7 @@ pub const LINUXCNC: Dialect = Dialect {
     brackets: (b'[', b']'),
     parameters: Parameters { mark: b'#', named: Naming::Brackets, computed: true, unset_is_zero: true },
     functions: Functions::Rs274,
-    spaced_numbers: true,
+    blanks: Blanks::WithinNumber,
     decimal_comma: false,
     turns: true,
     line_angle: b"",
@@ -33,7 +34,12 @@ pub const LINUXCNC: Dialect = Dialect {
     increments: None,
     point_decides: false,
     tool_offset: ToolOffset::Code,
-    rules: Rules { tip_in_front: true, enters_beside_next: false, retracts_to_plane: true, ..Rules::USUAL },
+    rules: Rules {
+        tip_in_front: true,
+        enters_beside_next: false,
+        retracts_to_plane: true,
+        ..Rules::USUAL
+    },
     other_axes: Letters::of(b"ABCUVW"),
     letters: Letters::of(b"ABCDEFGHIJKLMNOPQRSTUVWXYZ"),
     g: g_code,

@@ -16,7 +16,7 @@ pub(crate) use crate::names::{Name, Names};
 use crate::modal::Modal;
 
 pub(crate) use class::common_classes;
-pub use class::Class;
+pub use class::{Blanks, Class};
 pub use code::{G, M};
 pub use fanuc::{FANUC_LATHE, FANUC_LATHE_B, FANUC_MILL};
 pub use ge2000t::GE2000T;
@@ -141,8 +141,8 @@ pub struct Dialect {
     pub parameters: Parameters,
     /// Functions and word operators of expressions.
     pub functions: Functions,
-    /// White space within a number does not end it.
-    pub spaced_numbers: bool,
+    /// White space in a word of a letter and a number.
+    pub blanks: Blanks,
     /// A comma between digits is read as a decimal point, and reported.
     pub decimal_comma: bool,
     /// P in an arc block is the number of turns begun.

@@ -6,8 +6,8 @@
 //! machine data, such as diameters at the start, a program has to say: DIAMON or DIAMOF, G17 or G18.
 
 use super::{
-    common_classes, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom, Rules,
-    ToolOffset, G, M,
+    common_classes, Blanks, Class, Dialect, FlowStyle, Functions, Letters, Name, Names, Naming, Parameters, PoleFrom,
+    Rules, ToolOffset, G, M,
 };
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
@@ -21,7 +21,7 @@ pub const SIEMENS: Dialect = Dialect {
     brackets: (b'(', b')'),
     parameters: Parameters { mark: b'R', named: Naming::Plain, computed: true, unset_is_zero: false },
     functions: Functions::Siemens,
-    spaced_numbers: false,
+    blanks: Blanks::End,
     decimal_comma: false,
     turns: false,
     line_angle: b"n",
