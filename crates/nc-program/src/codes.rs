@@ -42,8 +42,12 @@ enum Action {
 impl Runner<'_> {
     /// Does what the block asks for: modes first, then feed, speed and tool, then parameters, then its action.
     pub(crate) fn execute(&mut self, request: &mut Request) {
+        if request.codes().len() > 1 {
+            self.check_groups(request);
+        }
         let action = self.apply_codes(request);
         if !matches!(action, Action::CallMacro(_) | Action::ModalMacro(_)) {
+            self.check_sign(request);
             self.apply_feed_speed_tool(request, action);
         }
         if action != Action::TurningCycle {
@@ -92,7 +96,11 @@ impl Runner<'_> {
                 self.compensate(request, side, *code == G::CompensationGiven(side), *word as i32);
             }
             match *code {
-                G::Dwell | G::Pause => self.dwell(request),
+                G::Dwell => {
+                    self.check_dwell(request);
+                    self.dwell(request);
+                }
+                G::Pause => self.dwell(request),
                 G::ExtendedOffset => self.extended_offset(request, *word as i32),
                 G::Setting(letter, known) => self.setting(request, letter, known, *word as i32),
                 G::ToolTableOffset(adds) => self.length_offset(request, adds, *word as i32),

@@ -37,6 +37,8 @@ pub const TOOL: &str = "NC-TOOL";
 pub const GOUGE: &str = "NC-GOUGE";
 /// Compensation that cannot begin or change as it is programmed.
 pub const ENTRY: &str = "NC-ENTRY";
+/// A cut without a feed, a feed below zero.
+pub const FEED: &str = "NC-FEED";
 /// A unit that the program does not say.
 pub const UNIT: &str = "NC-UNIT";
 /// Whether X is a diameter, which the program does not say.

@@ -23,6 +23,9 @@ impl Runner<'_> {
                 WordKind::Number => word.value,
                 WordKind::Expression if self.is_null(word) => continue,
                 WordKind::Expression => {
+                    if self.program.dialect().flow == FlowStyle::Structured {
+                        self.check_reference(word);
+                    }
                     let start = program.value_start(word);
                     let value = self.value(start).0;
                     if value.is_nan() && self.in_macro() && self.is_parameter(start, word.end()) {

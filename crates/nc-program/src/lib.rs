@@ -13,6 +13,7 @@ mod beside;
 mod codes;
 mod compensate;
 mod contouring;
+mod contradiction;
 mod corner;
 mod curve;
 mod cycle;

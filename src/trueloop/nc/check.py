@@ -38,9 +38,10 @@ def check(
 ) -> list[Finding]:
     """Every finding, in order of place.
 
-    Text: NC-WORD, NC-CODE, NC-DUPLICATE, NC-NUMBER. Run: NC-PARAMETER (every parameter without a value),
-    NC-EXPRESSION, NC-FLOW, NC-LIMIT, NC-UNIT, NC-DIAMETER, NC-MISPLACED, NC-OPAQUE, NC-ARC; with `tools`, what keeps
-    them from the contour under G41 and G42: NC-TOOL, NC-ENTRY, NC-GOUGE. Geometry, of the programmed contour:
+    Text: NC-WORD, NC-CODE, NC-DUPLICATE, NC-NUMBER. Run: NC-DUPLICATE and NC-FEED (two codes of one group, a feed or
+    speed below zero), NC-PARAMETER (every parameter without a value), NC-EXPRESSION, NC-FLOW, NC-LIMIT, NC-UNIT,
+    NC-DIAMETER, NC-MISPLACED, NC-OPAQUE, NC-ARC; with `tools`, what keeps them from the contour under G41 and G42:
+    NC-TOOL, NC-ENTRY, NC-GOUGE. Geometry, of the programmed contour:
     NC-ARC-FIT (an arc whose end is not on the circle about its centre, or whose chord is longer than its diameter, by
     more than `arc_tolerance_mm`; without it, by more than the rounding of the program's own decimals explains),
     NC-TANGENT (a joint of an arc that is neither tangent nor a corner: a jump of direction of 0.1° to 5°, beyond what

@@ -165,9 +165,9 @@ class Program:
         `offset_number` knows their names. trace: note the blocks executed and the state after each. roughing: take
         roughing cycles (G71 to G73) apart; without it their passes, which follow the contour and say nothing of it, are
         not in the path. strict: raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW,
-        NC-LIMIT and, with tools, NC-TOOL (one that is not among them), NC-GOUGE (a corner it does not fit into) and
-        NC-ENTRY (a way in that is too short); without it they are among the path's findings, with what could not be
-        computed as NaN.
+        NC-LIMIT, NC-DUPLICATE (two codes of one group), NC-FEED (one below zero) and, with tools, NC-TOOL (one that is
+        not among them), NC-GOUGE (a corner it does not fit into) and NC-ENTRY (a way in that is too short); without it
+        they are among the path's findings, with what could not be computed as NaN.
         """
         try:
             moves, states, rows = self.core.run(
@@ -200,6 +200,7 @@ def no_parameter(name: str, dialect: str) -> TrueloopError:
 
 _RAISED = {
     *(Code.NC_PARAMETER, Code.NC_EXPRESSION, Code.NC_FLOW, Code.NC_LIMIT),
+    *(Code.NC_DUPLICATE, Code.NC_FEED),
     *(Code.NC_TOOL, Code.NC_GOUGE, Code.NC_ENTRY),
 }
 
