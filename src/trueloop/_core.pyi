@@ -34,9 +34,9 @@ def spline_basis(
 
 # nc-program: NC programs
 
-def nc_dialects() -> list[tuple[str, float, float, str, str, str, str]]:
+def nc_dialects() -> list[tuple[str, float, float, str, str, str, str, bool]]:
     """Each dialect: name, resolution in inch and in mm, opening and closing of a comment, opening bracket of
-    expressions, address of a radius.
+    expressions, address of a radius, whether a tapered thread's lead counts along it.
     """
 
 @final

@@ -36,6 +36,7 @@ type DialectTuple = (
     &'static str,
     char,
     String,
+    bool,
 );
 
 /// Number, radius, tip, length, what T adds of geometry and wear (x, y, z), edge; mm.
@@ -285,6 +286,7 @@ fn nc_dialects() -> Vec<DialectTuple> {
             close,
             char::from(d.brackets.0),
             d.radius_address(),
+            d.rules.lead_along_thread,
         )
     };
     nc_program::dialect::DIALECTS.into_iter().map(row).collect()

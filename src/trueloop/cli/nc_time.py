@@ -47,7 +47,7 @@ def time_of_program(
             tools=tables.tools,
             work_offsets_mm=dict(tables.work_mm),
         )
-        time = machining_time(path, rapid_mm_min, max_rpm)
+        time = machining_time(path, rapid_mm_min, max_rpm, lead_along_thread=program.dialect.lead_along_thread)
     parts = {"cutting": time.cutting_s, "rapid": time.rapid_s, "dwell": time.dwell_s, "total": time.total_s}
     tools = _by_tool(path, time)
     if as_json:

@@ -14,7 +14,8 @@ class Dialect:
     """How one control writes numbers, comments and expressions.
 
     `resolution_inch` and `resolution_mm` are the smallest programmable steps of an inch and of a metric program.
-    `radius_address` is what stands before the radius of an arc: `R`, `CR=`. `decimal_comma`: the
+    `radius_address` is what stands before the radius of an arc: `R`, `CR=`. `lead_along_thread`: the lead of a tapered
+    thread counts along it, else along the axis on which it is longer. `decimal_comma`: the
     program at hand writes `X+2,5`.
     """
 
@@ -25,6 +26,7 @@ class Dialect:
     comment_close: str
     bracket_open: str
     radius_address: str
+    lead_along_thread: bool
     decimal_comma: bool = False
 
     def step(self, inch: bool) -> float:

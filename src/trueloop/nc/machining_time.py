@@ -42,19 +42,24 @@ class MachiningTime:
         return self.cutting_s + self.rapid_s + self.dwell_s
 
 
-def machining_time(path: ToolPath, rapid_mm_min: float, max_rpm: float | None = None) -> MachiningTime:
+def machining_time(
+    path: ToolPath, rapid_mm_min: float, max_rpm: float | None = None, *, lead_along_thread: bool = False
+) -> MachiningTime:
     """The time of each move of a path.
 
     A cut of length s takes s / F at a feed a minute, 1 / F at an inverse time, and at a feed a revolution the integral
     of ds / (F n), where n is the spindle's speed: S, or under constant surface speed v / (2 pi x) at the radius x, in
     metres (feet) a minute, as far as max_rpm and the program's own limit let it. Rapid moves go straight at
-    rapid_mm_min. A dwell counted in revolutions takes them at the speed unknown here, and is refused.
+    rapid_mm_min. The feed of a thread is its lead: on the axis along which it is longer (Fanuc, Haas, Sinumerik), or
+    with `lead_along_thread` along the thread itself (LinuxCNC). A dwell counted in revolutions takes them at the speed
+    unknown here, and is refused.
 
     Raises NC-FEED where a cut has no feed, or no spindle speed that its feed needs, or no limit near the axis.
     """
     length_mm = lengths_mm(path)
     with np.errstate(divide="ignore", invalid="ignore"):
-        minutes = np.where(path.feed_mode == INVERSE_TIME, 1.0, length_mm) / path.feed
+        fed_mm = length_mm if lead_along_thread else _fed_mm(path, length_mm)
+        minutes = np.where(path.feed_mode == INVERSE_TIME, 1.0, fed_mm) / path.feed
         per_revolution = path.feed_mode == PER_REVOLUTION
         minutes[per_revolution] *= _minutes_per_revolution(path, max_rpm)[per_revolution]
     minutes[path.rapid] = length_mm[path.rapid] / rapid_mm_min
@@ -64,6 +69,12 @@ def machining_time(path: ToolPath, rapid_mm_min: float, max_rpm: float | None = 
     if np.isnan(path.dwell_s).any():
         raise _unknown(path, int(path.dwell_before[np.isnan(path.dwell_s)][0]), "a dwell without a time in seconds")
     return MachiningTime(60.0 * minutes, path.rapid, float(path.dwell_s.sum()))
+
+
+def _fed_mm(path: ToolPath, length_mm: Array) -> Array:
+    """What the feed of each move counts on (n,), mm: its length, of a thread the longer of its travels, X a radius."""
+    travel_mm = np.abs(path.end_mm - path.start_mm).max(axis=1)
+    return np.asarray(np.where(path.motion == Motion.THREAD, travel_mm, length_mm))
 
 
 def _minutes_per_revolution(path: ToolPath, max_rpm: float | None) -> Array:

@@ -1,15 +1,18 @@
 """How long a program takes: sums and integrals by hand, and a slow sum over small steps."""
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support.cli import invoke
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.along import lengths_mm
 from trueloop.nc.machining_time import machining_time
 from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.tool_path import Motion, ToolPath
 
 
 def run(text: str, dialect: str = "fanuc-lathe") -> ToolPath:
@@ -36,6 +39,35 @@ def test_feed_a_revolution() -> None:
     """100 mm at 0.2 mm/rev are 500 revolutions, at 1000 1/min half a minute; a thread runs by its lead."""
     path = run("G21 G99 G97 S1000\nG01 Z-100. F.2\nG32 Z-110. F2.")
     assert machining_time(path, 1.0).move_s == pytest.approx([30, 0.3])
+
+
+@pytest.mark.parametrize(
+    ("block", "revolutions"),
+    [
+        ("G32 X26. Z-40. F2.", 20.0),  # 40 mm along Z, 3 along the radius
+        ("G32 X100. Z-30. F2.", 20.0),  # 40 mm along the radius, 80 of diameter, 30 along Z
+        ("G32 X80. Z-31. F2.", 15.5),  # of 30 mm along the radius and 31 along Z the latter, whatever X counts
+        ("G92 X20. Z-40. R-30. F2.", 20.0),
+    ],
+)
+def test_the_lead_of_a_tapered_thread_counts_on_the_axis_of_the_longer_travel(block: str, revolutions: float) -> None:
+    """At 600 1/min a revolution takes a tenth of a second. Haas on G32: of the two leads the larger."""
+    path = run(f"G21 G99 G97 S600\nG00 X20. Z0.\n{block}")
+    cut = np.flatnonzero(path.motion == Motion.THREAD)
+    assert machining_time(path, 1.0).move_s[cut] == pytest.approx([revolutions / 10])
+
+
+def test_the_lead_of_linuxcnc_counts_along_the_thread(tmp_path: Path) -> None:
+    """30 by 40 mm are 50: 25 revolutions of a lead of 2 mm, 2.5 s; with Sinumerik 40, 20 and 2 s."""
+    linuxcnc = "G21 G18 G97 S600\nG0 X0 Z0\nG33 X30 Z-40 K2\n"
+    path = run(linuxcnc, "linuxcnc")
+    assert machining_time(path, 1.0, lead_along_thread=True).cutting_s == pytest.approx(2.5)
+    sinumerik = run("G71 G18 DIAMOF G97 S600\nG0 X0 Z0\nG33 X30 Z-40 K2", "siemens")
+    assert machining_time(sinumerik, 1.0).cutting_s == pytest.approx(2.0)
+    file = tmp_path / "taper.ngc"
+    file.write_text(linuxcnc + "M2\n")
+    said = invoke("nc", "time", file, "--dialect", "linuxcnc", "--rapid-mm-min", "1000", "--json", status=0)
+    assert json.loads(said.stdout)["seconds"]["cutting"] == pytest.approx(2.5)
 
 
 def test_a_cylinder_under_constant_surface_speed() -> None:

@@ -38,6 +38,7 @@ pub const LINUXCNC: Dialect = Dialect {
         tip_in_front: true,
         enters_beside_next: false,
         retracts_to_plane: true,
+        lead_along_thread: true,
         ..Rules::USUAL
     },
     other_axes: Letters::of(b"ABCUVW"),

@@ -111,6 +111,8 @@ pub struct Rules {
     pub retracts_to_plane: bool,
     /// Whether X is a diameter at the start is machine data: a turning program has to say it.
     pub diameter_is_machine_data: bool,
+    /// The lead of a tapered thread counts along the thread; else along the axis on which it is longer.
+    pub lead_along_thread: bool,
 }
 
 impl Rules {
@@ -121,6 +123,7 @@ impl Rules {
         drills_from_start: false,
         retracts_to_plane: false,
         diameter_is_machine_data: false,
+        lead_along_thread: false,
     };
 }
 

@@ -23,7 +23,7 @@ class Control:
     number of `ToolPath.plane`, of `ToolPath.work_offset`. `diameter`: the words of X as a diameter (True) and as a
     radius. `feeds`: of feed a revolution (True) and a minute. `register` sets the position register, `machine` moves in
     machine coordinates, `home` goes home by `home_letters`, `thread` cuts one of the lead that follows `lead`, of three
-    letters that of the axis on which it is longest; it counts on that axis, or `lead_along_path`. `dwell` takes
+    letters that of the axis on which it is longest. `dwell` takes
     seconds; `dwell_letters` says how many seconds are in one unit of a dwell's word. `tool_offset`: how the tool's own
     offset comes into force: by T (`T0101`), by G43, or with the tool (`D`: and D0 takes it away; `call`). `speed_limit`
     takes 1/min. `functions_that_move`: M codes from this on change how it moves.
@@ -44,7 +44,6 @@ class Control:
     offsets: Mapping[int, str] = field(default_factory=lambda: OFFSETS)
     thread: str | None = "G33"
     lead: str = "F"
-    lead_along_path: bool = False
     dwell: str = "G04 X{}"
     dwell_letters: Mapping[str, float] = field(default_factory=lambda: {"X": 1.0, "U": 1.0, "P": 1e-3})
     tool_offset: Literal["T", "G43", "D", "call"] = "G43"
@@ -93,7 +92,6 @@ CONTROLS: Final[Mapping[str, Control]] = MappingProxyType(
             diameter={True: "G07", False: "G08"},
             offsets=MappingProxyType({**OFFSETS, 7: "G59.1", 8: "G59.2", 9: "G59.3"}),
             lead="K",
-            lead_along_path=True,
             dwell="G04 P{}",
             dwell_letters={"P": 1.0},
             names_compensation=True,

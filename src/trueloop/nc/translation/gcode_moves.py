@@ -114,7 +114,7 @@ def thread(target: Target, state: InForce, thread: Thread) -> Writing:
         return state
     words, state = _positions(target, state, thread.end_mm)
     letter = target.control.lead[thread.axis % len(target.control.lead)]
-    lead = thread.lead * (thread.slant if target.control.lead_along_path else 1.0)
+    lead = thread.lead * (thread.slant if target.dialect.lead_along_thread else 1.0)
     yield block(target.control.thread, *words, f"{letter}{number(lead, 6)}")
     return state.now("feed", "")
 

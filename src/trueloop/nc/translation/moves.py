@@ -135,7 +135,7 @@ def _thread(source: Source, move: int, word: Word, end_mm: Partial) -> Iterator[
     along_mm = np.abs(source.path.end_mm[move] - source.path.start_mm[move])
     axis = 2 - int(np.argmax(along_mm[::-1]))
     slant = float(np.linalg.norm(along_mm) / along_mm[axis]) if along_mm[axis] > 0 else 1.0
-    if source.control.lead_along_path:
+    if source.program.dialect.lead_along_thread:
         lead_mm /= slant
     yield word, Thread(end_mm, lead_mm / (MM_PER_INCH if source.path.inch[move] else 1.0), axis, slant)
 
