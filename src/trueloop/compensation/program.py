@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.compensation.arc_blocks import blocks_for, is_motion, style_of
+from trueloop.compensation.contour_start import require_named
 from trueloop.compensation.record import ChangedWord
 from trueloop.compensation.targets import EndShift, Replacement
 from trueloop.errors import Code, TrueloopError
@@ -142,10 +143,16 @@ def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Arra
         elif coordinate_text(program.dialect, letter, float(wanted[axis]), state) != coordinate_text(
             program.dialect, letter, float(held[axis]), state
         ):
+            require_named(program, path, move, axis, letter)
             edits.append(insert_word(program, int(path.block[move]), letter, float(wanted[axis]), state))
         else:
             holds[axis] = held[axis]
     return edits, holds
+
+
+def _require_both_named(program: Program, path: ToolPath, move: int) -> None:
+    for axis, letter in AXES:
+        require_named(program, path, move, axis, letter)
 
 
 def _ending_at(replacement: Replacement, wanted: Array) -> Replacement:
@@ -155,6 +162,7 @@ def _ending_at(replacement: Replacement, wanted: Array) -> Replacement:
 
 
 def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) -> list[Edit]:
+    _require_both_named(program, path, move)
     block = program.block(int(path.block[move]))
     style = style_of(program, block, path.coordinate_state(move))
     start = style.rounded(replacement.moves[0].start_mm)
@@ -189,6 +197,7 @@ def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
 def _feed_to(program: Program, path: ToolPath, move: int, wanted: Array) -> Edit:
     """The rapid stays; a feed move goes on from its end to the displaced start of the contour."""
     block, state = int(path.block[move]), path.coordinate_state(move + 1)
+    _require_both_named(program, path, move)
     words = [coordinate_text(program.dialect, letter, float(wanted[axis]), state) for axis, letter in AXES]
     feed = [word.text for word in program.block(int(path.block[move + 1])).words if word.letter == "F"]
     return insert_blocks_after(program, block, [" ".join(["G01", *words, *feed])])

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.compensation.contour_start import finishes
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program import Block, Program
 from trueloop.nc.tool_path import Flags, ToolPath
@@ -37,7 +38,7 @@ class _Cycle:
     """A finishing cycle: its block, and the blocks of its contour."""
 
     block: int
-    contour: range
+    contour: Collection[int]
 
     def runs(self, block: int) -> bool:
         return block == self.block or block in self.contour
@@ -47,7 +48,7 @@ def shifted_moves(program: Program, path: ToolPath, cuts: tuple[int, int]) -> Sh
     """The moves to be shifted so that moves `cuts` (first, last) are. Raises NC-OFFSET where a block that begins or
     ends the shift is not to be found, or where frame or tool change in between.
     """
-    cycle = _finishing_cycle(program, int(path.block[cuts[0]]))
+    cycle = _cycle_of_calls(program, path, cuts[0]) or _finishing_cycle(program, int(path.block[cuts[0]]))
     first, last = cuts[0] - 1, cuts[1]
     if cycle is not None:
         while first > 0 and cycle.runs(int(path.block[first - 1])):
@@ -113,6 +114,14 @@ def _switch(program: Program, blocks: Iterable[int], codes: Collection[int], see
     raise _refusal(
         program, seen_from, "compensation is in force, and the block that switches it is not next to the cut"
     )
+
+
+def _cycle_of_calls(program: Program, path: ToolPath, cut: int) -> _Cycle | None:
+    """The G70 that calls the contour by its name; its blocks are those of its moves."""
+    if not finishes(program, path, cut):
+        return None
+    call = path.call[cut]
+    return _Cycle(int(path.calls[call, 0]), frozenset(path.block[path.call == call].tolist()))
 
 
 def _finishing_cycle(program: Program, contour_block: int) -> _Cycle | None:
