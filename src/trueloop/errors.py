@@ -228,7 +228,7 @@ class TrueloopError(Exception):
     def __str__(self) -> str:
         where = f"{self.place}: " if str(self.place) else ""
         override = f" (override: {self.override})" if self.override else ""
-        return f"{where}{self.code}: {self.message}\n  hint: {self.hint}{override}"
+        return _shown(f"{where}{self.code}: {self.message}\n  hint: {self.hint}{override}")
 
 
 @contextmanager
@@ -270,4 +270,9 @@ class Finding:
 
     def __str__(self) -> str:
         where = f"{self.place}: " if str(self.place) else ""
-        return f"{where}{self.severity} {self.code}: {self.message}\n  hint: {self.hint}"
+        return _shown(f"{where}{self.severity} {self.code}: {self.message}\n  hint: {self.hint}")
+
+
+def _shown(text: str) -> str:
+    """Fit for a terminal, which control characters of a program or of a file's name would command."""
+    return "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in text)

@@ -36,12 +36,15 @@ pub use standing::{said, Saying};
 pub use text::{writes_comma, Step};
 pub use value::with_term;
 
+/// No machine is longer, mm: beyond it lies a slip in the field, and soon what no number of steps can say.
+const MOST_MM: f64 = 1e6;
+
 /// What is accepted.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// How far the written path may leave the displaced one, rounding not counted, mm.
     pub tolerance_mm: f64,
-    /// Largest displacement along an axis, mm.
+    /// Largest displacement along an axis, mm; at most a kilometre.
     pub size_mm: f64,
     /// Largest change of the displacement in a cut, over its length.
     pub slope: f64,
@@ -92,7 +95,7 @@ impl Mapper {
     /// Before the first bytes. `whole` for programs with a block that `nc_program::jumps`; `named` as [`named_axes`] says.
     pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, whole: bool, named: [bool; 3]) -> Self {
         let writing = Writing {
-            limits,
+            limits: Limits { size_mm: limits.size_mm.min(MOST_MM), ..limits },
             whole,
             carried: [0.0; 3],
             standing: standing::at_start(named),

@@ -14,6 +14,7 @@ from enum import IntEnum
 from typing import ParamSpec, TypeVar
 
 import typer
+from typer.models import ParameterInfo
 
 from trueloop.errors import TrueloopError
 
@@ -37,7 +38,14 @@ class ExitStatus(IntEnum):
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
-    """The command with every exception turned into a message and an exit status: no traceback reaches a user."""
+    """The command with every exception turned into a message and an exit status: no traceback reaches a user.
+
+    A file that may not be read is refused by what reads it, with a code: typer would do it first, without.
+    """
+    for annotation in command.__annotations__.values():
+        for told in getattr(annotation, "__metadata__", ()):
+            if isinstance(told, ParameterInfo):
+                told.readable = False
 
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:

@@ -18,6 +18,7 @@ from trueloop.cli.machine_options import (
     positions_of,
     signals_of,
 )
+from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of, tables_of
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
@@ -57,7 +58,9 @@ def compensate(
         typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
     ] = None,
     temperatures: Temperatures = None,
-    tolerance_um: Annotated[float, typer.Option(min=0.001, help="How far a block may leave the corrected path.")] = 0.5,
+    tolerance_um: Annotated[
+        float, typer.Option(min=0.001, callback=positive, help="How far a block may leave the corrected path.")
+    ] = 0.5,
     limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
     slope: Annotated[float, typer.Option(min=0.0, help="Steepest change of it accepted in a cut, µm/mm.")] = 40.0,
     extrapolate: Extrapolate = None,

@@ -130,17 +130,24 @@ def difference_of_programs(
     as_json: AsJson = False,
 ) -> None:
     """Print where the tool paths of two programs lie furthest apart, and how far."""
-    from trueloop.nc.difference import path_difference
+    from trueloop.errors import in_file
+    from trueloop.nc.difference import compared_moves, path_difference
 
     with busy(f"comparing {file} and {other}"):
         parameters = parameters_of(settings)
-        programs = [read_program_file(file, dialect), read_program_file(other, other_dialect or dialect)]
+        programs = [
+            read_program_file(file, dialect),
+            read_program_file(other, dialect if other_dialect is None else other_dialect),
+        ]
         tables = tables_of(offsets_file)
         known, zeros = [*tools_of(tools), *tables.tools], dict(tables.work_mm)
         paths = [
             program.run(parameters, skipped_blocks=skipped_blocks, tools=known, work_offsets_mm=zeros)
             for program in programs
         ]
+        for named, path in zip((file, other), paths, strict=True):
+            with in_file(named):
+                compared_moves(path, rapids)
         found = path_difference(*paths, rapids=rapids)
     here, there = (0, 1) if found.first else (1, 0)
     names, moves = (str(file), str(other)), (found.move, found.nearest_move)

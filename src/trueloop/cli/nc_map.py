@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import (
     DialectName,
     ProgramFile,
@@ -39,7 +40,9 @@ def map_program_file(
     axis: Annotated[Literal["X", "Y", "Z"], typer.Option(help="Axis of --rotate.")] = "Z",
     scale: Annotated[float | None, typer.Option(metavar="S", help="Scale, 1.001 for 1 mm a metre.")] = None,
     about: Annotated[str, typer.Option(metavar="X,Y,Z", help="Centre of --rotate and --scale, mm.")] = "0,0,0",
-    tolerance_um: Annotated[float, typer.Option(min=0.001, help="How far a block may leave the displaced path.")] = 0.5,
+    tolerance_um: Annotated[
+        float, typer.Option(min=0.001, callback=positive, help="How far a block may leave the displaced path.")
+    ] = 0.5,
     limit_um: Annotated[
         float | None,
         typer.Option(min=0.0, help="Largest displacement accepted.  [default: 150 for a table, else none]"),
@@ -138,7 +141,7 @@ def _field(
     if rotate is not None and not math.isfinite(rotate):
         raise typer.BadParameter(f"{rotate} is no angle in degrees", param_hint="--rotate")
     return similarity_field(
-        shift_mm=vector_of(shift or "0,0,0", "--shift"),
+        shift_mm=vector_of("0,0,0" if shift is None else shift, "--shift"),
         rotation_rad=math.radians(rotate or 0.0),
         axis=axis,
         scale=1.0 if scale is None else scale,

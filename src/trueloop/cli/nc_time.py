@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import (
     DialectName,
     OffsetsFile,
@@ -25,8 +26,12 @@ if TYPE_CHECKING:
 @guarded
 def time_of_program(
     file: ProgramFile,
-    rapid_mm_min: Annotated[float, typer.Option("--rapid-mm-min", min=1.0, help="Rate of rapid moves, mm/min.")],
-    max_rpm: Annotated[float | None, typer.Option("--max-rpm", min=1.0, help="The spindle's greatest speed.")] = None,
+    rapid_mm_min: Annotated[
+        float, typer.Option("--rapid-mm-min", min=1.0, callback=positive, help="Rate of rapid moves, mm/min.")
+    ],
+    max_rpm: Annotated[
+        float | None, typer.Option("--max-rpm", min=1.0, callback=positive, help="The spindle's greatest speed, 1/min.")
+    ] = None,
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,

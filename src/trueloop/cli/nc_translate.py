@@ -47,7 +47,7 @@ def translate_program_file(
         made = translate(program, to, parameters_of(settings), skipped_blocks=skipped_blocks, decimals=decimals)
     errors = [loss for loss in made.losses if loss.severity is Severity.ERROR]
     refused = bool(errors) and not accept_losses
-    if not as_json or refused:
+    if not as_json:
         for loss in made.losses:
             typer.echo(str(loss), err=True)
     if refused:

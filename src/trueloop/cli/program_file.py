@@ -68,7 +68,7 @@ def read_program_file(path: Path, dialect: str | None) -> "Program":
     from trueloop.nc.program import read_program
 
     source = read_input(path, Code.NC_FILE, hint="name an NC program")
-    return read_program(source, dialect or guess_dialect(source, str(path)), str(path))
+    return read_program(source, guess_dialect(source, str(path)) if dialect is None else dialect, str(path))
 
 
 def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict[str, float]:

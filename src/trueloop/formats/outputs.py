@@ -130,7 +130,7 @@ def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path
             raise TrueloopError(
                 Code.OUT_INPUT,
                 f"{name!r} would overwrite the input {str(source)!r}",
-                hint="write to another folder: `--output`, or `output.folder` in the job",
+                hint="write elsewhere: `--output` or `--out`, or `output.folder` in the job",
                 place=Place(str(folder / name)),
             )
         # A rename would put the file in the place of a device, where the user may do so.
@@ -215,7 +215,7 @@ def _refusal(folder: Path, needed: int | None, error: OSError) -> TrueloopError:
     return TrueloopError(
         Code.OUT_FOLDER,
         f"nothing was written to {str(folder)!r}: {error.strerror or error}; {wanted}{_free_bytes(folder)} are free",
-        hint="name a folder you may write to, on a disk with room: `--output`, or `output.folder` in the job",
+        hint="name a folder that takes it, on a disk with room: `--output` or `--out`, or `output.folder` in the job",
         place=Place(str(folder)),
     )
 

@@ -54,7 +54,7 @@ def path_difference(first: ToolPath, second: ToolPath, *, rapids: bool = False) 
 
     Raises NC-NO-CONTOUR where a path has none, NC-EXPRESSION where a position is not known.
     """
-    chosen = [_chosen(path, rapids) for path in (first, second)]
+    chosen = [compared_moves(path, rapids) for path in (first, second)]
     length_mm = max(float(lengths_mm(path, moves).sum()) for path, moves in zip((first, second), chosen, strict=True))
     spacing_mm = max(_FINEST_MM, length_mm / _MOST_POINTS)
     one, other = (_pieces(path, moves, spacing_mm) for path, moves in zip((first, second), chosen, strict=True))
@@ -62,7 +62,8 @@ def path_difference(first: ToolPath, second: ToolPath, *, rapids: bool = False) 
     return there if there.distance_mm >= back.distance_mm else back
 
 
-def _chosen(path: ToolPath, rapids: bool) -> NDArray[np.intp]:
+def compared_moves(path: ToolPath, rapids: bool) -> NDArray[np.intp]:
+    """The cuts of a path, with `rapids` all its moves. Raises as `path_difference`."""
     moves = np.flatnonzero(np.ones(len(path), dtype=np.bool_) if rapids else ~path.rapid)
     if not moves.size:
         raise TrueloopError(

@@ -7,6 +7,7 @@ is called, not where the tool is: the start of the next move is then not the end
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -92,87 +93,87 @@ class ToolPath:
     def __len__(self) -> int:
         return len(self.motion)
 
-    @property
+    @cached_property
     def line(self) -> Integers:
         """Line of each move, from 1."""
         return self.block + 1
 
-    @property
+    @cached_property
     def rapid(self) -> Flags:
         """Whether a move is not at feed."""
         return np.equal(self.motion, Motion.RAPID)
 
-    @property
+    @cached_property
     def plane(self) -> Integers:
         """Plane of arcs: 17 (XY), 18 (ZX), 19 (YZ)."""
         return self._of_state("plane")
 
-    @property
+    @cached_property
     def inch(self) -> Flags:
         """Whether the program unit is the inch."""
         return self._of_state("inch")
 
-    @property
+    @cached_property
     def diameter(self) -> Flags:
         """Whether X words are diameters."""
         return self._of_state("diameter")
 
-    @property
+    @cached_property
     def incremental(self) -> Flags:
         """Whether coordinates are increments."""
         return self._of_state("incremental")
 
-    @property
+    @cached_property
     def feed(self) -> Array:
         """Feed, in the unit of `feed_mode`: mm/min (94), mm/rev (95), 1/min (93). NaN before the first F word."""
         return self._of_state("feed")
 
-    @property
+    @cached_property
     def feed_mode(self) -> Integers:
         """93 inverse time, 94 mm/min, 95 mm/rev."""
         return self._of_state("feed_mode")
 
-    @property
+    @cached_property
     def spindle_mode(self) -> Integers:
         """96 constant surface speed, 97 revolutions per minute."""
         return self._of_state("spindle_mode")
 
-    @property
+    @cached_property
     def spindle_speed(self) -> Array:
         """The S word as programmed, NaN before the first."""
         return self._of_state("spindle_speed")
 
-    @property
+    @cached_property
     def spindle_limit(self) -> Array:
         """Greatest speed under constant surface speed, 1/min, where the program says it (G50 S, G92 S); else NaN."""
         return self._of_state("spindle_limit")
 
-    @property
+    @cached_property
     def tool(self) -> Integers:
         """The T word as programmed, −1 before the first."""
         return self._of_state("tool")
 
-    @property
+    @cached_property
     def compensation(self) -> Integers:
         """Cutter compensation in force: 40 none, 41 left, 42 right. The path is the programmed contour."""
         return self._of_state("compensation")
 
-    @property
+    @cached_property
     def work_offset(self) -> Integers:
         """Work offset in force, from 1 (G54)."""
         return self._of_state("work_offset")
 
-    @property
+    @cached_property
     def origin_mm(self) -> Array:
         """What a position has added to it on the machine (n, 3): work offset, G52, G92 or TRANS, and tool offset."""
         return self._of_state("origin_mm")
 
-    @property
+    @cached_property
     def register_mm(self) -> Array:
         """The part of `origin_mm` that G52, G92 or TRANS made, (n, 3)."""
         return self._of_state("register_mm")
 
-    @property
+    @cached_property
     def renamed(self) -> Integers:
         """How often another tool, tool offset or work offset came into force that X, Y or Z hang on, (n, 3)."""
         return self._of_state("renamed")

@@ -108,23 +108,24 @@ def _said(found: Finding, word: Word | None) -> str:
 def not_run(source: Source) -> Iterator[Said]:
     """Blocks that were not run, and that loops and calls are written out."""
     executed = set(source.path.executed[:, 0].tolist())
+    formulas = bool(source.program.parameters_used())
     unrolled, left_out, count = None, None, 0
     for block in source.program.blocks:
         data = [word for word in block.data if word.letter != "O" and not word.text.upper().startswith("END PGM")]
         told = any(word.kind in ("flow", "label", "unknown") for word in data)
         if data and not told and block.index not in executed:
             left_out, count = left_out or data[0], count + 1
-        unrolled = unrolled or next((word for word in block.words if _runs_once(source, word)), None)
+        unrolled = unrolled or next((word for word in block.words if _runs_once(source, word, formulas)), None)
     if left_out is not None:
         yield left_out, Lost(Severity.WARNING, f"{count} blocks were not run, from this one on, and are not written")
     if unrolled is not None:
         yield unrolled, Lost(Severity.NOTE, "loops, calls and expressions are written out as they ran")
 
 
-def _runs_once(source: Source, word: Word) -> bool:
+def _runs_once(source: Source, word: Word, formulas: bool) -> bool:
     called = source.program.core.meaning(word.index) in CALLS
-    brackets = source.program.dialect.bracket_open in word.text or bool(source.program.parameters_used())
-    return called or (word.is_expression and brackets) or word.kind in ("flow", "call", "assignment")
+    computed = word.is_expression and (formulas or source.program.dialect.bracket_open in word.text)
+    return called or computed or word.kind in ("flow", "call", "assignment")
 
 
 def lost_in_words(source: Source, executed: Executed) -> Iterator[Said]:

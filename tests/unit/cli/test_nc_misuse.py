@@ -1,0 +1,134 @@
+"""`trueloop nc` with files that may not be read, options that are no numbers and bytes that are no text."""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.support.cli import invoke
+from trueloop.cli.failure import ExitStatus
+from trueloop.nc.program import Program, read_program
+
+SQUARE = "G21 G90\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX10\nY10\nM30\n"
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    path = tmp_path / "part.ngc"
+    path.write_text(SQUARE)
+    return path
+
+
+def _denied(*_: object, **__: object) -> bytes:
+    raise PermissionError(13, "Permission denied")
+
+
+@pytest.mark.parametrize("command", [("path",), ("check",), ("time", "--rapid-mm-min", "900"), ("features",)])
+def test_a_file_that_may_not_be_read_is_refused_with_a_code(
+    program: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr(os, "access", lambda *_, **__: False)
+    monkeypatch.setattr(Path, "read_bytes", _denied)
+    said = invoke("nc", command[0], program, *command[1:], "--json" if command[0] != "path" else "-fjson", status=3)
+    if command[0] == "path":
+        assert f"{program}: NC-FILE: '{program}' cannot be read: Permission denied" in said.stderr
+        return
+    error = json.loads(said.stderr)["error"]
+    assert error["code"] in ("NC-FILE", "JOB-MISSING") and error["hint"]
+    assert error["message"] == f"'{program}' cannot be read: Permission denied"
+
+
+def test_a_result_may_take_the_place_of_one_that_may_not_be_read(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = program.with_name("out.ngc")
+    out.write_text("old")
+    readable = os.access
+    monkeypatch.setattr(os, "access", lambda path, mode, **more: Path(path) != out and readable(path, mode, **more))
+    invoke("nc", "map", program, "--shift", "0.01,0,0", "-o", out, status=0)
+    assert "X0.01" in out.read_text()
+
+
+@pytest.mark.parametrize("given", ["nan", "inf", "-inf", "0", "-5"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("time", "--rapid-mm-min={}"),
+        ("time", "--rapid-mm-min=900", "--max-rpm={}"),
+        ("map", "--shift=0.01,0,0", "--tolerance-um={}", "-o", "out.ngc"),
+        ("map", "--shift={},0,0,", "-o", "out.ngc"),
+        ("map", "--shift=", "-o", "out.ngc"),
+        ("map", "--scale={}", "-o", "out.ngc"),
+    ],
+)
+def test_what_is_no_such_number_is_a_fault_of_the_command_line(
+    program: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...], given: str
+) -> None:
+    monkeypatch.chdir(program.parent)
+    name, *options = command
+    invoke("nc", name, program, *(option.format(given) for option in options), status=ExitStatus.USAGE)
+    assert not Path("out.ngc").exists()
+
+
+@pytest.mark.parametrize("field", ["--shift=1e300,0,0", "--shift=0,0,-1e10", "--scale=1e12"])
+def test_no_program_leads_further_than_any_machine(program: Path, field: str) -> None:
+    out = program.with_name("out.ngc")
+    said = invoke("nc", "map", program, field, "-o", out, status=3).stderr
+    assert said.startswith(f"{program}:") and "CMP-SIZE" in said and "the limit is 1000000 mm" in said
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("option", ["--dialect", "--other-dialect"])
+def test_an_empty_name_is_no_dialect(program: Path, option: str) -> None:
+    assert "NC-DIALECT: unknown NC dialect ''" in invoke("nc", "diff", program, program, option, "", status=3).stderr
+
+
+def test_a_comparison_names_the_program_without_a_cut(program: Path) -> None:
+    empty = program.with_name("empty.ngc")
+    empty.write_text("")
+    for pair in ((program, empty), (empty, program)):
+        assert invoke("nc", "diff", *pair, status=3).stderr.startswith(f"{empty}: NC-NO-CONTOUR")
+
+
+@pytest.mark.parametrize("command", [("translate", "--to", "siemens", "-o", "out.mpf"), ("check",)])
+def test_a_program_does_not_command_the_terminal(
+    program: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(program.parent)
+    program.write_bytes(b'G1 \x1b[2J"\x07\x9b5m X1\n' + SQUARE.encode())
+    said = invoke("nc", command[0], program, "-d", "linuxcnc", *command[1:])
+    assert ":1:4: " in said.output
+    assert all(letter.isprintable() for letter in said.output.replace("\n", ""))
+
+
+def test_a_refused_translation_says_one_object(program: Path) -> None:
+    program.write_text(SQUARE.replace("X10", "G33.1 Z1 K1\nX10"))
+    out = program.with_name("out.mpf")
+    said = invoke("nc", "translate", program, "--to", "siemens", "-o", out, "--json", status=3).stderr
+    assert json.loads(said)["error"]["code"] == "NC-LOST"
+
+
+def test_columns_of_a_path_are_made_once() -> None:
+    path = read_program(SQUARE.encode(), "linuxcnc").run()
+    assert path.feed is path.feed and path.line is path.line and path.rapid is path.rapid
+
+
+def test_a_program_is_not_asked_at_every_word_for_what_it_computes_with(
+    program: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Program] = []
+    used = Program.parameters_used
+
+    def counted(own: Program) -> tuple[str, ...]:
+        asked.append(own)
+        return used(own)
+
+    monkeypatch.setattr(Program, "parameters_used", counted)
+    counts = []
+    for times in (1, 40):
+        program.write_text(SQUARE.replace("X10\n", "X10\nX11\n" * times))
+        invoke("nc", "translate", program, "--to", "siemens", "-o", program.with_name("out.mpf"), status=0)
+        counts.append(len(asked))
+        asked.clear()
+    assert counts[0] == counts[1]
