@@ -7,6 +7,7 @@ use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{FlowStyle, G};
 use crate::finding;
 use crate::modal::Motion;
+use crate::offset::minus;
 use crate::path::{MoveKind, INHERITED};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
@@ -198,20 +199,20 @@ impl Runner<'_> {
             let circle = arc::with_radius(from, to, radius, clockwise, self.resolution_mm() * 10.0);
             let chord = (to[0] - from[0]).hypot(to[1] - from[1]);
             let why = || format!("an arc of radius {radius:.5} mm over a chord of {chord:.5} mm cannot exist");
-            return circle.map(|circle| (circle, radius.abs())).ok_or_else(why);
+            return circle.map(|circle| (circle, radius.abs())).ok_or_else(|| why_none([radius, chord], why()));
         }
         let given = [request.get(CENTRES[first]), request.get(CENTRES[second])];
         if given == [None, None] && (request.any(&POLAR) || self.program.dialect().about_pole) {
             let pole = [self.state.pole[first], self.state.pole[second]];
             let why = || format!("an arc whose pole ({:.5}, {:.5}) mm is its start or end", pole[0], pole[1]);
-            return self.about(from, to, pole, clockwise).ok_or_else(why);
+            return self.about(from, to, pole, clockwise).ok_or_else(|| why_none(minus(pole, to), why()));
         }
         if given == [None, None] {
             return Err(format!("G0{} without R or the centre's coordinates", if clockwise { 2 } else { 3 }));
         }
         let centre = [0, 1].map(|at| self.centre_coordinate(request, [first, second][at], from[at]));
         let why = || format!("an arc whose centre ({:.5}, {:.5}) mm is its start or end", centre[0], centre[1]);
-        self.about(from, to, centre, clockwise).ok_or_else(why)
+        self.about(from, to, centre, clockwise).ok_or_else(|| why_none(minus(centre, to), why()))
     }
 
     /// The circle about a given centre, without an R: a full turn where the end lies on the start but for what computing
@@ -246,6 +247,15 @@ impl Runner<'_> {
         } else {
             millimetre
         }
+    }
+}
+
+/// Why there is no circle: what was computed from a parameter without a value makes none either.
+fn why_none(computed: [f64; 2], why: String) -> String {
+    if computed.iter().all(|value| value.is_finite()) {
+        why
+    } else {
+        "an arc whose start, end, radius or centre is not known".to_owned()
     }
 }
 

@@ -132,3 +132,12 @@ def test_a_program_is_not_asked_at_every_word_for_what_it_computes_with(
         counts.append(len(asked))
         asked.clear()
     assert counts[0] == counts[1]
+
+
+@pytest.mark.parametrize("arc", ["G2 X5 Y5 R#1", "G2 X#1 Y5 R5", "G3 X5 Y5 I#1 J0", "X#1 Y0\nG3 X5 Y5 I2 J0"])
+def test_an_arc_that_hangs_on_a_parameter_without_a_value_is_not_told_in_nan(program: Path, arc: str) -> None:
+    program.write_text(SQUARE.replace("X10", arc))
+    said = invoke("nc", "check", program, "-d", "fanuc-mill", status=1).stdout
+    assert "NC-PARAMETER: parameter #1 has no value" in said
+    assert "an arc whose start, end, radius or centre is not known" in said
+    assert "nan" not in said.lower()
