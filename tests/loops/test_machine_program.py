@@ -181,11 +181,15 @@ def test_a_loop_at_several_places_is_refused_and_at_one_place_is_not() -> None:
     assert (refusal.value.code, refusal.value.place.line) == (Code.NC_MAP, 4)
 
 
-def test_a_cycle_is_refused() -> None:
-    with pytest.raises(TrueloopError) as refusal:
-        corrected("G21 G0 X0 Y0 Z10\nG81 X10 Y5 Z-3 R2 F100\n", STRETCHED, SETUP)
-    assert refusal.value.code is Code.NC_MAP
-    assert refusal.value.place.line == 2
+def test_the_holes_of_a_cycle_are_corrected_in_their_own_blocks() -> None:
+    """0.1 µm a millimetre of the machine's X, which is 250 mm more; backlash of Y by the way it came to each hole."""
+    text = "G21 G90 F100\nG0 X0 Y0 Z10\nG81 X10 Y5 Z-3 R2\nX20\nX30 Y2\nG80\nM2\n"
+    assert corrected(text, STRETCHED, SETUP).splitlines()[2:5] == [
+        "G81 X9.97400 Y5 Z-3 R2",
+        "X19.97300",
+        "X29.97200 Y2",
+    ]
+    assert corrected(text, BACKLASH, SETUP).splitlines()[2:5] == ["G81 X10 Y5 Z-3 R2", "X20", "X30 Y1.99000"]
 
 
 def test_inch_programs_are_written_in_inches() -> None:

@@ -197,7 +197,6 @@ def test_places_of_the_machine_stay_and_need_no_field(tmp_path: Path) -> None:
     ("text", "code", "line", "words"),
     [
         ("G21\nG0 X1\nG87 X2 Z-3 R1 F1\n", Code.NC_OPAQUE, 3, "G87"),
-        ("G21\nG0 X1 Z5\nG81 X2 Z-3 R1 F1\n", Code.NC_MAP, 3, "several times"),
         ("G21 F1 G0 X0 Y0\no1 repeat [3]\nG91 G1 X10\no1 endrepeat\n", Code.NC_MAP, 3, "several times"),
         ("G21 F1\nG0 X10\nG92 X0\nG1 X5\n", Code.NC_MAP, 3, "set anew"),
         ("G21 G91 F1\nG1 X10\n", Code.NC_MAP, 2, "X has no position yet in the cut"),

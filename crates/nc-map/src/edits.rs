@@ -74,7 +74,7 @@ pub(crate) fn is_value(word: &Word) -> bool {
 impl Edits {
     /// Writes a word into a block: after N, its codes and the letters before it, else before all.
     pub fn insert(&mut self, program: &Program, block: usize, letter: u8, write: impl FnOnce(&mut Vec<u8>)) {
-        const ORDER: &[u8] = b"NGXUYVZWIJK";
+        const ORDER: &[u8] = b"NGXUYVZWRIJK";
         let rank = |letter: u8| ORDER.iter().position(|known| *known == letter);
         let (words, mine) = (program.words_of(block), rank(letter));
         let named = words.iter().find(|word| word.kind == WordKind::Name).map(|word| word.start);

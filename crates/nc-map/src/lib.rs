@@ -27,6 +27,7 @@ use nc_program::{Dialect, Options, TooLarge};
 
 use reader::{Part, Reader};
 use standing::Standing;
+use writer::hole::Drilling;
 
 pub use field::{Affine, Field, Grid, Place, Trouble, Vector};
 pub use mention::mentions;
@@ -83,6 +84,7 @@ struct Writing {
     /// The program jumps: it is dealt with in one part.
     whole: bool,
     carried: Vector,
+    drilling: Drilling,
     standing: [Standing; 3],
     /// How often each axis' positions were renamed before the last move.
     renamed: [u32; 3],
@@ -98,6 +100,7 @@ impl Mapper {
             limits: Limits { size_mm: limits.size_mm.min(MOST_MM), ..limits },
             whole,
             carried: [0.0; 3],
+            drilling: Drilling::default(),
             standing: standing::at_start(named),
             renamed: [0; 3],
             travel: [0; 3],

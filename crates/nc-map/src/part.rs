@@ -66,7 +66,6 @@ impl Writing {
         let found = found.map_err(|fault| told(fault, program, path))?;
         self.check_limits(program, path, &found)?;
         let edits = Edits::new(program.blocks().len());
-        let tolerance_mm = field.knows_travel().then_some(self.limits.tolerance_mm);
         let mut writer = Writer {
             program,
             path,
@@ -75,8 +74,10 @@ impl Writing {
             poles: Poles::new(program, path),
             steps,
             carried: self.carried,
+            drilling: self.drilling,
             added: 0,
-            tolerance_mm,
+            tolerance_mm: self.limits.tolerance_mm,
+            knows_travel: field.knows_travel(),
             whole: self.whole,
             roughs: roughs(program),
         };
@@ -85,7 +86,7 @@ impl Writing {
         self.summary.moves += displaced.len();
         self.summary.edits += writer.edits.len();
         self.summary.added += writer.added;
-        self.carried = writer.carried;
+        (self.carried, self.drilling) = (writer.carried, writer.drilling);
         writer.edits.apply(program.source(), part.end, out);
         self.summary.blocks += part.until;
         Ok(())
@@ -122,7 +123,7 @@ impl Writing {
         pieces: &[Piece],
     ) -> Result<(), Refused> {
         let (path, program) = (writer.path, writer.program);
-        let mut rest = pieces;
+        let (mut rest, mut holes) = (pieces, path.drilled.iter().peekable());
         let mut registers: Vec<usize> =
             roles.iter().filter(|(_, role)| **role == Role::Register).map(|(block, _)| *block).collect();
         registers.sort_unstable();
@@ -130,6 +131,15 @@ impl Writing {
         for (index, course) in courses.iter().enumerate() {
             while let Some(register) = registers.next_if(|block| *block <= path.block[index] as usize) {
                 require_on_position(program, register, &writer.carried)?;
+            }
+            if let Some(hole) = holes.peek().filter(|hole| hole.first <= index) {
+                if index + 1 == hole.end {
+                    let (here, after) = rest.split_at(rest.partition_point(|piece| piece.of_move <= index));
+                    rest = after;
+                    writer.drill(hole, here, courses)?;
+                    holes.next();
+                }
+                continue;
             }
             let own = rest.iter().take_while(|piece| piece.of_move == index).count();
             let (here, after) = rest.split_at(own);
@@ -224,7 +234,7 @@ fn fate(path: &ToolPath, index: usize, role: Option<&Role>, before: [Standing; 3
 }
 
 /// A cut ends at a position of the program along every axis, and an arc starts at one too.
-fn require_said(
+pub(crate) fn require_said(
     program: &Program,
     path: &ToolPath,
     index: usize,

@@ -6,6 +6,7 @@
 
 mod centre;
 mod coordinate;
+pub(crate) mod hole;
 pub(crate) mod pole;
 mod refusals;
 mod turned;
@@ -22,6 +23,7 @@ use crate::pieces::Piece;
 use crate::refusal::Refused;
 use crate::standing::{is_increment, Standing};
 use crate::text::Step;
+use hole::Drilling;
 use pole::Poles;
 
 const AXES: [u8; 3] = *b"XYZ";
@@ -40,10 +42,14 @@ pub(crate) struct Writer<'a> {
     pub steps: [Step; 2],
     /// Actual less programmed position, mm.
     pub carried: Vector,
+    /// The drilling cycle in force.
+    pub drilling: Drilling,
     /// Blocks written in addition.
     pub added: usize,
-    /// A start further off than this is gone to first, where the field differs by the way of travel.
-    pub tolerance_mm: Option<f64>,
+    /// A start further off than this is gone to first, where the field differs by the way of travel, mm.
+    pub tolerance_mm: f64,
+    /// The field differs by the way of travel.
+    pub knows_travel: bool,
     /// The blocks may run in any order.
     pub whole: bool,
     /// Contours are read by roughing cycles, too.
@@ -116,6 +122,15 @@ impl<'a> Writer<'a> {
     }
 
     fn here(&self, index: usize) -> Result<Here<'a>, Refused> {
+        let here = self.place(index);
+        for axis in &here.axes {
+            self.require_said(&here, axis)?;
+        }
+        Ok(here)
+    }
+
+    /// A move in its block, whatever its words say.
+    fn place(&self, index: usize) -> Here<'a> {
         let (program, path) = (self.program, self.path);
         let block = path.block[index] as usize;
         let state = &path.states[path.state[index] as usize];
@@ -128,11 +143,7 @@ impl<'a> Writer<'a> {
             Axis { index: axis, letter, word, incremental, unit }
         };
         let axes = [axis(0), axis(1), axis(2)];
-        let here = Here { index, block, state, step, axes, words: program.words_of(block) };
-        for axis in &axes {
-            self.require_said(&here, axis)?;
-        }
-        Ok(here)
+        Here { index, block, state, step, axes, words: program.words_of(block) }
     }
 
     /// The axes to be written: those named, and those whose displacement changes by more than half a step. One that
@@ -178,7 +189,7 @@ impl<'a> Writer<'a> {
 
     /// How far a piece takes an axis from where it was; its start counts where it is gone to.
     fn off(&self, piece: &Piece, axis: usize, before: f64) -> f64 {
-        let start = if self.tolerance_mm.is_some() { piece.start[axis] } else { before };
+        let start = if self.knows_travel { piece.start[axis] } else { before };
         (piece.end[axis] - before).abs().max((start - before).abs())
     }
 

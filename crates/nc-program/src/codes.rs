@@ -1,8 +1,9 @@
 //! Codes: what a block changes of the modal state, and what it does besides.
 
 use crate::dialect::{FlowStyle, PoleFrom, ToolOffset, G};
-use crate::drill::{Drill, Hole};
+use crate::drill::Drill;
 use crate::finding::{self, Severity};
+use crate::hole::Hole;
 use crate::modal::{Compensation, FeedMode, Motion};
 use crate::profile_cycle::Profile;
 use crate::request::Request;
@@ -215,7 +216,10 @@ impl Runner<'_> {
         let goes_on = self.state.hole.filter(|_| self.state.modal.motion == Motion::Drill);
         let initial = goes_on.map_or(self.state.position[third], |hole| hole.initial);
         let same = goes_on.filter(|hole| (hole.drill, hole.along) == (drill, along));
-        self.state.hole = Some(same.unwrap_or(Hole::new(drill, along, word, initial)));
+        let last = self.state.hole.map_or(0, |hole| hole.series);
+        let series = if goes_on.is_some() { last } else { last + 1 };
+        let new = || Hole::new(drill, along, self.dwells_at_bottom(word), initial, series);
+        self.state.hole = Some(same.unwrap_or_else(new));
         self.state.modal.motion = Motion::Drill;
     }
 

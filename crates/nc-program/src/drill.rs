@@ -1,8 +1,8 @@
 //! Drilling cycles taken apart: to the hole, to the plane R, down, and out again.
 
 use crate::dialect::FlowStyle;
-use crate::finding;
-use crate::motion::POLAR;
+use crate::finding::{self, Severity};
+use crate::hole::{Drilled, Hole};
 use crate::path::{MoveKind, INHERITED};
 use crate::request::Request;
 use crate::run::{Runner, AXES};
@@ -29,31 +29,7 @@ pub enum Drill {
     Tap,
 }
 
-/// Values that stay from hole to hole.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Hole {
-    pub drill: Drill,
-    /// The axis drilled along, where it is not the third of the plane.
-    pub along: Option<usize>,
-    /// The word that called it.
-    word: i32,
-    /// The words Z and R, program units turned to mm; NaN where not given yet.
-    pub bottom: f64,
-    pub plane: f64,
-    pub peck: f64,
-    /// Dwell at the bottom, s; NaN where none is given.
-    dwell: f64,
-    /// Height at which the series of holes began.
-    pub initial: f64,
-}
-
-impl Hole {
-    pub const fn new(drill: Drill, along: Option<usize>, word: i32, initial: f64) -> Self {
-        Self { drill, along, word, bottom: f64::NAN, plane: f64::NAN, peck: f64::NAN, dwell: f64::NAN, initial }
-    }
-}
-
-/// Heights of one hole, mm, and where it is.
+/// Heights of one hole, mm.
 struct Heights {
     third: usize,
     plane: f64,
@@ -68,14 +44,17 @@ impl Runner<'_> {
         let Some(mut hole) = self.state.hole else { return };
         let (first, second, third) = self.hole_axes(&hole);
         self.read_hole(request, &mut hole, third);
-        self.state.hole = Some(hole);
         let repeats = request.get(b'L').or(request.get(b'K')).unwrap_or(1.0).round();
+        if repeats > 0.0 {
+            self.note_pecks(&mut hole);
+        }
+        self.state.hole = Some(hole);
         let (plane, bottom) = self.heights(&hole);
         if let Some(what) = unfit(&hole, plane, bottom, repeats) {
             let hint = "a drilling cycle wants Z and R, with Z the lower, and with pecks Q";
             return self.refuse(finding::MISPLACED, self.block_start(), what, hint);
         }
-        let mut target = self.state.position;
+        let (begins, mut target) = (self.path.len(), self.state.position);
         let clear = if self.state.retracts_to_plane { plane } else { hole.initial.max(plane) };
         if self.program.dialect().flow != FlowStyle::Macro {
             // LinuxCNC does not go across below R: it goes up first, or within a series of holes slantwise.
@@ -86,22 +65,36 @@ impl Runner<'_> {
                 target[third] = clear;
             }
         }
-        let heights = Heights { third, plane, bottom, clear, word: request.word(AXES[third]) };
-        for _ in 0..repeats as usize {
-            let mut words = [INHERITED; 3];
-            for axis in [first, second] {
-                let Some(value) = request.get(AXES[axis]) else { continue };
-                let value = value * self.state.modal.axis_mm(axis);
-                target[axis] = if self.state.modal.incremental { target[axis] + value } else { value };
-                words[axis] = request.word(AXES[axis]);
-            }
-            if request.any(&POLAR) {
-                self.polar_target(request, &mut target, &mut words);
-            }
+        let heights = Heights { third, plane, bottom, clear, word: self.depth_word(request, third) };
+        for repeat in 0..repeats as usize {
+            let (end, mut words) = self.target(request, false);
+            (target[first], target[second], words[third]) = (end[first], end[second], INHERITED);
+            let place = self.path.len();
             self.emit(MoveKind::Rapid, target, words);
-            self.one_hole(&hole, &heights, target);
+            let bottom = self.one_hole(&hole, &heights, target);
+            self.path.drilled.push(Drilled {
+                first: if repeat == 0 { begins } else { place },
+                place,
+                bottom,
+                end: self.path.len(),
+                third,
+                plane_word: request.word(b'R'),
+                depth_word: heights.word,
+                plane,
+                initial: hole.initial,
+                plane_from_initial: self.plane_from_initial(),
+                ends_at_plane: self.state.retracts_to_plane,
+                series: hole.series,
+                repeat,
+            });
             target[third] = self.state.position[third];
         }
+    }
+
+    /// The word of the depth: of a position and an increment the last one counts.
+    fn depth_word(&self, request: &Request, third: usize) -> i32 {
+        let increment = self.dialect_increments().map_or(INHERITED, |letters| request.word(letters[third]));
+        request.word(AXES[third]).max(increment)
     }
 
     /// First and second axis of the hole's place, and the one drilled along.
@@ -124,25 +117,37 @@ impl Runner<'_> {
             hole.plane = if hole.plane.is_nan() { 0.0 } else { hole.plane };
             hole.drill = if hole.drill == Drill::Peck && hole.peck.is_nan() { Drill::Plain } else { hole.drill };
         }
-        if let Some(depth) = self.dialect_increments().and_then(|letters| request.get(letters[third])) {
+        let increment = self.dialect_increments().map_or(0, |letters| letters[third]);
+        if let Some(depth) = request.get(increment).filter(|_| request.word(increment) > request.word(AXES[third])) {
             let from = if self.state.modal.incremental { 0.0 } else { self.heights(hole).0 };
             hole.bottom = from + depth * axis_mm;
         }
-        if matches!(hole.drill, Drill::Peck | Drill::Chip) && self.program.dialect().flow == FlowStyle::Macro {
-            let what = format!("how far it goes back is the control's; taken as {PECK_CLEARANCE} mm");
-            self.note_opaque(hole.word, &what);
+    }
+
+    /// Notes, once a cycle, that how far its pecks go back is not known.
+    fn note_pecks(&mut self, hole: &mut Hole) {
+        let pecks = matches!(hole.drill, Drill::Peck | Drill::Chip);
+        if pecks && !hole.noted && self.program.dialect().flow == FlowStyle::Macro {
+            hole.noted = true;
+            let what = format!("how far this cycle's pecks go back is the control's; taken as {PECK_CLEARANCE} mm");
+            let hint = "nothing to mend; the holes are where the program says";
+            self.report(Severity::Note, finding::OPAQUE, self.block_start(), what, hint);
         }
     }
 
     /// Heights of the plane R and of the hole's bottom, mm.
     fn heights(&self, hole: &Hole) -> (f64, f64) {
-        let incremental = self.state.modal.incremental;
-        let from_start = incremental || self.program.dialect().rules.drills_from_start;
-        let plane = hole.plane + if from_start { hole.initial } else { 0.0 };
-        (plane, hole.bottom + if incremental { plane } else { 0.0 })
+        let plane = hole.plane + if self.plane_from_initial() { hole.initial } else { 0.0 };
+        (plane, hole.bottom + if self.state.modal.incremental { plane } else { 0.0 })
     }
 
-    fn one_hole(&mut self, hole: &Hole, heights: &Heights, at: [f64; 3]) {
+    /// Whether R counts from the height at which the series began.
+    fn plane_from_initial(&self) -> bool {
+        self.state.modal.incremental || self.program.dialect().rules.drills_from_start
+    }
+
+    /// From the place of the hole on; gives the index of the move to its bottom.
+    fn one_hole(&mut self, hole: &Hole, heights: &Heights, at: [f64; 3]) -> usize {
         if self.state.position[heights.third] != heights.plane {
             self.height(MoveKind::Rapid, at, heights.third, heights.plane, INHERITED);
         }
@@ -153,20 +158,23 @@ impl Runner<'_> {
             Drill::Ream | Drill::Tap | Drill::Bore => (MoveKind::Line, MoveKind::Line),
             _ => (MoveKind::Line, MoveKind::Rapid),
         };
+        let to_bottom = self.path.len();
         self.height(down, at, heights.third, heights.bottom, heights.word);
-        if !hole.dwell.is_nan() && self.dwells_at_bottom(hole) {
+        if !hole.dwell.is_nan() && hole.dwells {
             self.path.dwells.push((self.path.len(), hole.dwell));
         }
         if matches!(hole.drill, Drill::Ream | Drill::Tap) && heights.clear != heights.plane {
             self.height(out, at, heights.third, heights.plane, INHERITED);
-            return self.height(MoveKind::Rapid, at, heights.third, heights.clear, INHERITED);
+            self.height(MoveKind::Rapid, at, heights.third, heights.clear, INHERITED);
+        } else {
+            self.height(out, at, heights.third, heights.clear, INHERITED);
         }
-        self.height(out, at, heights.third, heights.clear, INHERITED);
+        to_bottom
     }
 
-    /// Whether P of that cycle is a dwell: LinuxCNC's G82, G86 and G89; of others every one but G81.
-    fn dwells_at_bottom(&self, hole: &Hole) -> bool {
-        let word = usize::try_from(hole.word).ok().and_then(|word| self.program.words().get(word));
+    /// Whether P of the cycle that this word calls is a dwell: LinuxCNC's G82, G86 and G89; of others every one but G81.
+    pub(crate) fn dwells_at_bottom(&self, word: i32) -> bool {
+        let word = usize::try_from(word).ok().and_then(|word| self.program.words().get(word));
         let code = word.map_or(0.0, |word| word.value);
         match self.program.dialect().flow {
             FlowStyle::OWords => [82.0, 86.0, 89.0].contains(&code),

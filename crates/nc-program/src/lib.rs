@@ -32,6 +32,7 @@ mod frame_names;
 mod functions;
 mod gather;
 mod groove;
+mod hole;
 mod home;
 mod labels;
 mod letters;
@@ -82,6 +83,7 @@ mod visit;
 
 pub use dialect::Dialect;
 pub use finding::{Finding, Severity};
+pub use hole::Drilled;
 pub use lint::{first_unknown, lint};
 pub use meaning::meaning;
 pub use modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};

@@ -35,13 +35,13 @@ impl Runner<'_> {
         {
             return self.warn_no_target(request);
         }
+        self.warn_named_twice(request);
         match self.state.modal.motion {
             Motion::Drill => return self.drill(request),
             Motion::Pass => return self.pass(request),
             Motion::Spline(spline) => return self.spline(request, spline),
             _ => {}
         }
-        self.warn_named_twice(request);
         let (mut end, mut words) = self.target(request, in_machine);
         self.angled_target(request, &mut end, &mut words);
         let kind = match self.state.modal.motion {

@@ -1,5 +1,6 @@
 //! The tool path: moves with their geometry and where each comes from.
 
+use crate::hole::Drilled;
 use crate::modal::Modal;
 use crate::program::Program;
 use crate::trace::Executed;
@@ -79,6 +80,8 @@ pub struct ToolPath {
     pub executed: Vec<Executed>,
     /// Calls of subprograms and contours, in order: the block that calls, and the call it is in itself.
     pub calls: Vec<[i32; 2]>,
+    /// Holes of drilling cycles, in order.
+    pub drilled: Vec<Drilled>,
     /// Dwells: the move that comes next, and the time, s; NaN where the program counts revolutions.
     pub dwells: Vec<(usize, f64)>,
     /// The call under way.
@@ -158,6 +161,7 @@ impl ToolPath {
         self.state.truncate(moves);
         self.call.truncate(moves);
         self.arcs.truncate(self.arcs.partition_point(|arc| arc.of_move < moves));
+        self.drilled.truncate(self.drilled.partition_point(|hole| hole.end <= moves));
     }
 
     /// A block calls others.

@@ -2,8 +2,8 @@
 
 use crate::contouring::Contouring;
 use crate::dialect::ToolOffset;
-use crate::drill::Hole;
 use crate::frame::Frame;
+use crate::hole::Hole;
 use crate::modal::{Modal, Plane};
 use crate::modal_macro::ModalMacro;
 use crate::parameters::{Key, Store};

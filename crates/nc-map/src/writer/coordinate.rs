@@ -5,7 +5,7 @@ use crate::edits::is_value;
 use crate::field::Vector;
 use crate::refusal::Refused;
 use crate::value::Value;
-use nc_program::WordKind;
+use nc_program::{Word, WordKind};
 
 impl Writer<'_> {
     /// What the word of an axis says in program units.
@@ -26,8 +26,7 @@ impl Writer<'_> {
             let message = format!("{letter} goes from {start:.5} to {end:.5} mm by no word of this block");
             return Err(Refused::block(self.block_start(here.block), message, hint));
         };
-        let says = word.kind != WordKind::Number || (word.value - self.said(here, axis)).abs() * axis.unit <= SAME_MM;
-        if says && is_value(word) {
+        if says(word, self.said(here, axis), axis.unit) {
             return Ok(());
         }
         let text = String::from_utf8_lossy(self.program.text(word));
@@ -46,24 +45,37 @@ impl Writer<'_> {
     ) -> Result<f64, Refused> {
         let origin = if axis.incremental { before[axis.index] } else { 0.0 };
         let wanted = (target - origin) / axis.unit;
-        let steps = here.step.round(wanted);
+        Ok(origin + self.value(here, axis, self.said(here, axis), wanted, whole)? * axis.unit)
+    }
+
+    /// Writes the value of a word, in program units, or the word; gives the value that it then has. `said` is what a
+    /// formula gives.
+    pub(super) fn value(
+        &mut self,
+        here: &Here,
+        axis: &Axis,
+        said: f64,
+        wanted: f64,
+        whole: bool,
+    ) -> Result<f64, Refused> {
         let (step, program) = (here.step, self.program);
+        let steps = step.round(wanted);
         let Some(word) = axis.word else {
             self.edits.insert(program, here.block, axis.letter, |text| step.write(text, steps));
-            return Ok(origin + step.value(steps) * axis.unit);
+            return Ok(step.value(steps));
         };
-        let said = if word.kind == WordKind::Number { word.value } else { self.said(here, axis) };
+        let said = if word.kind == WordKind::Number { word.value } else { said };
         let change = step.round(wanted - said);
         if change == 0 {
-            return Ok(origin + said * axis.unit);
+            return Ok(said);
         }
         let value = Value::of(program, word)?;
         if !value.is_number && !whole {
             self.edits.replace(value.start, value.end, |text| step.write(text, steps));
-            return Ok(origin + step.value(steps) * axis.unit);
+            return Ok(step.value(steps));
         }
         self.edits.replace(value.start, value.end, |out| value.change(program, word, step, (steps, change), out))?;
-        Ok(origin + if value.is_number { step.value(steps) } else { said + step.value(change) } * axis.unit)
+        Ok(if value.is_number { step.value(steps) } else { said + step.value(change) })
     }
 
     /// The word of an axis in a new block: as the mode in force has it, whatever the old word said of itself. The last
@@ -101,4 +113,9 @@ impl Writer<'_> {
         text.extend(source.get(value.end..word.end()).unwrap_or(&[]));
         Ok((said + here.step.value(change)) * axis.unit)
     }
+}
+
+/// Whether a word may be edited and, where it is a number, has that value.
+pub(super) fn says(word: &Word, value: f64, unit_mm: f64) -> bool {
+    is_value(word) && (word.kind != WordKind::Number || (word.value - value).abs() * unit_mm <= SAME_MM)
 }

@@ -87,6 +87,36 @@ impl Writer<'_> {
         Refused::block(self.block_start(here.block), message, hint)
     }
 
+    pub(super) fn leaning(&self, here: &Here, axis: usize, by_mm: f64) -> Refused {
+        let (letter, by_um) = (char::from(super::AXES[axis]), 1e3 * by_mm);
+        let message = format!("{letter} is displaced by {by_um:.2} µm more at one end of the hole than at the other");
+        let hint = "a cycle drills straight: allow a tolerance of half of that, or write the hole out as moves";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    pub(super) fn repeated(&self, here: &Here, off_mm: f64) -> Refused {
+        let message = format!("a hole that the block repeats would be {:.2} µm off", 1e3 * off_mm);
+        Refused::block(self.block_start(here.block), message, "write each hole into a block of its own")
+    }
+
+    pub(super) fn begun_elsewhere(&self, here: &Here, initial_mm: f64, height_mm: f64) -> Refused {
+        let message = format!("the cycle begins at {initial_mm:.5} mm, and its first hole at {height_mm:.5} mm");
+        let hint = "call the cycle in the block of its first hole";
+        Refused::block(self.block_start(here.block), message, hint)
+    }
+
+    pub(super) fn down_first(&self, here: &Here, plane_mm: f64) -> Refused {
+        let message =
+            format!("displaced, the cycle begins below its plane R at {plane_mm:.5} mm: it would go down first");
+        Refused::block(self.block_start(here.block), message, "begin the cycle further above the plane R")
+    }
+
+    pub(super) fn other_height(&self, here: &Here, axis: &Axis, height_mm: f64) -> Refused {
+        let text = axis.word.map_or("".into(), |word| String::from_utf8_lossy(self.program.text(word)));
+        let message = format!("{text} does not say that the hole goes by {height_mm:.5} mm");
+        Refused::block(self.block_start(here.block), message, "write the hole out as moves")
+    }
+
     pub(super) fn twice(&self, block: usize) -> Refused {
         let message = "1 block moves the tool several times, to places that are displaced differently".to_owned();
         Refused::block(self.block_start(block), message, "write the loop, subprogram or cycle out")

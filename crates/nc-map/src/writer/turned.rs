@@ -19,7 +19,7 @@ impl Writer<'_> {
         if self.path.kind[here.index] == MoveKind::Rapid {
             return None;
         }
-        if self.tolerance_mm.is_some_and(|tolerance| most > tolerance) {
+        if self.knows_travel && most > self.tolerance_mm {
             return Some(piece.start);
         }
         let (_, _, third) = here.state.plane.axes();

@@ -1,0 +1,65 @@
+//! A hole of a drilling cycle: what stays in force from one to the next, and what a path tells of each.
+
+use crate::drill::Drill;
+
+/// Values that stay from hole to hole.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hole {
+    pub drill: Drill,
+    /// The axis drilled along, where it is not the third of the plane.
+    pub along: Option<usize>,
+    /// It was noted that how far its pecks go back is not known.
+    pub noted: bool,
+    /// P of it is a dwell.
+    pub dwells: bool,
+    /// Numbers the series of holes that begin at one height.
+    pub series: u32,
+    /// The words Z and R, program units turned to mm; NaN where not given yet.
+    pub bottom: f64,
+    pub plane: f64,
+    pub peck: f64,
+    /// Dwell at the bottom, s; NaN where none is given.
+    pub dwell: f64,
+    /// Height at which the series of holes began.
+    pub initial: f64,
+}
+
+impl Hole {
+    /// Without any value yet; `dwells` where its P is a dwell.
+    pub const fn new(drill: Drill, along: Option<usize>, dwells: bool, initial: f64, series: u32) -> Self {
+        const NOT_GIVEN: f64 = f64::NAN;
+        let (bottom, plane, peck, dwell) = (NOT_GIVEN, NOT_GIVEN, NOT_GIVEN, NOT_GIVEN);
+        Self { drill, along, noted: false, dwells, series, bottom, plane, peck, dwell, initial }
+    }
+}
+
+/// A hole of a path: which moves made it, and what its block says of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Drilled {
+    /// Index of its first move.
+    pub first: usize,
+    /// Index of the move to its place.
+    pub place: usize,
+    /// Index of the move that ends at its bottom.
+    pub bottom: usize,
+    /// One past its last move.
+    pub end: usize,
+    /// The axis drilled along.
+    pub third: usize,
+    /// Index of the word R, negative where the block has none.
+    pub plane_word: i32,
+    /// Index of the word of the depth.
+    pub depth_word: i32,
+    /// Height of the plane R, mm.
+    pub plane: f64,
+    /// Height at which its series began, mm.
+    pub initial: f64,
+    /// R counts from the height at which the series began.
+    pub plane_from_initial: bool,
+    /// The tool ends at the plane R; else at the height at which the series began, where that is higher.
+    pub ends_at_plane: bool,
+    /// The series.
+    pub series: u32,
+    /// How many holes its block has drilled before it.
+    pub repeat: usize,
+}

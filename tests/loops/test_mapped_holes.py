@@ -1,0 +1,135 @@
+"""Drilling cycles under a field: their words are displaced, each hole in its own block."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.mapped import FREE, mapped, path_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.loops import program_survey
+from trueloop.loops.mapped_program import MapOptions
+from trueloop.nc.field import affine_field, function_field
+
+RISING = function_field(
+    lambda p: np.column_stack([1e-4 * p[:, 0], 0 * p[:, 0], 1e-4 * p[:, 0] + 1e-3 * p[:, 2]]), "rising"
+)
+"""X grows by 1e-4 of itself; Z rises by 1e-4 of X and by 1e-3 of itself."""
+
+
+def body(folder: Path, text: str, dialect: str) -> list[str]:
+    """The mapped program's lines without the mark."""
+    lines = mapped(folder, text, RISING, dialect)[0].splitlines()
+    return [line for line in lines if "trueloop corrected" not in line]
+
+
+def test_a_series_names_what_changes_from_hole_to_hole(tmp_path: Path) -> None:
+    """At X 100 the plane R 2 is 2 + 0.01 + 0.002, the bottom -5 + 0.01 - 0.005; after G80 the tool is where it was."""
+    source = (
+        "O1\nG21 G90\nG0 X0. Y0. Z20.\nG98 G81 X100. Y10. Z-5. R2. F100.\nX200.\nY20.\nX100. Z-11.\nG80\nG0 X0.\nM30\n"
+    )
+    assert body(tmp_path, source, "fanuc-mill") == [
+        "O1",
+        "G21 G90",
+        "G0 X0. Y0. Z20.020",
+        "G98 G81 X100.010 Y10. Z-4.995 R2.012 F100.",
+        "X200.020 R2.022 Z-4.985",
+        "Y20.",
+        "X100.010 Z-11.001 R2.012",
+        "G80",
+        "G0 X0.",
+        "M30",
+    ]
+
+
+def test_a_lathe_counts_r_from_where_the_cycle_began(tmp_path: Path) -> None:
+    """From Z 5.005 down by 3.003 to Z 2.002, then to -20.02; W counts from there."""
+    source = "G21\nG00 X0. Z5.\nG83 Z-20. R-3. Q5000 F0.1\nG80\nG00 Z10.\nG83 W-7. R-3. Q5000\nM30\n"
+    written = body(tmp_path, source, "fanuc-lathe")
+    assert written[1:6] == [
+        "G00 X0. Z5.005",
+        "G83 Z-20.020 R-3.003 Q5000 F0.1",
+        "G80",
+        "G00 Z10.010",
+        "G83 W-7.007 R-3.003 Q5000",
+    ]
+
+
+def test_holes_that_are_put_off_are_displaced_where_they_are_drilled(tmp_path: Path) -> None:
+    source = "O1\nG21 G90\nG0 X0. Y0. Z20.\nG83 G99 Z-5. R2. Q3. F100. L0\nX200.\nG80\nG0 X0.\nM30\n"
+    written = body(tmp_path, source, "haas-mill")
+    assert written[3:] == [
+        "G83 G99 Z-5. R2. Q3. F100. L0",
+        "X200.020 R2.022 Z-4.985",
+        "G80",
+        "G0 X0. Z2.002",
+        "M30",
+    ]
+
+
+def test_a_tool_that_comes_back_to_the_plane_r_goes_on_from_there(tmp_path: Path) -> None:
+    """The cycle began at Z 2.002; displaced, the plane R lies above, at 2.012."""
+    source = "G21 G90 F5\nG0 X0 Y0 Z2\nG98 G81 X100 Z-5 R2\nG80\nG91 G0 Z1\nM2\n"
+    assert body(tmp_path, source, "linuxcnc")[2:5] == [
+        "G98 G81 X100.01000 Z-4.99500 R2.01200",
+        "G80",
+        "G91 G0 Z1.00100",
+    ]
+
+
+def test_increments_and_inches(tmp_path: Path) -> None:
+    """In inches the field is the same: 10 in become 10.001, and R counts from the plane before, Z from R."""
+    source = "G20 G90 G17 F5\nG0 X0 Y0 Z2\nG91 G99 G82 X10 Z-1 R-1.5 P.1\nX10\nG80 G90\nG0 Z2\nX0\nM2\n"
+    written = body(tmp_path, source, "linuxcnc")
+    assert written[1:] == [
+        "G0 X0 Y0 Z2.002000",
+        "G91 G99 G82 X10.001000 Z-1.001000 R-1.500500 P.1",
+        "X10.001000 R-1.499500",
+        "G80 G90",
+        "G0 Z2.004000",
+        "X0 Z2.002000",
+        "M2",
+    ]
+
+
+def test_the_size_of_the_parts_does_not_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    holes = "".join(f"X{k}. Y{k % 7}.\n" for k in range(300))
+    source = f"O1\nG21 G90\nG0 X0. Y0. Z20.\nG98 G83 X1. Y1. Z-5. R2. Q1.5 F100.\n{holes}G80\nG0 X0.\nM30\n"
+    whole = mapped(tmp_path, source, RISING, "fanuc-mill")[0]
+    monkeypatch.setattr(program_survey, "CHUNK", 64)
+    assert mapped(tmp_path, source, RISING, "fanuc-mill")[0] == whole
+
+
+def test_a_formula_gets_its_term(tmp_path: Path) -> None:
+    source = "G21 G90 F100\n#1=-5\n#2=2\nG0 X0 Y0 Z20\nG81 X100 Y0 Z#1 R[#2] \nG80\nM2\n"
+    text, _ = mapped(tmp_path, source, affine_field(np.eye(3), (0.0, 0.0, 0.25)))
+    assert text.splitlines()[5] == "G81 X100 Y0 Z[#1+0.25] R[#2+0.25] "
+    assert path_of(text).end_mm[:, 2].min() == -4.75
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("G21 F1\nG0 X1 Y1\nG81 X2 Z-3 R1\n", 3, "Z has no position yet in the cut"),
+        ("G21 F1\nG0 Z9\nG81 X2 Z-3 R1\n", 3, "mm, but the program never says where"),
+        ("G21 F1\nG0 X0 Y0 Z9\nG81 X2 Z-43 R1\n", 3, "Y is displaced by 4.40 µm more at one end of the hole"),
+        ("G21 F1\nG0 X0 Y0 Z9\nG91 G81 X2 Y0 Z-3 R-5 L4\n", 3, "a hole that the block repeats would be"),
+        ("G21 F1\nG0 X0 Y0 Z9\no1 repeat [2]\nG91 G81 X2 Z-3 R-5\no1 endrepeat\n", 4, "several times"),
+        ("G21 F1\nG0 X0 Y0 Z9\nG81 X2 Y2 Z-3 R1 L0\nG80\nG0 Z5\nG81 X3 Z-3 R1 L0\nG28 Z5\nX5\n", 8, "Z stands at"),
+    ],
+)
+def test_holes_that_cannot_be_written(tmp_path: Path, text: str, line: int, words: str) -> None:
+    leaning = function_field(
+        lambda p: np.column_stack([0 * p[:, 0], 0.02 + 1e-4 * p[:, 2] + 2e-3 * p[:, 0], 0 * p[:, 0]]), "leaning"
+    )
+    with pytest.raises(TrueloopError) as refusal:
+        mapped(tmp_path, text, leaning)
+    assert (refusal.value.code, refusal.value.place.line) == (Code.NC_MAP, line)
+    assert words in refusal.value.message
+
+
+def test_a_leaning_hole_goes_through_its_middle_where_the_tolerance_allows_it(tmp_path: Path) -> None:
+    leaning = function_field(lambda p: np.column_stack([1e-3 * p[:, 2], 0 * p[:, 0], 0 * p[:, 0]]), "leaning")
+    options = MapOptions(tolerance_mm=0.005, limit_mm=FREE.limit_mm, slope=FREE.slope)
+    text, _ = mapped(tmp_path, "G21 F1\nG0 X0 Y0 Z9\nG81 X2 Z-8 R2\nM2\n", leaning, options=options)
+    assert text.splitlines()[3] == "G81 X1.99700 Z-8 R2"
