@@ -1,5 +1,6 @@
 """Drilling cycles under a field: their words are displaced, each hole in its own block."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.loops import program_survey
 from trueloop.loops.mapped_program import MapOptions
 from trueloop.nc.field import affine_field, function_field
+from trueloop.nc.tool_path import Array
+
+INCH_MM = 25.4
 
 RISING = function_field(
     lambda p: np.column_stack([1e-4 * p[:, 0], 0 * p[:, 0], 1e-4 * p[:, 0] + 1e-3 * p[:, 2]]), "rising"
@@ -133,3 +137,28 @@ def test_a_leaning_hole_goes_through_its_middle_where_the_tolerance_allows_it(tm
     options = MapOptions(tolerance_mm=0.005, limit_mm=FREE.limit_mm, slope=FREE.slope)
     text, _ = mapped(tmp_path, "G21 F1\nG0 X0 Y0 Z9\nG81 X2 Z-8 R2\nM2\n", leaning, options=options)
     assert text.splitlines()[3] == "G81 X1.99700 Z-8 R2"
+
+
+def holes_in(text: str) -> Array:
+    """X, Y, R and Z of every hole of G81 and G83 under G90, as its words say, inch: (n, 4)."""
+    cycle, values, holes = False, dict.fromkeys("XYRZ", np.nan), []
+    for line in re.sub(r"\(.*?\)", "", text).splitlines():
+        words = dict(re.findall(r"([XYRZ])(-?[\d.]+)", line))
+        cycle = bool(re.search(r"G8[13]", line)) or (cycle and not re.search(r"G80|G0[0-3]", line))
+        if "G53" not in line:
+            values |= {letter: float(number) for letter, number in words.items()}
+        if cycle and words:
+            holes.append([values[letter] for letter in "XYRZ"])
+    return np.array(holes)
+
+
+@pytest.mark.corpus
+def test_the_holes_of_a_shops_program_are_where_the_field_wants_them(corpus: Path, tmp_path: Path) -> None:
+    source = (corpus / "data" / "public" / "nc" / "fanuc-mill-nims.nc").read_text(encoding="latin-1")
+    field = affine_field(np.diag([1.0005, 1.0004, 1.0003]), (0.01, 0.02, 0.03))
+    before, after = holes_in(source), holes_in(mapped(tmp_path, source, field, "fanuc-mill")[0])
+    assert len(before) == len(after) == 8
+    for height in (2, 3):
+        moved = before[:, [0, 1, height]] * INCH_MM
+        wanted = (moved + field.displacement_mm(moved)) / INCH_MM
+        assert after[:, [0, 1, height]] == pytest.approx(wanted, abs=0.00005 + 1e-9)
