@@ -78,8 +78,8 @@ def map_program(
     overwritten; `beside` gives files that are written with the program, into its folder.
 
     Raises NC-FILE, NC-DIALECT, CMP-TWICE (corrected before), CMP-SIZE, CMP-SLOPE, NC-FIELD (not known at a position),
-    NC-MAP (a cycle, a block run several times at different places, a cut before every axis has a position, …) and what
-    reading and running the program raise; nothing is written then.
+    NC-MAP (a block run several times at different places, a cut before every axis has a position, …), NC-OPAQUE (a
+    cycle other than drilling) and what reading and running the program raise; nothing is written then.
     """
     survey, values = survey_of(source, dialect), dict(parameters or {})
     _require_followed(source, survey, field)
