@@ -11,6 +11,7 @@ from trueloop.cli.nc_features import features_of_job
 from trueloop.cli.nc_map import map_program_file
 from trueloop.cli.nc_time import time_of_program
 from trueloop.cli.nc_translate import translate_program_file
+from trueloop.cli.not_understood import not_understood, tell_not_understood
 from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import (
     DialectName,
@@ -70,6 +71,8 @@ def path_of_program(
         _print_csv(path)
     else:
         print_json({"file": str(file), "dialect": program.dialect.name, "moves": _moves(path)})
+    if form == "csv":
+        tell_not_understood(program, path)
     if _say_unknown(path, form == "json"):
         raise typer.Exit(ExitStatus.FINDINGS)
 
@@ -158,10 +161,14 @@ def difference_of_programs(
     positions = (found.position_mm, found.nearest_mm)
     if as_json:
         ends = [place | {"position_mm": at} for place, at in zip(places, positions, strict=True)]
+        unknown = [len(not_understood(*both)) for both in zip(programs, paths, strict=True)]
         print_json(
             {"distance_mm": found.distance_mm, "spacing_mm": found.spacing_mm, "at": ends[0], "nearest": ends[1]}
+            | {"not_understood": unknown}
         )
     else:
+        for both in zip(programs, paths, strict=True):
+            tell_not_understood(*both)
         print(f"largest distance {found.distance_mm:.6f} mm")
         for word, place, at in zip(("at", "nearest"), places, positions, strict=True):
             position = " ".join(f"{axis} {value:.6f}" for axis, value in zip("xyz", at, strict=True))

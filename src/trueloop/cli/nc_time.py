@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.not_understood import not_understood, tell_not_understood
 from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import (
     DialectName,
@@ -56,8 +57,10 @@ def time_of_program(
     parts = {"cutting": time.cutting_s, "rapid": time.rapid_s, "dwell": time.dwell_s, "total": time.total_s}
     tools = _by_tool(path, time)
     if as_json:
-        print_json({"file": str(file), "seconds": parts, "seconds_by_tool": tools})
+        unknown = len(not_understood(program, path))
+        print_json({"file": str(file), "seconds": parts, "seconds_by_tool": tools, "not_understood": unknown})
         return
+    tell_not_understood(program, path)
     for name, seconds in parts.items():
         print(f"{name:8} {seconds:10.1f} s")
     for tool, seconds in tools.items():

@@ -141,3 +141,24 @@ def test_an_arc_that_hangs_on_a_parameter_without_a_value_is_not_told_in_nan(pro
     assert "NC-PARAMETER: parameter #1 has no value" in said
     assert "an arc whose start, end, radius or centre is not known" in said
     assert "nan" not in said.lower()
+
+
+def test_what_is_not_understood_is_said_beside_what_was_made_of_the_path(tmp_path: Path) -> None:
+    """The results are on stdout as ever; the machine may go elsewhere."""
+    strange = tmp_path / "strange.ngc"
+    strange.write_text("G21 G90 F100\nG0 X0 Y0\nG123 X5\nG1 X10 ??\nM30\n")
+    plain = tmp_path / "plain.ngc"
+    plain.write_text("G21 G90 F100\nG0 X0 Y0\nX5\nG1 X10\nM30\n")
+    commands = [
+        ("path", strange),
+        ("time", strange, "--rapid-mm-min", "900"),
+        ("diff", strange, plain),
+        ("diff", plain, strange),
+    ]
+    for command in commands:
+        said = invoke("nc", *command, "-d", "linuxcnc").stderr
+        assert f'{strange}:3:1: warning NC-CODE: "G123" is no code of the dialect linuxcnc' in said
+        assert f"{strange}: 1 more of this kind" in said
+    assert json.loads(invoke("nc", *commands[1], "-d", "linuxcnc", "--json").stdout)["not_understood"] == 2
+    assert json.loads(invoke("nc", *commands[2], "-d", "linuxcnc", "--json").stdout)["not_understood"] == [2, 0]
+    assert invoke("nc", "diff", plain, plain, "-d", "linuxcnc").stderr == ""

@@ -45,18 +45,18 @@ impl Writer<'_> {
     ) -> Result<f64, Refused> {
         let origin = if axis.incremental { before[axis.index] } else { 0.0 };
         let wanted = (target - origin) / axis.unit;
-        Ok(origin + self.value(here, axis, self.said(here, axis), wanted, whole)? * axis.unit)
+        Ok(origin + self.value(here, axis, wanted, whole, None)? * axis.unit)
     }
 
     /// Writes the value of a word, in program units, or the word; gives the value that it then has. `said` is what a
-    /// formula gives.
+    /// formula gives, where that is not the move's coordinate.
     pub(super) fn value(
         &mut self,
         here: &Here,
         axis: &Axis,
-        said: f64,
         wanted: f64,
         whole: bool,
+        said: Option<f64>,
     ) -> Result<f64, Refused> {
         let (step, program) = (here.step, self.program);
         let steps = step.round(wanted);
@@ -64,7 +64,8 @@ impl Writer<'_> {
             self.edits.insert(program, here.block, axis.letter, |text| step.write(text, steps));
             return Ok(step.value(steps));
         };
-        let said = if word.kind == WordKind::Number { word.value } else { said };
+        let of_formula = || said.unwrap_or_else(|| self.said(here, axis));
+        let said = if word.kind == WordKind::Number { word.value } else { of_formula() };
         let change = step.round(wanted - said);
         if change == 0 {
             return Ok(said);

@@ -189,7 +189,7 @@ impl<'a> Writer<'a> {
         if stays || hole.repeat > 0 {
             return Ok(in_force);
         }
-        Ok((self.value(here, axis, said, wanted, true)? - said) * axis.unit)
+        Ok((self.value(here, axis, wanted, true, Some(said))? - said) * axis.unit)
     }
 
     fn word(&self, index: i32) -> Option<&'a Word> {
