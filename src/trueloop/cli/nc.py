@@ -69,10 +69,12 @@ def path_of_program(
         )
     if form == "csv":
         _print_csv(path)
-    else:
-        print_json({"file": str(file), "dialect": program.dialect.name, "moves": _moves(path)})
-    if form == "csv":
         tell_not_understood(program, path)
+    else:
+        unknown = len(not_understood(program, path))
+        print_json(
+            {"file": str(file), "dialect": program.dialect.name, "not_understood": unknown, "moves": _moves(path)}
+        )
     if _say_unknown(path, form == "json"):
         raise typer.Exit(ExitStatus.FINDINGS)
 

@@ -4,19 +4,18 @@ from typing import TYPE_CHECKING, Final
 
 import typer
 
+from trueloop.errors import Code, Finding, Severity
+
 if TYPE_CHECKING:
-    from trueloop.errors import Finding
     from trueloop.nc.program import Program
     from trueloop.nc.tool_path import ToolPath
 
-PATH_MAY_DIFFER: Final = ("NC-CODE", "NC-WORD", "NC-OPAQUE", "NC-UNIT", "NC-DIAMETER")
+PATH_MAY_DIFFER: Final = (Code.NC_CODE, Code.NC_WORD, Code.NC_OPAQUE, Code.NC_UNIT, Code.NC_DIAMETER)
 """Warnings after which the machine may go elsewhere than the path does."""
 
 
-def not_understood(program: "Program", path: "ToolPath") -> "list[Finding]":
+def not_understood(program: "Program", path: "ToolPath") -> list[Finding]:
     """The warnings of a program after which its path may not be the machine's, in the order of the blocks."""
-    from trueloop.errors import Severity
-
     all_of_it = (*program.findings, *path.findings)
     found = [one for one in all_of_it if one.severity is Severity.WARNING and one.code in PATH_MAY_DIFFER]
     return sorted(found, key=lambda one: (one.place.line or 0, one.place.column or 0))

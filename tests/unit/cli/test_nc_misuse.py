@@ -161,4 +161,5 @@ def test_what_is_not_understood_is_said_beside_what_was_made_of_the_path(tmp_pat
         assert f"{strange}: 1 more of this kind" in said
     assert json.loads(invoke("nc", *commands[1], "-d", "linuxcnc", "--json").stdout)["not_understood"] == 2
     assert json.loads(invoke("nc", *commands[2], "-d", "linuxcnc", "--json").stdout)["not_understood"] == [2, 0]
+    assert json.loads(invoke("nc", *commands[0], "-d", "linuxcnc", "-fjson").stdout)["not_understood"] == 2
     assert invoke("nc", "diff", plain, plain, "-d", "linuxcnc").stderr == ""
