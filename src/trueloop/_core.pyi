@@ -87,12 +87,17 @@ class NcProgram:
 def nc_survey(
     source: bytes, dialect: str
 ) -> tuple[
-    int, bool, tuple[bool, bool, bool], list[tuple[str, int]], tuple[int | None, int | None, int | None, int | None]
+    int,
+    bool,
+    tuple[bool, bool, bool],
+    list[tuple[str, int]],
+    tuple[int | None, int | None, int | None, int | None],
+    bool,
 ]:
     """Of whole lines: the number of blocks, whether one may send its run elsewhere (a loop, a call, a contour by
     number), which of X, Y and Z are named, the block in which each letter is first met, and those that first set an
     offset by G10, first set the position register, first go to a place of the machine, and first make a spline or a
-    tangent arc.
+    tangent arc; and whether decimal commas are written.
     """
 
 def nc_mentions(text: bytes, word: bytes) -> bool:
@@ -154,6 +159,7 @@ class NcMapper:
         optional_blocks: bool,
         whole: bool,
         named: tuple[bool, bool, bool],
+        comma: bool,
         tolerance_mm: float,
         size_mm: float,
         slope: float,

@@ -12,6 +12,7 @@ from tests.support.linuxcnc import Tool, interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, TrueloopError
+from trueloop.loops import program_survey
 from trueloop.loops.mapped_program import MapOptions
 from trueloop.nc.difference import path_difference
 from trueloop.nc.field import Field, affine_field, function_field, similarity_field
@@ -203,6 +204,18 @@ def test_what_cannot_be_displaced_is_refused_with_its_place_and_nothing_written(
     assert (refused.value.code, refused.value.place.line) == (code, line), refused.value
     assert words in refused.value.message
     assert [file.name for file in tmp_path.iterdir()] == ["program.ngc"]
+
+
+def test_a_program_that_writes_commas_gets_commas_wherever_it_is_read_in_parts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only its first move has decimals."""
+    text = PLATE + "2 L X+2,5 F200\n" + "".join(f"{k} L X+{k} Y+{k % 5}\n" for k in range(3, 60))
+    monkeypatch.setattr(program_survey, "CHUNK", 64)
+    written = mapped(tmp_path, text, SHIFT, "heidenhain")[0]
+    moves = [line for line in written.splitlines() if " L " in line and not line.startswith("1 ")]
+    assert len(moves) == 58
+    assert all("," in line and "." not in line for line in moves)
 
 
 def test_a_pole_of_two_arcs_has_to_go_to_one_place(tmp_path: Path) -> None:

@@ -161,6 +161,13 @@ def test_increments_do_not_drift(tmp_path: Path) -> None:
     assert path_of(text, "fanuc-lathe").end_mm[-1] == pytest.approx([5.002, 0.0, -10.004], abs=0.00051)
 
 
+def test_an_axis_half_a_digit_off_is_not_written_again(tmp_path: Path) -> None:
+    """10.0005 is written as 10.000; that it is not where it should be is no news for the next block."""
+    shift = affine_field(np.eye(3), (0.0005, 0.0, 0.1))
+    text, _ = mapped(tmp_path, "G21 G90\nG0 X10. Y0. Z5.\nG0 Z3.\nG81 Z-1. R2. F9.\nM30\n", shift, "fanuc-mill")
+    assert text.splitlines()[3:5] == ["G0 Z3.100", "G81 Z-0.900 R2.100 F9."]
+
+
 def test_x_is_a_diameter_where_the_control_takes_one(tmp_path: Path) -> None:
     source = "N010 G70\nN020 G00 X(P46+0.5) Z1.0\nN030 G01 Z-1.00 F.01\n"
     file = tmp_path / "lathe.nc"

@@ -51,6 +51,17 @@ pub struct Limits {
     pub slope: f64,
 }
 
+/// What has to be known of a whole program before its first part is written.
+#[derive(Clone, Copy, Debug)]
+pub struct Surveyed {
+    /// It is to be held whole: a block of it [`nc_program::jumps`].
+    pub whole: bool,
+    /// Which axes it names, as [`named_axes`] says.
+    pub named: [bool; 3],
+    /// It writes decimal commas, as [`writes_comma`] says.
+    pub comma: bool,
+}
+
 /// What was done, over all parts.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Summary {
@@ -83,6 +94,8 @@ struct Writing {
     limits: Limits,
     /// The program jumps: it is dealt with in one part.
     whole: bool,
+    /// It writes decimal commas.
+    comma: bool,
     carried: Vector,
     drilling: Drilling,
     standing: [Standing; 3],
@@ -94,11 +107,13 @@ struct Writing {
 }
 
 impl Mapper {
-    /// Before the first bytes. `whole` for programs with a block that `nc_program::jumps`; `named` as [`named_axes`] says.
-    pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, whole: bool, named: [bool; 3]) -> Self {
+    /// Before the first bytes; `surveyed` is what was found of the whole program.
+    pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, surveyed: Surveyed) -> Self {
+        let Surveyed { whole, named, comma } = surveyed;
         let writing = Writing {
             limits: Limits { size_mm: limits.size_mm.min(MOST_MM), ..limits },
             whole,
+            comma,
             carried: [0.0; 3],
             drilling: Drilling::default(),
             standing: standing::at_start(named),

@@ -10,9 +10,9 @@ use crate::geometry::Geometry;
 use crate::pieces::{pieces, Fault, Piece};
 use crate::reader::Part;
 use crate::refusal::{self, Refused};
-use crate::role::{names_axis, roughs, Role};
+use crate::role::{names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
-use crate::text::{writes_comma, Step};
+use crate::text::Step;
 use crate::writer::pole::Poles;
 use crate::writer::Writer;
 use crate::Writing;
@@ -57,8 +57,7 @@ impl Writing {
         let Part { program, path, roles, .. } = &*part;
         let courses = self.courses(program, path, roles)?;
         let displaced: Vec<usize> = (0..path.len()).filter(|index| courses[*index].fate != Fate::Stays).collect();
-        let comma = writes_comma(program);
-        let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, comma));
+        let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
         let geometry = Geometry::new(path, &mut self.travel, field.knows_travel(), flat_mm);
         let arrives = |index: usize| courses[index].fate == Fate::Arrives;
@@ -79,7 +78,6 @@ impl Writing {
             tolerance_mm: self.limits.tolerance_mm,
             knows_travel: field.knows_travel(),
             whole: self.whole,
-            roughs: roughs(program),
         };
         self.write(&mut writer, &courses, roles, &found)?;
         self.note_not_run(program, &part.moved, part.until, part.ended, roles);

@@ -21,6 +21,7 @@ use crate::lines::new_lines;
 use crate::part::Course;
 use crate::pieces::Piece;
 use crate::refusal::Refused;
+use crate::role::roughs;
 use crate::standing::{is_increment, Standing};
 use crate::text::Step;
 use hole::Drilling;
@@ -52,8 +53,6 @@ pub(crate) struct Writer<'a> {
     pub knows_travel: bool,
     /// The blocks may run in any order.
     pub whole: bool,
-    /// Contours are read by roughing cycles, too.
-    pub roughs: bool,
 }
 
 /// How an axis is written in a block.
@@ -76,6 +75,13 @@ struct Here<'a> {
     step: Step,
     axes: [Axis<'a>; 3],
     words: &'a [Word],
+}
+
+impl Here<'_> {
+    /// Whether the axis' digits tell where it stands from a place so far off, mm; at half a step they do not.
+    fn tells(&self, axis: &Axis, off_mm: f64) -> bool {
+        off_mm > self.step.unit / 2.0 * axis.unit + SAME_MM
+    }
 }
 
 impl<'a> Writer<'a> {
@@ -155,7 +161,6 @@ impl<'a> Writer<'a> {
         pieces: &[Piece],
         standing: &[Standing; 3],
     ) -> Result<[bool; 3], Refused> {
-        let half = here.step.unit / 2.0;
         let mut live = [false; 3];
         for axis in &here.axes {
             let k = axis.index;
@@ -165,12 +170,12 @@ impl<'a> Writer<'a> {
             }
             // Displaced by nothing but the rounding that it carries already it stays.
             let off = pieces.iter().map(|piece| self.off(piece, k, before[k])).fold(0.0, f64::max);
-            let moves = off > half * axis.unit && self.path.start[here.index][k].is_finite();
+            let moves = here.tells(axis, off) && self.path.start[here.index][k].is_finite();
             if moves && standing[k] == Standing::Never && self.path.kind[here.index] != MoveKind::Rapid {
                 return Err(self.nowhere(here, axis, off));
             }
             live[k] = moves && standing[k] == Standing::Said;
-            if live[k] && self.roughs && self.is_of_contours_start(here.index, k) {
+            if live[k] && self.is_of_roughed_contours_start(here.index, k) {
                 return Err(self.other_start(here, axis));
             }
         }
@@ -178,13 +183,13 @@ impl<'a> Writer<'a> {
     }
 
     /// Whether an axis stands where the finishing cycle of a contour began: a roughing cycle has it elsewhere.
-    fn is_of_contours_start(&self, index: usize, axis: usize) -> bool {
+    fn is_of_roughed_contours_start(&self, index: usize, axis: usize) -> bool {
         let call = self.path.call[index];
         let calling = usize::try_from(call).ok().and_then(|call| self.path.calls.get(call));
         let words = calling.map_or(&[][..], |[block, _]| self.program.words_of(*block as usize));
         let finishes = words.iter().any(|word| matches!(self.program.code(word), Some(G::Profile(_))));
         let own = (0..=index).rev().take_while(|other| self.path.call[*other] == call);
-        finishes && { own }.all(|other| self.path.words[other][axis] < 0)
+        finishes && { own }.all(|other| self.path.words[other][axis] < 0) && roughs(self.program)
     }
 
     /// How far a piece takes an axis from where it was; its start counts where it is gone to.

@@ -1,7 +1,10 @@
 //! Binds `nc-map`.
 
 use bytes::Bytes;
-use nc_map::{first_blocks, letters, named_axes, Field, Limits, Mapper, Refusal, Saying};
+use nc_map::{
+    first_blocks, letters, named_axes, writes_comma, Field, Limits, Mapper, Refusal, Saying,
+    Surveyed,
+};
 use nc_program::{jumps, Options, Program};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -35,6 +38,7 @@ impl NcMapper {
         optional_blocks: bool,
         whole: bool,
         named: [bool; 3],
+        comma: bool,
         tolerance_mm: f64,
         size_mm: f64,
         slope: f64,
@@ -56,13 +60,18 @@ impl NcMapper {
             },
             ..Options::default()
         };
+        let surveyed = Surveyed {
+            whole,
+            named,
+            comma,
+        };
         let limits = Limits {
             tolerance_mm,
             size_mm,
             slope,
         };
         Ok(Self {
-            mapper: Mapper::new(dialect, options, limits, whole, named),
+            mapper: Mapper::new(dialect, options, limits, surveyed),
             field: field.made(py),
             failed_at: (0, 0),
         })
@@ -137,12 +146,19 @@ type FirstBlocks = (Option<usize>, Option<usize>, Option<usize>, Option<usize>);
 
 /// Number of blocks, whether one may send its run elsewhere, which of X, Y, Z are named, the block in which each letter
 /// is first met, and the blocks that first set an offset by G10, first set the position register, first go to a place of the
-/// machine, and first make a spline or a tangent arc.
-type Surveyed = (usize, bool, [bool; 3], Vec<(char, usize)>, FirstBlocks);
+/// machine, and first make a spline or a tangent arc; and whether decimal commas are written.
+type SurveyTuple = (
+    usize,
+    bool,
+    [bool; 3],
+    Vec<(char, usize)>,
+    FirstBlocks,
+    bool,
+);
 
 /// Of some lines of a program.
 #[pyfunction]
-fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<Surveyed> {
+fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<SurveyTuple> {
     let dialect = dialect_of(dialect)?;
     Ok(
         py.detach(|| match Program::read(Bytes::from_owner(source), dialect) {
@@ -157,9 +173,17 @@ fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<S
                         .map(|(letter, block)| (letter.into(), block))
                         .collect(),
                     first_blocks(&program).into(),
+                    writes_comma(&program),
                 )
             }
-            Err(_) => (0, true, [true; 3], Vec::new(), (None, None, None, None)),
+            Err(_) => (
+                0,
+                true,
+                [true; 3],
+                Vec::new(),
+                (None, None, None, None),
+                false,
+            ),
         }),
     )
 }

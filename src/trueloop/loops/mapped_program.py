@@ -140,6 +140,7 @@ def _mapper(field: Field, survey: Survey, options: MapOptions, parameters: Mappi
             options.skipped_blocks,
             survey.jumps,
             survey.named,
+            survey.comma,
             options.tolerance_mm,
             options.limit_mm,
             options.slope,

@@ -23,7 +23,7 @@ LARGE: Final = CHUNK // 2
 
 
 _First: TypeAlias = tuple[int | None, int | None, int | None, int | None]
-_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _First]
+_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _First, bool]
 """What `nc_survey` tells of some lines."""
 
 
@@ -31,7 +31,7 @@ _Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str,
 class Survey:
     """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, the
     first lines that set an offset by G10, set the position register, and go to a place of the machine; whether words
-    shape moves beside their ends.
+    shape moves beside their ends; whether decimal commas are written.
     """
 
     dialect: str
@@ -43,6 +43,7 @@ class Survey:
     sets_register: int | None
     goes_to_machine: int | None
     drawn: bool
+    comma: bool
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
@@ -57,7 +58,7 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
 
     Raises NC-FILE, NC-DIALECT, and CMP-TWICE where it was corrected before.
     """
-    digest, jumps, named, line = hashlib.sha256(), False, (False, False, False), 1
+    digest, jumps, named, comma, line = hashlib.sha256(), False, (False, False, False), False, 1
     letters: dict[str, int] = {}
     first: _First = (None, None, None, None)
     with ThreadPoolExecutor(1) as beside:
@@ -68,8 +69,8 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
                 read = beside.submit(read).result
             digest.update(lines)
             _require_uncorrected(path, lines, line)
-            blocks, jumps_here, named_here, letters_here, first_here = read()
-            jumps, named = jumps or jumps_here, _any(named, named_here)
+            blocks, jumps_here, named_here, letters_here, first_here, comma_here = read()
+            jumps, named, comma = jumps or jumps_here, _any(named, named_here), comma or comma_here
             for letter, block in letters_here:
                 letters.setdefault(letter, line + block)
             first = _first(first, first_here, line)
@@ -77,7 +78,7 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
     known = dialect or guess_dialect(b"", str(path))
     *_, curve = first
     drawn = curve is not None or has_shapes(letters, known)
-    return Survey(known, digest.hexdigest(), jumps, named, letters, *first[:3], drawn)
+    return Survey(known, digest.hexdigest(), jumps, named, letters, *first[:3], drawn, comma)
 
 
 def _first(before: _First, blocks: _First, line: int) -> _First:

@@ -136,7 +136,7 @@ impl<'a> Writer<'a> {
             return Ok(if axis.word.is_some() { said + self.drilling.words[k] } else { before[k] });
         }
         let off = (target - before[k]).abs();
-        if axis.word.is_none() && off <= here.step.unit / 2.0 * axis.unit {
+        if axis.word.is_none() && !here.tells(axis, off) {
             self.drilling.words[k] = 0.0;
             return Ok(before[k]);
         }
@@ -185,7 +185,8 @@ impl<'a> Writer<'a> {
         if axis.word.is_some_and(|word| !says(word, said, axis.unit)) {
             return Err(self.other_height(here, axis, height[0]));
         }
-        let stays = axis.word.is_none() && (wanted - said - in_force / axis.unit).abs() <= here.step.unit / 2.0;
+        let off = ((wanted - said) * axis.unit - in_force).abs();
+        let stays = axis.word.is_none() && !here.tells(axis, off);
         if stays || hole.repeat > 0 {
             return Ok(in_force);
         }

@@ -3,9 +3,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use nc_map::{Affine, Field, Limits, Mapper, Place, Trouble, Vector};
+use nc_map::{writes_comma, Affine, Field, Limits, Mapper, Place, Surveyed, Trouble, Vector};
 use nc_program::dialect::DIALECTS;
-use nc_program::{jumps, run, Dialect, Options, Program};
+use nc_program::{jumps, run, Options, Program};
 
 /// Blocks of one run: enough for every construct, few enough for many runs a second.
 const BLOCKS: usize = 2_000;
@@ -28,8 +28,10 @@ fn options() -> Options {
 }
 
 /// The program with the field over it, read in two pieces; `None` where it is refused.
-fn mapped(source: &[u8], dialect: &'static Dialect, field: &mut dyn Field, whole: bool, cut: usize) -> Option<Vec<u8>> {
-    let mut mapper = Mapper::new(dialect, options(), LIMITS, whole, [true; 3]);
+fn mapped(program: &Program, field: &mut dyn Field, cut: usize) -> Option<Vec<u8>> {
+    let (source, comma) = (program.source(), writes_comma(program));
+    let surveyed = Surveyed { whole: jumps(program), named: [true; 3], comma };
+    let mut mapper = Mapper::new(program.dialect(), options(), LIMITS, surveyed);
     let mut out = Vec::new();
     let (first, second) = source.split_at(cut.min(source.len()));
     mapper.push(first, field, &mut out).ok()?;
@@ -52,12 +54,11 @@ fuzz_target!(|source: &[u8]| {
     let cut = source.iter().map(|byte| usize::from(*byte)).sum::<usize>() % (source.len() + 1);
     for dialect in DIALECTS {
         let program = Program::read(source.to_vec(), dialect).expect("a fuzzer's inputs are small");
-        let whole = jumps(&program);
-        if let Some(out) = mapped(source, dialect, &mut NOWHERE.clone(), whole, 0) {
+        if let Some(out) = mapped(&program, &mut NOWHERE.clone(), 0) {
             assert!(out == source || !fits(&program), "nothing is displaced");
         }
-        let one = mapped(source, dialect, &mut Bend, whole, 0);
-        let two = mapped(source, dialect, &mut Bend, whole, cut);
+        let one = mapped(&program, &mut Bend, 0);
+        let two = mapped(&program, &mut Bend, cut);
         if let (Some(one), Some(two)) = (&one, &two) {
             assert_eq!(one, two, "in two pieces as in one");
         }
