@@ -1,7 +1,10 @@
 """What every test may ask for: real data given with `--corpus`, and how hypothesis searches."""
 
 import os
+import signal
+from collections.abc import Generator
 from pathlib import Path
+from types import FrameType
 
 import pytest
 from hypothesis import settings
@@ -9,6 +12,31 @@ from hypothesis import settings
 settings.register_profile("desk", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, database=None, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "desk")
+
+LONGEST_S = 900
+"""No test takes this long, not even beside other work: one that waits for ever fails and names where it waits."""
+
+for ignored in (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP):
+    # Under `nohup`, in the background of a shell and on many CI runners signals are ignored, and children inherit that:
+    # a command that is to be interrupted would never hear of it.
+    if signal.getsignal(ignored) is signal.SIG_IGN:
+        signal.signal(ignored, signal.default_int_handler if ignored == signal.SIGINT else signal.SIG_DFL)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol() -> Generator[None, object, object]:
+    """Every wait ends, those of fixtures among them."""
+    before = signal.signal(signal.SIGALRM, _late)
+    signal.alarm(LONGEST_S)
+    try:
+        return (yield)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _late(signum: int, frame: FrameType | None) -> None:
+    raise TimeoutError(f"the test did not end within {LONGEST_S} s")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -108,6 +108,11 @@ class Operator:
         return line
 
 
+def drained() -> bool:
+    """Whether halsampler has taken every period out of the buffer: what it has not is lost when it ends."""
+    return int(subprocess.check_output(["halcmd", "getp", "sampler.0.curr-depth"])) == 0
+
+
 def main() -> int:
     """Carries out the order; 0 when the program ran to its end."""
     order = json.loads(Path("order.json").read_text())
@@ -124,14 +129,14 @@ def main() -> int:
         answer["unnamed"] = operator.unnamed
         if sampler:
             subprocess.run(["halcmd", "setp", "sampler.0.enable", "0"], check=True)
-            time.sleep(0.2)
+            operator.until(drained, PATIENCE_S)
             answer["overruns"] = int(subprocess.check_output(["halcmd", "getp", "sampler.0.overruns"]))
     except TimeoutError as late:
         answer["error"] = operator.error or str(late)
     finally:
         if sampler:
             sampler.terminate()
-            sampler.wait()
+            sampler.wait(PATIENCE_S)
         Path("answer.json").write_text(json.dumps(answer))
     return 1 if answer["error"] else 0
 
