@@ -1,7 +1,7 @@
 """The report: one HTML file that needs nothing else, neither a network nor, for its words and pictures, scripts.
 
-Figures are Plotly specifications. Each stands in the page twice over, made from the same specification: as data for the
-Plotly library that is embedded, and as a still picture for paper and for browsers without scripts.
+Figures are Plotly specifications, drawn as pictures (SVG). A script adds what only a screen can do: values when pointed
+at, and a closer look.
 """
 
 from collections.abc import Iterator, Mapping
@@ -17,7 +17,7 @@ from trueloop.report.decisions import decisions
 from trueloop.report.junctions import junctions
 from trueloop.report.markup import esc, section, table
 from trueloop.report.program_diff import changed_lines, program_diff
-from trueloop.report.shell import figure_block, html_page
+from trueloop.report.shell import ON_SCREEN, figure_block, html_page
 from trueloop.report.style import Figure, plain
 from trueloop.report.summary import feature_table, kind_of_correction, verdict
 from trueloop.report.touch_table import touches_csv, touches_table
@@ -57,7 +57,7 @@ def _head(correction: Correction) -> str:
         f"{feature_table(correction)}"
         "<p class='note'>Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, for a "
         "finish cut that errs as the semi-finish cut did. Left out: each touch predicted from all others; what a place "
-        f"between the touches may expect.</p><p class='note'>{SIGN}{_expanded(correction)}</p></header>"
+        f"between the touches may expect.</p><p class='note'>{SIGN}{_expanded(correction)}</p>{ON_SCREEN}</header>"
     )
 
 

@@ -1,7 +1,5 @@
-"""What every page is wrapped in: one HTML file with its style, its scripts and the Plotly library inside."""
+"""What every page is wrapped in: one HTML file with its style and its scripts inside."""
 
-import json
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -11,6 +9,11 @@ from trueloop.report.style import Figure
 HERE: Final = Path(__file__).parent
 POLICY: Final = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 """Content security: the browser itself refuses whatever would come from elsewhere."""
+
+ON_SCREEN: Final = (
+    "<p class='note screen'>Point at a mark for its values; drag over a figure for a closer look, double-click to "
+    "return.</p>"
+)
 
 
 def html_page(title: str, body: str, script: str = "") -> str:
@@ -22,22 +25,11 @@ def html_page(title: str, body: str, script: str = "") -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head>"
         f"<body><main>{body}</main>"
-        f"<script>{_plotly()}</script><script>{scripts}</script></body></html>\n"
+        f"<script>{scripts}</script></body></html>\n"
     )
 
 
 def figure_block(name: str, figure: Figure, caption: str, small: bool = False) -> str:
-    """A figure with both its appearances; `caption` is HTML."""
-    data = json.dumps(figure, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
-    return (
-        f'<figure id="{name}"{" class=small" if small else ""}>{svg(figure, name)}<div class="plot"></div>'
-        f'<script type="application/json">{data}</script><figcaption>{caption}</figcaption></figure>'
-    )
-
-
-def _plotly() -> str:
-    """The library as it comes with the Python package, found without importing that: an import would take a second."""
-    package = find_spec("plotly")
-    if package is None or package.origin is None:
-        raise ModuleNotFoundError("the Python package plotly is not installed, which brings plotly.min.js")
-    return (Path(package.origin).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
+    """A figure as a picture whose marks say their values; `caption` is HTML."""
+    kind = " class=small" if small else ""
+    return f'<figure id="{name}"{kind}>{svg(figure, name)}<figcaption>{caption}</figcaption></figure>'

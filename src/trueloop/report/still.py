@@ -1,4 +1,4 @@
-"""A figure as a still picture (SVG): the same Plotly specification, for paper and for browsers without scripts.
+"""A figure as a picture (SVG): a Plotly specification drawn without Plotly, for pages and paper.
 
 It draws what the figures of this folder are made of and nothing else: scatter traces (lines, markers, text, filled
 outlines, symmetric error bars), one x axis, one or more y axes stacked by their `domain`, and annotations. Text in a
@@ -6,12 +6,15 @@ specification is escaped already; of tags only <b> is meant.
 """
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Any, Final
 
 from trueloop.report.style import MINUS, Figure, Trace
 
 DASHES: Final = {"solid": "", "dash": "7 5", "dot": "2 4", "dashdot": "9 4 2 4"}
+SAID: Final = 60
+"""Places along a line that say its value."""
 ANCHORS: Final = {"left": "start", "center": "middle", "right": "end"}
 
 
@@ -129,13 +132,17 @@ def _trace(trace: Trace, panel: Panel) -> list[str]:
                 parts.append(f'<path d="{_path(stroke)}Z" fill="{trace["fillcolor"]}"/>')
             if line["width"]:
                 parts.append(_stroke(stroke, line["color"], line["width"], line.get("dash", "solid"), opacity))
+        if "markers" not in trace["mode"]:
+            parts += _said_along(xs, ys, trace.get("hovertext", []), panel)
     if "error_y" in trace:
         for x, y, u in zip(xs, ys, trace["error_y"]["array"], strict=True):
             bar = [(panel.x(x), panel.y(y - u)), (panel.x(x), panel.y(y + u))]
             parts.append(_stroke(bar, trace["error_y"]["color"], trace["error_y"]["thickness"]))
     if "markers" in trace["mode"]:
+        says = trace.get("hovertext", [""] * len(xs))
         parts += [
-            _marker(panel.x(x), panel.y(y), trace["marker"], k) for k, (x, y) in enumerate(zip(xs, ys, strict=True))
+            _marker(panel.x(x), panel.y(y), trace["marker"], k, _title(says[k]))
+            for k, (x, y) in enumerate(zip(xs, ys, strict=True))
         ]
     if "text" in trace["mode"]:
         font = f' font-size="{trace["textfont"]["size"]}" fill="{trace["textfont"]["color"]}"'
@@ -144,6 +151,12 @@ def _trace(trace: Trace, panel: Panel) -> list[str]:
             for x, y, words in zip(xs, ys, trace["text"], strict=True)
         ]
     return parts
+
+
+def _said_along(xs: list[float], ys: list[float], hover: list[str], panel: Panel) -> list[str]:
+    """What a line says when pointed at: places without extent along it, no more of them than can be told apart."""
+    some = range(0, len(hover), max(1, len(hover) // SAID))
+    return [f'<path d="M{panel.x(xs[k]):.1f} {panel.y(ys[k]):.1f}h0">{_title(hover[k])}</path>' for k in some]
 
 
 def _strokes(xs: list[float | None], ys: list[float | None], panel: Panel) -> list[list[tuple[float, float]]]:
@@ -157,7 +170,12 @@ def _strokes(xs: list[float | None], ys: list[float | None], panel: Panel) -> li
     return [run for run in runs if run]
 
 
-def _marker(x: float, y: float, marker: dict[str, Any], index: int) -> str:
+def _title(hover: str) -> str:
+    """What a mark says when pointed at; of tags, hover texts have <br> and <b>."""
+    return f"<title>{re.sub('</?b>', '', hover).replace('<br>', chr(10))}</title>" if hover else ""
+
+
+def _marker(x: float, y: float, marker: dict[str, Any], index: int, title: str) -> str:
     colour = marker["color"] if isinstance(marker["color"], str) else marker["color"][index]
     r = marker["size"] / 2
     symbol = marker.get("symbol", "circle")
@@ -165,14 +183,14 @@ def _marker(x: float, y: float, marker: dict[str, Any], index: int) -> str:
     shape = symbol.removesuffix("-open")
     paint = f'fill="{fill}" stroke="{colour}" stroke-width="1.5"'
     if shape == "circle":
-        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:g}" {paint}/>'
+        return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:g}" {paint}>{title}</circle>'
     corners = {
         "diamond": [(0, -r), (r, 0), (0, r), (-r, 0)],
         "triangle-up": [(0, -r), (r, r), (-r, r)],
         "triangle-down": [(0, r), (r, -r), (-r, -r)],
         "square": [(-r, -r), (r, -r), (r, r), (-r, r)],
     }[shape]
-    return f'<path d="{_path([(x + dx, y + dy) for dx, dy in corners])}Z" {paint}/>'
+    return f'<path d="{_path([(x + dx, y + dy) for dx, dy in corners])}Z" {paint}>{title}</path>'
 
 
 def _note(note: dict[str, Any], panel: Panel) -> str:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.geometry.feature import Array
-from trueloop.report.style import FAINT, FONT, INK, LEFT_ON, SOFT, TAKEN, Figure, Trace, plain, round_step
+from trueloop.report.style import FAINT, INK, LEFT_ON, SOFT, TAKEN, plain, round_step
 from trueloop.units import UM_PER_MM
 
 SCALE: Final[list[tuple[float, str]]] = [
@@ -19,9 +19,8 @@ SCALE: Final[list[tuple[float, str]]] = [
     (0.75, "#e88a9c"),
     (1.0, LEFT_ON),
 ]
-"""Explicit, because Plotly's named scales run opposite ways in Python and JavaScript."""
+"""Explicit: libraries disagree on which end of a named scale is red."""
 WIDTH: Final = 480
-SOLID_HEIGHT: Final = 520
 CELLS: Final = 60
 LEFT: Final = 26
 TOP: Final = 8
@@ -63,48 +62,6 @@ def colour_range_um(maps: list[DeviationMap]) -> float:
     largest = max(float(np.nanmax(np.abs(m.error_mm), initial=0.0)) for m in maps) * UM_PER_MM
     step = round_step(2 * max(largest, 0.1), 20)
     return float(np.ceil(largest / step - 1e-9) * step) or step
-
-
-def solid(maps: list[DeviationMap], range_um: float) -> Figure:
-    """The surface in three dimensions, coloured by one of the maps; buttons choose which."""
-    camera = {"eye": {"x": -0.9, "y": -2.1, "z": 1.5}, "center": {"x": 0, "y": 0, "z": -0.1}}
-    axes = {f"{a}axis": {"title": {"text": f"{a} (mm)"}, "color": INK} for a in "xyz"}
-    buttons = [
-        {"label": m.title, "method": "restyle", "args": [{"visible": [other is m for other in maps]}]} for m in maps
-    ]
-    menu = {
-        "type": "dropdown",
-        "buttons": buttons,
-        "active": 0,
-        "x": 0.0,
-        "xanchor": "left",
-        "y": 1.0,
-        "yanchor": "top",
-    }
-    layout = {"width": 2 * WIDTH, "height": SOLID_HEIGHT, "font": FONT, "paper_bgcolor": "#ffffff", "yaxis": {}}
-    layout |= {"scene": {"aspectmode": "data", "camera": camera, **axes}, "updatemenus": [menu]}
-    return {
-        "data": [_trace(m.thinned, range_um, visible=m is maps[0]) for m in maps],
-        "layout": {**layout, "margin": {"l": 0, "r": 0, "t": 8, "b": 0}},
-    }
-
-
-def _trace(shown: DeviationMap, range_um: float, *, visible: bool) -> Trace:
-    x, y, z = (shown.points_mm[..., k].round(4).tolist() for k in range(3))
-    error = (shown.error_mm * UM_PER_MM).round(3).tolist()
-    colours = {
-        "cmin": -range_um, "cmax": range_um, "colorscale": [list(stop) for stop in SCALE],
-        "colorbar": {"title": {"text": "µm"}, "thickness": 12, "len": 0.8},
-    }  # fmt: skip
-    trace: Trace = {"name": shown.name, "x": x, "y": y, "z": z, "visible": visible}
-    place = "x %{x:.3f} y %{y:.3f} z %{z:.3f} mm<br>"
-    if shown.error_mm.ndim == 1:
-        dots = {"size": 4, "color": error, **colours}
-        hover = place + "%{marker.color:.2f} µm<extra></extra>"
-        return trace | {"type": "scatter3d", "mode": "markers", "marker": dots, "hovertemplate": hover}
-    lighting = {"ambient": 0.9, "diffuse": 0.2, "specular": 0.0}
-    hover = place + "%{surfacecolor:.2f} µm<extra></extra>"
-    return trace | colours | {"type": "surface", "surfacecolor": error, "lighting": lighting, "hovertemplate": hover}
 
 
 def flat(deviations: DeviationMap, range_um: float) -> str:

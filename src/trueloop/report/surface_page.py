@@ -1,6 +1,5 @@
 """One page per surface: what was measured, what repeats, what is random, the pattern, and what is predicted after."""
 
-import json
 from itertools import chain
 from typing import Final
 
@@ -11,8 +10,9 @@ from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel, maps_o
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import html_page
 from trueloop.report.style import plain, signed
-from trueloop.report.surface_maps import DeviationMap, colour_range_um, flat, sheet, solid
+from trueloop.report.surface_maps import DeviationMap, colour_range_um, flat, sheet
 from trueloop.report.surface_parts import caption, map_of_part, maps_of_part, part_choice
+from trueloop.report.surface_space import space_figure
 from trueloop.units import UM_PER_MM
 
 PLACES: Final = 50
@@ -34,7 +34,7 @@ def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection |
         '<header><p class="kicker">trueloop · machining pattern of a surface</p>'
         f"<h1>{esc(name)}</h1><p class='meta'>{_summary(model)}</p>"
         f"{_prediction(model)}<p class='note'>{SIGN}</p></header>"
-        + section("maps", "Maps", choice, f'<div class="figures">{figures}</div>', _in_space(drawn, range_um))
+        + section("maps", "Maps", choice, f'<div class="figures">{figures}</div>', space_figure(drawn))
         + section("parts", "Parts", _parts(model))
         + (section("correction", "Correction", _correction(correction)) if correction else "")
         + (section("findings", "Findings", findings) if model.findings else "")
@@ -70,14 +70,6 @@ def maps_picture(model: SurfaceModel) -> str:
 def _figure(shown: DeviationMap, range_um: float) -> str:
     drawn = flat(shown, range_um)
     return f'<figure id="{shown.name}" class="small map">{drawn}<figcaption>{caption(shown)}</figcaption></figure>'
-
-
-def _in_space(shown: list[DeviationMap], range_um: float) -> str:
-    data = json.dumps(solid(shown, range_um), separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
-    return (
-        f'<figure id="space"><div class="plot"></div><script type="application/json">{data}</script>'
-        "<figcaption>The same on the surface: choose the map, turn it with the mouse.</figcaption></figure>"
-    )
 
 
 def _summary(model: SurfaceModel) -> str:
