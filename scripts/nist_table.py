@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from scripts.nist_bands import section
 from scripts.nist_parts import NistPart, example_touches, parameters, parts, program, touches_csv
 from trueloop.formats.profile_of_job import part_table_toml
 from trueloop.geometry.feature import Arc, Array
@@ -34,7 +35,8 @@ touches after the semi-finish cut, Tables 4, 8 and 10, with a job and programs m
 - **Semi-finish**: root mean square of the measured errors, µm, material left on or taken too much.
 - **NIST's finish**: the same after NIST's corrected finish cut, Tables 7, 9 and 11. Measured.
 - **Predicted**: what trueloop's correction is expected to leave at the same points, were the finish cut to err exactly
-  as the semi-finish cut did. No metal was cut: real cuts repeat to some micrometres, and NIST's numbers contain that.
+  as the semi-finish cut did. No metal was cut: real cuts repeat to some micrometres, and NIST's numbers contain that
+  ([Do the bands hold on metal?](#do-the-bands-hold-on-metal)).
 - **Left out**: the prediction for each point from a fit that did not see it: what a place between the touches may
   expect, and the more honest of the two. A feature with one touch has no such prediction and does not count here.
 
@@ -106,7 +108,8 @@ def page(results: Sequence[tuple[NistPart, Correction]]) -> str:
     arcs = [row for part, correction in results if (row := arc_row(part, correction)) is not None]
     whole = [whole_row(part, correction) for part, correction in results]
     tables = [("Whole parts", whole), ("The dome and the knob alone", arcs)]
-    return "\n".join([HEAD, *(f"## {title}\n\n{_table(rows)}\n" for title, rows in tables)])
+    bands = section([(part_name(part), part, correction) for part, correction in results])
+    return "\n".join([HEAD, *(f"## {title}\n\n{_table(rows)}\n" for title, rows in tables), bands])
 
 
 def _row(part: NistPart, correction: Correction, chosen: NDArray[np.bool_]) -> Row:

@@ -16,6 +16,7 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.error_curve.between_cuts import NONE, BetweenCuts
 from trueloop.geometry.feature import Array
 from trueloop.loops.batch import run_batch
 from trueloop.loops.job_inputs import read_inputs
@@ -95,7 +96,7 @@ def unseen(parts: int) -> str:
         cells = []
         for said_mm in (0.0, known_mm):
             trial = _trial("modbas2")
-            told = replace(trial.inputs.options, cut_to_cut_mm=said_mm)
+            told = replace(trial.inputs.options, between_cuts=BetweenCuts(said_mm, 0.0, "stated"))
             trial = replace(trial, inputs=replace(trial.inputs, options=told))
             cells.append(_coverage(_made(trial, repeatability, parts)))
         rows.append(_told(words, *cells))
@@ -133,7 +134,8 @@ def _left_mm(trial: Trial, workshop: Workshop, seed: int) -> Array:
 
 def _trial(name: str, errors_follow: str = "nose") -> Trial:
     inputs = read_inputs(ROOT / "examples" / name / "job.toml").inputs
-    return trial_of(replace(inputs, options=replace(inputs.options, errors_follow=errors_follow)))
+    options = replace(inputs.options, errors_follow=errors_follow, between_cuts=NONE)
+    return trial_of(replace(inputs, options=options))
 
 
 def _made(trial: Trial, repeatability: Repeatability, parts: int) -> Study:

@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.profiles import modbas2
 from tests.support.touched import noise, touched
+from trueloop.error_curve.between_cuts import BetweenCuts
 from trueloop.error_curve.fit_profile import fit_profile
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.options import FitOptions
@@ -58,7 +59,8 @@ REFUSALS: list[tuple[Code, Callable[[], object]]] = [
     (Code.FIT_ORDER, lambda: fit(moved(2, 0.0))),
     (Code.FIT_OUTSIDE, lambda: fit(moved(0, -5.0))),
     (Code.FIT_VALUE, lambda: fit(repeatability_mm=-0.001)),
-    (Code.FIT_VALUE, lambda: fit(cut_to_cut_mm=-0.001)),
+    (Code.FIT_VALUE, lambda: fit(between_cuts=BetweenCuts(-0.001, 0.0, "stated"))),
+    (Code.FIT_VALUE, lambda: fit(between_cuts=BetweenCuts(0.0, float("nan"), "stated"))),
     (Code.FIT_KNOTS, lambda: fit(knot_every=1)),
     (Code.FIT_KNOTS, lambda: fit(knot_every_on={"no such feature": 3})),
     (Code.FIT_ANGLE, nose_asked_outside_its_range),

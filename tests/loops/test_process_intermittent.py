@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.compensation.contour import shifted_contour
+from trueloop.error_curve.between_cuts import PRIOR
 from trueloop.error_curve.options import FitOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Array
@@ -86,7 +87,7 @@ def test_the_band_holds_what_is_left_where_nobody_says_that_errors_follow_the_no
     np.testing.assert_allclose(np.sqrt(untold**2 - told**2), of_slope_mm(by_place) / np.sqrt(3.0), atol=1e-9)
     for index in range(len(by_place.profile.features)):
         rows = by_place.touches.of_feature(index)
-        drawn = by_place.next_cut_u_mm(index, by_place.touches.arc_length_mm[rows])
+        drawn = by_place.next_cut(index, by_place.touches.arc_length_mm[rows]).standard_u_mm
         np.testing.assert_allclose(drawn, untold[rows], rtol=1e-12)
 
 
@@ -228,7 +229,7 @@ def test_reversed_program_gets_the_same_contour() -> None:
 def test_fit_options_reach_the_fit() -> None:
     inputs = inputs_of("modbas2")
     correction = compensate(replace(inputs, options=replace(inputs.options, knot_every=3)))
-    assert correction.model.options == FitOptions(knot_every=3)
+    assert correction.model.options == FitOptions(knot_every=3, between_cuts=PRIOR)
 
 
 def test_same_job_same_record_and_same_bytes() -> None:

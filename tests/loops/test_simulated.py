@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.probing import EXAMPLES, example
+from trueloop.error_curve.between_cuts import NONE
 from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.loops.simulated import Trial, calibrated, simulate, trial_of
@@ -21,7 +22,9 @@ UM = 1e-3
 
 
 def trial(name: str) -> Trial:
-    return trial_of(example(name))
+    """A machine whose finish cut does nothing that the semi-finish cut did not do, and a loop that knows it."""
+    inputs = example(name)
+    return trial_of(replace(inputs, options=replace(inputs.options, between_cuts=NONE)))
 
 
 def exact(

@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.probing import EXAMPLES
 from trueloop.compensation.limits import Limits
+from trueloop.error_curve.between_cuts import BetweenCuts
 from trueloop.error_curve.spline import EndConditions
 from trueloop.formats.surface_job import SurfaceJobFile
 from trueloop.formats.virtual_machine_toml import read_virtual_machine
@@ -33,6 +34,7 @@ max_slope_um_per_mm = 30
 max_scatter_um = 8
 max_age_hours = 12
 cut_to_cut_um = 0.75
+cut_to_cut_along_um = 0.5
 repeatability_um = 1.25
 
 [compensation.features.dome]
@@ -103,7 +105,7 @@ def test_a_turned_part(tmp_path: Path) -> None:
         knot_every_on={"dome": 2},
         prescribed={"dome": EndConditions(0.001, 0.002, 0.003, 0.004)},
         repeatability_mm=0.00125,
-        cut_to_cut_mm=0.00075,
+        between_cuts=BetweenCuts(0.00075, 0.0005, "stated in the job"),
         chord_tolerance_mm=0.00025,
         arcs="lines",
         errors_follow="nose",

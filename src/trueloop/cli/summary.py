@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from trueloop.cli.terminal import wide_console
 from trueloop.loops.correction import Correction
+from trueloop.loops.outcome import Outcome, between_cuts_words, causes_um, outcomes
 from trueloop.report.style import plain, signed
-from trueloop.report.summary import kind_of_correction, worst_of
+from trueloop.report.summary import expected_words, headline, kind_of_correction, worst_of
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
@@ -19,7 +18,8 @@ from trueloop.units import UM_PER_MM
 class FeatureSummary:
     """One feature's errors in µm: measured before, predicted after; `nan` where nothing was touched.
 
-    `predicted_expanded_u_um` is the largest expanded uncertainty of a prediction at the feature's touches.
+    `predicted_expanded_u_um` is the largest expanded uncertainty at the feature's touches or, without any, along it;
+    `standard_u_um` what makes it up, by cause. `expected` says both in words.
     """
 
     feature: str
@@ -30,33 +30,35 @@ class FeatureSummary:
     predicted_rms_um: float
     predicted_worst_um: float
     predicted_expanded_u_um: float
+    expected: str
+    standard_u_um: dict[str, float]
 
 
 def feature_summaries(correction: Correction) -> list[FeatureSummary]:
     """One for each feature of the profile, in its order."""
-    return [_of_feature(correction, index, name) for index, name in enumerate(correction.profile.names)]
+    return [_of_feature(correction, outcome) for outcome in outcomes(correction)]
 
 
-def _of_feature(correction: Correction, index: int, name: str) -> FeatureSummary:
-    rows, prediction = correction.touches.of_feature(index), correction.prediction
-    before, after, u = (
-        values[rows] * UM_PER_MM for values in (prediction.before_mm, prediction.after_mm, prediction.expanded_u_mm)
-    )
+def _of_feature(correction: Correction, outcome: Outcome) -> FeatureSummary:
+    index, prediction = outcome.index, correction.prediction
+    rows = correction.touches.of_feature(index)
+    before, after = (values[rows] * UM_PER_MM for values in (prediction.before_mm, prediction.after_mm))
     return FeatureSummary(
-        feature=name,
+        feature=correction.profile.names[index],
         touches=len(rows),
         correction=kind_of_correction(correction, index),
         before_rms_um=rms(before),
         before_worst_um=worst_of(before),
         predicted_rms_um=rms(after),
-        predicted_worst_um=worst_of(after),
-        predicted_expanded_u_um=float(np.max(u)) if len(u) else math.nan,
+        predicted_worst_um=outcome.expected_mm * UM_PER_MM,
+        predicted_expanded_u_um=outcome.expanded_u_mm * UM_PER_MM,
+        expected=expected_words(correction, outcome),
+        standard_u_um=causes_um(outcome.budget),
     )
 
 
 def as_dict(correction: Correction, files: Sequence[Path]) -> dict[str, object]:
     """The summary as `--json` prints it; numbers that are not known are null."""
-    k = correction.prediction.coverage_factor
     return {
         "part": correction.part,
         "record_id": correction.record.id,
@@ -64,7 +66,9 @@ def as_dict(correction: Correction, files: Sequence[Path]) -> dict[str, object]:
         "features": [
             {key: _known(value) for key, value in vars(summary).items()} for summary in feature_summaries(correction)
         ],
-        "predicted_is": f"a prediction, not a measurement; expanded uncertainty with k = {k:.2f} (95 %)",
+        "headline": headline(correction),
+        "predicted_is": "a prediction, not a measurement; expanded uncertainties hold 95 %",
+        "between_cuts": between_cuts_words(correction.options.between_cuts),
         "decision": {"x": correction.decision.x.words, "z": correction.decision.z.words},
         "notes": list(correction.notes),
         "files": [str(path) for path in files],
@@ -79,11 +83,11 @@ def print_summary(correction: Correction, files: Sequence[Path]) -> None:
     """The summary for people, on stdout."""
     from rich.table import Table
 
-    console, k = wide_console(), correction.prediction.coverage_factor
+    console = wide_console()
     table = Table(box=None, pad_edge=False)
     table.add_column("feature", no_wrap=True)
     table.add_column("touches", justify="right")
-    for heading in ("before\nRMS µm", "\nworst", "predicted\nRMS µm", "\nworst", f"\n±U (k = {k:.2f})"):
+    for heading in ("before\nRMS µm", "\nworst", "predicted\nRMS µm", "\nworst", "\n±U (95 %)"):
         table.add_column(heading, justify="right")
     table.add_column("correction")
     for line in feature_summaries(correction):
@@ -92,12 +96,25 @@ def print_summary(correction: Correction, files: Sequence[Path]) -> None:
         table.add_row(line.feature, str(line.touches), *before, *after, line.correction)
     console.print(f"[bold]{_escaped(correction.part)}[/], correction {correction.record.id}\n")
     console.print(table)
-    console.print("\n+ is material left on. Predicted: if the finish cut errs as the semi-finish cut did.\n")
+    console.print(
+        "\n+ is material left on. Predicted: what repeats is taken out; ±U holds what the finish cut may differ by."
+    )
+    console.print(f"[bold]{_escaped(headline(correction))}[/]\n")
+    for words in (_budget_words(correction), between_cuts_words(correction.options.between_cuts)):
+        console.print(f"- {_escaped(words)}")
     for words in (correction.decision.x.words, correction.decision.z.words, *correction.notes):
         console.print(f"- {_escaped(words)}")
     console.print(f"\nRun [bold]{_escaped(correction.name_to_run)}[/]. Written:")
     for path in files:
         console.print(f"  {_escaped(str(path))}")
+
+
+def _budget_words(correction: Correction) -> str:
+    """The largest of each cause over all features."""
+    causes = [causes_um(outcome.budget) for outcome in outcomes(correction)]
+    largest = {cause: max(one[cause] for one in causes) for cause in causes[0]}
+    told = ", ".join(f"{cause} {plain(um)}" for cause, um in largest.items())
+    return f"Uncertainty budget, largest standard uncertainties in µm: {told}."
 
 
 def _escaped(text: str) -> str:

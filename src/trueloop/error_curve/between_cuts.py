@@ -5,8 +5,8 @@ the next cut: the correction takes out the errors of a cut that is over. In turn
 
 | of the finish cut against the semi-finish cut | common to the cut | varies along it |
 |---|--:|--:|
-| turret indexed for the probe and back, slides reversed (ISO 230-2: repeatability R of 3 to 6 µm, four deviations) | 1.5 µm | |
-| heat: 10 to 20 µm an hour while a machine warms up (ISO 13041-8), some minutes of probing between the cuts | 2 µm | 0.5 µm |
+| turret indexed for the probe and back, slides reversed (ISO 230-2: R of 3 to 6 µm, four deviations) | 1.5 µm | |
+| heat: 10 to 20 µm an hour while a machine warms up (ISO 13041-8), some minutes of probing | 2 µm | 0.5 µm |
 | the edge: wear, built-up edge, thinnest chip, which go by contact angle and cutting speed | 1 µm | 2 µm |
 | ball radius and pre-travel of the probe, as calibrated | 1 µm | 0.5 µm |
 | root of the sum of squares | 2.9 µm | 2.1 µm |

@@ -49,7 +49,8 @@ class ChainFit:
     `fit` is in units of the touches' variance; `sources` say where its end conditions come from; `knot_every` has one
     entry a feature. `residual_mm` and `leave_one_out_mm` (NaN where the other touches say nothing) go by `touches`,
     positions in the error vectors; `spare` are the degrees of freedom. A curve from a model instead of the touches
-    brings the square root of its coefficients' covariance, `from_model_mm`, (coefficients, m).
+    brings the square root of its coefficients' covariance, `from_model_mm`, (coefficients, m). `unsupported`: no touch
+    says anything of the chain, and it is left as programmed.
     """
 
     chain: Chain
@@ -62,6 +63,7 @@ class ChainFit:
     leave_one_out_mm: Array
     spare: int
     from_model_mm: Array | None = None
+    unsupported: bool = False
 
 
 def own_fit(

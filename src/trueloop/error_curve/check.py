@@ -63,7 +63,12 @@ def check_options(profile: Profile, options: FitOptions) -> None:
                 f"{name!r}: the prescribed values and slopes are {given} mm or mm/mm, not all of them finite",
                 hint="give numbers, or leave an end free",
             )
-    for words, value_mm in (("process", options.repeatability_mm), ("whole cut", options.cut_to_cut_mm)):
+    between = options.between_cuts
+    for words, value_mm in (
+        ("process", options.repeatability_mm),
+        ("whole cut", between.common_mm),
+        ("cut along its contour", between.scatter_mm),
+    ):
         if value_mm is not None and not 0.0 <= value_mm < math.inf:
             raise TrueloopError(
                 Code.FIT_VALUE,

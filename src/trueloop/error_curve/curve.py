@@ -6,6 +6,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from trueloop.error_curve.between_cuts import BetweenCuts
+from trueloop.error_curve.budget import Budget
 from trueloop.error_curve.coverage import COVERAGE, student_t_factor
 from trueloop.error_curve.spline import EndConditions, Spline
 from trueloop.geometry.feature import Array
@@ -19,6 +21,9 @@ class ErrorCurve:
     is meant for the extrapolation to a displaced junction, not for more. `spline` may run over several features
     joined tangentially; this one begins at `start_mm` of it. `scatter_mm` is the standard deviation of single errors
     about the curve, from `degrees_of_freedom` spare touches (None: no touch to spare, taken from the gauging alone).
+    `repeatability_mm` is the next cut's own, `between_cuts` what sets it apart from the one that was touched;
+    `probe_share` is the probe's part of the touches' variance. Without `touches` on the feature or on those it runs on
+    from, the curve is an estimate; where the touches say nothing of it at all it is `unsupported`, and zero.
     `knot_every` is r of [6517 Eq. 5]; `notes` say in words how the curve came about.
     """
 
@@ -30,6 +35,10 @@ class ErrorCurve:
     knot_every: int | None
     scatter_mm: float
     repeatability_mm: float
+    between_cuts: BetweenCuts
+    probe_share: float
+    touches: int
+    unsupported: bool
     degrees_of_freedom: int | None
     notes: tuple[str, ...]
 
@@ -60,10 +69,28 @@ class ErrorCurve:
     def prediction_standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Standard uncertainty of the next cut's error about the curve, (n,).
 
-        Variance of the curve plus that of the process from cut to cut. It knows nothing of drift: a worn edge, a warmer
-        machine or another depth of cut are not in it.
+        Variance of the curve, of the process along the cut, and of what differs between the two cuts: as known or
+        assumed. A change of tool, of feed or of the depth of cut is not in it.
         """
-        return np.hypot(self.standard_deviation_mm(arc_length_mm), self.repeatability_mm)
+        return self.budget(arc_length_mm).standard_u_mm
+
+    def budget(self, arc_length_mm: ArrayLike) -> Budget:
+        """The same cause by cause."""
+        return self.budget_of(self.standard_deviation_mm(arc_length_mm))
+
+    def budget_of(self, curve_u_mm: Array) -> Budget:
+        """The budget where what is taken out has these standard uncertainties, (n,), instead of the curve's."""
+        known = float(self.touches > 0)
+        every = np.ones_like(curve_u_mm)
+        return Budget(
+            probe_mm=known * np.sqrt(self.probe_share) * curve_u_mm,
+            curve_mm=known * np.sqrt(1.0 - self.probe_share) * curve_u_mm,
+            process_mm=self.repeatability_mm * every,
+            common_mm=self.between_cuts.common_difference_mm * every,
+            along_mm=self.between_cuts.scatter_difference_mm * every,
+            estimate_mm=(1.0 - known) * curve_u_mm,
+            degrees_of_freedom=self.degrees_of_freedom,
+        )
 
     def half_band_mm(self, arc_length_mm: ArrayLike, coverage: float = COVERAGE) -> Array:
         """Half width of the band that holds the curve with the given probability at each point, (n,).

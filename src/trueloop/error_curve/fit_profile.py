@@ -1,6 +1,5 @@
 """From error vectors to the error model of a whole profile."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
@@ -76,7 +75,7 @@ def fit_profile(
     if options.tangent_policy == TangentPolicy.PATH:
         with_kinks = replace(options, tangent_policy=TangentPolicy.PART)
         free = finish(fit_chains(profile, vectors, with_kinks, on_part)[0], vectors)
-    curves = tuple(_curves(profile, fitted, options))
+    curves = tuple(_curves(profile, vectors, fitted, options))
     drawn_out = [note for i, curve in enumerate(curves) if len(vectors.of_feature(i)) for note in _drawn_out(curve)]
     residual, left_out = _by_touch(len(vectors.point), fitted)
     groups = [vectors.of_feature(i) for i in range(len(profile.features))]
@@ -108,12 +107,12 @@ def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tu
         return None, (f"the nose model of other parts does not serve: {refusal.message}",)
 
 
-def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
+def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
     for fit, spline, scatter in zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True):
         within = options.repeatability_mm
         if within is None:
             within = scatter if fitted.process_mm is None else fitted.process_mm
-        repeatability = math.hypot(within, math.sqrt(2.0) * options.cut_to_cut_mm)
+        probe = vectors.own_u_mm[fit.touches] if len(fit.touches) else vectors.own_u_mm
         for k, index in enumerate(fit.chain.features):
             yield ErrorCurve(
                 feature=profile.features[index].name,
@@ -123,7 +122,11 @@ def _curves(profile: Profile, fitted: FittedChains, options: FitOptions) -> Iter
                 conditions=_share(fit.fit.conditions, k, len(fit.chain.features)),
                 knot_every=fit.knot_every[k],
                 scatter_mm=scatter,
-                repeatability_mm=repeatability,
+                repeatability_mm=within,
+                between_cuts=options.between_cuts,
+                probe_share=min(rms(probe) / scatter, 1.0) ** 2 if scatter > 0.0 else 0.0,
+                touches=len(fit.touches),
+                unsupported=fit.unsupported,
                 degrees_of_freedom=fitted.degrees_of_freedom or None,
                 notes=fit.notes,
             )

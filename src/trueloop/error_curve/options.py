@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from trueloop.error_curve.between_cuts import NONE, BetweenCuts
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.spline import EndConditions
 
@@ -15,10 +16,9 @@ class FitOptions:
     `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
     name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: standard
     deviation of the process from one cut to the next; None takes the scatter of the touches about the curves less the
-    probe's share (`process_scatter`), which holds when touches scatter as cuts do. `cut_to_cut_mm`: standard deviation
-    of what comes out differently from cut to cut but alike along one cut (a shift of the whole cut, or what varies over
-    centimetres), known from earlier parts: the scatter within one part does not show it. The cut that was touched and
-    the next one both bring their share.
+    probe's share (`process_scatter`), which holds when touches scatter as cuts do. `between_cuts`: what comes out
+    differently from cut to cut, which the scatter within one part does not show (`between_cuts.PRIOR` where nothing is
+    known of it). It widens what is predicted of the next cut and changes no curve.
     """
 
     tangent_policy: TangentPolicy = TangentPolicy.PART
@@ -26,7 +26,7 @@ class FitOptions:
     knot_every_on: Mapping[str, int] = field(default_factory=dict)
     prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
     repeatability_mm: float | None = None
-    cut_to_cut_mm: float = 0.0
+    between_cuts: BetweenCuts = NONE
 
     def knot_every_for(self, feature: str) -> int | None:
         """The r of a feature, None where leave-one-out chooses."""

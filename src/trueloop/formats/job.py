@@ -126,7 +126,8 @@ class CompensationTable(Table):
     max_slope_um_per_mm: Positive = 40.0
     max_scatter_um: Positive = 10.0
     max_age_hours: Positive = 24.0
-    cut_to_cut_um: NotNegative = 0.0
+    cut_to_cut_um: NotNegative | None = None
+    cut_to_cut_along_um: NotNegative | None = None
     repeatability_um: NotNegative | None = None
 
 

@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 
-import numpy as np
-
 from trueloop.compensation.contour import CentrePiece
 from trueloop.compensation.decide import Decision
 from trueloop.compensation.limits import Limits
@@ -13,6 +11,8 @@ from trueloop.compensation.prediction import Prediction
 from trueloop.compensation.record import Record
 from trueloop.compensation.shift import Shift, ShiftFunction
 from trueloop.compensation.table import CorrectionTable
+from trueloop.error_curve.between_cuts import PRIOR, BetweenCuts
+from trueloop.error_curve.budget import Budget
 from trueloop.error_curve.fit_profile import ProfileErrorModel
 from trueloop.error_curve.nose_model import NoseModel
 from trueloop.error_curve.spline import EndConditions
@@ -27,7 +27,7 @@ class Options:
     """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
 
     `errors_follow` is "place", or "nose" where a nose's wear is known to make the error: see `compensation.lean`.
-    Those of the fit are as in `FitOptions`; `cut_to_cut_mm` and `repeatability_mm` change the predicted bands and no
+    Those of the fit are as in `FitOptions`; `between_cuts` and `repeatability_mm` change the predicted bands and no
     correction.
     """
 
@@ -37,7 +37,7 @@ class Options:
     knot_every_on: Mapping[str, int] = field(default_factory=dict)
     prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
     repeatability_mm: float | None = None
-    cut_to_cut_mm: float = 0.0
+    between_cuts: BetweenCuts = PRIOR
     chord_tolerance_mm: float = 0.0005
     arcs: str = "auto"
     errors_follow: str = "place"
@@ -113,10 +113,9 @@ class Correction:
         """File name of the variant that changes tool offsets alone."""
         return f"offsets{self.ending}"
 
-    def next_cut_u_mm(self, index: int, arc_length_mm: Array) -> Array:
-        """Standard uncertainty of the next cut's error about the curve of feature `index`, (n,)."""
-        curve = self.model.curves[index].prediction_standard_deviation_mm(arc_length_mm)
-        return np.hypot(curve, self.unasked_u_mm[index](arc_length_mm))
+    def next_cut(self, index: int, arc_length_mm: Array) -> Budget:
+        """Uncertainty of the next cut's error about the curve of feature `index`."""
+        return self.model.curves[index].budget(arc_length_mm).with_more(self.unasked_u_mm[index](arc_length_mm))
 
     @property
     def name_to_run(self) -> str:

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.compensation.limits import Limits
+from trueloop.error_curve.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.nose_model import NoseModel
 from trueloop.error_curve.spline import EndConditions
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
-from trueloop.formats.job import FeatureFitTable, Job, read_job
+from trueloop.formats.job import CompensationTable, FeatureFitTable, Job, read_job
 from trueloop.formats.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.touches_csv import read_touches
 from trueloop.gauging.error_vectors import ErrorVectors
@@ -196,7 +197,7 @@ def _options(job: Job) -> Options:
         knot_every_on={name: fit.knot_every for name, fit in given.features.items() if fit.knot_every is not None},
         prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
         repeatability_mm=None if given.repeatability_um is None else given.repeatability_um / UM_PER_MM,
-        cut_to_cut_mm=given.cut_to_cut_um / UM_PER_MM,
+        between_cuts=_between_cuts(given),
         chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,
         arcs=given.arcs,
         errors_follow=given.errors_follow,
@@ -210,6 +211,15 @@ def _options(job: Job) -> Options:
         offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
         tool=job.tool.number,
     )
+
+
+def _between_cuts(given: CompensationTable) -> BetweenCuts:
+    """What the job says of how cuts differ; the prior where it says nothing."""
+    common_um, along_um = given.cut_to_cut_um, given.cut_to_cut_along_um
+    if common_um is None and along_um is None:
+        return PRIOR
+    source = "stated in the job" if common_um or along_um else NONE.source
+    return BetweenCuts((common_um or 0.0) / UM_PER_MM, (along_um or 0.0) / UM_PER_MM, source)
 
 
 def _ends(fit: FeatureFitTable) -> EndConditions:

@@ -18,12 +18,14 @@ from trueloop.compensation.prediction import Prediction, predict
 from trueloop.compensation.record import ChangedWord, Record, record_id
 from trueloop.compensation.table import correction_table
 from trueloop.compensation.targets import Fitting
+from trueloop.error_curve.budget import Budget, joined
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.error_curve.options import FitOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_loop_sign
+from trueloop.geometry.feature import Array
 from trueloop.loops.commanded import Commanded, Run, commanded
 from trueloop.loops.correction import Correction, Inputs, Options
 from trueloop.loops.misuse import refuse_misuse
@@ -106,7 +108,7 @@ def _fit_options(options: Options) -> FitOptions:
         knot_every_on=options.knot_every_on,
         prescribed=options.prescribed,
         repeatability_mm=options.repeatability_mm,
-        cut_to_cut_mm=options.cut_to_cut_mm,
+        between_cuts=options.between_cuts,
     )
 
 
@@ -150,20 +152,23 @@ def _prediction(
     leverage = decision.leverage(touches.outward_normal)
     without = process - (process - constant) / np.where(leverage < 1.0 - 1e-9, 1.0 - leverage, np.nan)
     by_offset = np.array(shifts.by_offset)[touches.feature_index]
-    curves = [model.curves[i] for i in touches.feature_index]
-    of_curve = [curve.standard_deviation_mm(s)[0] for curve, s in zip(curves, touches.arc_length_mm, strict=True)]
-    of_offset = np.sqrt(leverage) * [curve.scatter_mm for curve in curves]
-    unasked = [shifts.unasked_u_mm[i](s) for i, s in zip(touches.feature_index, touches.arc_length_mm, strict=True)]
-    repeatability = np.hypot([curve.repeatability_mm for curve in curves], unasked)
     return predict(
         measured_mm=touches.error_mm,
         process_mm=process,
         fitted_mm=np.where(by_offset, constant, fitted),
         left_out_fitted_mm=np.where(by_offset, without, left_out),
-        standard_u_mm=np.hypot(np.where(by_offset, of_offset, of_curve), repeatability),
+        budget=joined([_budget(touches, model, shifts, leverage, i) for i in range(len(model.curves))]),
         weight=weight,
-        degrees_of_freedom=model.degrees_of_freedom or None,
     )
+
+
+def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, leverage: Array, index: int) -> Budget:
+    """Uncertainties at the touches of one feature."""
+    rows, curve = touches.of_feature(index), model.curves[index]
+    s = touches.arc_length_mm[rows]
+    if shifts.by_offset[index]:
+        return curve.budget_of(np.sqrt(leverage[rows]) * curve.scatter_mm).with_more(shifts.unasked_u_mm[index](s))
+    return curve.budget(s).with_more(shifts.unasked_u_mm[index](s))
 
 
 def _as_record(options: Options, run: Run) -> dict[str, object]:

@@ -110,7 +110,7 @@ def _after(correction: Correction, index: int, s: Array, along: Array) -> list[T
     """Lower panel: band of the next cut's error, what is left of each touch, and the same left out of the fit."""
     touches, prediction = correction.touches, correction.prediction
     rows = touches.of_feature(index)
-    spread = prediction.coverage_factor * correction.next_cut_u_mm(index, along) * UM_PER_MM
+    spread = correction.next_cut(index, along).expanded_u_mm * UM_PER_MM
     band = _band(along, np.zeros_like(along), spread) | {"name": "next cut, ±U"}
     traces = [band | {"yaxis": "y2"}]
     for name, errors, marker in (

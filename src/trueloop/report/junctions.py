@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from trueloop.error_curve.coverage import coverage_factor
 from trueloop.error_curve.junctions import DisplacedJunction
 from trueloop.error_curve.tangency import Tangency
 from trueloop.loops.correction import Correction
@@ -45,7 +46,7 @@ def _table(correction: Correction) -> str:
     """A row a junction, from the chuck end to the free end, the two ends of the profile included."""
     tangencies: dict[tuple[int | None, int | None], Tangency]
     tangencies = {(one.before, one.after): one for one in correction.model.tangency}
-    rows, k = [], correction.prediction.coverage_factor
+    rows, k = [], coverage_factor(correction.model.degrees_of_freedom or None)
     for junction in correction.model.junctions:
         displaced = [
             f"{signed(d * UM_PER_MM)} ± {plain(k * u * UM_PER_MM)}"
@@ -79,5 +80,5 @@ def _tangency(correction: Correction, tangency: Tangency | None) -> tuple[str, s
     if tangency is None:
         return "", ""
     kept = tangency.predicted_rad + (1.0 - correction.options.weight) * (tangency.kink - tangency.predicted_rad)
-    expanded = correction.prediction.coverage_factor * tangency.standard_u_um_per_mm
+    expanded = coverage_factor(correction.model.degrees_of_freedom or None) * tangency.standard_u_um_per_mm
     return signed(tangency.kink * UM_PER_MM, 2), f"{signed(kept * UM_PER_MM, 2)} ± {plain(expanded, 2)}"

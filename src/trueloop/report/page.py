@@ -21,6 +21,7 @@ from trueloop.report.shell import ON_SCREEN, figure_block, html_page
 from trueloop.report.style import Figure, plain
 from trueloop.report.summary import feature_table, kind_of_correction, verdict
 from trueloop.report.touch_table import touches_csv, touches_table
+from trueloop.report.uncertainty import uncertainty
 from trueloop.units import UM_PER_MM
 
 FULL_WIDTH: Final = 980
@@ -37,6 +38,7 @@ def page(correction: Correction) -> str:
     sections = (
         _part(correction),
         _curves(correction),
+        section("uncertainty", "Uncertainty", uncertainty(correction)),
         section("meet", "Junctions", junctions(correction)),
         _program(correction),
         section("why", "Decisions", decisions(correction)),
@@ -55,9 +57,10 @@ def _head(correction: Correction) -> str:
         f"{esc(record.made_by)} · {esc(correction.dialect)} program · trueloop {esc(record.trueloop_version)}</p>"
         f'<p class="verdict"><span class="stamp">Prediction</span>{verdict(correction)}</p>'
         f"{feature_table(correction)}"
-        "<p class='note'>Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, for a "
-        "finish cut that errs as the semi-finish cut did. Left out: each touch predicted from all others; what a place "
-        f"between the touches may expect.</p><p class='note'>{SIGN}{_expanded(correction)}</p>{ON_SCREEN}</header>"
+        "<p class='note'>Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, with U "
+        "(<a href='#uncertainty'>what it holds</a>). Left out: each touch predicted from all others; what a place "
+        "between the touches may expect.</p>"
+        f"<p class='note'>{SIGN}{_expanded(correction)}</p>{ON_SCREEN}</header>"
     )
 
 
@@ -65,10 +68,9 @@ def _expanded(correction: Correction) -> str:
     """What ± and U are."""
     spare = correction.model.degrees_of_freedom
     known = f"Student’s distribution for {spare} spare touches" if spare else "no touch is spare, so from gauging alone"
-    k = correction.prediction.coverage_factor
     return (
-        f"± and U are k u and hold 95 %: k = {k:.2f} for what is predicted or fitted ({known}), "
-        f"k = {coverage_factor():.2f} for what was gauged."
+        f"± and U hold 95 %: k u, with k = {coverage_factor(spare or None):.2f} for what is fitted or scatters "
+        f"({known}) and k = {coverage_factor():.2f} for what was gauged or is stated beforehand, root of squares."
     )
 
 

@@ -41,7 +41,7 @@ LEAST_MM: Final = 1e-4
 
 @dataclass(frozen=True)
 class Half:
-    """Errors to be drawn on one half of the part: `side` 1 above the axis, −1 below; `k` times `u_mm` holds 95 %.
+    """Errors to be drawn on one half of the part: `side` 1 above the axis, −1 below; ± `expanded_u_mm` holds 95 %.
 
     `told` says in a hover label what the numbers are.
     """
@@ -49,22 +49,21 @@ class Half:
     heading: str
     told: str
     error_mm: Array
-    u_mm: Array
-    k: float
+    expanded_u_mm: Array
     side: int
     draws_u: bool = False
 
     @property
     def spread_mm(self) -> Array:
         """Expanded uncertainty as far as it is drawn."""
-        return self.k * self.u_mm * self.draws_u
+        return self.expanded_u_mm * self.draws_u
 
 
 def before_and_after(correction: Correction) -> Figure:
     """Above the axis the measured errors, below it the predicted ones, at the same magnification."""
     touches, prediction = correction.touches, correction.prediction
     halves = (
-        Half("Before: measured", "measured", prediction.before_mm, touches.standard_u_mm, coverage_factor(), 1),
+        Half("Before: measured", "measured", prediction.before_mm, coverage_factor() * touches.standard_u_mm, 1),
         Half("After: predicted", "predicted", *_predicted(prediction), -1),
     )
     return _figure(correction, halves, magnification(correction.profile, prediction.before_mm))
@@ -78,8 +77,8 @@ def after_enlarged(correction: Correction) -> Figure:
     return _figure(correction, (half,), magnification(correction.profile, np.abs(half.error_mm) + half.spread_mm))
 
 
-def _predicted(prediction: Prediction) -> tuple[Array, Array, float]:
-    return prediction.after_mm, prediction.standard_u_mm, prediction.coverage_factor
+def _predicted(prediction: Prediction) -> tuple[Array, Array]:
+    return prediction.after_mm, prediction.expanded_u_mm
 
 
 def magnification(profile: Profile, error_mm: Array) -> float:
@@ -164,7 +163,7 @@ def _hover(correction: Correction, half: Half) -> list[str]:
     return [
         f"{style.label(names[touches.feature_index[i]])}, point {style.label(touches.point[i])}<br>"
         f"{half.told} {style.signed(half.error_mm[i] * UM_PER_MM)} "
-        f"± {style.plain(half.k * half.u_mm[i] * UM_PER_MM)} µm (k = {half.k:.2f})<br>"
+        f"± {style.plain(half.expanded_u_mm[i] * UM_PER_MM)} µm (95 %)<br>"
         f"x {style.plain(touches.nominal_mm[i, 0], 3)} mm, z {style.plain(touches.nominal_mm[i, 1], 3)} mm"
         for i in range(len(touches.point))
     ]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.special import stdtrit
+from scipy.special import ndtri, stdtrit
 from typer.testing import Result
 
 from tests.support.cli import invoke
@@ -87,7 +87,8 @@ def test_json_says_the_same_to_machines(output: Path, correction: Correction) ->
     worst = 1000 * correction.prediction.before_mm[on_cone].max()
     assert cone["before_worst_um"] == pytest.approx(worst)
     k = stdtrit(correction.model.degrees_of_freedom, 0.975)  # Student's, two-sided 95 %
-    u = 1000 * k * correction.prediction.standard_u_mm[on_cone].max()
+    budget = correction.prediction.budget
+    u = 1000 * np.hypot(k * budget.found_mm, ndtri(0.975) * budget.stated_mm)[on_cone].max()
     assert cone["predicted_expanded_u_um"] == pytest.approx(u)
     assert said["features"][0]["before_rms_um"] is None
     assert said["decision"] == {"x": correction.decision.x.words, "z": correction.decision.z.words}

@@ -5,6 +5,7 @@ import pytest
 
 from tests.support.profiles import modbas2
 from tests.support.touched import noise, touched
+from trueloop.error_curve.between_cuts import BetweenCuts
 from trueloop.error_curve.coverage import student_t_factor
 from trueloop.error_curve.fit_profile import fit_profile
 from trueloop.error_curve.options import FitOptions
@@ -62,6 +63,7 @@ def test_a_stated_repeatability_takes_the_place_of_the_scatter() -> None:
 
 
 def test_what_differs_from_cut_to_cut_comes_in_with_the_cut_that_was_touched_and_with_the_next() -> None:
-    curve = fit_profile(PROFILE, MODEL.vectors, FitOptions(knot_every=4, cut_to_cut_mm=0.3)).curves[-1]
-    expected = np.sqrt(curve.standard_deviation_mm(1.0) ** 2 + curve.scatter_mm**2 + 2 * 0.3**2)
+    options = FitOptions(knot_every=4, between_cuts=BetweenCuts(0.3, 0.4, "stated"))
+    curve = fit_profile(PROFILE, MODEL.vectors, options).curves[-1]
+    expected = np.sqrt(curve.standard_deviation_mm(1.0) ** 2 + curve.scatter_mm**2 + 2 * (0.3**2 + 0.4**2))
     np.testing.assert_allclose(curve.prediction_standard_deviation_mm(1.0), expected)

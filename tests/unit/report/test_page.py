@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from scipy.special import stdtrit
+from scipy.special import ndtri, stdtrit
 
 from tests.support.correction import example_correction, size_error_correction
 from tests.support.report_figures import figures
@@ -72,8 +72,10 @@ def test_the_head_says_what_to_cut_with_and_that_it_is_a_prediction(modbas2_page
     worst = int(np.argmax(np.abs(after)))
     assert "PredictionFinish with corrected.nc: the worst error is expected to be" in modbas2_page.words
     k = stdtrit(correction.model.degrees_of_freedom, 0.975)  # Student's, two-sided 95 %
-    assert f"{after[worst]:+.1f} ± {1000 * k * correction.prediction.standard_u_mm[worst]:.1f}" in modbas2_page.words
-    assert f"hold 95 %: k = {k:.2f} for what is predicted" in modbas2_page.words
+    budget = correction.prediction.budget
+    u = 1000 * np.hypot(k * budget.found_mm[worst], ndtri(0.975) * budget.stated_mm[worst])
+    assert f"{after[worst]:+.1f} ± {u:.1f}" in modbas2_page.words
+    assert f"hold 95 %: k u, with k = {k:.2f} for what is fitted or scatters" in modbas2_page.words
     assert f"at point {correction.touches.point[worst]} on" in modbas2_page.words
     assert "worst measured before: +94.2 µm" in modbas2_page.words
 

@@ -10,6 +10,7 @@ from plotly.graph_objects import Figure as PlotlyFigure
 
 from tests.support.correction import example_correction
 from trueloop.compensation.prediction import Prediction
+from trueloop.error_curve.budget import Budget
 from trueloop.loops.correction import Correction
 from trueloop.report import whiskers
 from trueloop.report.part_drawing import round_down
@@ -92,7 +93,7 @@ def test_pointing_at_a_tip_tells_point_error_and_uncertainty() -> None:
     assert len(texts) == 2 * 32
     (first,) = (text for text in texts if "point 6<br>measured" in text)
     assert "main-cylinder" in first
-    assert "+12.4 ± 0.8 µm (k = 1.96)" in first  # 1.96 × 1.5 µm/√12
+    assert "+12.4 ± 0.8 µm (95 %)" in first  # 1.96 × 1.5 µm/√12
 
 
 def test_the_enlarged_prediction_shows_each_expanded_uncertainty() -> None:
@@ -113,7 +114,9 @@ def test_every_touch_is_named_where_there_is_room_and_the_worst_always() -> None
 
 def test_a_part_without_error_is_not_blown_up_without_end() -> None:
     zero = np.zeros(32)
-    perfect = replace(MODBAS2, prediction=Prediction(zero, zero, zero, zero, 2.0))
+    perfect = replace(
+        MODBAS2, prediction=Prediction(zero, zero, zero, Budget(zero, zero, zero, zero, zero, zero, None))
+    )
     figure = whiskers.before_and_after(perfect)
     assert figure["layout"]["meta"]["magnification"] <= 1e6
     assert not traces_in(figure, LEFT_ON)
