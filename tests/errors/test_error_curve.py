@@ -60,7 +60,7 @@ REFUSALS: list[tuple[Code, Callable[[], object]]] = [
     (Code.FIT_OUTSIDE, lambda: fit(moved(0, -5.0))),
     (Code.FIT_VALUE, lambda: fit(repeatability_mm=-0.001)),
     (Code.FIT_VALUE, lambda: fit(between_cuts=BetweenCuts(-0.001, 0.0, "stated"))),
-    (Code.FIT_VALUE, lambda: fit(between_cuts=BetweenCuts(0.0, float("nan"), "stated"))),
+    (Code.FIT_VALUE, lambda: fit(between_cuts=BetweenCuts(0.0, -0.002, "stated"))),
     (Code.FIT_KNOTS, lambda: fit(knot_every=1)),
     (Code.FIT_KNOTS, lambda: fit(knot_every_on={"no such feature": 3})),
     (Code.FIT_ANGLE, nose_asked_outside_its_range),
