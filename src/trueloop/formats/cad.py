@@ -25,17 +25,43 @@ STEP: Final = {".step", ".stp", ".p21"}
 IGES: Final = {".igs", ".iges"}
 IGES_TEXT: Final = 72
 """Columns of text in a line of IGES."""
+FULL_TURN: Final = 1e-9
+"""An interval that lacks less than this share of a turn is a full turn: less than edges are stated to."""
 
 
 @dataclass(frozen=True, eq=False)
 class CadFace:
-    """A face of a CAD model: its surface, `number` from 1 in the file's order, area, and the kernel's own handle."""
+    """A face of a CAD model: `number` from 1 in the file's order, and the kernel's own handle. All else is computed
+    when asked for: a file's other faces cost nothing, and none of them can be in the way.
+    """
 
-    surface: Surface
+    file: Path
     number: int
-    area_mm2: float
-    kind: str
     handle: Any
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The face's surface as a B-spline patch, exact, restricted to the face's extent; normals out of the material.
+
+        Raises SRF-CAD where the kernel cannot make one of it.
+        """
+        return _surface_of(self)
+
+    @property
+    def kind(self) -> str:
+        """The kernel's name of the surface, such as CylindricalSurface."""
+        return type(kernel().surface_of(self.handle)).__name__.removeprefix("Geom_")
+
+    @property
+    def area_mm2(self) -> float:
+        """The area inside the face's edges."""
+        occ = kernel()
+        properties = occ.Properties()
+        occ.measure(self.handle, properties)
+        return float(properties.Mass())
+
+    def __str__(self) -> str:
+        return f"{self.number}: {self.kind}, {self.area_mm2:.1f} mm²"
 
     def trimmed_away(self, u: Array, v: Array) -> np.ndarray:
         """Which places (n,) of the surface lie beyond the face's trimming curves, in a hole or outside, by more than
@@ -54,17 +80,15 @@ class CadFace:
 
 
 def read_faces(path: Path) -> list[CadFace]:
-    """Every face of a STEP or IGES file, as B-spline surfaces restricted to the faces' extent.
+    """Every face of a STEP or IGES file.
 
     Raises SRF-CAD for a file that cannot be read or holds no face, SRF-CAD-KERNEL without the kernel.
     """
     occ = kernel()
-    shape = _shape(occ, path)
-    explorer = occ.Explorer(shape, occ.FACE)
+    explorer = occ.Explorer(read_shape(path), occ.FACE)
     faces: list[CadFace] = []
     while explorer.More():
-        face = occ.as_face(explorer.Current())
-        faces.append(_face(occ, face, len(faces) + 1))
+        faces.append(CadFace(path, len(faces) + 1, occ.as_face(explorer.Current())))
         explorer.Next()
     if not faces:
         raise TrueloopError(
@@ -82,12 +106,11 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
     if number is None and len(faces) == 1:
         return faces[0]
     if number is None or not 1 <= number <= len(faces):
-        listed = ", ".join(f"{face.number}: {face.kind}, {face.area_mm2:.1f} mm²" for face in faces[:20])
         asked = "none was chosen" if number is None else f"face {number} was asked for"
         raise TrueloopError(
             Code.SRF_CAD_CHOICE,
             f"{path.name!r} has {len(faces)} faces and {asked}",
-            hint=f"choose one with its number: {listed}",
+            hint=f"choose one with its number: {', '.join(map(str, faces[:20]))}",
             place=Place(str(path)),
         )
     return faces[number - 1]
@@ -140,7 +163,9 @@ def surface_to_bytes(surface: Surface, ending: str, description: str, loops: Seq
     return re.sub(rb"(FILE_DESCRIPTION\(\(')[^']*", rb"\g<1>" + description.encode("ascii"), content, count=1)
 
 
-def _shape(occ: Any, path: Path) -> Any:
+def read_shape(path: Path) -> Any:
+    """All that a STEP or IGES file holds, as one shape of the kernel. Raises as `read_faces`."""
+    occ = kernel()
     if not path.is_file():
         raise TrueloopError(
             Code.SRF_CAD, f"no file {path.name!r}", hint="look at the path in the job", place=Place(str(path))
@@ -164,29 +189,40 @@ def _unknown_ending(path: Path) -> TrueloopError:
     return TrueloopError(Code.SRF_CAD, f"{path.suffix!r} is no ending of a CAD file", hint=f"known endings: {known}")
 
 
-def _face(occ: Any, face: Any, number: int) -> CadFace:
-    whole = occ.surface_of(face)
-    patch = occ.to_bspline(occ.Trimmed(whole, *_extent(occ, face, whole), True, True))
-    if patch.IsUPeriodic():
-        patch.SetUNotPeriodic()
-    if patch.IsVPeriodic():
-        patch.SetVNotPeriodic()
-    properties = occ.Properties()
-    occ.measure(face, properties)
-    kind = type(whole).__name__.removeprefix("Geom_")
-    surface = _from_kernel(patch, flipped=face.Orientation() == occ.REVERSED)
-    return CadFace(surface, number, float(properties.Mass()), kind, face)
+def _surface_of(face: CadFace) -> Surface:
+    occ = kernel()
+    try:
+        whole = occ.surface_of(face.handle)
+        patch = occ.to_bspline(occ.Trimmed(whole, *_extent(occ, face.handle, whole), True, True))
+        if patch.IsUPeriodic():
+            patch.SetUNotPeriodic()
+        if patch.IsVPeriodic():
+            patch.SetVNotPeriodic()
+    except occ.Failure as fault:
+        raise TrueloopError(
+            Code.SRF_CAD,
+            f"the CAD kernel cannot make a B-spline surface of face {face} of {face.file.name!r}: {fault}",
+            hint="export that face as a B-spline surface (NURBS), or choose another one",
+            place=Place(str(face.file)),
+        ) from None
+    return _from_kernel(patch, flipped=face.handle.Orientation() == occ.REVERSED)
 
 
 def _extent(occ: Any, face: Any, whole: Any) -> tuple[float, ...]:
     """The face's (u0, u1, v0, v1), not beyond its surface: edges are stated to a tolerance, and may pass the end."""
-    u0, u1, v0, v1 = occ.uv_bounds(face)
-    a0, a1, b0, b1 = whole.Bounds()
-    if not whole.IsUPeriodic():
-        u0, u1 = max(u0, a0), min(u1, a1)
-    if not whole.IsVPeriodic():
-        v0, v1 = max(v0, b0), min(v1, b1)
-    return u0, u1, v0, v1
+    (u0, u1, v0, v1), (a0, a1, b0, b1) = occ.uv_bounds(face), whole.Bounds()
+    return *_within(u0, u1, a0, a1, whole.IsUPeriodic()), *_within(v0, v1, b0, b1, whole.IsVPeriodic())
+
+
+def _within(low: float, high: float, first: float, last: float, periodic: bool) -> tuple[float, float]:
+    """An interval of a parameter that runs from first to last. Of a full turn the kernel demands that it is one to the
+    last bit, which the places of edges are not.
+    """
+    if not periodic:
+        return max(low, first), min(high, last)
+    if high - low < (last - first) * (1 - FULL_TURN):
+        return low, high
+    return (first, last) if abs(low - first) < (last - first) * FULL_TURN else (low, low + (last - first))
 
 
 def _from_kernel(patch: Any, *, flipped: bool) -> Surface:

@@ -45,6 +45,7 @@ def _loaded() -> SimpleNamespace:
     from OCP.IGESControl import IGESControl_Reader, IGESControl_Writer
     from OCP.Interface import Interface_Static
     from OCP.Message import Message
+    from OCP.Standard import Standard_Failure
     from OCP.STEPControl import STEPControl_Reader, STEPControl_StepModelType, STEPControl_Writer
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum, TopAbs_State
     from OCP.TopExp import TopExp_Explorer
@@ -57,6 +58,7 @@ def _loaded() -> SimpleNamespace:
 
     return SimpleNamespace(
         be_silent=be_silent,
+        Failure=Standard_Failure,
         StepReader=STEPControl_Reader,
         StepWriter=STEPControl_Writer,
         IgesReader=IGESControl_Reader,

@@ -9,7 +9,7 @@ import numpy as np
 from trueloop.formats.cad_kernel import kernel
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface_closest import closest_parameters
 
 Loop: TypeAlias = tuple[Array, ...]
 """A closed chain of smooth pieces, (n, 2) each: places in order, parameters of the surface as shares in [0, 1]. The
@@ -106,8 +106,7 @@ def _shares(surface: Surface, face: Any, at: Array) -> Array:
     points = np.array([[p.X(), p.Y(), p.Z()] for p in (own.Value(u, v) for u, v in at.tolist())])
     if np.max(np.abs(surface.point_mm(*(low + same * width).T) - points)) < ALIKE_MM:
         return np.asarray(same)
-    feet = closest(surface, points)
-    found = (np.stack([feet.u, feet.v], axis=1) - low) / width
+    found = (closest_parameters(surface, points) - low) / width
     return np.asarray(np.where((same < AT_EDGE) | (same > 1 - AT_EDGE), same, found))
 
 

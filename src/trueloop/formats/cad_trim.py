@@ -14,7 +14,7 @@ from trueloop.formats.cad_kernel import kernel
 from trueloop.gauging.surface_plausibility import BEYOND_MM
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.geometry.surface_closest import closest
+from trueloop.geometry.surface_closest import closest_parameters
 
 CELLS: Final = 512
 """Cells of the raster a side."""
@@ -108,8 +108,7 @@ def edges_mm(face: Any) -> list[Array]:
 
 def _line(surface: Surface, points_mm: Array) -> tuple[np.ndarray, np.ndarray]:
     """The cells that an edge runs through."""
-    foot = closest(surface, points_mm)
-    at = np.stack([foot.u, foot.v], axis=1)
+    at = closest_parameters(surface, points_mm)
     width = np.ptp(np.array(surface.domain), axis=1)
     step = np.diff(at, axis=0)
     step[np.any(np.abs(step) > width / 2, axis=1)] = 0.0  # over a seam

@@ -30,9 +30,9 @@ def closest(surface: Surface, points_mm: Array, near: tuple[Array, Array] | None
     `near`: parameters to start from instead, where they are known: the foot is then the one downhill from there. Raises
     SRF-DEGENERATE where a foot has no normal.
     """
-    points = for_kernel(np.atleast_2d(points_mm))
+    points = np.atleast_2d(points_mm)
     start = None if near is None else np.stack(near, axis=1).astype(float)
-    at, foot, du, dv = _patch(surface).feet(points, start)
+    at, foot, du, dv = _patch(surface).feet(for_kernel(points), start)
     normal = surface.outward(foot, du, dv)
     off = points - foot
     along = np.einsum("nk,nk->n", off, normal)
@@ -40,6 +40,11 @@ def closest(surface: Surface, points_mm: Array, near: tuple[Array, Array] | None
     low, high = np.array(surface.domain).T
     on_edge = np.any((at <= low) | (at >= high), axis=1)
     return Feet(at[:, 0], at[:, 1], foot, normal, along, np.where(on_edge, sideways, 0.0))
+
+
+def closest_parameters(surface: Surface, points_mm: Array) -> Array:
+    """Parameters (n, 2) of the nearest points of the whole patch: they exist at a pole too, which has no normal."""
+    return np.asarray(_patch(surface).feet(for_kernel(np.atleast_2d(points_mm)), None)[0])
 
 
 @lru_cache(maxsize=16)
