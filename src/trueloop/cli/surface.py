@@ -8,8 +8,8 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.surface_simulate import simulate
-from trueloop.cli.terminal import AsJson, busy, print_json
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.cli.terminal import AsJson, busy
+from trueloop.errors import Code, Finding, TrueloopError, in_file
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def deviations(
     job: JobFile, output: Output = None, workers: Workers = 1, scheduler: Scheduler = None, as_json: AsJson = False
 ) -> None:
     """Deviations along the normals, a CSV file a part."""
+    from trueloop.cli.surface_summary import say_files
     from trueloop.formats.surface_csv import deviations_to_csv
     from trueloop.loops.surface import Work, deviations_of
 
@@ -48,12 +49,15 @@ def deviations(
         work = Work(workers, scheduler, told)
         found = deviations_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
         # Each part is written as it comes: thousands of them, or millions of points, are not held together.
-        names = [f"{part.name}-deviations.csv" for part in inputs.parts]
-        files = _write(inputs, output, [(name, lambda: deviations_to_csv(next(found))) for name in names])
-    if as_json:
-        print_json({"files": files})
-    else:
-        typer.echo("\n".join(files))
+        names, findings = [f"{part.name}-deviations.csv" for part in inputs.parts], list[Finding]()
+
+        def next_part() -> bytes:
+            part = next(found)
+            findings.extend(part.findings)
+            return deviations_to_csv(part)
+
+        files = _write(inputs, output, [(name, next_part) for name in names])
+    say_files(files, findings, as_json)
 
 
 @app.command()

@@ -5,15 +5,26 @@ from collections.abc import Sequence
 import numpy as np
 
 from trueloop.cli.terminal import print_json, wide_console
+from trueloop.errors import Finding
 from trueloop.loops.surface import Part, SurfaceModel
 from trueloop.units import UM_PER_MM
 
 
-def say_parts(parts: Sequence[Part], files: list[str], as_json: bool) -> None:
-    """A line a part: its model and what the tests say of the residuals."""
-    rows = [_part_row(part) for part in parts]
+def say_files(files: list[str], findings: Sequence[Finding], as_json: bool) -> None:
+    """The files written, and what was noticed in what they hold."""
     if as_json:
-        print_json({"parts": rows, "files": files})
+        print_json({"findings": _short(findings), "files": files})
+        return
+    for line in (*findings, *files):
+        wide_console().print(str(line), markup=False)
+
+
+def say_parts(parts: Sequence[Part], files: list[str], as_json: bool) -> None:
+    """A line a part: its model and what the tests say of the residuals; findings, and the files."""
+    rows = [_part_row(part) for part in parts]
+    findings = [finding for part in parts for finding in part.findings]
+    if as_json:
+        print_json({"parts": rows, "findings": _short(findings), "files": files})
         return
     console = wide_console()
     for row in rows:
@@ -23,6 +34,7 @@ def say_parts(parts: Sequence[Part], files: list[str], as_json: bool) -> None:
             f"Lilliefors p {row['lilliefors_p']:.3f}, random part {row['random_sigma_um']:.2f} µm",
             markup=False,
         )
+    say_files(files, findings, as_json)
 
 
 def say_pattern(
@@ -43,7 +55,7 @@ def say_pattern(
                 "random_sigma_um": told.sigma_mm * UM_PER_MM,
                 "parts_needed": found.parts_needed,
                 "outlying": [odd.name for odd in told.outlying],
-                "findings": [f"{finding.code}: {finding.message}" for finding in found.findings],
+                "findings": _short(found.findings),
                 "record": record,
                 "notes": list(notes),
                 "files": files,
@@ -61,6 +73,10 @@ def say_pattern(
         console.print(str(finding), markup=False)
     for line in (*notes, *files):
         console.print(line, markup=False)
+
+
+def _short(findings: Sequence[Finding]) -> list[str]:
+    return [f"{finding.code}: {finding.message}" for finding in findings]
 
 
 def _part_row(part: Part) -> dict[str, object]:

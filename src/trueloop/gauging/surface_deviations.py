@@ -6,7 +6,7 @@ radius, and no compensation of the ball, with its own errors, comes in.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError, in_file
 from trueloop.gauging.surface_alignment import DATUM, SETUP_MM, Alignment, best_fit
-from trueloop.gauging.surface_plausibility import findings_of, refuse_outside
+from trueloop.gauging.surface_duplicates import averaged, first_of_place
+from trueloop.gauging.surface_plausibility import findings_of, refuse_outside, refuse_twice, told_twice
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
@@ -46,7 +47,8 @@ class MeasuredPoints:
 class SurfaceDeviations:
     """Deviations of one part, a value a point: parameters, nominal points and normals, and errors in mm.
 
-    `shape` as measured; holes are nan. `alignment` says whether location and orientation are among the errors (datum)
+    `shape` as measured; errors of holes are nan, as are those of points that were averaged with an earlier one of the
+    same place. `alignment` says whether location and orientation are among the errors (datum)
     or were taken out (best fit: form alone).
     """
 
@@ -86,6 +88,7 @@ def surface_deviations(
 ) -> SurfaceDeviations:
     """Deviations along the normals, datum-bound or, with `fit`, after a best fit of what the set-up may have done.
 
+    Scattered points of one place are averaged, and told; two places of a grid in one spot are refused.
     farthest_mm: a point that stands farther off is refused. setup_mm: how far the part may sit off its datums; motions
     that the points tell worse are not taken out. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT, SRF-SIGN, SRF-OUTSIDE,
     SRF-DUPLICATE, SRF-SETUP; what is only suspicious is among `findings`.
@@ -100,7 +103,8 @@ def surface_deviations(
         if fit:
             alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
             found += tuple(_left(points.name, alignment, setup_mm))
-    return _filled(points, there, feet, alignment, tuple(one.in_file(points.file) for one in found))
+        told = tuple(one.in_file(points.file) for one in found)
+        return _once(points, _filled(points, there, feet, alignment, told))
 
 
 def refuse_trimmed(
@@ -137,6 +141,22 @@ def _filled(
     error = feet.distance_mm - points.ball_radius_mm
     u, v, nominal, normal, error = (whole(c) for c in (feet.u, feet.v, feet.point_mm, feet.normal, error))
     return SurfaceDeviations(points.name, u, v, nominal, normal, error, points.shape, alignment, found)
+
+
+def _once(points: MeasuredPoints, found: SurfaceDeviations) -> SurfaceDeviations:
+    """Places measured more than once have their mean, at their first point; the other points become holes."""
+    at = np.flatnonzero(found.measured)
+    if found.shape is not None:
+        refuse_twice(points, at, first_of_place(found.nominal_mm[at]))
+        return found
+    error, twice = averaged(found.nominal_mm[at], found.error_mm[at])
+    if twice is None:
+        return found
+    values = found.error_mm.copy()
+    values[at] = error
+    _enough(points, np.isfinite(values))
+    told = told_twice(points, twice, at).in_file(points.file)
+    return replace(found, error_mm=values, findings=(*found.findings, told))
 
 
 def _enough(points: MeasuredPoints, there: np.ndarray) -> None:

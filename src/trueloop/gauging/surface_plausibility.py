@@ -1,12 +1,12 @@
 """What cannot be right about points measured on a surface: unit, side, place, and points that say the same twice."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.gauging.surface_duplicates import SAME_MM, Duplicates, Integers
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
@@ -15,10 +15,8 @@ from trueloop.units import MM_PER_INCH, UM_PER_MM
 if TYPE_CHECKING:
     from trueloop.gauging.surface_deviations import MeasuredPoints
 
-Integers: TypeAlias = NDArray[np.integer[Any]]
-
-SAME_MM: Final = 1e-4
-"""Points closer than this are one point measured twice."""
+CONFLICT: Final = 6.0
+"""Values of one place that differ by so many times what neighbours do contradict each other."""
 BEYOND_MM: Final = 0.05
 """Sideways distance from the edge that a touch may have: its foot is then the edge."""
 AREA: Final = 40
@@ -46,7 +44,6 @@ def findings_of(
     _refuse_side(feet, radius, points.name)
     _refuse_off(points, error, number, xyz, farthest_mm)
     refuse_outside(points, feet.beyond_mm > BEYOND_MM, number, xyz)
-    _refuse_twice(points, xyz, number)
     found = [*_holes(points, there), *_ball(surface, feet, radius)]
     if bound and radius == 0:
         found += _ball_left_in(error)
@@ -111,18 +108,36 @@ def refuse_outside(points: "MeasuredPoints", outside: np.ndarray, number: Intege
         )
 
 
-def _refuse_twice(points: "MeasuredPoints", xyz: Array, number: Integers) -> None:
-    from scipy.spatial import KDTree  # slow to import
-
-    pairs = KDTree(xyz).query_pairs(SAME_MM, output_type="ndarray")
-    if len(pairs):
-        a, b = number[pairs[0]]
+def refuse_twice(points: "MeasuredPoints", at: Integers, first: Integers) -> None:
+    """Refuses a grid two of whose places are one: `at` (n,) are the points measured, `first` (n,) which of these is the
+    first of each one's place.
+    """
+    spare = np.flatnonzero(first != np.arange(len(first)))
+    if len(spare):
+        a, b = int(at[first[spare[0]]]) + 1, int(at[spare[0]]) + 1
         raise TrueloopError(
             Code.SRF_DUPLICATE,
-            f"points {a} and {b} of {points.name!r} are the same to {SAME_MM} mm, as are {len(pairs) - 1} other pairs",
-            hint="keep one of each: distances of zero have no weight d^-k",
-            place=points.place(int(b)),
+            f"points {a} and {b} of {points.name!r}, two places of a grid, are the same to {SAME_MM} mm, as are "
+            f"{len(spare) - 1} others",
+            hint="give every place of the grid its own point; without row and column, points of one place are averaged",
+            place=points.place(b),
         )
+
+
+def told_twice(points: "MeasuredPoints", found: Duplicates, at: Integers) -> Finding:
+    """What was averaged of the points `at` (n,); a warning where one place's values differ far more than neighbours."""
+    a, b = (int(at[number]) + 1 for number in found.pair)
+    odd = found.difference_mm > CONFLICT * found.typical_mm
+    return Finding(
+        Severity.WARNING if odd else Severity.NOTE,
+        Code.SRF_DUPLICATE,
+        f"{len(found.spare)} of {len(points.points_mm)} points of {points.name!r} were averaged with others of their "
+        f"place ({found.places} places, within {SAME_MM * UM_PER_MM:g} µm): their values differ by up to "
+        f"{found.difference_mm * UM_PER_MM:.2f} µm (points {a} and {b}), neighbours by "
+        f"{found.typical_mm * UM_PER_MM:.2f} µm (median)",
+        "look at these two: one is no touch of this place, or the part moved between them" if odd else "nothing to do",
+        points.place(b),
+    )
 
 
 def _holes(points: "MeasuredPoints", there: np.ndarray) -> Iterator[Finding]:

@@ -75,6 +75,11 @@ class Part:
     deviations: SurfaceDeviations
     separation: Separation
 
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was noticed in its points and in what is left of them."""
+        return (*self.deviations.findings, *self.separation.findings)
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceModel:
@@ -89,8 +94,7 @@ class SurfaceModel:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What was noticed in the parts and between them."""
-        own = [f for part in self.parts for f in (*part.deviations.findings, *part.separation.findings)]
-        return (*own, *self.pattern.findings)
+        return (*(finding for part in self.parts for finding in part.findings), *self.pattern.findings)
 
 
 def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:

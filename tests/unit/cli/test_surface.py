@@ -109,6 +109,20 @@ def test_deviations_and_model_write_a_file_a_part(job: Path, tmp_path: Path) -> 
     assert "SRF-PARTS" in run("surface", "pattern", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
 
 
+def test_points_measured_twice_are_averaged_and_told_by_every_command(job: Path, tmp_path: Path) -> None:
+    """A scan, its columns without a grid, in which one point stands twice."""
+    file = job.parent / "parts" / "S01.csv"
+    rows = [row.split(",", 2)[2] for row in file.read_text(encoding="utf-8").splitlines()]
+    file.write_text("\n".join([*rows, rows[78]]), encoding="utf-8")
+    edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S01.csv"]')
+    for command in ("deviations", "model"):
+        told = json.loads(run("surface", command, job, "-o", tmp_path / "out", "--json"))
+        (finding,) = [f for f in told["findings"] if f.startswith("SRF-DUPLICATE")]
+        assert "points 78 and 626" in finding
+        assert "SRF-DUPLICATE" in run("surface", command, job, "-o", tmp_path / "out")
+    assert len((tmp_path / "out" / "S01-deviations.csv").read_text(encoding="utf-8").splitlines()) == 627
+
+
 def test_two_workers_say_the_same_as_one(job: Path, tmp_path: Path) -> None:
     edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S0*.csv"]')
     one, two = (
