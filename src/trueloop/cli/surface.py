@@ -128,6 +128,31 @@ def path(
     typer.echo(program_text(passes, dialect_named(dialect), options), nl=False)
 
 
+@app.command()
+@guarded
+def sampling(
+    nominal: Annotated[Path, typer.Argument(metavar="SURFACE", help="STEP, IGES, or a CSV grid of points.")],
+    ball_radius_mm: Annotated[
+        float, typer.Option("--ball-radius-mm", callback=positive, help="Radius of the stylus tip.")
+    ],
+    step_mm: Annotated[
+        float | None,
+        typer.Option("--step-mm", callback=positive, help="Another step of the grid.  [default: the ball's radius]"),
+    ] = None,
+    face: Annotated[int | None, typer.Option("--face", help="Which face of the CAD file, from 1.")] = None,
+    flip: Annotated[bool, typer.Option("--flip", help="Turn the normals over.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """How densely to touch a surface with a ball, and whether the ball reaches everywhere."""
+    from trueloop.cli.surface_summary import say_sampling
+    from trueloop.gauging.surface_sampling import sampling_advice
+    from trueloop.loops.surface_inputs import read_nominal
+
+    with busy(f"reading {nominal}"):
+        surface = read_nominal(nominal, face, flip=flip)
+    say_sampling(sampling_advice(surface, ball_radius_mm, step_mm), ball_radius_mm, as_json)
+
+
 def run_surface_job(job: Path, output: Path | None, workers: int, scheduler: str | None, as_json: bool) -> None:
     """Reads, models, corrects, writes and says what was done."""
     from trueloop.cli.surface_summary import say_pattern

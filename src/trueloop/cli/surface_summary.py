@@ -1,11 +1,13 @@
 """What `trueloop surface` says of parts, their pattern, and what was written; as text or as JSON."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 import numpy as np
 
 from trueloop.cli.terminal import print_json, wide_console
 from trueloop.errors import Finding
+from trueloop.gauging.surface_sampling import SamplingAdvice
 from trueloop.loops.surface import Part, SurfaceModel
 from trueloop.units import UM_PER_MM
 
@@ -73,6 +75,23 @@ def say_pattern(
         console.print(str(finding), markup=False)
     for line in (*notes, *files):
         console.print(line, markup=False)
+
+
+def say_sampling(advice: SamplingAdvice, ball_radius_mm: float, as_json: bool) -> None:
+    """The grid, the shortest wave it resolves, and whether the ball reaches into every hollow."""
+    hollow = advice.hollow_radius_mm if np.isfinite(advice.hollow_radius_mm) else None
+    if as_json:
+        print_json({**asdict(advice), "hollow_radius_mm": hollow, "ball_radius_mm": ball_radius_mm})
+        return
+    print(
+        f"grid of {advice.rows} × {advice.columns} points, {advice.step_mm:g} mm apart: it resolves waves of "
+        f"{advice.shortest_wave_mm:g} mm and longer"
+    )
+    if hollow is None:
+        print(f"the surface is nowhere concave: a ball of radius {ball_radius_mm:g} mm reaches everywhere")
+    else:
+        reach = "reaches everywhere" if advice.reaches_everywhere else "does not reach the ground there"
+        print(f"smallest concave radius {hollow:.3f} mm: a ball of radius {ball_radius_mm:g} mm {reach}")
 
 
 def _short(findings: Sequence[Finding]) -> list[str]:

@@ -34,11 +34,16 @@ def moved_locations(
     The gap is kept, not made zero: what a roughing allowance, a chord or the programmer's rounding left stays left.
     """
     before = contacts(nominal, cutter, tips_mm, axes)
-    cutting = (np.abs(before.gap_mm) <= cuts_mm) & (before.feet.beyond_mm <= cuts_mm)
+    cutting = is_cutting(before, cuts_mm)
     moved = tips_mm.copy()
     if np.any(cutting):
         moved[cutting] = _moved(before, corrected, cutter, tips_mm, axes, cutting)
     return MovedLocations(moved, cutting, before.gap_mm)
+
+
+def is_cutting(found: Contacts, cuts_mm: float = CUTS_MM) -> np.ndarray:
+    """At which places (n,) the cutter finishes the surface."""
+    return np.asarray((np.abs(found.gap_mm) <= cuts_mm) & (found.feet.beyond_mm <= cuts_mm))
 
 
 def _moved(

@@ -56,7 +56,7 @@ class SurfaceProgramTable(Table):
     """The finishing program that cut the parts."""
 
     finish: Path
-    dialect: str = "linuxcnc"
+    dialect: str | None = None
 
 
 class SurfaceCompensationTable(Table):

@@ -164,7 +164,7 @@ def _enough(points: MeasuredPoints, there: np.ndarray) -> None:
         raise TrueloopError(
             Code.SRF_POINTS,
             f"{points.name!r} has {np.count_nonzero(there)} points; {LEAST_POINTS} are the least for a surface",
-            hint="measure along a grid; `sampling_advice` tells its step",
+            hint="measure along a grid; `trueloop surface sampling` prints its step",
         )
     if points.shape is not None and points.shape[0] * points.shape[1] != len(there):
         raise TrueloopError(

@@ -12,6 +12,7 @@ from trueloop.compensation.cutter import Cutter
 from trueloop.compensation.limits import Limits
 from trueloop.compensation.record import sha256_of
 from trueloop.compensation.surface_samples import SurfaceJob
+from trueloop.compensation.surface_side import require_outer_side
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.points_csv import read_points
@@ -21,6 +22,7 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.loops.job_inputs import user_name
 from trueloop.loops.surface import SurfaceOptions, Trim
+from trueloop.nc.guess import guess_dialect
 from trueloop.nc.program import Program, read_program
 from trueloop.units import UM_PER_MM
 
@@ -69,6 +71,11 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
     program = path.parent / job.program.finish if job.program else None
     surface, face = _nominal(nominal, job.surface.face, flip=job.surface.flip)
     files = (path, nominal, *points, *([program] if program else []))
+    finish = None if program is None or job.program is None else _program(program, job.program.dialect)
+    cutter = _cutter(job)
+    if finish is not None and cutter is not None:
+        with in_file(path):
+            require_outer_side(finish, surface, cutter)
     parts = tuple(_part(file, job.gauging.ball_radius_mm) for file in points)
     hashes = {file: sha256_of(file.read_bytes()) for file in files}
     _require_measured_once(points, hashes)
@@ -78,8 +85,8 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
         surface=surface,
         parts=parts,
         options=options_of(job),
-        program=None if program is None or job.program is None else _program(program, job.program.dialect),
-        cutter=_cutter(job),
+        program=finish,
+        cutter=cutter,
         cad_file=job.compensation.cad_file,
         output_folder=path.parent / job.output.folder,
         files=files,
@@ -226,6 +233,6 @@ def _part(path: Path, ball_radius_mm: float) -> MeasuredPoints:
     return MeasuredPoints(read.points_mm, ball_radius_mm, read.shape, path.stem, str(path), read.lines)
 
 
-def _program(path: Path, dialect: str) -> Program:
+def _program(path: Path, dialect: str | None) -> Program:
     source = read_input(path, Code.NC_FILE, hint="program.finish names the program that cut the parts")
-    return read_program(source, dialect, str(path))
+    return read_program(source, dialect or guess_dialect(source, str(path), 'program.dialect = "{}"'), str(path))

@@ -6,10 +6,11 @@ from trueloop.nc.program import read_program
 from trueloop.nc.understood import NOT_UNDERSTOOD
 
 
-def guess_dialect(source: bytes, file: str | None = None) -> str:
+def guess_dialect(source: bytes, file: str | None = None, option: str = "--dialect {}") -> str:
     """The only dialect in which every word of the program makes sense. Raises NC-DIALECT for none or several.
 
-    Of several, LinuxCNC's is taken where the file's name ends in .ngc, which no other control uses.
+    `option` is how a user says which. Of several, LinuxCNC's is taken where the file's name ends in .ngc, which no
+    other control uses.
     """
     strange = {name: _strange_words(source, name) for name in DIALECTS}
     fitting = [name for name, count in strange.items() if count == 0]
@@ -21,7 +22,7 @@ def guess_dialect(source: bytes, file: str | None = None) -> str:
     raise TrueloopError(
         Code.NC_DIALECT,
         f"the program does not tell its dialect: strange words when read as {counts}",
-        hint=f"say which: --dialect {' or --dialect '.join(fitting or DIALECTS)}",
+        hint=f"say which: {' or '.join(map(option.format, fitting or DIALECTS))}",
         place=Place(file),
     )
 

@@ -48,6 +48,7 @@ COMMANDS = (
     "surface pattern",
     "surface compensate",
     "surface simulate",
+    "surface sampling",
     "surface path",
 )
 HELP = {"--help", "-h"}

@@ -16,6 +16,7 @@ from trueloop.compensation.record import sha256_of
 from trueloop.formats.cad import CadFace, read_face, read_faces
 from trueloop.formats.cad_kernel import kernel
 from trueloop.geometry.feature import Array
+from trueloop.loops.surface_inputs import read_surface_inputs
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
 
@@ -244,6 +245,38 @@ def test_a_point_in_the_bore_of_a_trimmed_face_is_refused(tmp_path: Path) -> Non
     said = run("surface", "deviations", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert "SRF-OUTSIDE" in said
     assert not (tmp_path / "out").exists()
+
+
+def test_normals_that_the_program_contradicts_are_refused_by_every_command(job: Path, tmp_path: Path) -> None:
+    edited(job, 'file = "nominal.step"', 'file = "nominal.step"\nflip = true')
+    for command in ("deviations", "model", "pattern", "compensate"):
+        said = run("surface", command, job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+        assert "SRF-SIGN" in said and "surface.flip" in said
+
+
+def test_the_dialect_of_a_surface_program_is_that_of_its_text(job: Path, tmp_path: Path) -> None:
+    """Siemens words are taken for Siemens; a program that several controls understand is not guessed."""
+    source = (job.parent / "finish.ngc").read_text(encoding="utf-8")
+    (job.parent / "finish.mpf").write_text(f"N5 R1=3 ; Radius\n{source}".replace("G21", "G71"), encoding="utf-8")
+    edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S01.csv"]')
+    edited(job, 'finish = "finish.ngc"', 'finish = "finish.mpf"')
+    assert read_surface_inputs(job).program.dialect.name == "siemens"  # type: ignore[union-attr]
+    (job.parent / "finish.mpf").write_text(source, encoding="utf-8")
+    said = run("surface", "deviations", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
+    assert "NC-DIALECT" in said and 'program.dialect = "linuxcnc" or program.dialect = "' in " ".join(said.split())
+
+
+def test_sampling_prints_the_grid_for_a_ball() -> None:
+    """50 mm square, a little longer along its waves; ball of 2 mm [MPM §7: 25 × 25]."""
+    nominal = EXAMPLE / "nominal.step"
+    told = json.loads(run("surface", "sampling", nominal, "--ball-radius-mm", "2", "--json"))
+    assert 26 <= told["rows"] <= 28 and 26 <= told["columns"] <= 28
+    assert (told["step_mm"], told["shortest_wave_mm"], told["reaches_everywhere"]) == (2.0, 4.0, True)
+    said = run("surface", "sampling", nominal, "--ball-radius-mm", "60", "--step-mm", "5")
+    assert "5 mm apart: it resolves waves of 10 mm" in said and "does not reach the ground" in said
+    assert "--step-mm" in run(
+        "surface", "sampling", nominal, "--ball-radius-mm", "2", "--step-mm", "0", status=ExitStatus.USAGE
+    )
 
 
 def test_a_missing_job_points_to_the_page_of_surface_jobs(tmp_path: Path) -> None:
