@@ -253,9 +253,10 @@ def test_a_shift_of_the_programs_own_leaves_the_contour_to_be_corrected() -> Non
 
 
 def test_a_shift_of_the_programs_own_is_not_replaced() -> None:
-    with pytest.raises(TrueloopError) as refused:
-        pin(OWN_SHIFT, (0.02, 0.01))
-    assert refused.value.code is Code.NC_OFFSET
+    """The offset is then entered at the control, and the program stays as it is."""
+    correction = pin(OWN_SHIFT, (0.02, 0.01))
+    assert correction.offsets_program is None and correction.runs_as_given
+    assert correction.corrected_program == OWN_SHIFT
 
 
 def test_the_offset_variant_shifts_the_frame_outside_of_compensation(tmp_path: Path) -> None:

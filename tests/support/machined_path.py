@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tests.support.linuxcnc import Move, interpret
+from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.compensation.record import MARK
 from trueloop.geometry.feature import Array
 from trueloop.loops.mapped_program import MapOptions, map_program
@@ -50,11 +50,13 @@ def corrected(
     return "".join(line for line in lines if not line.startswith(f"({MARK}"))
 
 
-def interpreted_points(source: str, folder: Path, name: str, step_mm: float) -> tuple[Array, Array]:
+def interpreted_points(
+    source: str, folder: Path, name: str, step_mm: float, tools: Sequence[Tool] = ()
+) -> tuple[Array, Array]:
     """(points along all feed moves, their ends), (n, 3) mm, as LinuxCNC's interpreter commands them."""
     file = folder / f"{name}.ngc"
     file.write_text(source)
-    moves = [move for move in interpret(file, startup=STARTUP) if move.kind != "rapid"]
+    moves = [move for move in interpret(file, tools=tools, startup=STARTUP) if move.kind != "rapid"]
     points = [_along(move, step_mm) for move in moves]
     return np.concatenate(points), np.array([move.end_mm for move in moves])
 

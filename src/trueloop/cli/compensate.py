@@ -61,7 +61,7 @@ def _contents(correction: "Correction") -> Mapping[str, bytes | None]:
     from trueloop.report.page import page
 
     return {
-        correction.corrected_name: correction.corrected_program,
+        correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,
         correction.offsets_name: correction.offsets_program,
         "table.csv": table_to_csv(correction.table),
         "report.html": page(correction).encode(),

@@ -9,7 +9,7 @@ from trueloop.cli.terminal import wide_console
 from trueloop.loops.correction import Correction
 from trueloop.loops.outcome import Outcome, between_cuts_words, causes_um, outcomes
 from trueloop.report.style import plain, signed
-from trueloop.report.summary import expected_words, headline, kind_of_correction, worst_of
+from trueloop.report.summary import expected_words, headline, kind_of_correction, offset_words, worst_of
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
@@ -69,10 +69,18 @@ def as_dict(correction: Correction, files: Sequence[Path]) -> dict[str, object]:
         "headline": headline(correction),
         "predicted_is": "a prediction, not a measurement; expanded uncertainties hold 95 %",
         "between_cuts": between_cuts_words(correction.options.between_cuts),
+        "tool_offset": {**correction.wear.as_dict(), "leaves": _left_by_offset(correction)},
         "decision": {"x": correction.decision.x.words, "z": correction.decision.z.words},
         "notes": list(correction.notes),
         "files": [str(path) for path in files],
     }
+
+
+def _left_by_offset(correction: Correction) -> list[dict[str, object]]:
+    """What the tool offset alone would leave at each feature's touches, µm."""
+    left_um = correction.left_by_offset_mm * UM_PER_MM
+    rows = [(name, left_um[correction.touches.of_feature(i)]) for i, name in enumerate(correction.profile.names)]
+    return [{"feature": name, "rms_um": rms(left), "worst_um": worst_of(left)} for name, left in rows if len(left)]
 
 
 def _known(value: object) -> object:
@@ -104,6 +112,9 @@ def print_summary(correction: Correction, files: Sequence[Path]) -> None:
         console.print(f"- {_escaped(words)}")
     for words in (correction.decision.x.words, correction.decision.z.words, *correction.notes):
         console.print(f"- {_escaped(words)}")
+    console.print(f"\nTool offset: {_escaped(offset_words(correction))}")
+    for block in correction.wear.blocks:
+        console.print(f"  {_escaped(block)}")
     console.print(f"\nRun [bold]{_escaped(correction.name_to_run)}[/]. Written:")
     for path in files:
         console.print(f"  {_escaped(str(path))}")

@@ -35,6 +35,11 @@ class ShiftedFeature:
     shift: Shift
     nose_radius_mm: float
 
+    @property
+    def undisplaced(self) -> "ShiftedFeature":
+        """Itself; what a `compensation.displaced` one is made of."""
+        return self
+
     def contour_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Points of the compensated contour, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)
@@ -89,8 +94,10 @@ def centre_pieces(profile: Profile, contour: Sequence[ShiftedFeature]) -> tuple[
 def reaches_mm(shifted: ShiftedFeature, along_mm: float, at_end: bool) -> float:
     """Arc length at which the centre path passes the perpendicular through a point `along_mm` beyond a free end.
 
-    The hypothetical neighbour of a profile's free end is a cut square to it [6811 §3.4]; this is where it is met.
+    The hypothetical neighbour of a profile's free end is a cut square to it [6811 §3.4]; this is where it is met. A
+    displacement of the whole path takes the end along.
     """
+    shifted = shifted.undisplaced
     feature = shifted.feature
     base = feature.length_mm if at_end else 0.0
     origin, tangent = feature.point_mm(base), feature.tangent(base)

@@ -38,12 +38,19 @@ class AxisDecision:
 class Decision:
     """Both axes. `offset_is_enough` when neither needs a changed contour.
 
-    `unit_covariance` (2, 2) is that of the two offsets per unit variance of a touch; zero on an axis no touch faces.
+    `by` is what the user asked for, "contour" or "offset", or "auto": what the test says. `unit_covariance` (2, 2) is
+    that of the two offsets per unit variance of a touch; zero on an axis no touch faces.
     """
 
     x: AxisDecision
     z: AxisDecision
     unit_covariance: Array
+    by: str = "auto"
+
+    @property
+    def by_offset(self) -> bool:
+        """The tool offset takes the correction, and the contour stays as programmed."""
+        return self.offset_is_enough if self.by == "auto" else self.by == "offset"
 
     @property
     def offset_is_enough(self) -> bool:
@@ -68,11 +75,12 @@ def decide(
     degrees_of_freedom: float,
     resolution_mm: float,
     weight: float,
+    by: str = "auto",
 ) -> Decision:
     """Fits one offset to all touches and tests, axis by axis, what it leaves.
 
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
-    degrees of freedom (inf when known). The offset is −weight × the fitted constants.
+    degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
     inverse = np.linalg.pinv(np.where(np.any(informs, axis=0), outward_normal, 0.0), rcond=1e-9)
@@ -84,7 +92,7 @@ def decide(
         )
         for axis in range(2)
     )
-    return Decision(x, z, inverse @ inverse.T)
+    return Decision(x, z, inverse @ inverse.T, by)
 
 
 def _decide_axis(

@@ -60,7 +60,7 @@ class ToolTable(Table):
 
     nose_radius_mm: NotNegative | None = None
     nose_radius_in: NotNegative | None = None
-    number: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] = 1
+    number: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] | None = None
 
     @model_validator(mode="after")
     def _one_unit(self) -> "ToolTable":
@@ -115,6 +115,7 @@ class CompensationTable(Table):
     """How much of the error to take out, how, and what to refuse."""
 
     weight: Share = 1.0
+    by: Literal["auto", "contour", "offset"] = "auto"
     junctions: Literal["part", "path"] = "part"
     knot_every: Count | None = None
     features: dict[str, FeatureFitTable] = Field(default_factory=dict)

@@ -3,6 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
+
+import numpy as np
 
 from trueloop.compensation.contour import CentrePiece
 from trueloop.compensation.decide import Decision
@@ -11,6 +14,7 @@ from trueloop.compensation.prediction import Prediction
 from trueloop.compensation.record import Record
 from trueloop.compensation.shift import Shift, ShiftFunction
 from trueloop.compensation.table import CorrectionTable
+from trueloop.compensation.wear import WearOffset
 from trueloop.error_curve.between_cuts import PRIOR, BetweenCuts
 from trueloop.error_curve.budget import Budget
 from trueloop.error_curve.fit_profile import ProfileErrorModel
@@ -27,6 +31,7 @@ class Options:
     """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
 
     `errors_follow` is "place", or "nose" where a nose's wear is known to make the error: see `compensation.lean`.
+    `by`: "auto", or "contour" or "offset" where the user chooses what carries the correction.
     Those of the fit are as in `FitOptions`; `between_cuts` and `repeatability_mm` change the predicted bands and no
     correction.
     """
@@ -44,7 +49,8 @@ class Options:
     limits: Limits = field(default_factory=Limits)
     resolution_mm: float | None = None
     offset_is_diameter: bool | None = None
-    tool: int = 1
+    tool: int | None = None
+    by: str = "auto"
 
 
 @dataclass(frozen=True)
@@ -77,7 +83,9 @@ class Correction:
     `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
     corrected one does; `by_offset` for which features a constant offset takes the place of their error curve;
     `commanded` and `corrected` are the nose-centre paths of both. `offsets_program` is None where only the contour can
-    be corrected; the notes say why. `ending` is that of the programs' file names.
+    be corrected; the notes say why. Where the correction is an offset and there is no such variant, the program is run
+    as given, and `wear`, which is known in every case, is entered at the control. `source_name` is the file name of the
+    given program.
     """
 
     part: str
@@ -98,10 +106,27 @@ class Correction:
     corrected_program: bytes
     offsets_program: bytes | None
     dialect: str
-    ending: str
+    source_name: str
+    wear: WearOffset
     table: CorrectionTable
     record: Record
     notes: tuple[str, ...]
+
+    @property
+    def left_by_offset_mm(self) -> Array:
+        """What the tool offset alone is expected to leave at the touches, (n,), as `prediction.after_mm`."""
+        vectors = self.model.vectors
+        return np.asarray(vectors.error_mm + vectors.outward_normal @ np.array(self.decision.offset_mm))
+
+    @property
+    def ending(self) -> str:
+        """That of the programs' file names."""
+        return Path(self.source_name).suffix
+
+    @property
+    def runs_as_given(self) -> bool:
+        """Whether the given program is run, with `wear` entered at the control."""
+        return self.decision.by_offset and self.offsets_program is None
 
     @property
     def corrected_name(self) -> str:
@@ -119,5 +144,7 @@ class Correction:
 
     @property
     def name_to_run(self) -> str:
-        """The one to finish with: the tool-offset variant where an offset is enough."""
-        return self.offsets_name if self.decision.offset_is_enough else self.corrected_name
+        """The one to finish with: the tool-offset variant where an offset takes the correction."""
+        if self.runs_as_given:
+            return self.source_name
+        return self.offsets_name if self.decision.by_offset else self.corrected_name

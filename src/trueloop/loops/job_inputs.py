@@ -210,6 +210,7 @@ def _options(job: Job) -> Options:
         resolution_mm=job.programs.resolution_mm,
         offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
         tool=job.tool.number,
+        by=given.by,
     )
 
 

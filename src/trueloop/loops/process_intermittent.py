@@ -13,11 +13,14 @@ import numpy as np
 from trueloop import __version__
 from trueloop.compensation.contour import centre_pieces, shifted_contour
 from trueloop.compensation.decide import Decision, decide
+from trueloop.compensation.displaced import along_normal, constant, displaced_pieces
 from trueloop.compensation.limits import check_limits, check_nose, check_scatter
 from trueloop.compensation.prediction import Prediction, predict
 from trueloop.compensation.record import ChangedWord, Record, record_id
+from trueloop.compensation.shift import weighted_sum
 from trueloop.compensation.table import correction_table
 from trueloop.compensation.targets import Fitting
+from trueloop.compensation.wear import WearOffset, offset_number, wear_offset
 from trueloop.error_curve.budget import Budget, joined
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
@@ -29,7 +32,7 @@ from trueloop.geometry.feature import Array
 from trueloop.loops.commanded import Commanded, Run, commanded
 from trueloop.loops.correction import Correction, Inputs, Options
 from trueloop.loops.misuse import refuse_misuse
-from trueloop.loops.shifts import Shifts, corrected_shifts
+from trueloop.loops.shifts import Shifts, corrected_shifts, whole_mm
 from trueloop.loops.written import Driven, Writing, write_contour
 from trueloop.loops.written_offsets import write_offsets
 
@@ -48,20 +51,24 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     check_scatter(model.scatter_mm, options.limits)
     decision = _decision(model, told, options)
     shifts = corrected_shifts(profile, model, decision, told, options.weight, options.errors_follow)
+    moved = constant(whole_mm(decision))
     before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
     after = centre_pieces(profile, shifted_contour(profile, shifts.contour, nose))
     check_nose(after)
     check_limits(after, shifts.correction, options.limits)
+    after = displaced_pieces(after, moved)
     ways, driven = (before, after), None
     if told.match.on_contour:  # written is the contour itself: the control keeps the nose off it
-        old, new = (shifted_contour(profile, shift, 0.0) for shift in (told.finish, shifts.contour))
-        ways, driven = (centre_pieces(profile, old), centre_pieces(profile, new)), Driven(nose, after)
+        old, new = (centre_pieces(profile, shifted_contour(profile, s, 0.0)) for s in (told.finish, shifts.contour))
+        ways, driven = (old, displaced_pieces(new, moved)), Driven(nose, after)
     record = record_id(dict(inputs.inputs_sha256), _as_record(options, run))
     writing = Writing(inputs.program, told, run, record, Fitting(options.chord_tolerance_mm, options.arcs))
-    offsets, more = _offset_variant(writing, decision, options)
+    wear, more = _wear(writing, decision, options)
     notes += more
-    if decision.offset_is_enough and offsets is not None:
-        source, changed = offsets
+    offsets, more = _offset_variant(writing, decision, options, wear)
+    notes += more
+    if decision.by_offset:
+        source, changed = offsets or (inputs.program.source, [])
     else:
         source, changed, more = write_contour(writing, profile, inputs.touches, *ways, driven)
         notes += more
@@ -74,7 +81,10 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         model=model,
         decision=decision,
         commanded_shift=told.finish,
-        corrected_shift=shifts.contour,
+        corrected_shift=tuple(
+            weighted_sum(((1.0, shift), (1.0, along_normal(feature, nose, moved))))
+            for feature, shift in zip(profile.features, shifts.contour, strict=True)
+        ),
         by_offset=shifts.by_offset,
         unasked_u_mm=shifts.unasked_u_mm,
         commanded=before,
@@ -84,8 +94,9 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         corrected_program=source,
         offsets_program=offsets[0] if offsets is not None else None,
         dialect=inputs.program.dialect.name,
-        ending=Path(inputs.program.file or "program.nc").suffix,
-        table=correction_table(before, after, decision.offset_mm if decision.offset_is_enough else (0.0, 0.0)),
+        source_name=Path(inputs.program.file or "program.nc").name,
+        wear=wear,
+        table=correction_table(before, after, decision.offset_mm if decision.by_offset else (0.0, 0.0)),
         record=Record(
             id=record,
             made_at=now.isoformat(timespec="seconds"),
@@ -94,7 +105,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
             inputs_sha256=dict(inputs.inputs_sha256),
             options=_as_record(options, run),
             model=_model_record(model),
-            decision=[decision.x.words, decision.z.words],
+            decision=[decision.x.words, decision.z.words, f"As a tool offset: {wear.words}."],
             changes=changed,
         ),
         notes=(*notes, *told.notes),
@@ -122,19 +133,34 @@ def _decision(model: ProfileErrorModel, told: Commanded, options: Options) -> De
         model.degrees_of_freedom or float("inf"),
         told.resolution_mm,
         options.weight,
+        options.by,
     )
 
 
+def _wear(writing: Writing, decision: Decision, options: Options) -> tuple[WearOffset, list[str]]:
+    """The offset as numbers to enter, of the tool that the job names, else that of the program's T word."""
+    program, path, cut = writing.program, writing.told.path, writing.told.cuts[0].move
+    own = offset_number(program, path, cut)
+    tool = next((number for number in (options.tool, own) if number is not None), 1)
+    notes = [] if decision.by == "auto" else [f"The job wants the correction by {decision.by}, whatever the test says."]
+    if own is not None and own != tool:
+        notes += [f"The job says tool {tool}; the finish pass in line {path.line[cut]} runs with offset {own}."]
+    return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter), notes
+
+
 def _offset_variant(
-    writing: Writing, decision: Decision, options: Options
+    writing: Writing, decision: Decision, options: Options, wear: WearOffset
 ) -> tuple[tuple[bytes, list[ChangedWord]] | None, list[str]]:
-    """The program with offsets alone. Where the contour is corrected it may be left out, which a note says."""
+    """The program with offsets alone. It may be left out, which a note says: the offset can be entered by hand."""
     try:
-        variant = write_offsets(writing, decision.offset_mm, options.limits, options.tool, options.offset_is_diameter)
+        variant = write_offsets(writing, decision.offset_mm, options.limits, wear.tool, options.offset_is_diameter)
     except TrueloopError as refused:
-        if decision.offset_is_enough or refused.code not in (Code.NC_OFFSET, Code.CMP_SIZE):
+        if refused.code is not Code.NC_OFFSET and (decision.by_offset or refused.code is not Code.CMP_SIZE):
             raise
-        return None, [f"There is no variant with tool offsets alone: {refused.message}."]
+        note = f"There is no variant with tool offsets alone: {refused.message}."
+        if decision.by_offset:
+            note += f" Enter the offset at the control ({wear.words}) and run the program as it is, once."
+        return None, [note]
     return variant, []
 
 

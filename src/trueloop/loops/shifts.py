@@ -27,6 +27,13 @@ class Shifts:
     unasked_u_mm: tuple[ShiftFunction, ...]
 
 
+def whole_mm(decision: Decision) -> tuple[float, float]:
+    """What the whole contour is displaced by, (x as a radius, z): an offset that is enough and that the contour shall
+    carry; else nothing.
+    """
+    return decision.offset_mm if decision.offset_is_enough and not decision.by_offset else (0.0, 0.0)
+
+
 def corrected_shifts(
     profile: Profile,
     model: ProfileErrorModel,
@@ -38,11 +45,13 @@ def corrected_shifts(
     """`contour` = correction + the rounding of the program; a slip of the program is corrected away with the rest.
 
     errors_follow: "place", or "nose": on arcs the correction then holds what the error's slope asks for besides
-    (`compensation.lean`). When an offset is enough on both axes nothing is shifted: the tool offset does it all.
+    (`compensation.lean`). When the tool offset does it all nothing is shifted; when it could but the contour shall
+    carry it, only slips of the program are: `whole_mm` is then what the contour is displaced by as a whole.
     """
-    if decision.offset_is_enough:
-        count = len(profile.features)
-        return Shifts((ZERO,) * count, told.finish, (True,) * count, (ZERO.value_mm,) * count)
+    count = len(profile.features)
+    if decision.by_offset or decision.offset_is_enough:
+        contour = told.finish if decision.by_offset else told.rounding
+        return Shifts((ZERO,) * count, contour, (True,) * count, (ZERO.value_mm,) * count)
     by_offset = _by_offset(profile, decision)
     nose = errors_follow == "nose"
     curves = list(enumerate(model.curves))

@@ -163,7 +163,7 @@ def finish(trial: Trial, workshop: Workshop, correction: Correction, semifinishe
 def finishing_machine(workshop: Workshop, correction: Correction) -> VirtualMachine:
     """The machine with the tool offsets of the correction, where these take the place of a changed contour."""
     machine = workshop.machine
-    if not correction.decision.offset_is_enough:
+    if not correction.decision.by_offset:
         return machine
     return _offset(machine, correction.decision.offset_mm)
 
@@ -227,7 +227,7 @@ def _directions_of(part_rad: Array) -> tuple[float, float]:
 
 def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, ...]:
     """The commanded paths of the program that finishes the part: the corrected one, or the given one with an offset."""
-    if correction.decision.offset_is_enough:
+    if correction.decision.by_offset:
         return trial.finish
     program = trial.inputs.program
     return paths_of_program(_run(trial.inputs, read_program(correction.corrected_program, program.dialect.name)))

@@ -19,7 +19,7 @@ from trueloop.report.markup import esc, section, table
 from trueloop.report.program_diff import changed_lines, program_diff
 from trueloop.report.shell import ON_SCREEN, figure_block, html_page
 from trueloop.report.style import Figure, plain
-from trueloop.report.summary import feature_table, kind_of_correction, verdict
+from trueloop.report.summary import feature_table, kind_of_correction, offset_words, verdict
 from trueloop.report.touch_table import touches_csv, touches_table
 from trueloop.report.uncertainty import uncertainty
 from trueloop.units import UM_PER_MM
@@ -56,12 +56,18 @@ def _head(correction: Correction) -> str:
         f"<p class='meta'>Correction <code>{esc(record.id)}</code> · made {esc(record.made_at)} by "
         f"{esc(record.made_by)} · {esc(correction.dialect)} program · trueloop {esc(record.trueloop_version)}</p>"
         f'<p class="verdict"><span class="stamp">Prediction</span>{verdict(correction)}</p>'
+        f"<p id='wear'>Tool offset: {esc(offset_words(correction))}{_blocks(correction)}</p>"
         f"{feature_table(correction)}"
         "<p class='note'>Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, with U "
         "(<a href='#uncertainty'>what it holds</a>). Left out: each touch predicted from all others; what a place "
         "between the touches may expect.</p>"
         f"<p class='note'>{SIGN}{_expanded(correction)}</p>{ON_SCREEN}</header>"
     )
+
+
+def _blocks(correction: Correction) -> str:
+    """The tool offset in the control's words."""
+    return "".join(f"<br><code>{esc(block)}</code>" for block in correction.wear.blocks)
 
 
 def _expanded(correction: Correction) -> str:
@@ -116,7 +122,7 @@ def _program(correction: Correction) -> str:
     """The changes of the program to finish with, and of the variant that changes tool offsets only."""
     source, decision = correction.source_program, correction.decision
     parts = []
-    if not decision.offset_is_enough:
+    if not decision.by_offset:
         name = f"<code>{esc(correction.corrected_name)}</code>"
         gone, come = changed_lines(source, correction.corrected_program)
         parts.append(f"<p>{name}: {come} lines in the place of {gone}, all others as they were.</p>")

@@ -72,6 +72,19 @@ def _name(correction: Correction, outcome: Outcome) -> str:
     return correction.profile.names[outcome.index]
 
 
+def offset_words(correction: Correction) -> str:
+    """The tool offset as numbers to enter, what it stands for, and what it leaves."""
+    left_um = correction.left_by_offset_mm * UM_PER_MM
+    worst = int(np.argmax(np.abs(left_um)))
+    feature = correction.profile.names[correction.touches.feature_index[worst]]
+    use = (
+        f"enter it at the control once, then run {correction.source_name} as it is"
+        if correction.runs_as_given
+        else f"instead of {correction.name_to_run}, not with it"
+    )
+    return f"{correction.wear.words} ({use}; leaves up to {plain(abs(left_um[worst]))} µm, on {feature})"
+
+
 def feature_table(correction: Correction) -> str:
     """A row a feature and one for all touches together."""
     names = correction.profile.names

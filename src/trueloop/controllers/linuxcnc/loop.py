@@ -162,7 +162,7 @@ def _semifinish_program(inputs: Inputs) -> bytes:
 
 def _finish_program(inputs: Inputs, correction: Correction) -> bytes:
     """The corrected program; the given one where the tool offsets take the correction (they are set in the machine)."""
-    return inputs.program.source if correction.decision.offset_is_enough else correction.corrected_program
+    return inputs.program.source if correction.decision.by_offset else correction.corrected_program
 
 
 def _calibrate(virtual: VirtualProbe) -> BallCalibration:
