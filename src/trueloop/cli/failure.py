@@ -58,15 +58,26 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
             raise typer.Exit(status_of(error)) from None
         except KeyboardInterrupt:
             raise typer.Exit(ExitStatus.INTERRUPTED) from None
-        except BrokenPipeError:
-            # Python flushes stdout once more when it ends: give it a place to flush to.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        except (BrokenPipeError, SystemExit) as end:
+            if not reader_gone(end):
+                raise
+            silence_stdout()
             raise typer.Exit(ExitStatus.PIPE) from None
         except Exception as error:
             _say_internal(error, as_json=bool(kwargs.get("as_json")))
             raise typer.Exit(ExitStatus.INTERNAL) from None
 
     return run
+
+
+def reader_gone(end: BaseException) -> bool:
+    """Whether a command ends because nobody reads its stdout: rich and click make a SystemExit of the broken pipe."""
+    return isinstance(end, BrokenPipeError) or isinstance(end.__context__, BrokenPipeError)
+
+
+def silence_stdout() -> None:
+    """Python flushes stdout once more when it ends: gives it a place to flush to."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def status_of(error: TrueloopError) -> ExitStatus:

@@ -1,5 +1,6 @@
 """`trueloop`: the commands. Each imports what it needs when it runs, so that `--help` is there at once."""
 
+import sys
 from typing import Annotated
 
 import typer
@@ -7,6 +8,7 @@ import typer
 from trueloop.cli import linuxcnc, machine, nc, part, probe, surface
 from trueloop.cli.compensate import compensate
 from trueloop.cli.demo import demo
+from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.simulate import simulate
 
 app = typer.Typer(
@@ -50,4 +52,10 @@ def _options(
 
 def main() -> None:
     """The entry point of the command `trueloop`."""
-    app()
+    try:
+        app()
+    except SystemExit as end:  # help and version are printed outside of any command
+        if not reader_gone(end):
+            raise
+        silence_stdout()
+        sys.exit(ExitStatus.PIPE)

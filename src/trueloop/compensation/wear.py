@@ -73,7 +73,7 @@ def wear_offset(
     if name == "ge2000t":
         own = tool_offset_updates(program, state, (0.0, 0.0), tool)
         return _with(wear, _ge2000t(wear, {axis: value / state.unit_mm(axis) for axis, value in own.items()}))
-    return _with(wear, BLOCKS.get(name, lambda _: ())(wear))
+    return _with(wear, BLOCKS[name](wear) if name in BLOCKS else ())
 
 
 def offset_number(program: Program, path: ToolPath, cut: int) -> int | None:

@@ -4,14 +4,62 @@ import difflib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
+
+SAMPLE: Final = 512
+UTF_16: Final = (
+    "text in UTF-16",
+    "save it as UTF-8, in Excel as 'CSV UTF-8', or convert it: iconv -f UTF-16 -t UTF-8 FILE > NEW",
+)
+WORKBOOK: Final = (
+    "a workbook of a spreadsheet program",
+    "save the sheet as CSV in UTF-8 and name that file",
+)
+ARCHIVE: Final = ("an archive or a workbook", "unpack it, or save the sheet as CSV in UTF-8, and name that file")
+PDF: Final = ("a PDF document", "export its numbers as text and name that file")
+OTHER_KINDS: Final = {
+    **dict.fromkeys((".xlsx", ".xlsm", ".xlsb", ".xls", ".ods"), WORKBOOK),
+    **dict.fromkeys((".zip", ".gz", ".7z"), ARCHIVE),
+    ".pdf": PDF,
+}
+"""Files by their names that hold no plain text."""
+SIGNATURES: Final = (
+    (b"\xff\xfe", UTF_16),
+    (b"\xfe\xff", UTF_16),
+    (b"%PDF-", PDF),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", WORKBOOK),
+    (b"PK\x03\x04", ARCHIVE),
+    (b"\x1f\x8b", ARCHIVE),
+    (b"7z\xbc\xaf", ARCHIVE),
+)
+"""The same by their first bytes."""
 
 
 def read_input(path: Path, code: Code, *, hint: str) -> bytes:
     """The file's bytes. Raises `code` when it cannot be read, with the nearest name in its folder, else with `hint`."""
     with readable(path, code, hint=hint):
-        return path.read_bytes()
+        content = path.read_bytes()
+    require_text(content, path, code)
+    return content
+
+
+def require_text(beginning: bytes, path: Path, code: Code) -> None:
+    """Raises `code` for a file that by its first bytes or by its name is no plain text in UTF-8."""
+    found = next((what for sign, what in SIGNATURES if beginning.startswith(sign)), None)
+    found = found or OTHER_KINDS.get(path.suffix.lower()) or _utf_16(beginning)
+    if found is not None:
+        what, hint = found
+        size = f"its first bytes are {beginning[:4].hex(' ')}" if beginning else "it is empty"
+        raise TrueloopError(code, f"{path.name!r} is {what}: {size}", hint=hint, place=Place(str(path)))
+
+
+def _utf_16(beginning: bytes) -> tuple[str, str] | None:
+    """Text without a byte order mark that has a zero beside every letter."""
+    head = beginning[:SAMPLE]
+    zeros = max(head[start::2].count(0) for start in (0, 1))
+    return UTF_16 if zeros > len(head) / 4 else None
 
 
 @contextmanager

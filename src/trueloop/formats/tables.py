@@ -43,6 +43,9 @@ Location = tuple[int | str, ...]
 SYNTAX_HINT: Final = "text values stand in quotes, tables in [brackets]: see examples/modbas2/job.toml"
 
 HEADING: Final = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
+KEY_PART: Final = r"""[\w-]+|"[^"]*"|'[^']*'"""
+DOTTED_KEY: Final = re.compile(rf"\s*((?:{KEY_PART})(?:\s*\.\s*(?:{KEY_PART}))*)\s*=")
+GIVEN_TWICE: Final = re.compile("overwrite a value|twice")
 KEY: Final = re.compile(r"\s*[\"']?([\w-]+)[\"']?\s*[=.]")
 
 
@@ -101,12 +104,16 @@ def _parsed(text: str, path: Path, code: Code) -> dict[str, object]:
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise _syntax_error(path, code, error) from error
+        raise _syntax_error(text, path, code, error) from error
 
 
-def _syntax_error(path: Path, code: Code, error: ValueError | RecursionError) -> TrueloopError:
+def _syntax_error(text: str, path: Path, code: Code, error: ValueError | RecursionError) -> TrueloopError:
     where = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
     line, column = (int(where[1]), int(where[2])) if where else (None, None)
+    if GIVEN_TWICE.search(str(error)) and (twice := [found for found in _repeated(text) if found[0] <= (line or 0)]):
+        second, first, name = twice[-1]  # a value of several lines is complained of in its last
+        message = f"{name} is given twice: in line {second}, and in line {first} before"
+        return TrueloopError(code, message, hint="keep one of them", place=Place(str(path), second))
     message = f"not a TOML file: {str(error).split(' (at ')[0]!r}"
     return TrueloopError(code, message, hint=SYNTAX_HINT, place=Place(str(path), line, column))
 
@@ -171,6 +178,31 @@ def _locations(text: str) -> Iterator[tuple[int, Location]]:
             yield number, table
         elif key := KEY.match(line):
             yield number, (*table, key[1])
+
+
+def _repeated(text: str) -> Iterator[tuple[int, int, str]]:
+    """Line of every key and table that was there before, line of the first, and its name as it is written."""
+    first: dict[Location, int] = {}
+    table: Location = ()
+    for number, (line, location) in enumerate(zip(text.splitlines(), _by_line(text), strict=True), 1):
+        key, heading = DOTTED_KEY.match(line), HEADING.match(line)
+        if heading and location:
+            table, name = location, f"the table [{heading[2]}]"
+            whole = location if heading[1] == "[" else (*location, number)
+        elif key:
+            parts = [part.strip("\"'") for part in re.findall(KEY_PART, key[1])]
+            whole, name = (*table, *parts), f"the key {'.'.join(parts)!r}"
+        else:
+            continue
+        if whole in first:
+            yield number, first[whole], name
+        first.setdefault(whole, number)
+
+
+def _by_line(text: str) -> list[Location]:
+    """The location that begins in each line, () where none does."""
+    begins = dict(_locations(text))
+    return [begins.get(number, ()) for number, _ in enumerate(text.splitlines(), 1)]
 
 
 def _with_counts(names: list[str], counts: Mapping[str, int]) -> Location:

@@ -6,8 +6,10 @@ Whatever is refused names the file it stands in: numerics know nothing of files,
 import getpass
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from trueloop.compensation.limits import Limits
+from trueloop.compensation.record import check_uncorrected
 from trueloop.error_curve.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
 from trueloop.error_curve.nose_model import NoseModel
@@ -30,6 +32,8 @@ from trueloop.nc.program import Program, read_program
 from trueloop.nc.rapid import boring_moves
 from trueloop.nc.understood import require_understood
 from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
 
 
 @dataclass(frozen=True)
@@ -93,9 +97,13 @@ def read_finish(path: Path) -> ReadFinish:
 
 
 def read_inputs(path: Path) -> ReadJob:
-    """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in."""
+    """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in.
+
+    CMP-TWICE before anything else of the finish program: a profile taken from a corrected one would be no nominal.
+    """
     sources = Sources(path.parent)
     job = read_job(sources.file(path.name))
+    _require_uncorrected(path, job)
     program = _program(sources, path, job, job.programs.finish)
     profile = _profile(sources, path, job, program)
     touches = sources.file(job.gauging.touches)
@@ -131,9 +139,16 @@ def read_inputs(path: Path) -> ReadJob:
     )
 
 
+def _require_uncorrected(path: Path, job: Job) -> None:
+    finish = path.parent / job.programs.finish
+    source = read_input(finish, Code.NC_FILE, hint=PROGRAM_HINT)
+    with in_file(finish):
+        check_uncorrected(source)
+
+
 def _program(sources: Sources, path: Path, job: Job, name: Path) -> Program:
-    file, hint = sources.file(name), "the job's table [programs] names it, relative to the job file"
-    source = read_input(file, Code.NC_FILE, hint=hint)
+    file = sources.file(name)
+    source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
     with in_file(path):
         program = read_program(source, job.programs.dialect, str(file))
         if not job.programs.accept_unknown_words:
@@ -181,6 +196,8 @@ def _nose(sources: Sources, job: Job) -> NoseModel | None:
     for name in job.compensation.nose_from:
         file, others = sources.file(name), sources.beside(name)
         other = read_job(file)
+        if other.part.from_program:
+            _require_uncorrected(file, other)
         program = _program(others, file, other, other.programs.finish) if other.part.from_program else None
         profile = _profile(others, file, other, program)
         touches = _touches(others.file(other.gauging.touches), other, profile)

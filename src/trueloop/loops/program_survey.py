@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 from trueloop._core import nc_survey
 from trueloop.compensation.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.input_file import readable
+from trueloop.formats.input_file import readable, require_text
 from trueloop.loops.drawn_program import has_shapes
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.guess import guess_dialect
@@ -49,7 +49,11 @@ class Survey:
 def lines_of(path: Path) -> Iterator[bytes]:
     """A file some whole lines at a time. Raises NC-FILE where it cannot be read."""
     with readable(path, Code.NC_FILE, hint="name an NC program"), path.open("rb") as file:
+        begun = False
         while lines := file.read(CHUNK) + file.readline():
+            if not begun:
+                require_text(lines, path, Code.NC_FILE)
+            begun = True
             yield lines
 
 
@@ -63,12 +67,12 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
     first: _First = (None, None, None, None)
     with ThreadPoolExecutor(1) as beside:
         for lines in lines_of(path):
+            _require_uncorrected(path, lines, line)
             dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
             read: Callable[[], _Surveyed] = partial(nc_survey, lines, dialect)
             if len(lines) > LARGE:
                 read = beside.submit(read).result
             digest.update(lines)
-            _require_uncorrected(path, lines, line)
             blocks, jumps_here, named_here, letters_here, first_here, comma_here = read()
             jumps, named, comma = jumps or jumps_here, _any(named, named_here), comma or comma_here
             for letter, block in letters_here:

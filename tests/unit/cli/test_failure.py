@@ -156,3 +156,32 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
         stderr = run.stderr.read()
         assert run.wait(timeout=60) == ExitStatus.PIPE
     assert stderr == ""
+
+
+def _status_without_a_reader(*arguments: str) -> int:
+    """What the command ends with when nobody reads its stdout any more."""
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        return subprocess.run([TRUELOOP, *arguments], stdout=write, stderr=subprocess.PIPE, check=False).returncode
+    finally:
+        os.close(write)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compensate", "examples/facetst/job.toml", "-o", "{}"),
+        ("compensate", "examples/facetst/job.toml", "-o", "{}", "--json"),
+        ("part", "show", "examples/facetst/job.toml"),
+        ("nc", "path", "examples/linuxcnc/finish.ngc", "--format", "csv"),
+        ("--help",),
+        ("nc", "--help"),
+        ("--version",),
+    ],
+    ids=" ".join,
+)
+def test_a_closed_pipe_ends_a_command_as_it_ends_other_tools(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    root = Path(__file__).parents[3]
+    given = [str(root / a) if a.startswith("examples") else a.format(tmp_path / "out") for a in arguments]
+    assert _status_without_a_reader(*given) == ExitStatus.PIPE

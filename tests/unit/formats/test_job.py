@@ -121,3 +121,36 @@ def test_no_text_at_all_makes_it_fail_other_than_by_refusal(path: Path, text: st
             _read(path, start + text.encode(errors="ignore").decode())
         except TrueloopError as refusal:
             assert refusal.code.startswith("JOB-")
+
+
+@pytest.mark.parametrize(
+    ("text", "first", "line", "words"),
+    [
+        (JOB.replace("weight = 0.75", "weight = 0.75\n# why\nweight = 0.5"), 21, 23, "the key 'weight' is given twice"),
+        (JOB + "\n[tool]\nnumber = 3\n", 9, 23, "the table [tool] is given twice"),
+        (JOB.replace("weight", '"weight"') + "weight = 1\n", 21, 22, "the key 'weight' is given twice"),
+        (
+            JOB + "features.dome.knot_every = 3\nfeatures.dome.knot_every = 4\n",
+            22,
+            23,
+            "the key 'features.dome.knot_every'",
+        ),
+        (JOB + "nose_from = [\n]\nnose_from = [\n'a.toml',\n]\n", 22, 24, "the key 'nose_from' is given twice"),
+    ],
+)
+def test_a_key_given_twice_is_named_with_both_lines(path: Path, text: str, first: int, line: int, words: str) -> None:
+    path.write_text(text)
+    with pytest.raises(TrueloopError) as refused:
+        read_job(path)
+    assert refused.value.code is Code.JOB_SYNTAX
+    assert refused.value.place.line == line
+    assert words in refused.value.message
+    assert f"in line {first} before" in refused.value.message
+
+
+def test_the_same_key_in_tables_of_an_array_is_not_given_twice(path: Path) -> None:
+    """The fault is elsewhere: the line that is no TOML is blamed."""
+    path.write_text('[[part.feature]]\nname = "a"\n[[part.feature]]\nname = "b"\nto = \n')
+    with pytest.raises(TrueloopError) as refused:
+        read_job(path)
+    assert refused.value.place.line == 5 and "twice" not in refused.value.message
