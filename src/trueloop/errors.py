@@ -139,6 +139,7 @@ class Code(StrEnum):
     SRF_FILE = "SRF-FILE"  # points that cannot be read
     SRF_TWICE = "SRF-TWICE"  # two parts of one name, or one part twice
     SRF_BATCH = "SRF-BATCH"  # a batch that its workers could not finish
+    SRF_COMPARE = "SRF-COMPARE"  # jobs whose parts cannot be set beside each other
     SRF_PARTS = "SRF-PARTS"  # too few parts for a pattern
     SRF_OUTLIER = "SRF-OUTLIER"  # a part unlike the others
     SRF_MODEL = "SRF-MODEL"  # a model that the points cannot determine, or that none satisfies

@@ -25,14 +25,15 @@ from trueloop.error_surface.spline_surface import Size
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.cad import read_face, read_faces, write_surface
 from trueloop.formats.cad_kernel import kernel
-from trueloop.formats.points_csv import read_points
+from trueloop.formats.points_csv import points_to_csv, read_points
 from trueloop.gauging.surface_deviations import MeasuredPoints, refuse_trimmed, surface_deviations
 from trueloop.gauging.surface_sampling import sampling_advice
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.loops.batch import run_batch
-from trueloop.loops.surface_inputs import read_surface_inputs
+from trueloop.loops.surface_compare import compare
+from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
 from trueloop.nc.program import read_program
 
 SURFACE = wavy_surface()
@@ -145,6 +146,21 @@ def _part_twice(path: Path) -> object:
     return read_surface_inputs(path)
 
 
+def _compared_with_another_surface(nominal: Path) -> object:
+    """Two jobs of one measured part; the second one's nominal surface is 1 mm higher."""
+
+    def read(lift: float) -> SurfaceInputs:
+        name = f"lift{lift:g}"
+        grid = SURFACE.grid_mm(AT, AT).reshape(-1, 3) + np.array([0.0, 0.0, lift])
+        nominal.with_name(f"{name}.csv").write_bytes(points_to_csv(grid, (8, 8)))
+        nominal.with_name(f"{name}-S1.csv").write_bytes(points_to_csv(grid, (8, 8)))
+        job = nominal.with_name(f"{name}.toml")
+        job.write_text(f'name = "W"\n[surface]\nfile = "{name}.csv"\n[gauging]\npoints = ["{name}-S1.csv"]\n')
+        return read_surface_inputs(job)
+
+    return compare(read(0.0), read(1.0))
+
+
 def _cad_of(path: Path, content: bytes) -> object:
     path.write_bytes(content)
     return read_faces(path)
@@ -164,6 +180,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_DUPLICATE: lambda: _measured(_with(_points(), 7, _points()[8])),
     Code.SRF_HOLES: lambda: _measured(_with(_points(), 7, np.nan), shape=(8, 8)),
     Code.SRF_BALL: lambda: sampling_advice(SURFACE, 0.0),
+    Code.SRF_COMPARE: lambda: _written("w.csv", _compared_with_another_surface),
     Code.SRF_CAD: lambda: read_faces(Path("no-such-surface-1.step")),
     Code.SRF_CAD_KERNEL: _without_kernel,
     Code.SRF_CAD_CHOICE: lambda: _written("two.step", _two_faces),

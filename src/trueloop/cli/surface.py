@@ -7,9 +7,11 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
+from trueloop.cli.surface_cad import pattern_files, trimmed_file
+from trueloop.cli.surface_compare import compare
 from trueloop.cli.surface_simulate import simulate
 from trueloop.cli.terminal import AsJson, busy
-from trueloop.errors import Code, Finding, TrueloopError, in_file
+from trueloop.errors import Finding, in_file
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
@@ -23,6 +25,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.command()(simulate)
+app.command()(compare)
 
 JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; docs/surface.md explains it.")]
 Output = Annotated[
@@ -79,9 +82,17 @@ def model(
 @app.command()
 @guarded
 def pattern(
-    job: JobFile, output: Output = None, workers: Workers = 1, scheduler: Scheduler = None, as_json: AsJson = False
+    job: JobFile,
+    output: Output = None,
+    magnify: Annotated[
+        float,
+        typer.Option("--magnify", callback=positive, help="How many times the magnified surface shows the pattern."),
+    ] = 100.0,
+    workers: Workers = 1,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
 ) -> None:
-    """The machining pattern of all parts: pattern.json, pattern.html, maps.svg, and the maps of every part as CSV."""
+    """The machining pattern of all parts: as STEP and IGES, pattern.json, pattern.html, maps.svg, maps as CSV."""
     from trueloop.cli.surface_summary import say_pattern
     from trueloop.loops.surface import pattern_model
 
@@ -89,7 +100,8 @@ def pattern(
     parts = _parts(inputs, workers, scheduler)
     with in_file(inputs.job):
         found = pattern_model(inputs.surface, parts, inputs.options)
-    say_pattern(found, _write(inputs, output, _pattern_files(inputs, found)), as_json)
+    cad, notes = pattern_files(inputs, found, magnify)
+    say_pattern(found, _write(inputs, output, [*cad, *_pattern_files(inputs, found)]), as_json, notes=notes)
 
 
 @app.command()
@@ -176,17 +188,8 @@ def _cad_file(inputs: "SurfaceInputs", correction: "SurfaceCorrection", mark: st
     """The corrected surface, trimmed as the nominal face; a note where it had to be left whole."""
     if inputs.cad_file == "none":
         return [], []
-    from trueloop.formats.cad import surface_to_bytes
-
-    name, surface = f"corrected.{inputs.cad_file}", correction.surface.surface
-    loops = inputs.face.loops if inputs.face else ()
-    try:
-        return [(name, surface_to_bytes(surface, inputs.cad_file, mark, loops))], []
-    except TrueloopError as error:
-        if error.code is not Code.SRF_TRIM:
-            raise
-        note = f"{name} is the whole patch, not trimmed: {error.message}"
-        return [(name, surface_to_bytes(surface, inputs.cad_file, mark))], [note]
+    file, notes = trimmed_file(inputs, correction.surface.surface, f"corrected.{inputs.cad_file}", mark)
+    return [file], notes
 
 
 def _pattern_files(

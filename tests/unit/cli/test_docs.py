@@ -49,6 +49,7 @@ COMMANDS = (
     "surface compensate",
     "surface simulate",
     "surface sampling",
+    "surface compare",
     "surface path",
 )
 HELP = {"--help", "-h"}
