@@ -92,15 +92,18 @@ def from_dxf(
     layer: Annotated[str | None, typer.Option("--layer", help="Layer to read.  [default: all]")] = None,
     unit: Annotated[Unit | None, typer.Option("--unit", help="Unit of the drawing.  [default: what it says]")] = None,
     x_is: Annotated[XIs, typer.Option("--x-is", help="Whether the drawing's x is a radius.")] = "radius",
+    outline: Annotated[
+        int | None, typer.Option("--outline", min=1, help="Which outline, where the drawing has several.")
+    ] = None,
     name: Name = None,
     output: Output = None,
 ) -> None:
-    """Make a [part] table from a drawing: the one chain of lines and arcs in it."""
+    """Make a [part] table from a drawing: the one outline of lines and arcs in it."""
     from trueloop.formats.dxf import read_dxf
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
-        drawing = read_dxf(file, layer=layer, unit=unit, x_is=x_is)
+        drawing = read_dxf(file, layer=layer, unit=unit, x_is=x_is, outline=outline)
         profile = checked_profile(drawing.features)
     _hand_over(name or file.stem, profile, drawing.notes, output, file)
 

@@ -1,7 +1,8 @@
 """Reads a profile from a DXF drawing: lines and arcs, single or in polylines with bulges, chained by their ends.
 
-The drawing's x runs along the spindle (z of the part), its y is the part's x. Only the upper half of the part counts:
-lines on the axis are left out, so that a closed outline of the half section works as well as an open profile.
+The drawing's x runs along the spindle (z of the part), its y is the part's x; a centre line says where the axis is.
+What is drawn in another line type than continuous, on hidden layers, and on the axis, is no edge of the part. An open
+chain, a half section closed at the axis, and a view of both halves with its shoulders' edges all give the one outline.
 """
 
 import math
@@ -14,6 +15,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.dxf_chain import Segment, chains_of
+from trueloop.formats.dxf_lines import axis_of, is_edge
+from trueloop.formats.dxf_outline import Half, moved, outlines, upper_half
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.validate import from_chuck
 from trueloop.units import MM_PER_INCH
@@ -48,22 +51,31 @@ def read_dxf(
     unit: Literal["mm", "inch"] | None = None,
     x_is: Literal["radius", "diameter"] = "radius",
     name_by: Literal["kind", "layer"] = "kind",
+    outline: int | None = None,
 ) -> DxfProfile:
-    """The one chain of lines and arcs in the drawing's model space (on `layer`, if given).
+    """The one outline in the drawing's model space (on `layer`, if given, capital or not).
 
-    `unit` is needed only where the drawing does not state one, and overrides it. Features are named line-1, arc-1… or,
-    `name_by` layer, after the layers they are drawn on. Raises GEO-DXF (unreadable, nothing to read, arcs in a drawing
-    of diameters), GEO-DXF-UNIT, GEO-DXF-CHOICE (several chains, or a branch), GEO-GAP.
+    `outline` is its number, from 1 from the left, where there are several. `unit` is needed only where the drawing does
+    not state one, and overrides it. Features are named line-1, arc-1… or, `name_by` layer, after the layers they are
+    drawn on. Raises GEO-DXF (unreadable, nothing to read, arcs in a drawing of diameters), GEO-DXF-UNIT, GEO-DXF-CHOICE
+    (several outlines or axes, or a branch), GEO-GAP.
     """
     with _refusing_damage(path):
         drawing = _open(path)
         mm_per_unit, unit_note = _scale(drawing, unit, path)
-        entities = [entity for entity in drawing.modelspace() if layer is None or _layer(entity) == layer]
-        segments = list(_segments(entities, mm_per_unit, 0.5 if x_is == "diameter" else 1.0, path))
-    off_axis = [segment for segment in segments if not _on_axis(segment.feature)]
-    notes = [unit_note, *_left_out(entities, len(segments) - len(off_axis))]
-    chain = _only_chain(chains_of(off_axis, CHAIN_WITHIN_MM, path), layer, drawing, path)
-    return DxfProfile(_named(_from_chuck(chain), name_by), tuple(notes))
+        wanted = None if layer is None else layer.casefold()
+        entities = [entity for entity in drawing.modelspace() if wanted in (None, _layer(entity).casefold())]
+        edges = [entity for entity in entities if is_edge(drawing, entity)]
+        axis, axis_notes = axis_of(drawing, mm_per_unit, path)
+        x_factor = 0.5 if x_is == "diameter" else 1.0
+        drawn = [_lowered(segment, axis * x_factor) for segment in _segments(edges, mm_per_unit, x_factor, path)]
+    off_axis = [segment for segment in drawn if not _on_axis(segment.feature)]
+    notes = [unit_note, *axis_notes, *_left_out(entities, edges, len(drawn) - len(off_axis))]
+    half = upper_half(off_axis, CHAIN_WITHIN_MM)
+    if not half.segments:
+        raise _nothing(layer, drawing, path)
+    chain, more = _chosen(half, outline, path)
+    return DxfProfile(_named(_from_chuck(chain), name_by), (*notes, *more))
 
 
 def _open(path: Path) -> "Drawing":
@@ -149,30 +161,56 @@ def _on_axis(feature: Feature) -> bool:
     return isinstance(feature, Line) and max(abs(feature.start_mm[0]), abs(feature.end_mm[0])) < CHAIN_WITHIN_MM
 
 
-def _left_out(entities: Sequence[Any], on_axis: int) -> Iterator[str]:
+def _lowered(segment: Segment, axis_mm: float) -> Segment:
+    """The segment with its x counted from the axis."""
+    return replace(segment, feature=moved(segment.feature, -axis_mm)) if axis_mm else segment
+
+
+def _left_out(entities: Sequence[Any], edges: Sequence[Any], on_axis: int) -> Iterator[str]:
     read = {"LINE", "ARC", "LWPOLYLINE", "POLYLINE"}
     for kind, count in sorted(Counter(e.dxftype() for e in entities if e.dxftype() not in read).items()):
         yield f"{count} {kind} entities were not read."
+    if (hidden := len(entities) - len(edges)) > 0:
+        yield f"{hidden} entities on hidden layers or not drawn in a continuous line were left out."
     if on_axis:
         yield f"{on_axis} lines on the axis were left out."
 
 
-def _only_chain(
-    chains: Sequence[Sequence[Segment]], layer: str | None, drawing: "Drawing", path: Path
-) -> Sequence[Segment]:
-    if len(chains) == 1:
-        return chains[0]
-    if chains:
-        found = "; ".join(_described(chain) for chain in chains[:6])
+def _chosen(half: Half, number: int | None, path: Path) -> tuple[Sequence[Segment], list[str]]:
+    """The one outline, or that of the number, and what was left out around it."""
+    notes = [f"{half.mirrored} lines and arcs below the axis mirror those above."] if half.mirrored else []
+    if half.unlike:
+        notes.append(f"{half.unlike} lines and arcs below the axis are unlike those above: the upper half counts.")
+    closed = outlines(half.segments, CHAIN_WITHIN_MM)
+    try:
+        chains = chains_of(half.segments, CHAIN_WITHIN_MM, path)
+    except TrueloopError:
+        if not closed:
+            raise
+        chains = []
+    if len(chains) != 1 and closed:
+        chains = [list(one.chain) for one in closed]
+    if number is None and len(chains) == 1:
+        number = 1
+    if number is None or not 1 <= number <= len(chains):
+        found = "; ".join(f"{k}: {_described(chain)}" for k, chain in enumerate(chains[:6], 1))
+        asked = "" if number is None else f", and number {number} was asked for"
         raise TrueloopError(
             Code.GEO_DXF_CHOICE,
-            f"{len(chains)} separate chains of lines and arcs: {found}",
-            hint="name the layer that holds the profile alone, or erase the others",
+            f"{len(chains)} separate chains of lines and arcs{asked}: {found}",
+            hint="choose one with its number (--outline, part.dxf_outline), name the layer that holds the profile "
+            "alone, or erase the others",
             place=Place(str(path)),
         )
+    if closed and len(half.segments) > len(chains[number - 1]):
+        notes.append(f"{len(half.segments) - len(chains[number - 1])} lines and arcs beside the outline were left out.")
+    return chains[number - 1], notes
+
+
+def _nothing(layer: str | None, drawing: "Drawing", path: Path) -> TrueloopError:
     where = f"layer '{layer}'" if layer else "the model space"
     layers = sorted({_layer(entity) for entity in drawing.modelspace()})
-    raise _refusal(
+    return _refusal(
         path,
         f"0 lines, arcs and polylines off the axis in {where}",
         f"layers in use: {', '.join(layers) or 'none'}; splines and blocks must be exploded into lines and arcs",

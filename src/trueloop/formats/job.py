@@ -42,6 +42,7 @@ class PartTable(Table):
     feature: tuple[FeatureTable, ...] = ()
     dxf: Path | None = None
     dxf_layer: str | None = None
+    dxf_outline: Count | None = None
     from_program: bool = False
     junctions: dict[str, Literal["corner", "tangent"]] = Field(default_factory=dict)
 

@@ -170,7 +170,9 @@ def _profile(sources: Sources, path: Path, job: Job, program: Program | None) ->
         from trueloop.formats.dxf import read_dxf
 
         unit = part.unit if "unit" in part.model_fields_set else None
-        features = read_dxf(sources.file(part.dxf), layer=part.dxf_layer, unit=unit, x_is=part.x_is).features
+        features = read_dxf(
+            sources.file(part.dxf), layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline
+        ).features
     else:
         with in_file(path):
             return profile_of_table(part)
