@@ -27,6 +27,8 @@ pub const NUMBER: &str = "NC-NUMBER";
 pub const MISPLACED: &str = "NC-MISPLACED";
 /// An arc that cannot exist.
 pub const ARC: &str = "NC-ARC";
+/// An arc whose end is not on its circle.
+pub const ARC_FIT: &str = "NC-ARC-FIT";
 /// Recognised, but not part of the path.
 pub const OPAQUE: &str = "NC-OPAQUE";
 /// Flow control that does not fit together.

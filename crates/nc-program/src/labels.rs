@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::dialect::FlowStyle;
+use crate::dialect::{FlowStyle, G};
 use crate::names;
 use crate::program::{Program, Word, WordKind};
 
@@ -14,6 +14,8 @@ pub(crate) struct Labels {
     programs: Vec<(u32, usize)>,
     names: HashMap<String, Vec<usize>>,
     named_programs: Vec<(String, usize)>,
+    /// P and Q of each finishing cycle; NaN where they are computed.
+    finished: Vec<[f64; 2]>,
 }
 
 /// Which way a jump looks for its target.
@@ -44,8 +46,23 @@ impl Labels {
                 None => {}
             }
             labels.note_names(program, block);
+            labels.note_finished(program, block);
         }
         labels
+    }
+
+    fn note_finished(&mut self, program: &Program, block: usize) {
+        let words = program.words_of(block);
+        if words.iter().any(|word| word.letter == b'G' && program.code(word) == Some(G::FinishContour)) {
+            let value = |letter: u8| words.iter().rev().find(|word| word.letter == letter).map(|word| word.value);
+            self.finished.push([b'P', b'Q'].map(|letter| value(letter).unwrap_or(f64::NAN)));
+        }
+    }
+
+    /// Whether a finishing cycle names these ends of a contour, or may do so.
+    pub fn finishes(&self, ends: [f64; 2]) -> bool {
+        let same = |known: &[f64; 2]| (0..2).all(|end| known[end].is_nan() || known[end] == ends[end]);
+        self.finished.iter().any(same)
     }
 
     fn note_names(&mut self, program: &Program, block: usize) {

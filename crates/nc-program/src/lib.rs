@@ -69,6 +69,7 @@ mod sections;
 mod segment;
 mod session;
 mod setting;
+mod sound;
 mod spline;
 mod state;
 mod statement;

@@ -18,6 +18,9 @@ const CENTRES: [u8; 3] = *b"IJK";
 /// LinuxCNC makes a full turn of an arc that turns by less.
 const LINUXCNC_FULL_TURN_RAD: f64 = 1e-6;
 
+/// What half a chord may be longer than R for LinuxCNC: 0.00005 in.
+const LINUXCNC_LONGER_MM: f64 = 0.00127;
+
 /// No control of the others tells points apart that are nearer: their finest step is 0.1 µm.
 const SAME_POINT_MM: f64 = 1e-6;
 
@@ -196,7 +199,7 @@ impl Runner<'_> {
         let (from, to) = ([self.state.position[first], self.state.position[second]], [end[first], end[second]]);
         let mm = self.state.modal.mm();
         if let Some(radius) = request.get(b'R').map(|radius| radius * mm) {
-            let circle = arc::with_radius(from, to, radius, clockwise, self.resolution_mm() * 10.0);
+            let circle = arc::with_radius(from, to, radius, clockwise, self.longer_mm());
             let chord = (to[0] - from[0]).hypot(to[1] - from[1]);
             let why = || format!("an arc of radius {radius:.5} mm over a chord of {chord:.5} mm cannot exist");
             return circle.map(|circle| (circle, radius.abs())).ok_or_else(|| why_none([radius, chord], why()));
@@ -240,12 +243,14 @@ impl Runner<'_> {
         }
     }
 
-    fn resolution_mm(&self) -> f64 {
-        let (inch, millimetre) = self.program.dialect().resolution;
-        if self.state.modal.inch {
-            inch * 25.4
-        } else {
-            millimetre
+    /// What half a chord may be longer than R: ten steps of the control, of LinuxCNC a bound of its own.
+    fn longer_mm(&self) -> f64 {
+        let dialect = self.program.dialect();
+        let (inch, millimetre) = dialect.resolution;
+        match dialect.flow {
+            FlowStyle::OWords => LINUXCNC_LONGER_MM,
+            _ if self.state.modal.inch => 10.0 * inch * 25.4,
+            _ => 10.0 * millimetre,
         }
     }
 }

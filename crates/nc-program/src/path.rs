@@ -123,13 +123,19 @@ impl ToolPath {
         self.kind.is_empty()
     }
 
-    /// Column, from 1, of the first word that set a coordinate of a move; of its block's first word without one.
+    /// Column, from 1, of the byte that [`Self::at`] gives.
     pub fn column(&self, index: usize, program: &Program) -> usize {
+        let start = self.block.get(index).and_then(|block| program.blocks().get(*block as usize));
+        self.at(index, program) - start.map_or(0, |found| found.start as usize) + 1
+    }
+
+    /// First byte of the first word that set a coordinate of a move; of its block's first word without one.
+    pub(crate) fn at(&self, index: usize, program: &Program) -> usize {
         let block = self.block.get(index).map_or(0, |block| *block as usize);
         let start = program.blocks().get(block).map_or(0, |found| found.start);
         let own = self.words.get(index).into_iter().flatten().filter_map(|word| usize::try_from(*word).ok());
         let first = own.min().and_then(|word| program.words().get(word)).or(program.words_of(block).first());
-        (first.map_or(start, |word| word.start) - start) as usize + 1
+        first.map_or(start, |word| word.start) as usize
     }
 
     /// Adds a move but for its circle.

@@ -12,6 +12,7 @@ use crate::parameters::Key;
 use crate::path::ToolPath;
 use crate::program::{Block, Program};
 use crate::request::Request;
+use crate::sound::require_sound;
 use crate::state::State;
 use crate::tool::Tool;
 use crate::visit::Visit;
@@ -44,6 +45,9 @@ pub struct Options {
     pub trace: bool,
     /// Take roughing cycles apart: their passes follow the contour, of which they say nothing themselves.
     pub roughing: bool,
+    /// Where they are left out: run the contour of one that no finishing cycle runs, in its place, and report one whose
+    /// contour is not run.
+    pub roughed_contours: bool,
 }
 
 impl Default for Options {
@@ -60,6 +64,7 @@ impl Default for Options {
             block_limit: 10_000_000,
             trace: false,
             roughing: false,
+            roughed_contours: false,
         }
     }
 }
@@ -71,6 +76,7 @@ pub fn run(program: &Program, options: &Options) -> (ToolPath, Vec<Finding>) {
     let mut runner = Runner::new(program, options, &table, findings);
     runner.blocks();
     runner.close_contour();
+    require_sound(program, &runner.path, &mut runner.findings);
     if options.tools.is_empty() {
         return (runner.path, runner.findings);
     }
@@ -103,6 +109,8 @@ pub(crate) struct Runner<'a> {
     pub counters: Vec<(usize, u64)>,
     /// Lead of the thread being cut, mm; NaN where it is the feed.
     pub lead_mm: f64,
+    /// Contours that are roughed: the word of the cycle, their first and last block.
+    pub roughed: Vec<(i32, usize, usize)>,
     /// A contour is drawn to look at.
     pub draws: bool,
     /// Blocks executed.
@@ -126,6 +134,7 @@ impl<'a> Runner<'a> {
             returns: Vec::new(),
             counters: Vec::new(),
             lead_mm: f64::NAN,
+            roughed: Vec::new(),
             draws: false,
             executed: 0,
         }

@@ -9,6 +9,7 @@ use crate::modal::Motion;
 use crate::path::ToolPath;
 use crate::program::{Program, Word, WordKind};
 use crate::run::{Options, Runner};
+use crate::sound::require_sound;
 use crate::state::State;
 
 /// A run in parts. Only of programs of which no block [`jumps`]: a part knows nothing of the others' blocks.
@@ -43,6 +44,8 @@ impl Session {
         }
         runner.until = until;
         self.ended = !runner.blocks();
+        runner.require_contours_run();
+        require_sound(part, &runner.path, &mut runner.findings);
         self.state = Some(runner.state);
         (runner.path, runner.findings)
     }

@@ -136,12 +136,16 @@ impl Runner<'_> {
             let message = format!("{} without P and Q: nothing moves", self.word_text(word));
             return self.warn(finding::MISPLACED, self.word_start(word), message, "write G70 P.. Q..");
         }
-        let Some((first, last)) = self.contour_blocks(request) else { return };
+        let Some(blocks) = self.contour_blocks(request) else { return };
+        self.visit_contour(blocks, self.next);
+    }
+
+    fn visit_contour(&mut self, (first, last): (usize, usize), back: usize) {
         if !self.too_deep() {
             let total = self.state.frame.total();
             let from = [0, 1, 2].map(|axis| self.state.position[axis] + total[axis]);
             self.path.enter_call(self.block);
-            self.visits.push(Visit::Contour { last, back: self.next, from });
+            self.visits.push(Visit::Contour { last, back, from });
             self.next = first;
         }
     }
@@ -159,6 +163,25 @@ impl Runner<'_> {
             self.note_opaque(word, what);
         }
         self.next = if self.block < last { last + 1 } else { self.next };
+        if !self.options.roughing && self.options.roughed_contours {
+            self.roughed.push((word, first, last));
+            let ends = [b'P', b'Q'].map(|letter| request.get(letter).unwrap_or(f64::NAN));
+            if !self.labels().finishes(ends) {
+                self.visit_contour((first, last), self.next);
+            }
+        }
+    }
+
+    /// Reports the first roughing cycle whose contour has not been run.
+    pub(crate) fn require_contours_run(&mut self) {
+        let blocks = &self.path.block;
+        let is_run = |first: usize, last: usize| blocks.iter().any(|block| (first..=last).contains(&(*block as usize)));
+        let Some((word, ..)) = self.roughed.iter().find(|(_, first, last)| !is_run(*first, *last)).copied() else {
+            return;
+        };
+        let message = format!("{}: its contour is not run by the finishing cycle that names it", self.word_text(word));
+        let hint = "run the finishing cycle, or take it out: the contour is then displaced for the roughing alone";
+        self.refuse(finding::FLOW, self.word_start(word), message, hint);
     }
 
     /// The blocks from N of P to N of Q. None in a contour that is drawn itself.

@@ -184,6 +184,7 @@ impl NcProgram {
             block_limit,
             trace,
             roughing,
+            roughed_contours: false,
         };
         let (path, findings) = py.detach(|| run(&self.program, &options));
         let findings = findings.into_iter().map(finding_tuple).collect();

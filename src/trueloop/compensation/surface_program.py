@@ -32,7 +32,7 @@ from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import require_own_shape
 from trueloop.nc.tool_path import INVERSE_TIME, NO_COMPENSATION, Integers, Motion, ToolPath
-from trueloop.nc.understood import require_known_frame, require_understood
+from trueloop.nc.understood import require_known_frame, require_sound, require_understood
 from trueloop.units import UM_PER_MM
 
 Waypoint: TypeAlias = tuple[float, Array]
@@ -70,6 +70,7 @@ def corrected_program(
     check_uncorrected(program.source)
     require_understood(program)
     path = program.run()
+    require_sound(path)
     require_known_frame(path)
     samples = sampled(program, path, nominal, corrected, job)
     _check(program, path, samples)

@@ -22,7 +22,7 @@ from trueloop.nc.matching import match_contour
 from trueloop.nc.path_mode import path_mode_findings
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import ToolPath
-from trueloop.nc.understood import require_known_frame
+from trueloop.nc.understood import require_known_frame, require_sound
 from trueloop.units import UM_PER_MM
 
 SAMPLES = 257
@@ -49,6 +49,7 @@ class Run:
         """The tool path of a program. Raises NC errors with the program's file named."""
         with in_file(program.file):
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
+            require_sound(path)
             require_known_frame(path)
             return path
 

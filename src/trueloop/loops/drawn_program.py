@@ -12,6 +12,7 @@ from trueloop.nc.explicit_splines import gives_spline
 from trueloop.nc.program import Program, read_program
 from trueloop.nc.shape_words import ANGLED, SHAPE, TURNS
 from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.understood import require_sound
 from trueloop.nc.written_out import WrittenOut, written_out
 
 _SHAPING: Final = re.compile(
@@ -40,6 +41,7 @@ def written_out_file(
 
     program = read_program(source.read_bytes(), dialect, str(source))
     path = run(program)
+    require_sound(path)
     blocks = np.zeros(program.block_count, dtype=np.bool_)
     blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
     wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)

@@ -14,6 +14,7 @@ from trueloop.machine.point_program import IN_NO_CASE, NO_POSITIONS, displace_po
 from trueloop.nc.edit import apply_edits
 from trueloop.nc.heading import insert_heading
 from trueloop.nc.program import Program, read_program
+from trueloop.nc.understood import FROM_OUTSIDE, require_sound
 from trueloop.units import UM_PER_MM
 
 
@@ -41,12 +42,14 @@ def correct_points(
     """Writes the program with −E at every X and Y word; `told` identifies the field in its mark.
 
     With `all_words` those words too that set coordinate systems or name places of the machine, but for dwells and the
-    centre of a rotation. Raises CMP-TWICE (corrected before), CMP-SIZE (a correction beyond the limit), CMP-READ-BACK,
-    MCH-PROGRAM and what the field raises; nothing is written then.
+    centre of a rotation. Raises CMP-TWICE (corrected before), the program's own errors apart from those that values and
+    programs from outside would mend, CMP-SIZE (a correction beyond the limit), CMP-READ-BACK, MCH-PROGRAM and what the
+    field raises; nothing is written then.
     """
     path, left_alone = Path(program.file or target), IN_NO_CASE if all_words else NO_POSITIONS
     with in_file(path):
         check_uncorrected(program.source)
+        require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
         found = displace_points(program, field, left_alone)
     for axis, size in zip("XY", found.largest_mm, strict=True):
         if size > limit_mm:

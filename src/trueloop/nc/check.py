@@ -58,14 +58,15 @@ def check(
     step_mm = written_step_mm(program, path)
     tolerance_mm = _ROUNDING_STEPS * step_mm if arc_tolerance_mm is None else arc_tolerance_mm
     geometry = [
-        *_arcs_that_do_not_fit(path, tolerance_mm),
+        *_arcs_that_do_not_fit(path, tolerance_mm, Severity.WARNING if arc_tolerance_mm is None else Severity.ERROR),
         *_broken_tangents(path, step_mm),
         *_cuts_without_feed(path),
         *_cuts_on_rapid(program, path),
         *path_mode_findings(program, path),
     ]
     located = (finding.in_file(program.file) for finding in geometry)
-    found = [*program.findings, *driven.findings, *located]
+    of_run = [found for found in driven.findings if arc_tolerance_mm is None or found.code is not Code.NC_ARC_FIT]
+    found = [*program.findings, *of_run, *located]
     once = {(finding.place, finding.code): finding for finding in reversed(found)}  # a loop comes by many times
     return sorted(once.values(), key=lambda finding: (finding.place.line or 0, finding.place.column or 0))
 
@@ -96,13 +97,13 @@ def arc_misfit_mm(path: ToolPath) -> Array:
     return misfit_mm
 
 
-def _arcs_that_do_not_fit(path: ToolPath, tolerance_mm: float) -> Iterator[Finding]:
+def _arcs_that_do_not_fit(path: ToolPath, tolerance_mm: float, severity: Severity) -> Iterator[Finding]:
     misfit_mm = arc_misfit_mm(path)
     for move in np.flatnonzero(np.abs(misfit_mm) > tolerance_mm):
         off_mm = float(misfit_mm[move])
         message = f"the arc's end is {off_mm:+.5f} mm ({off_mm / MM_PER_INCH:+.6f} in) off its circle"
         hint = "check the end point and I, J, K or R: one of them was changed without the others"
-        yield _finding(path, int(move), Severity.ERROR, Code.NC_ARC_FIT, message, hint)
+        yield _finding(path, int(move), severity, Code.NC_ARC_FIT, message, hint)
 
 
 def _tangents(path: ToolPath, at_end: bool) -> Array:
@@ -148,8 +149,8 @@ def _cuts_without_feed(path: ToolPath) -> Iterator[Finding]:
     without = np.flatnonzero(cutting & ~(path.feed > 0.0))
     if without.size:
         message = f"a cut without a feed: {without.size} of {int(cutting.sum())} cuts have none"
-        hint = "write an F word; a change between feed a minute and feed a revolution needs a new one"
-        yield _finding(path, int(without[0]), Severity.ERROR, Code.NC_FEED, message, hint)
+        hint = "write an F word, unless the program that calls this one does; a change between feed a minute and feed "
+        yield _finding(path, int(without[0]), Severity.WARNING, Code.NC_FEED, message, hint + "a revolution needs one")
 
 
 def _cuts_on_rapid(program: Program, path: ToolPath) -> Iterator[Finding]:
@@ -160,7 +161,7 @@ def _cuts_on_rapid(program: Program, path: ToolPath) -> Iterator[Finding]:
         if depth_mm == 0.0:
             message = f"a rapid move of {np.linalg.norm(path.end_mm[move] - path.start_mm[move]):.3f} mm bridges a cut"
         hint = "write G01 if it is a cut; else retract before it"
-        yield _finding(path, move, Severity.ERROR, Code.NC_RAPID, message, hint)
+        yield _finding(path, move, Severity.WARNING, Code.NC_RAPID, message, hint)
 
 
 def _homes(program: Program, block: int) -> bool:

@@ -1,5 +1,6 @@
-"""A program that shall be changed must be understood whole: what is skipped might move the tool."""
+"""A program that shall be changed must be without errors of its own, and understood whole."""
 
+from collections.abc import Collection
 from typing import Final
 
 from trueloop.errors import Code, Severity, TrueloopError
@@ -21,6 +22,17 @@ def require_understood(program: Program) -> None:
             place=first.place,
             override="programs.accept_unknown_words in the job",
         )
+
+
+FROM_OUTSIDE: Final = frozenset({Code.NC_PARAMETER, Code.NC_EXPRESSION, Code.NC_FLOW, Code.NC_LIMIT})
+"""Errors that values and programs which are not in the file would mend."""
+
+
+def require_sound(path: ToolPath, apart_from: Collection[Code] = ()) -> None:
+    """Raises the first error of a program that was run: what the control refuses must not be made into what it runs."""
+    errors = (found for found in path.findings if found.severity is Severity.ERROR and found.code not in apart_from)
+    for found in sorted(errors, key=lambda error: (error.place.line or 0, error.place.column or 0)):
+        raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
 
 
 def require_known_frame(path: ToolPath) -> None:
