@@ -174,7 +174,7 @@ class NcMapper:
         """What the next bytes give; code, message, hint, line, column of what it is refused for."""
 
     def finish(self) -> tuple[bytes, tuple[str, str, str, int, int] | None]: ...
-    def summary(self) -> tuple[int, int, int, int, tuple[float, float, float], int, int]:
+    def summary(self) -> tuple[int, int, int, int, tuple[float, float, float], int, int, int]:
         """Blocks, moves, edits, blocks added, largest displacement, blocks not run, line of the first."""
 
 # envelope: the surface that a swept nose leaves

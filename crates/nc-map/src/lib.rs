@@ -79,6 +79,8 @@ pub struct Summary {
     pub not_run: usize,
     /// Its line.
     pub first_not_run: usize,
+    /// Line at which a contour that is roughed as well turns back since it is displaced; 0 where none does.
+    pub turns_back: usize,
 }
 
 /// A field on its way through a program.

@@ -6,14 +6,18 @@ use nc_program::{Program, Word, WordKind};
 const FURTHER: usize = 100;
 
 /// Writes blocks after one, each on its line: N0420 is followed by N0421, N0422 …, without numbers where they do not fit
-/// before the next number or the program has none.
-pub(crate) fn new_lines(program: &Program, block: usize, texts: &[Vec<u8>], out: &mut Vec<u8>) {
-    let numbers = numbers(program, block, texts.len());
+/// before the next number or the program has none. A number that is to stand at the `last` of them is the only one.
+pub(crate) fn new_lines(program: &Program, block: usize, texts: &[Vec<u8>], last: Option<&Word>, out: &mut Vec<u8>) {
+    let numbers = numbers(program, block, texts.len()).filter(|_| last.is_none());
     for (index, text) in texts.iter().enumerate() {
         out.extend(line_ending(program.source()));
         if let Some((number, width, space)) = numbers {
             out.extend(format!("N{:0width$}", number + 1 + index).bytes());
             out.extend(space);
+        }
+        if let Some(number) = last.filter(|_| index + 1 == texts.len()) {
+            out.extend(program.text(number));
+            out.push(b' ');
         }
         out.extend(text);
     }

@@ -13,6 +13,7 @@ use crate::refusal::{self, Refused};
 use crate::role::{names_axis, Role};
 use crate::standing::{self, leaves, Saying, Standing};
 use crate::text::Step;
+use crate::writer::contour::turns_back;
 use crate::writer::pole::Poles;
 use crate::writer::Writer;
 use crate::Writing;
@@ -74,6 +75,7 @@ impl Writing {
             steps,
             carried: self.carried,
             drilling: self.drilling,
+            shared: Vec::new(),
             added: 0,
             tolerance_mm: self.limits.tolerance_mm,
             knows_travel: field.knows_travel(),
@@ -84,6 +86,9 @@ impl Writing {
         self.summary.moves += displaced.len();
         self.summary.edits += writer.edits.len();
         self.summary.added += writer.added;
+        if let Some(block) = turns_back(program, &writer.shared).filter(|_| self.summary.turns_back == 0) {
+            self.summary.turns_back = self.summary.blocks + block + 1;
+        }
         (self.carried, self.drilling) = (writer.carried, writer.drilling);
         writer.edits.apply(program.source(), part.end, out);
         self.summary.blocks += part.until;

@@ -20,7 +20,7 @@ pub(crate) enum Role {
     Home,
     /// A new name for the place where the tool stands.
     Register,
-    /// Offsets, a time.
+    /// Offsets, a time, the depth of cut and the allowance of a roughing cycle.
     Data,
     /// Those of a cycle that the path does not follow.
     Cycle,
@@ -34,7 +34,7 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
             Some(G::MachineCoordinates) => Role::Machine,
             Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
             Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset | G::Shift(_)) => Role::Register,
-            Some(G::ToolOffset | G::Dwell | G::Pole(_) | G::Setting(..)) => Role::Data,
+            Some(G::ToolOffset | G::Dwell | G::Pole(_) | G::Setting(..) | G::RoughContour(_)) => Role::Data,
             Some(G::OpaqueCycle | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle | G::Thread | G::Pass(_)) => {
                 Role::Cycle
             }
@@ -82,7 +82,8 @@ pub fn first_blocks(program: &Program) -> [Option<usize>; 4] {
 
 /// Whether roughing cycles read contours that finishing cycles run, too.
 pub(crate) fn roughs(program: &Program) -> bool {
-    program.words().iter().any(|word| matches!(program.code(word), Some(G::Profile(profile)) if profile.roughs()))
+    let roughs = |code| matches!(code, G::RoughContour(_)) || matches!(code, G::Profile(profile) if profile.roughs());
+    program.words().iter().any(|word| program.code(word).is_some_and(roughs))
 }
 
 /// The letters of a program's words in alphabetical order, each with the block in which it is first met.

@@ -5,13 +5,13 @@
 //! never adds up; a position is rounded by itself.
 
 mod centre;
+pub(crate) mod contour;
 mod coordinate;
 pub(crate) mod hole;
 pub(crate) mod pole;
 mod refusals;
 mod turned;
 
-use nc_program::dialect::G;
 use nc_program::{Modal, MoveKind, Program, ToolPath, Word};
 
 use crate::edits::Edits;
@@ -21,9 +21,9 @@ use crate::lines::new_lines;
 use crate::part::Course;
 use crate::pieces::Piece;
 use crate::refusal::Refused;
-use crate::role::roughs;
 use crate::standing::{is_increment, Standing};
 use crate::text::Step;
+use contour::Ended;
 use hole::Drilling;
 use pole::Poles;
 
@@ -45,6 +45,8 @@ pub(crate) struct Writer<'a> {
     pub carried: Vector,
     /// The drilling cycle in force.
     pub drilling: Drilling,
+    /// Where the pieces of shared contours end.
+    pub shared: Vec<Ended>,
     /// Blocks written in addition.
     pub added: usize,
     /// A start further off than this is gone to first, where the field differs by the way of travel, mm.
@@ -95,6 +97,7 @@ impl<'a> Writer<'a> {
         let mut before = sum(&self.path.start[index], &self.carried);
         let live = self.live(&here, before, pieces, &course.standing)?;
         let first = pieces.first().filter(|_| !course.arrives());
+        first.map_or(Ok(()), |first| self.require_begun(&here, &before, first))?;
         let mut with_start = Vec::new();
         match first.and_then(|first| Some((first, self.start(&here, &before, first)?))) {
             Some((_, start)) if self.path.kind[index] == MoveKind::Arc => {
@@ -118,7 +121,11 @@ impl<'a> Writer<'a> {
         if !texts.is_empty() {
             let end = self.program.blocks().get(here.block).map_or(0, |block| block.end as usize);
             let program = self.program;
-            self.edits.replace(end, end, |text| new_lines(program, here.block, &texts, text));
+            let number = self.last_number(&here).copied();
+            if let Some(number) = number {
+                self.edits.replace(number.start as usize, number.end(), |_| ());
+            }
+            self.edits.replace(end, end, |text| new_lines(program, here.block, &texts, number.as_ref(), text));
         }
         if !self.edits.close(here.block, from) {
             return Err(self.twice(here.block));
@@ -175,21 +182,9 @@ impl<'a> Writer<'a> {
                 return Err(self.nowhere(here, axis, off));
             }
             live[k] = moves && standing[k] == Standing::Said;
-            if live[k] && self.is_of_roughed_contours_start(here.index, k) {
-                return Err(self.other_start(here, axis));
-            }
+            live[k] &= !(live[k] && self.is_left(here, k, off)?);
         }
         Ok(live)
-    }
-
-    /// Whether an axis stands where the finishing cycle of a contour began: a roughing cycle has it elsewhere.
-    fn is_of_roughed_contours_start(&self, index: usize, axis: usize) -> bool {
-        let call = self.path.call[index];
-        let calling = usize::try_from(call).ok().and_then(|call| self.path.calls.get(call));
-        let words = calling.map_or(&[][..], |[block, _]| self.program.words_of(*block as usize));
-        let finishes = words.iter().any(|word| matches!(self.program.code(word), Some(G::Profile(_))));
-        let own = (0..=index).rev().take_while(|other| self.path.call[*other] == call);
-        finishes && { own }.all(|other| self.path.words[other][axis] < 0) && roughs(self.program)
     }
 
     /// How far a piece takes an axis from where it was; its start counts where it is gone to.
@@ -221,6 +216,7 @@ impl<'a> Writer<'a> {
             }
             self.require_turn(here, arc.sweep * first.share, [&before, &actual], &centre)?;
         }
+        self.note_end(here, first, actual);
         let end = self.path.end[here.index];
         if whole {
             self.carried = [0, 1, 2].map(|axis| actual[axis] - end[axis]);
@@ -265,6 +261,7 @@ impl<'a> Writer<'a> {
                 let sweep = self.geometry.arc(here.index).map_or(0.0, |arc| arc.sweep * (piece.share - share));
                 self.require_turn(here, sweep, [&before, &actual], &centre)?;
             }
+            self.note_end(here, piece, actual);
             texts.push(text);
         }
         if !texts.is_empty() {

@@ -53,6 +53,7 @@ impl NcMapper {
             optional_blocks,
             tools: tools_of(tools),
             work_offsets,
+            roughed_contours: true,
             block_limit: if whole {
                 Options::default().block_limit
             } else {
@@ -100,8 +101,10 @@ impl NcMapper {
         Ok((PyBytes::new(py, &out), self.told(done)?))
     }
 
-    /// Blocks, moves, edits, blocks added, largest displacement (3,), blocks not run, line of the first.
-    fn summary(&self) -> (usize, usize, usize, usize, [f64; 3], usize, usize) {
+    /// Blocks, moves, edits, blocks added, largest displacement (3,), blocks not run, line of the first, line at which a
+    /// roughed contour turns back.
+    #[allow(clippy::type_complexity)]
+    fn summary(&self) -> (usize, usize, usize, usize, [f64; 3], usize, usize, usize) {
         let s = self.mapper.summary();
         (
             s.blocks,
@@ -111,6 +114,7 @@ impl NcMapper {
             s.largest_mm,
             s.not_run,
             s.first_not_run,
+            s.turns_back,
         )
     }
 

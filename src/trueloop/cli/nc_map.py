@@ -110,6 +110,13 @@ def tell_mapped(file: Path, out: Path, done: "Mapped") -> None:
             "and stay as they are\n  hint: --skipped-blocks for those that start with a slash; write branches out",
             err=True,
         )
+    if done.turns_back_line:
+        typer.echo(
+            f"{file}:{done.turns_back_line}: warning NC-MAP: the displaced contour turns back in X or Z, and a cycle "
+            "roughs on it: a control that demands one way of G71 or G72 refuses\n"
+            "  hint: rough with the uncorrected program then, and finish with this one",
+            err=True,
+        )
     typer.echo(f"written: {out}, record {done.record}")
 
 

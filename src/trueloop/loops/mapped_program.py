@@ -44,7 +44,10 @@ class MapOptions:
 
 @dataclass(frozen=True)
 class Mapped:
-    """What was done. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not taken."""
+    """What was done. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not taken.
+
+    `turns_back_line` is where a contour that is roughed as well does not run on any more; 0 where none does so.
+    """
 
     record: str
     dialect: str
@@ -56,6 +59,7 @@ class Mapped:
     largest_mm: tuple[float, float, float]
     not_run: int
     first_not_run_line: int
+    turns_back_line: int = 0
 
 
 def map_program(
@@ -189,12 +193,15 @@ def _text(source: Path, survey: Survey, options: MapOptions, values: Mapping[str
 
 
 def _told(mapper: NcMapper, text: _Text, identity: str, survey: Survey) -> Mapped:
-    blocks, moves, edits, added, largest, not_run, first = mapper.summary()
+    blocks, moves, edits, added, largest, not_run, first, turns_back = mapper.summary()
     new = text.added_blocks
     edits += len(text.drawn[1].edits) if text.drawn else 0
     first = text.line_of(first) if not_run else first
+    turns_back = text.line_of(turns_back) if turns_back else 0
     dialect, sha256 = survey.dialect, survey.sha256
-    return Mapped(identity, dialect, sha256, blocks - new, moves, edits, added + new, largest, not_run, first)
+    return Mapped(
+        identity, dialect, sha256, blocks - new, moves, edits, added + new, largest, not_run, first, turns_back
+    )
 
 
 def _accepted(source: Path, done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:

@@ -45,12 +45,12 @@ impl Writer<'_> {
         Refused::block(self.block_start(here.block), message, hint)
     }
 
-    pub(super) fn other_start(&self, here: &Here, axis: &Axis) -> Refused {
-        let letter = char::from(axis.letter);
+    pub(super) fn other_start(&self, here: &Here, axis: usize) -> Refused {
+        let letter = char::from(super::AXES[axis]);
         let message = format!(
             "{letter} is displaced on the contour before it names {letter}, and a roughing cycle begins it elsewhere"
         );
-        let hint = "name X and Z in the first block of the contour";
+        let hint = "name X and Z in the first block of the contour, or go on from there along one axis alone";
         Refused::block(self.block_start(here.block), message, hint)
     }
 

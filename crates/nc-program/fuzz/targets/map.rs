@@ -24,7 +24,7 @@ impl Field for Bend {
 }
 
 fn options() -> Options {
-    Options { block_limit: BLOCKS, ..Options::default() }
+    Options { block_limit: BLOCKS, roughed_contours: true, ..Options::default() }
 }
 
 /// The program with the field over it, read in two pieces; `None` where it is refused.
