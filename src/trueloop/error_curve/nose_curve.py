@@ -35,11 +35,11 @@ def nose_curve(
         fit=curve,
         residual_mm=touches.error_mm - curve.spline.of(curve.spline.value_form(touches.arc_length_mm)),
         knot_every=(None,) * len(fit.chain.features),
-        from_model_mm=_carry(s, prediction.root_of_covariance_mm(angle), kept, curve),
+        from_model_mm=carried(s, prediction.root_of_covariance_mm(angle), kept, curve),
     )
 
 
-def _carry(s: Array, root: Array, knots: Knots, curve: SplineFit) -> Array:
+def carried(s: Array, root: Array, knots: Knots, curve: SplineFit) -> Array:
     """The samples' covariance, carried to the coefficients: each column is fitted like data, with zero at the ends."""
     zero = EndConditions(*(None if number is None else 0.0 for number in astuple(curve.conditions)))
     length, degree = curve.spline.length_mm, curve.spline.degree

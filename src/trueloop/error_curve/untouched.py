@@ -1,60 +1,129 @@
-"""What to expect of a feature that nobody touched.
+"""What to expect of a contact angle that was not touched on the feature in question: prior and touches, weighed.
 
-The safest guess is what the same part of the nose did elsewhere: touches of other features at the same contact angle.
-Where there are none, tool offsets dX·sin φ + dZ·cos φ fitted to the touched features serve between their contact
-angles. Beyond those nothing is known, and the feature stays as programmed (error 0): a correction that no touch
-supports could spoil a good feature, while material left on can still be cut. The uncertainty is large in every case:
-features of one part were found to stand 13 µm and more off what the same nose did on others.
+Before any touch the error of a part, along the normal at contact angle φ of a feature, is taken for
+
+    e = dX·sin φ + dZ·cos φ + w(φ) + g(φ, feature) + noise,
+
+all normal about zero: the setting of the tool (dX, dZ), the form of its nose w, and what each feature has of its own, g
+(features that join tangentially share it). w and g at two contact angles are the less alike the further these are
+apart: Matérn's correlation of order 3/2, (1 + √3 d) exp(−√3 d), d = |φ − φ′| in units of `ALIKE_RAD`. What the touches
+then say of another feature is the conditional mean of that, and its uncertainty grows with the distance from the
+touched angles by itself. Diameters alone say most of a cone's error (dX·sin φ), and nothing of a face's.
+
+The prior sizes are stated below. Touches that are larger than all of them together make all of them larger by one
+factor, so that a large error elsewhere is never taken for a small uncertainty here. It stops being valid where features
+are cut by another edge, or where part or machine bend: g is one figure for that.
 """
 
 import math
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.gauging.error_vectors import ErrorVectors
-from trueloop.geometry.feature import Array, contact_angle_rad
-from trueloop.statistics import rms
-from trueloop.units import UM_PER_MM
+from trueloop.geometry.feature import Arc, Array, contact_angle_rad
+from trueloop.geometry.profile import JunctionKind, Profile
 
-SAME_ANGLE_RAD: Final = math.radians(3.0)
-"""Contact angles closer than this use the same stretch of the nose: 0.04 mm of a 0.8 mm radius."""
+SETTING_MM: Final = 0.020
+"""Tool setting on either axis, one standard deviation: between a touched-off tool and one measured on a presetter."""
+
+NOSE_MM: Final = 0.020
+"""Form of the nose: the tolerance of an insert's radius and the wear of its edge."""
+
+ALIKE_RAD: Final = math.radians(20.0)
+"""Contact angles this far apart have half of the nose's form in common: 0.28 mm of a 0.8 mm radius."""
 
 BETWEEN_FEATURES_MM: Final = 0.016
 """How far the cones of [6811 Tables 8, 10] stand off what the same nose did on the domes, RMS over the ten parts (11
 to 17 µm on nine, 30 µm on one whose taper looks falsified): the prior spread between features."""
 
+NOISE_MM: Final = 0.0015
+"""Scatter of one touch about all this, by process and probe."""
 
-def expect(vectors: ErrorVectors, angle_rad: float) -> tuple[float, float, str]:
-    """Error (mm), its standard uncertainty (mm) and the reason, for a feature cut at a contact angle."""
-    angles = contact_angle_rad(vectors.outward_normal)
-    near = np.abs(angles - angle_rad) < SAME_ANGLE_RAD
-    if np.any(near):
-        return _from_same_angle(vectors, near)
-    if np.min(angles) < angle_rad < np.max(angles):
-        return _from_offsets(vectors, angles, angle_rad)
-    u = max(rms(vectors.error_mm), BETWEEN_FEATURES_MM)
-    return 0.0, u, f"nothing was touched at contact angles near {math.degrees(angle_rad):.0f}°: left as programmed"
+SUPPORTED: Final = 0.1
+"""A feature of whose variance the touches explain less than this stays as programmed: nothing is known of it."""
 
 
-def _from_same_angle(vectors: ErrorVectors, near: NDArray[np.bool_]) -> tuple[float, float, str]:
-    """Mean over the touched features, and how far one more feature may stand off it (the prior spread counts once)."""
-    features = np.unique(vectors.feature_index[near])
-    means = np.array([np.mean(vectors.error_mm[near & (vectors.feature_index == f)]) for f in features])
-    spread = math.sqrt((BETWEEN_FEATURES_MM**2 + float(np.sum((means - np.mean(means)) ** 2))) / len(means))
-    mean = float(np.mean(means))
-    points = ", ".join(np.array(vectors.point)[near])
-    why = f"the mean of {mean * UM_PER_MM:.1f} µm at the same contact angle elsewhere (touches {points})"
-    return mean, spread * math.sqrt(1.0 + 1.0 / len(means)), why
+@dataclass(frozen=True)
+class Expected:
+    """Errors at n contact angles of one feature, mm: mean (n,) and covariance (n, n).
+
+    `explained` is the share of the prior variance that the touches took away, at best over the angles;
+    `offsets_mm` (dX, dZ) the setting that they speak for; `nearest_rad` how far the nearest touched angle is.
+    """
+
+    mean_mm: Array
+    covariance_mm2: Array
+    explained: float
+    offsets_mm: tuple[float, float]
+    nearest_rad: float
+
+    @property
+    def supported(self) -> bool:
+        """Whether the touches say enough to move the feature."""
+        return self.explained >= SUPPORTED
 
 
-def _from_offsets(vectors: ErrorVectors, angles: Array, angle_rad: float) -> tuple[float, float, str]:
-    """Tool offsets by least squares over all touches."""
-    design = np.column_stack([np.sin(angles), np.cos(angles)])
-    offsets = np.linalg.lstsq(design, vectors.error_mm, rcond=None)[0]
-    misfit = rms(vectors.error_mm - design @ offsets)
-    value = float(offsets @ [math.sin(angle_rad), math.cos(angle_rad)])
-    dx_um, dz_um = offsets * UM_PER_MM
-    why = f"the tool offsets that fit the touches best (dX {dx_um:.1f} µm, dZ {dz_um:.1f} µm)"
-    return value, math.hypot(misfit, BETWEEN_FEATURES_MM), why
+def expect(profile: Profile, vectors: ErrorVectors, angle_rad: Array, feature: int) -> Expected:
+    """What the touches say of a feature, by index, at contact angles (n,)."""
+    seen = _observed(profile, vectors)
+    groups = _groups(profile)
+    own = _covariance(seen.angle_rad, groups[seen.feature], seen.angle_rad, groups[seen.feature])
+    total = own + np.diag(seen.noise_mm**2)
+    here = np.full(len(angle_rad), groups[feature])
+    cross = _covariance(angle_rad, here, seen.angle_rad, groups[seen.feature])
+    prior = _covariance(angle_rad, here, angle_rad, here)
+    solved = np.linalg.solve(total, np.column_stack([seen.error_mm, cross.T]))
+    weights, explained = solved[:, 0], cross @ solved[:, 1:]
+    larger = max(1.0, float(seen.error_mm @ weights) / len(seen.error_mm))
+    terms = np.column_stack([np.sin(seen.angle_rad), np.cos(seen.angle_rad)])
+    dx, dz = SETTING_MM**2 * terms.T @ weights
+    return Expected(
+        mean_mm=cross @ weights,
+        covariance_mm2=larger * (prior - explained),
+        explained=float(np.max(np.diag(explained) / np.diag(prior))),
+        offsets_mm=(float(dx), float(dz)),
+        nearest_rad=float(np.min(np.abs(angle_rad[:, None] - seen.angle_rad))),
+    )
+
+
+@dataclass(frozen=True)
+class _Observed:
+    """What was touched: every touch of an arc, and the mean of each line's; all (n,)."""
+
+    feature: NDArray[np.intp]
+    angle_rad: Array
+    error_mm: Array
+    noise_mm: Array
+
+
+def _observed(profile: Profile, vectors: ErrorVectors) -> _Observed:
+    rows: list[tuple[int, float, float, float]] = []
+    angle = contact_angle_rad(vectors.outward_normal)
+    noise = np.hypot(vectors.standard_u_mm, NOISE_MM)
+    for feature in np.unique(vectors.feature_index).tolist():
+        mine = vectors.of_feature(feature)
+        parts = [[k] for k in mine] if isinstance(profile.features[feature], Arc) else [mine]
+        for part in parts:
+            of_mean = float(np.sqrt(np.mean(noise[part] ** 2) / len(part)))
+            rows.append((feature, float(angle[part[0]]), float(np.mean(vectors.error_mm[part])), of_mean))
+    columns = np.array(rows)
+    return _Observed(columns[:, 0].astype(np.intp), columns[:, 1], columns[:, 2], columns[:, 3])
+
+
+def _groups(profile: Profile) -> NDArray[np.intp]:
+    """A number for every feature, the same for those that join tangentially."""
+    steps = [junction.kind is not JunctionKind.TANGENT for junction in profile.junctions]
+    return np.concatenate([[0], np.cumsum(steps)]).astype(np.intp)
+
+
+def _covariance(angle_rad: Array, group: NDArray[np.intp], other_rad: Array, other: NDArray[np.intp]) -> Array:
+    """Prior covariance of errors at contact angles (n,) and (m,), without noise, (n, m)."""
+    apart = np.abs(angle_rad[:, None] - other_rad)
+    d = math.sqrt(3.0) * apart / ALIKE_RAD
+    alike = (1.0 + d) * np.exp(-d)
+    same = group[:, None] == other
+    total: Array = SETTING_MM**2 * np.cos(apart) + (NOSE_MM**2 + BETWEEN_FEATURES_MM**2 * same) * alike
+    return total
