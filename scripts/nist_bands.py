@@ -8,7 +8,7 @@ tangent neighbour. The report prints neither C nor how its knots were counted.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -66,10 +66,8 @@ def held(name: str, part: NistPart, correction: Correction) -> Held:
     finish = np.array([touch.error_mm for touch in part.finish], dtype=np.float64)
     published = correction.touches.error_mm - fit_profile(part.profile, correction.touches, PUBLISHED).residual_mm
     ours = correction.prediction.before_mm - correction.prediction.after_mm
-    zero = np.zeros_like(budget.common_mm)
-    without = replace(budget, common_mm=zero, along_mm=zero)
     left = finish + published - ours
-    return Held(name, left[chosen], budget.expanded_u_mm[chosen], without.expanded_u_mm[chosen])
+    return Held(name, left[chosen], budget.expanded_u_mm[chosen], budget.alike.expanded_u_mm[chosen])
 
 
 def together(name: str, parts: Sequence[Held]) -> Held:

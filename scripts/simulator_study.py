@@ -1,7 +1,8 @@
 """The loop held against the virtual machine: 200 parts of each NIST family at three repeatabilities.
 
 `python -m scripts.simulator_study --write` puts the tables into docs/simulator.md; half an hour on two cores. With
-`--shares` it is the table alone that tells process, probe and curve apart; two minutes.
+`--between` it is the first of them alone, cuts that differ, beside NIST's metal; with `--shares` the table that tells
+process, probe and curve apart; a few minutes each.
 """
 
 import argparse
@@ -16,7 +17,10 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.error_curve.between_cuts import NONE, BetweenCuts
+from scripts.nist_bands import held, together
+from scripts.nist_parts import parts as nist_parts
+from scripts.nist_table import corrected
+from trueloop.error_curve.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.geometry.feature import Array
 from trueloop.loops.batch import run_batch
 from trueloop.loops.job_inputs import read_inputs
@@ -24,12 +28,14 @@ from trueloop.loops.simulated import Trial, simulate, trial_of
 from trueloop.loops.study import Study, study
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
+from trueloop.simulator.transfer import SAME
 from trueloop.statistics import rms
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "simulator.md"
 BEGIN: Final = "<!-- written by scripts/simulator_study.py -->\n"
 END: Final = "<!-- end of what is written -->\n"
+BETWEEN: Final = "<!-- written by scripts/simulator_study.py --between -->\n"
 SHARES: Final = "<!-- written by scripts/simulator_study.py --shares -->\n"
 PARTS: Final = ("facetst", "modbas2", "piecs11")
 WITH_ARCS: Final = ("modbas2", "piecs11")
@@ -38,12 +44,14 @@ FINEST_UM: Final = 0.5
 FIRST_SEED: Final = 400_000
 FRESH_SEED: Final = 470_000
 WAYS: Final = ("loop_mm", "path_mm", "raw_mm")
+USUAL: Final = Repeatability(0.0012, 1.0)
 UNSEEN: Final = (
-    ("0.5 µm from cut to cut", Repeatability(0.0012, 1.0, 0.0005), 0.0005),
-    ("1.2 µm from cut to cut", Repeatability(0.0012, 1.0, 0.0012), 0.0012),
-    ("the 1.2 µm vary over 15 mm instead", Repeatability(0.0012, 15.0), 0.0012),
+    ("0.5 µm from cut to cut", Repeatability(0.0012, 1.0, 0.0005)),
+    ("1.2 µm from cut to cut", Repeatability(0.0012, 1.0, 0.0012)),
+    ("3.0 µm from cut to cut", Repeatability(0.0012, 1.0, 0.003)),
+    ("the 1.2 µm vary over 15 mm instead", Repeatability(0.0012, 15.0)),
 )
-"""What one part's scatter does not show, and the `cut_to_cut_um` (here mm) that a job would say of it."""
+"""What one part's scatter does not show."""
 
 
 def main() -> None:
@@ -51,13 +59,15 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--parts", type=int, default=200, help="parts of each family and repeatability")
     options.add_argument("--write", action="store_true", help="into docs/simulator.md")
+    options.add_argument("--between", action="store_true", help="cuts that differ, and what the bands hold of them")
     options.add_argument("--shares", action="store_true", help="what is left by process, probe and curve alone")
     given = options.parse_args()
     if given.shares:
         text, begin = shares(given.parts), SHARES
+    elif given.between:
+        text, begin = between(given.parts), BETWEEN
     else:
-        tables = (residuals(given.parts), by_place(given.parts), unseen(given.parts // 4))
-        text, begin = "\n".join(tables), BEGIN
+        text, begin = "\n".join((residuals(given.parts), by_place(given.parts))), BEGIN
     if not given.write:
         print(text)
         return
@@ -89,19 +99,40 @@ def by_place(parts: int) -> str:
     return f"{parts} parts a row, {_seeds(FIRST_SEED, parts)}.\n\n{_table(head, rows)}"
 
 
-def unseen(parts: int) -> str:
-    """What the bands hold on MODBAS2 where cuts differ by more than touches scatter."""
-    rows = []
-    for words, repeatability, known_mm in UNSEEN:
-        cells = []
-        for said_mm in (0.0, known_mm):
-            trial = _trial("modbas2")
-            told = replace(trial.inputs.options, between_cuts=BetweenCuts(said_mm, 0.0, "stated"))
-            trial = replace(trial, inputs=replace(trial.inputs, options=told))
-            cells.append(_coverage(_made(trial, repeatability, parts)))
-        rows.append(_told(words, *cells))
-    head = ("MODBAS2, 1.2 µm along the cut and …", "inside the 95 % band", "with `cut_to_cut_um` said")
+def between(parts: int) -> str:
+    """What the bands hold where the finish cut does otherwise than the semi-finish cut, with the prior and without."""
+    metal = _in_metal()
+    rows = [
+        _held(
+            f"{name.upper()}, finish cut as NIST's",
+            _trial(name, between=PRIOR),
+            nist(USUAL),
+            parts,
+            metal[name.upper()],
+        )
+        for name in PARTS
+    ]
+    trial = _trial("modbas2", between=PRIOR)
+    for words, repeatability in UNSEEN:
+        rows.append(_held(f"MODBAS2, {words}", trial, nist(repeatability, SAME), parts, ("", "")))
+    head = ("1.2 µm along the cut and …", "inside ±U", "were cuts taken for alike", "NIST's metal", "taken for alike")
     return f"{parts} parts a row, {_seeds(FIRST_SEED, parts)}.\n\n{_table(head, rows)}"
+
+
+def _held(words: str, trial: Trial, workshop: Workshop, parts: int, metal: tuple[str, str]) -> tuple[str, ...]:
+    made = study(trial, workshop, parts, first_seed=FIRST_SEED, workers=os.cpu_count() or 1)
+    alike = f"{100 * made.coverage_alike:.1f} ± {100 * made.coverage_alike_u:.1f} %"
+    return _told(words, _coverage(made), alike, *metal)
+
+
+def _in_metal() -> dict[str, tuple[str, str]]:
+    """By family: share of NIST's points inside the bands, with the prior and without."""
+    each = [(part.family.name, held("", part, corrected(part))) for part in nist_parts()]
+    told = {}
+    for name in dict.fromkeys(family for family, _ in each):
+        all_of_it = together(name, [one for family, one in each if family == name])
+        told[name] = (f"{100 * all_of_it.inside:.1f} %", f"{100 * all_of_it.inside_without_prior:.1f} %")
+    return told
 
 
 def shares(parts: int) -> str:
@@ -111,7 +142,7 @@ def shares(parts: int) -> str:
     for name, follow in itertools.product(PARTS, ("place", "nose")):
         cells = []
         for repeats, exact in itertools.product((Repeatability(FINEST_UM / 1000, 1.0), still), (False, True)):
-            workshop = nist(repeats)
+            workshop = nist(repeats, SAME)
             if exact:
                 workshop = replace(workshop, probe=replace(workshop.probe, range_x_mm=0.0, range_z_mm=0.0))
             one = partial(_left_mm, _trial(name, follow), workshop)
@@ -132,14 +163,14 @@ def _left_mm(trial: Trial, workshop: Workshop, seed: int) -> Array:
     return simulate(trial, workshop, seed).finish_truth_mm
 
 
-def _trial(name: str, errors_follow: str = "nose") -> Trial:
+def _trial(name: str, errors_follow: str = "nose", between: BetweenCuts = NONE) -> Trial:
     inputs = read_inputs(ROOT / "examples" / name / "job.toml").inputs
-    options = replace(inputs.options, errors_follow=errors_follow, between_cuts=NONE)
+    options = replace(inputs.options, errors_follow=errors_follow, between_cuts=between)
     return trial_of(replace(inputs, options=options))
 
 
 def _made(trial: Trial, repeatability: Repeatability, parts: int) -> Study:
-    return study(trial, nist(repeatability), parts, first_seed=FIRST_SEED, workers=os.cpu_count() or 1)
+    return study(trial, nist(repeatability, SAME), parts, first_seed=FIRST_SEED, workers=os.cpu_count() or 1)
 
 
 def _relative(made: Study, way: str, sigma_um: float) -> str:

@@ -169,6 +169,7 @@ class Code(StrEnum):
     SIM_FILE = "SIM-FILE"  # a machine file that is missing or wrong
     SIM_ALLOWANCE = "SIM-ALLOWANCE"  # nothing left on for the finish cut
     SIM_NOSE = "SIM-NOSE"  # a worn nose that is no nose, or another than the job's
+    SIM_TRANSFER = "SIM-TRANSFER"  # what the finish cut does otherwise, by tables that do not go together
     SIM_MILL = "SIM-MILL"  # a surface's job that the virtual mill cannot cut
 
     # CTL: controls and what they write

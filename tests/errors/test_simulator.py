@@ -17,6 +17,7 @@ from trueloop.loops.simulated import workshop_and_trial
 from trueloop.loops.simulated_surface import surface_trial
 from trueloop.loops.surface_inputs import read_surface_inputs
 from trueloop.simulator.nose import Nose
+from trueloop.simulator.transfer import Transfer
 
 LOOP = EXAMPLES / "loop"
 
@@ -43,6 +44,7 @@ def _no_program_to_mill() -> None:
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SIM_FILE: lambda: _machine('preset = "nist"\n[process]\nalong_um = -1\n'),
     Code.SIM_NOSE: lambda: Nose(0.8, (0.0, 0.3, 0.6), (0.0, 0.08, 0.0)),
+    Code.SIM_TRANSFER: lambda: Transfer((0.5, 0.2), (0.001, 0.002)),
     Code.SIM_ALLOWANCE: lambda: workshop_and_trial(EXAMPLES / "linuxcnc" / "job.toml", None),
     Code.SIM_MILL: _no_program_to_mill,
     Code.CTL_LINUXCNC: _without_linuxcnc,

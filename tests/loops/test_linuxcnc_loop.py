@@ -27,6 +27,7 @@ from trueloop.geometry.feature import Array
 from trueloop.loops.simulated import simulate, workshop_and_trial
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.process import Repeatability
+from trueloop.simulator.transfer import SAME
 
 UM = 1e-3
 LOOP = EXAMPLES / "loop"
@@ -34,7 +35,7 @@ LOOP = EXAMPLES / "loop"
 
 def exact(workshop: Workshop) -> Workshop:
     """A process and probe that repeat: what differs between the loops is then the controller alone."""
-    machine = replace(workshop.machine, repeatability=Repeatability())
+    machine = replace(workshop.machine, repeatability=Repeatability(), transfer=SAME)
     return replace(workshop, machine=machine, probe=replace(workshop.probe, range_x_mm=0.0, range_z_mm=0.0))
 
 
@@ -132,8 +133,12 @@ def _loop(name: str) -> "subprocess.Popen[str]":
         "linuxcnc",
         "loop",
         str(LOOP / "modbas2.toml"),
+        "--machine",
+        str(folder.parent / "alike.toml"),
         "--json",
     ]
+    alike = (LOOP / "machine.toml").read_text() + "\n[transfer]\n"  # the finish cut does as the semi-finish cut did
+    Path(command[-2]).write_text(alike)
     pipe = subprocess.PIPE
     environment = os.environ | {"TMPDIR": str(folder)}
     return subprocess.Popen(command, env=environment, stdout=pipe, stderr=pipe, text=True, start_new_session=True)

@@ -16,6 +16,7 @@ from trueloop.loops.study import Study, study
 from trueloop.simulator.machine_error import ErrorTerm, MachineError
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
+from trueloop.simulator.transfer import SAME
 
 PARTS = ("facetst", "modbas2", "piecs11")
 UM = 1e-3
@@ -31,7 +32,7 @@ def exact(
     error: MachineError | None = None, temperatures_c: tuple[float, float, float] = (20.0, 20.0, 20.0)
 ) -> Workshop:
     """The NIST machine with a process and a probe that repeat."""
-    base = nist(Repeatability())
+    base = nist(Repeatability(), SAME)
     machine = replace(base.machine, error=error or MachineError())
     probe = replace(base.probe, range_x_mm=0.0, range_z_mm=0.0)
     return Workshop(machine, probe, base.cmm, temperatures_c)
@@ -96,7 +97,7 @@ def test_the_probe_is_calibrated_for_the_part_and_a_margin() -> None:
 def test_a_calibration_over_little_more_than_the_part_spoils_it() -> None:
     """FACETST is touched from 0° to 90°. Calibrated over 110° instead of 180°, ball, lobing and the sphere's centre are
     told apart so badly that the part comes out several times as far off, by the probe's scatter alone."""
-    workshop = nist(Repeatability())
+    workshop = nist(Repeatability(), SAME)
     narrow = replace(workshop, probe=replace(workshop.probe, calibrated_rad=(np.radians(-10.0), np.radians(100.0))))
     wide, spoiled = (
         np.concatenate([simulate(trial("facetst"), one, seed).finish_truth_mm for seed in range(10)])
@@ -160,7 +161,7 @@ BEST_POSSIBLE = np.sqrt(2.0)
 def studies() -> dict[tuple[str, float], Study]:
     """200 parts of each family: 50 at every repeatability. Their errors are known to follow the nose."""
     return {
-        (name, sigma): study(worn(name), nist(Repeatability(sigma, 1.0)), EACH, first_seed=1000)
+        (name, sigma): study(worn(name), nist(Repeatability(sigma, 1.0), SAME), EACH, first_seed=1000)
         for name in PARTS
         for sigma in SIGMAS_MM
     }

@@ -61,6 +61,12 @@ class Budget:
         """The same at some of the places."""
         return _of_causes(_causes(self)[:, places], self.degrees_of_freedom)
 
+    @property
+    def alike(self) -> "Budget":
+        """The same were the two cuts alike but for their scatter."""
+        zero = np.zeros_like(self.common_mm)
+        return replace(self, common_mm=zero, along_mm=zero)
+
     def with_more(self, curve_mm: Array) -> "Budget":
         """With a further uncertainty of the curve, (n,)."""
         return replace(self, curve_mm=np.hypot(self.curve_mm, curve_mm))

@@ -16,6 +16,7 @@ from trueloop.simulator.nose import Nose
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
+from trueloop.simulator.transfer import Transfer
 from trueloop.units import MM_PER_M, UM_PER_MM, URAD_PER_RAD
 
 Power = Annotated[int, Field(ge=0, le=6, strict=True)]
@@ -37,6 +38,13 @@ class ProcessTable(Table):
     cut_to_cut_um: NotNegative = 0.0
     tool_offset_x_um: Finite = 0.0
     tool_offset_z_um: Finite = 0.0
+
+
+class TransferTable(Table):
+    """What the finish cut does otherwise than the cuts before it: error over contact angle, negative: more taken."""
+
+    contact_angle_deg: tuple[Finite, ...] = ()
+    error_um: tuple[Finite, ...] = ()
 
 
 class DeflectionTable(Table):
@@ -122,6 +130,7 @@ class VirtualMachineFile(Table):
     preset: Literal["nist"] | None = None
     nose: NoseTable | None = None
     process: ProcessTable | None = None
+    transfer: TransferTable | None = None
     deflection: DeflectionTable | None = None
     backlash: BacklashTable | None = None
     error: tuple[ErrorTermTable, ...] = ()
@@ -154,6 +163,8 @@ def workshop_of(file: VirtualMachineFile) -> Workshop:
         machine = replace(machine, nose=Nose(file.nose.radius_mm, angles, wear_mm))
     if file.process is not None:
         machine = _with_process(machine, file.process)
+    if file.transfer is not None:
+        machine = replace(machine, transfer=_transfer(file.transfer))
     if file.deflection is not None:
         machine = replace(machine, deflection=_deflection(file.deflection))
     if file.backlash is not None:
@@ -175,6 +186,11 @@ def _with_process(machine: VirtualMachine, table: ProcessTable) -> VirtualMachin
     repeatability = Repeatability(table.along_um / UM_PER_MM, table.correlation_mm, table.cut_to_cut_um / UM_PER_MM)
     offset_mm = (table.tool_offset_x_um / UM_PER_MM, table.tool_offset_z_um / UM_PER_MM)
     return replace(machine, tool_offset_mm=offset_mm, repeatability=repeatability)
+
+
+def _transfer(table: TransferTable) -> Transfer:
+    angles = tuple(math.radians(angle) for angle in table.contact_angle_deg)
+    return Transfer(angles, tuple(error / UM_PER_MM for error in table.error_um))
 
 
 def _deflection(table: DeflectionTable) -> Deflection:

@@ -171,8 +171,8 @@ def finishing_machine(workshop: Workshop, correction: Correction) -> VirtualMach
 def finish_along(
     workshop: Workshop, machine: VirtualMachine, paths: Sequence[CentrePath], semifinished: Stock, seed: int
 ) -> Stock:
-    """The finish cut along any paths; its random errors depend on the seed alone."""
-    return machine.cut(semifinished, paths, random_of(seed, 1), workshop.temperatures_c[2])
+    """The finish cut along any paths, with what it does otherwise; its random errors depend on the seed alone."""
+    return machine.cut(semifinished, paths, random_of(seed, 1), workshop.temperatures_c[2], machine.transfer)
 
 
 def probe_part(

@@ -31,7 +31,8 @@ STEP_MM: Final = 0.02
 class StudyPart:
     """True residuals of one part at its gauging points, (n,), mm, by way of correcting, and what was promised.
 
-    `expanded_u_mm` (n,) is the half width of the predicted 95 % band of the loop's own residual about zero.
+    `expanded_u_mm` (n,) is the half width of the predicted 95 % band of the loop's own residual about zero,
+    `alike_u_mm` the same without what is assumed to differ between the cuts.
     """
 
     loop_mm: Array
@@ -39,6 +40,7 @@ class StudyPart:
     raw_mm: Array
     uncorrected_mm: Array
     expanded_u_mm: Array
+    alike_u_mm: Array
 
 
 @dataclass(frozen=True)
@@ -59,16 +61,26 @@ class Study:
     @property
     def coverage(self) -> float:
         """Share of true residuals inside the predicted 95 % band."""
-        return float(np.mean(self._inside))
+        return float(np.mean(self.inside("expanded_u_mm")))
 
     @property
     def coverage_u(self) -> float:
         """Standard uncertainty of that share, from how the parts differ."""
-        return _u_of_mean(self._inside)
+        return _u_of_mean(self.inside("expanded_u_mm"))
 
     @property
-    def _inside(self) -> Array:
-        return np.array([np.mean(np.abs(part.loop_mm) <= part.expanded_u_mm) for part in self.parts])
+    def coverage_alike(self) -> float:
+        """Share inside bands that take the two cuts for alike."""
+        return float(np.mean(self.inside("alike_u_mm")))
+
+    @property
+    def coverage_alike_u(self) -> float:
+        """Standard uncertainty of that share."""
+        return _u_of_mean(self.inside("alike_u_mm"))
+
+    def inside(self, band: str) -> Array:
+        """Share of each part's true residuals inside `expanded_u_mm` or `alike_u_mm`."""
+        return np.array([np.mean(np.abs(part.loop_mm) <= getattr(part, band)) for part in self.parts])
 
 
 def _u_of_mean(values: Array) -> float:
@@ -110,6 +122,7 @@ def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
         raw_mm=finished([raw]),
         uncorrected_mm=finished(trial.finish),
         expanded_u_mm=loop.prediction.expanded_u_mm,
+        alike_u_mm=loop.prediction.budget.alike.expanded_u_mm,
     )
 
 

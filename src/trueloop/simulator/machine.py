@@ -11,13 +11,15 @@ from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import CentrePath
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.simulator.stock import Stock, sweep
+from trueloop.simulator.transfer import SAME, Transfer
 
 
 @dataclass(frozen=True)
 class VirtualMachine:
     """One machine with one tool. Everything that makes its parts wrong is known.
 
-    `tool_offset_mm` (x as a radius, z) is by how much the tool was set wrongly.
+    `tool_offset_mm` (x as a radius, z) is by how much the tool was set wrongly; `transfer` what the finish cut does
+    otherwise than the cuts before it.
     """
 
     nose: Nose
@@ -26,6 +28,7 @@ class VirtualMachine:
     deflection: Deflection = field(default_factory=Deflection)
     backlash: Backlash = field(default_factory=Backlash)
     error: MachineError = field(default_factory=MachineError)
+    transfer: Transfer = SAME
 
     def cut(
         self,
@@ -33,14 +36,19 @@ class VirtualMachine:
         paths: Sequence[CentrePath],
         rng: np.random.Generator,
         temperature_c: float = REFERENCE_C,
+        transfer: Transfer = SAME,
     ) -> Stock:
         """The stock after the nose was commanded along these paths: one cut of the process.
 
         The actual path is the commanded one with play, machine error, wrong setting, what gives way under the force,
-        and what does not repeat; the surface is the envelope of the nose along it.
+        what this cut does otherwise (`transfer`), and what does not repeat; the surface is the envelope of the nose
+        along it.
         """
         cut_mm = self.repeatability.draw_cut_mm(rng)
-        return stock.cut_by([sweep(self._actual(path, stock, cut_mm, rng, temperature_c), self.nose) for path in paths])
+        actual = (
+            self._actual(path, stock, cut_mm, rng, temperature_c) + transfer.displacement_mm(path) for path in paths
+        )
+        return stock.cut_by([sweep(at, self.nose) for at in actual])
 
     def _actual(
         self, path: CentrePath, stock: Stock, cut_mm: Array, rng: np.random.Generator, temperature_c: float
