@@ -19,6 +19,10 @@ HEADINGS = (
 )  # fmt: skip
 
 
+STAYS_MM = 5e-5
+"""A cut that moves by less stays where it is."""
+
+
 def verdict(correction: Correction) -> str:
     """What to cut with and what to expect: at the touches, and of features without any (HTML)."""
     touches, prediction = correction.touches, correction.prediction
@@ -58,14 +62,17 @@ def untouched_words(correction: Correction) -> Iterator[str]:
 def expected_words(correction: Correction, outcome: Outcome) -> str:
     """Expected error and its expanded uncertainty in µm; a feature that is left as programmed is called so."""
     u = plain(outcome.expanded_u_mm * UM_PER_MM)
-    if not outcome.touched and is_left(correction, outcome.index):
+    if is_left(correction, outcome.index):
         return f"left as programmed ± {u} µm"
     return f"{signed(outcome.expected_mm * UM_PER_MM)} ± {u} µm"
 
 
 def is_left(correction: Correction, index: int) -> bool:
-    """Whether a feature's cut stays as programmed because nothing is known of its error."""
-    return correction.model.curves[index].unsupported and not correction.by_offset[index]
+    """Whether a feature's cut stays as programmed because nothing is known of its error: no offset moves it either."""
+    feature = correction.profile.features[index]
+    normals = feature.outward_normal(np.linspace(0.0, feature.length_mm, 17))
+    moved = normals @ np.array(correction.decision.offset_mm) * correction.by_offset[index]
+    return correction.model.curves[index].unsupported and bool(np.max(np.abs(moved)) < STAYS_MM)
 
 
 def _name(correction: Correction, outcome: Outcome) -> str:
@@ -100,10 +107,12 @@ def kind_of_correction(correction: Correction, index: int) -> str:
     """How a feature's error is described and corrected, in a few words."""
     curve = correction.model.curves[index]
     touches = len(correction.touches.of_feature(index))
+    if is_left(correction, index):
+        return "not touched: left as programmed"
     if correction.by_offset[index]:
         return "constant offset"
     if touches == 0:
-        return "not touched: left as programmed" if curve.unsupported else "not touched: estimated"
+        return "not touched: estimated"
     if curve.spline.degree == 0:
         return "one touch: constant" if touches == 1 else "constant"
     if curve.spline.degree == 1:
