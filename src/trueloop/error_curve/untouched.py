@@ -42,6 +42,9 @@ to 17 µm on nine, 30 µm on one whose taper looks falsified): the prior spread 
 NOISE_MM: Final = 0.0015
 """Scatter of one touch about all this, by process and probe."""
 
+TOGETHER_RAD: Final = math.radians(1.0)
+"""Touches of an arc this close count as one: the form of the nose differs by 1 µm within it."""
+
 SUPPORTED: Final = 0.1
 """A feature of whose variance the touches explain less than this stays as programmed: nothing is known of it."""
 
@@ -91,7 +94,10 @@ def expect(profile: Profile, vectors: ErrorVectors, angle_rad: Array, feature: i
 
 @dataclass(frozen=True)
 class _Observed:
-    """What was touched: every touch of an arc, and the mean of each line's; all (n,)."""
+    """What was touched: means of each line, and of each arc within `TOGETHER_RAD`; all (n,).
+
+    A scan of thousands of points thus stays a matter of some hundred numbers.
+    """
 
     feature: NDArray[np.intp]
     angle_rad: Array
@@ -105,10 +111,10 @@ def _observed(profile: Profile, vectors: ErrorVectors) -> _Observed:
     noise = np.hypot(vectors.standard_u_mm, NOISE_MM)
     for feature in np.unique(vectors.feature_index).tolist():
         mine = vectors.of_feature(feature)
-        parts = [[k] for k in mine] if isinstance(profile.features[feature], Arc) else [mine]
-        for part in parts:
+        degree = np.floor(angle[mine] / TOGETHER_RAD) * isinstance(profile.features[feature], Arc)
+        for part in (mine[degree == one] for one in np.unique(degree)):
             of_mean = float(np.sqrt(np.mean(noise[part] ** 2) / len(part)))
-            rows.append((feature, float(angle[part[0]]), float(np.mean(vectors.error_mm[part])), of_mean))
+            rows.append((feature, float(np.mean(angle[part])), float(np.mean(vectors.error_mm[part])), of_mean))
     columns = np.array(rows)
     return _Observed(columns[:, 0].astype(np.intp), columns[:, 1], columns[:, 2], columns[:, 3])
 

@@ -175,3 +175,17 @@ def test_ninety_five_per_cent_of_errors_drawn_from_the_prior_lie_inside() -> Non
             u = math.sqrt(found.covariance_mm2[0, 0]) / UM
             inside.append(abs(error[feature] - found.mean_mm[0] / UM) < 1.96 * u)
     assert 0.93 < np.mean(inside) < 0.985
+
+
+def test_a_scanned_arc_says_what_its_means_say() -> None:
+    """5000 points on a quarter of a circle: a dX of 20 µm, told to the face of the same angle and to no other."""
+    features: list[Feature] = [
+        Arc("ball", (20.0, -20.0), (0.0, 0.0), (0.0, -20.0), math.pi / 2),
+    ]
+    neck: list[Feature] = [Line("collar", (30.0, -60.0), (30.0, -40.0)), Line("step", (30.0, -40.0), (20.0, -40.0))]
+    profile = checked_profile([*neck, Line("neck", (20.0, -40.0), (20.0, -20.0)), *features])
+    vectors = touched(profile, [0, 0, 0, 5000], lambda points, normals: 0.02 * normals[:, 0])
+    for feature, angle_deg, low, high in ((0, 90.0, 12.0, 20.0), (1, 0.0, -3.0, 3.0)):
+        found = expect(profile, vectors, np.array([math.radians(angle_deg)]), feature)
+        assert low < found.mean_mm[0] / UM < high
+        assert BETWEEN < math.sqrt(found.covariance_mm2[0, 0]) / UM < 25.0
