@@ -110,6 +110,7 @@ def test_a_turned_part(tmp_path: Path) -> None:
         arcs="lines",
         errors_follow="nose",
         limits=Limits(0.120, 0.030, 0.008, 12.0),
+        tool=1,
     )
 
 
