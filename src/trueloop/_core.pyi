@@ -79,8 +79,12 @@ class NcProgram:
         trace: bool = ...,
         work_offsets: list[tuple[int, tuple[float, float, float]]] = ...,
         roughing: bool = ...,
-    ) -> tuple[dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]]]:
-        """Columns of the moves, columns of the modal states, findings."""
+    ) -> tuple[
+        dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]], tuple[int, bool] | None
+    ]:
+        """Columns of the moves, columns of the modal states, findings; the block that states the unit before any
+        length, and whether it is the inch.
+        """
 
 # nc-map: a field applied to a program
 
@@ -93,11 +97,13 @@ def nc_survey(
     list[tuple[str, int]],
     tuple[int | None, int | None, int | None, int | None],
     bool,
+    int,
+    str,
 ]:
     """Of whole lines: the number of blocks, whether one may send its run elsewhere (a loop, a call, a contour by
     number), which of X, Y and Z are named, the block in which each letter is first met, and those that first set an
     offset by G10, first set the position register, first go to a place of the machine, and first make a spline or a
-    tangent arc; and whether decimal commas are written.
+    tangent arc; whether decimal commas are written; how many decimals coordinates have; the letters of rotary axes.
     """
 
 def nc_mentions(text: bytes, word: bytes) -> bool:
@@ -105,6 +111,9 @@ def nc_mentions(text: bytes, word: bytes) -> bool:
 
 def nc_writes_comma(program: NcProgram) -> bool:
     """Whether a program of Klartext writes decimal commas."""
+
+def nc_written_decimals(program: NcProgram) -> int:
+    """How many decimals the coordinates of a program have, nine at most."""
 
 def nc_number(steps: int, step: float, dialect: str, comma: bool) -> str:
     """The number of that many steps of that size in program units, as one that is new."""
@@ -165,6 +174,9 @@ class NcMapper:
         slope: float,
         tools: list[tuple[int | None, float, int | None, float | None, tuple[float, float, float] | None, int | None]],
         work_offsets: list[tuple[int, tuple[float, float, float]]],
+        inch: bool | None,
+        rotary: str,
+        decimals: int,
     ) -> NcMapper: ...
     @property
     def failed_at(self) -> tuple[int, int]:
@@ -174,8 +186,10 @@ class NcMapper:
         """What the next bytes give; code, message, hint, line, column of what it is refused for."""
 
     def finish(self) -> tuple[bytes, tuple[str, str, str, int, int] | None]: ...
-    def summary(self) -> tuple[int, int, int, int, tuple[float, float, float], int, int, int]:
-        """Blocks, moves, edits, blocks added, largest displacement, blocks not run, line of the first."""
+    def summary(self) -> tuple[int, int, int, int, tuple[float, float, float], int, int, int, tuple[int, bool] | None]:
+        """Blocks, moves, edits, blocks added, largest displacement, blocks not run, line of the first, line at which a
+        roughed contour turns back; the line that states the unit before any length, and whether it is the inch.
+        """
 
 # envelope: the surface that a swept nose leaves
 

@@ -84,7 +84,9 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
         _readings({"X": np.zeros(9)}, T1=np.arange(9.0), T2=2 * np.arange(9.0) - 20),
     ),
     Code.MCH_OUTLIER: _outlier,
-    Code.MCH_PROGRAM: lambda: displace_points(read_program(b"G91\nX1. Y1.\n", "linuxcnc"), QuadrupoleField(1e-5, 0.0)),
+    Code.MCH_PROGRAM: lambda: displace_points(
+        read_program(b"G21 G91\nX1. Y1.\n", "linuxcnc"), QuadrupoleField(1e-5, 0.0)
+    ),
     Code.MCH_FRAME: lambda: _placed("G21 G55 G1 X10. F100\n"),
     Code.MCH_TRAVEL: lambda: _placed("G21 G54 G1 X600. F100\n"),
     Code.MCH_RANGE: lambda: _placed("G21 G54 G1 X10. F100\n", T1=45.0),

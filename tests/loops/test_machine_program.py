@@ -158,7 +158,7 @@ def test_an_arc_by_its_radius_keeps_to_the_displaced_circle(radius: str) -> None
     [
         ("linuxcnc", "G21 G52 X-30\n", "G1 X50. Y0 F100\n", "G1 X49.97300 Y0 F100"),
         ("siemens", "G71\nTRANS X-30\n", "G1 X50 Y0 F100\n", "G1 X49.9730 Y0 F100"),
-        ("heidenhain", "1 CYCL DEF 7.1 X-30\n", "2 L X+50 Y+0 F100\n", "2 L X+49.9730 Y+0 F100"),
+        ("heidenhain", "0 BEGIN PGM A MM\n1 CYCL DEF 7.1 X-30\n", "2 L X+50 Y+0 F100\n", "2 L X+49.9730 Y+0 F100"),
     ],
 )
 def test_a_shift_of_the_programs_own_is_no_place_of_the_machine(dialect: str, shift: str, cut: str, line: str) -> None:

@@ -258,16 +258,17 @@ def test_a_thread_in_passes_is_refused_even_where_nothing_is_left_to_the_control
 @pytest.mark.parametrize(
     ("dialect", "text"),
     [
-        ("fanuc-mill", "G21G17G90F1\nG1X10.Y0Z0\nG3X10.0Y0.00004I-10.J0\nG1X0\n"),
-        ("fanuc-mill", "G21G17G90F1\nG1X10.Y0Z0\nG3X10.0Y0.00004R10.\nG1X0\n"),
-        ("siemens", "G71G17G90F1\nG1X10Y0Z0\nG3X10Y0.00004I-10J0\nG1X0\n"),
-        ("heidenhain", "BEGIN PGM A MM\nL X+10 Y+0 Z+0 F1\nC X+10 Y+0,00004 DR+\nL X+0\n"),
+        ("fanuc-mill", "G21G17G90F1\nG1X10.Y0Z0\nG3X10.0Y0.001I-10.J0\nG1X0\n"),
+        ("fanuc-mill", "G21G17G90F1\nG1X10.Y0Z0\nG3X10.0Y0.001R10.\nG1X0\n"),
+        ("siemens", "G71G17G90F1\nG1X10Y0Z0\nG3X10Y0.001I-10J0\nG1X0\n"),
+        ("heidenhain", "BEGIN PGM A MM\nL X+10 Y+0 Z+0 F1\nC X+10 Y+0,001 DR+\nL X+0\n"),
     ],
 )
 def test_an_arc_shorter_than_the_rounding_becomes_no_circle(tmp_path: Path, dialect: str, text: str) -> None:
     text = text.replace("C X", "CC X+0 Y+0\nC X")
-    assert abs(read_program(text.encode(), dialect).run().sweep_rad).max() == pytest.approx(4e-6)
-    refusal = refused(mapped, tmp_path, text, affine_field(np.eye(3), (0.0, 0.01796, 0.0)), dialect)
+    assert abs(read_program(text.encode(), dialect).run().sweep_rad).max() == pytest.approx(1e-4)
+    flattened = affine_field(np.diag([1.0, 0.04, 1.0]), (0.0, 0.01796, 0.0))
+    refusal = refused(mapped, tmp_path, text, flattened, dialect)
     assert refusal.code is Code.NC_MAP and refusal.place.line == text.count("\n") - 1
     assert "would turn by 360.000 degrees" in refusal.message
     assert not (tmp_path / "mapped.ngc").exists()

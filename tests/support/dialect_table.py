@@ -164,11 +164,11 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G42 D01 G01 X9. F1.",
     ),
     "Work offsets chosen and set": _for(
-        heidenhain="1 CYCL DEF 7.0 DATUM\n2 CYCL DEF 7.1 X+1",
+        heidenhain="0 BEGIN PGM A MM\n1 CYCL DEF 7.0 DATUM\n2 CYCL DEF 7.1 X+1",
         siemens="G505",
-        linuxcnc="G10 L2 P2 X1\nG55",
-        lathe="G10 L2 P2 X1.\nG55",
-        mill="G10 L2 P2 X1.\nG55",
+        linuxcnc="G21 G10 L2 P2 X1\nG55",
+        lathe="G21 G10 L2 P2 X1.\nG55",
+        mill="G21 G10 L2 P2 X1.\nG55",
     ),
     "Position register, machine position": _for(
         heidenhain="0 BEGIN PGM A MM\n1 L Z+0 FMAX M91",
@@ -185,7 +185,7 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Lengths of tools that are given (G43)": _for(linuxcnc="G43 H1", mill="G43 H01"),
     "Offsets of tools that are given (T0101)": _for(lathe="T0101"),
     "Further work offsets (G54.1 P1)": _for(mill="G54.1 P1", haas_mill="G154 P1", haas_lathe="G154 P1"),
-    "Offset data (G10)": _for(linuxcnc="G10 L1 P1 X1", lathe="G10 P1 X.01", mill="G10 L10 P1 R1."),
+    "Offset data (G10)": _for(linuxcnc="G21 G10 L1 P1 X1", lathe="G21 G10 P1 X.01", mill="G21 G10 L10 P1 R1."),
     "Polar coordinates in the plane": _for(
         heidenhain="0 BEGIN PGM A MM\n1 CC X+0 Y+0\n2 LP PR+5 PA+30 F9",
         siemens="G71 G111 X0 Y0\nG1 AP=30 RP=5 F9",
@@ -203,8 +203,8 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
     "Further axes, polar interpolation": _for(
         heidenhain="0 BEGIN PGM A MM\n1 L C+90 F100",
         siemens="G71 G1 C90 F1",
-        lathe="G12.1\nG01 C90. F1.",
-        mill="G01 A90. F1.",
+        lathe="G21 G12.1\nG01 C90. F1.",
+        mill="G21 G01 A90. F1.",
     ),
 }
 

@@ -34,7 +34,7 @@ pub use mention::mentions;
 pub use refusal::Refusal;
 pub use role::{first_blocks, letters, named_axes};
 pub use standing::{said, Saying};
-pub use text::{writes_comma, Step};
+pub use text::{writes_comma, written_decimals, Step};
 pub use value::with_term;
 
 /// No machine is longer, mm: beyond it lies a slip in the field, and soon what no number of steps can say.
@@ -60,6 +60,8 @@ pub struct Surveyed {
     pub named: [bool; 3],
     /// It writes decimal commas, as [`writes_comma`] says.
     pub comma: bool,
+    /// Decimals of its coordinates, as [`written_decimals`] says, or more where they are asked for.
+    pub decimals: usize,
 }
 
 /// What was done, over all parts.
@@ -81,6 +83,8 @@ pub struct Summary {
     pub first_not_run: usize,
     /// Line at which a contour that is roughed as well turns back since it is displaced; 0 where none does.
     pub turns_back: usize,
+    /// The line that states the unit before any length, and whether it is the inch.
+    pub unit_stated: Option<(usize, bool)>,
 }
 
 /// A field on its way through a program.
@@ -98,6 +102,8 @@ struct Writing {
     whole: bool,
     /// It writes decimal commas.
     comma: bool,
+    /// So many decimals are written at least.
+    decimals: usize,
     carried: Vector,
     drilling: Drilling,
     standing: [Standing; 3],
@@ -111,11 +117,12 @@ struct Writing {
 impl Mapper {
     /// Before the first bytes; `surveyed` is what was found of the whole program.
     pub fn new(dialect: &'static Dialect, options: Options, limits: Limits, surveyed: Surveyed) -> Self {
-        let Surveyed { whole, named, comma } = surveyed;
+        let Surveyed { whole, named, comma, decimals } = surveyed;
         let writing = Writing {
             limits: Limits { size_mm: limits.size_mm.min(MOST_MM), ..limits },
             whole,
             comma,
+            decimals,
             carried: [0.0; 3],
             drilling: Drilling::default(),
             standing: standing::at_start(named),

@@ -58,7 +58,7 @@ impl Writing {
         let Part { program, path, roles, .. } = &*part;
         let courses = self.courses(program, path, roles)?;
         let displaced: Vec<usize> = (0..path.len()).filter(|index| courses[*index].fate != Fate::Stays).collect();
-        let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma));
+        let steps = [false, true].map(|inch| Step::new(program.dialect(), inch, self.comma, self.decimals));
         let flat_mm = program.dialect().about_pole.then(|| [steps[0].unit / 2.0, 25.4 * steps[1].unit / 2.0]);
         let geometry = Geometry::new(path, &mut self.travel, field.knows_travel(), flat_mm);
         let arrives = |index: usize| courses[index].fate == Fate::Arrives;
@@ -90,6 +90,8 @@ impl Writing {
             self.summary.turns_back = self.summary.blocks + block + 1;
         }
         (self.carried, self.drilling) = (writer.carried, writer.drilling);
+        let stated = path.unit_stated.map(|(block, inch)| (self.summary.blocks + block + 1, inch));
+        self.summary.unit_stated = self.summary.unit_stated.or(stated);
         writer.edits.apply(program.source(), part.end, out);
         self.summary.blocks += part.until;
         Ok(())
@@ -112,6 +114,7 @@ impl Writing {
             let fate = fate(path, index, role, before, self.standing);
             if matches!(fate, Fate::Displaced | Fate::Arrives) && path.kind[index] != MoveKind::Rapid {
                 require_said(program, path, index, before, self.standing)?;
+                require_unturned(program, path, index)?;
             }
             courses.push(Course { fate, standing: before });
         }
@@ -260,6 +263,24 @@ pub(crate) fn require_said(
         message,
         "name X, Y and Z by absolute positions before the first cut, and after each way home and change of tool or offset",
     ))
+}
+
+/// A displacement along X, Y and Z is none of a part that a rotary axis has turned.
+fn require_unturned(program: &Program, path: &ToolPath, index: usize) -> Result<(), Refused> {
+    let letter = path.origins[path.state[index] as usize].turned;
+    if letter == 0 {
+        return Ok(());
+    }
+    let axis = if letter == b'o' { "a rotary axis".to_owned() } else { char::from(letter).to_string() };
+    let block = path.block[index] as usize;
+    let at = program.blocks().get(block).map_or(0, |block| block.start as usize);
+    let end = position(&path.end[index]);
+    let message = format!(
+        "{axis} does not stand at 0 degrees, or is not known to, in the cut to {end}: the displacement is not turned with it"
+    );
+    let hint =
+        "displace what is cut with rotary axes at 0, said by a position before the first cut, in a program of its own";
+    Err(Refused::block(at, message, hint))
 }
 
 /// A move that stays: the axes it takes to a place of the machine, or to a position, are there without displacement.

@@ -92,7 +92,7 @@ fn require_known(
     end: usize,
 ) -> Result<(), Refused> {
     let refuses = |found: &Finding| match (found.severity, found.code) {
-        (Severity::Error, _) | (Severity::Warning, finding::OPAQUE | finding::DIAMETER) => true,
+        (Severity::Error, _) | (Severity::Warning, finding::OPAQUE | finding::DIAMETER | finding::UNIT) => true,
         (_, finding::OPAQUE) => {
             let block = program.block_at(found.at);
             let cycle = roles.get(&block) == Some(&Role::Cycle);

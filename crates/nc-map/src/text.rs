@@ -1,9 +1,15 @@
 //! Numbers as text, in steps of the control's resolution.
 
-use nc_program::dialect::{FlowStyle, Naming};
+use nc_program::dialect::{FlowStyle, Letters, Naming};
 use nc_program::{Dialect, Program, WordKind};
 
 use crate::value::closes_at_end;
+
+/// Letters of coordinates.
+const LENGTHS: Letters = Letters::of(b"XYZUVWIJKR");
+
+/// No control resolves more.
+const MOST_DECIMALS: usize = 9;
 
 /// The smallest programmable step in a program unit, how many decimals it has, and how numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +27,10 @@ pub struct Step {
 }
 
 impl Step {
-    /// Of an inch or a metric program; `comma` as [`writes_comma`] says.
-    pub fn new(dialect: &Dialect, inch: bool, comma: bool) -> Self {
+    /// Of an inch or a metric program; `comma` as [`writes_comma`] says; with so many decimals at least.
+    pub fn new(dialect: &Dialect, inch: bool, comma: bool, decimals: usize) -> Self {
         let unit = if inch { dialect.resolution.0 } else { dialect.resolution.1 };
-        Self::of(dialect, unit, comma)
+        Self::of(dialect, unit.min(10f64.powi(-(decimals.min(MOST_DECIMALS) as i32))), comma)
     }
 
     /// Of that size, in program units: a program may write finer than its control resolves.
@@ -126,6 +132,21 @@ impl Step {
             out.push(close);
         }
     }
+}
+
+/// How many decimals the coordinates of a program have, nine at most: a correction is never coarser than they are.
+pub fn written_decimals(program: &Program) -> usize {
+    let mut most = 0;
+    for word in program.words() {
+        if word.kind == WordKind::Number && LENGTHS.has(word.letter) && usize::from(word.length) > most + 2 {
+            let point = |text: &[u8]| memchr::memchr2(b'.', b',', text);
+            let text = program.text(word);
+            let decimals =
+                point(text).map_or(0, |at| text[at + 1..].iter().filter(|byte| byte.is_ascii_digit()).count());
+            most = most.max(decimals);
+        }
+    }
+    most.min(MOST_DECIMALS)
 }
 
 /// Whether a program of Klartext writes decimal commas.

@@ -14,7 +14,7 @@ use crate::tool::{Called, NONE_CALLED};
 
 /// What a block does besides setting modes.
 #[derive(Clone, Copy, PartialEq)]
-enum Action {
+pub(crate) enum Action {
     /// Its coordinates are a move; in machine coordinates if true.
     Motion(bool),
     SetRegister,
@@ -47,6 +47,9 @@ impl Runner<'_> {
             self.check_groups(request);
         }
         let action = self.apply_codes(request);
+        if !self.state.unit.is_used {
+            self.look_for_lengths(request, action);
+        }
         if !matches!(action, Action::CallMacro(_) | Action::ModalMacro(_)) {
             self.check_sign(request);
             self.apply_feed_speed_tool(request, action);
@@ -56,6 +59,7 @@ impl Runner<'_> {
                 self.state.store.set(key, value);
             }
         }
+        let turns = self.turn(request, action);
         match action {
             Action::Motion(in_machine) => {
                 let before = self.path.len();
@@ -86,6 +90,9 @@ impl Runner<'_> {
             Action::Profile(profile, word) => self.profile_cycle(request, profile, word),
             Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
+        }
+        if turns {
+            self.state.frame.rotary.settle();
         }
         self.jump(request);
     }
@@ -158,8 +165,8 @@ impl Runner<'_> {
         match code {
             G::Motion(motion) => modal.motion = motion,
             G::Heading => {
-                self.state.modal.inch = self.word_ends_with(word, b"INCH");
-                self.state.unit_is_known = true;
+                let inch = self.word_ends_with(word, b"INCH");
+                self.state_unit(inch);
             }
             G::Fast if modal.motion == Motion::Line => modal.motion = Motion::Rapid,
             G::Drill(drill) => self.start_holes(drill, None, word),
@@ -172,10 +179,7 @@ impl Runner<'_> {
             G::NoMotion | G::EndSpline => modal.motion = Motion::None,
             G::EndModalMacro => self.end_modal_macro(word),
             G::Plane(plane) => modal.plane = plane,
-            G::Inch(inch) => {
-                modal.inch = inch;
-                self.state.unit_is_known = true;
-            }
+            G::Inch(inch) => self.state_unit(inch),
             G::Incremental(incremental) => modal.incremental = incremental,
             G::CentreAbsolute(absolute) => modal.centre_absolute = absolute,
             G::Diameter(diameter) => {

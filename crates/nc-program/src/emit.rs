@@ -18,8 +18,8 @@ impl Runner<'_> {
     }
 
     fn emit_move(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3], turn: Option<Turn>) {
-        if !self.state.unit_is_known {
-            self.warn_unit(words);
+        if !self.state.unit.is_used {
+            self.use_unit(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
         }
         if !self.state.diameter_is_known && self.state.modal.plane == Plane::Zx && words[0] >= 0 {
             self.warn_diameter(words[0]);
@@ -39,17 +39,6 @@ impl Runner<'_> {
         };
         self.path.push(kind, self.state.position, end, words, self.block as i32, state);
         self.state.position = end;
-    }
-
-    fn warn_unit(&mut self, words: [i32; 3]) {
-        self.state.unit_is_known = true;
-        let unit = if self.state.modal.inch { "inch" } else { "millimetre" };
-        let message = format!(
-            "the program does not say its unit before its first move; read as {unit} (1 = {} mm)",
-            self.state.modal.mm()
-        );
-        let at = self.word_start(words.into_iter().find(|word| *word >= 0).unwrap_or(INHERITED));
-        self.warn(finding::UNIT, at, message, "write G20 or G21 (G70 or G71) first, or name the unit");
     }
 
     fn warn_diameter(&mut self, word: i32) {

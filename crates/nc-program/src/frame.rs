@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use crate::finding::{self, Severity};
 use crate::path::Origin;
 use crate::request::Request;
+use crate::rotary::Rotary;
 use crate::run::{Runner, AXES};
 
 /// Number of G54.1 P1 less 1: no other work offset is as high.
@@ -31,6 +32,8 @@ pub(crate) struct Frame {
     pub renamed: [u32; 3],
     /// Stored machine positions.
     pub home: [[f64; 3]; 2],
+    /// Where rotary axes stand.
+    pub rotary: Rotary,
 }
 
 impl Frame {
@@ -47,6 +50,7 @@ impl Frame {
             tool_number: 0,
             renamed: [0; 3],
             home: [[0.0; 3]; 2],
+            rotary: Rotary::default(),
         }
     }
 
@@ -59,7 +63,7 @@ impl Frame {
     /// What a move is noted with.
     pub fn origin(&self) -> Origin {
         let tool = self.tool_is_known.then_some(self.tool);
-        Origin { total: self.total(), register: self.register, tool, renamed: self.renamed }
+        Origin { total: self.total(), register: self.register, tool, renamed: self.renamed, turned: self.rotary.turned }
     }
 
     /// Positions along these axes are called otherwise from now on.

@@ -27,6 +27,11 @@ impl Letters {
         self.0 & others.0 != 0
     }
 
+    /// The letters in order, capitals first.
+    pub fn text(self) -> String {
+        (b'A'..=b'z').filter(|letter| self.has(*letter)).map(char::from).collect()
+    }
+
     /// One letter more.
     #[inline]
     pub fn add(&mut self, letter: u8) {

@@ -49,6 +49,8 @@ pub struct Origin {
     /// How often another tool, another offset of it or another work offset came into force, for each axis it is about:
     /// what the axis' position is called then, only the control knows.
     pub renamed: [u32; 3],
+    /// Letter of a rotary axis that stands or moves at another angle than 0, or at one that is not known; 0 for none.
+    pub turned: u8,
 }
 
 /// A path, in the order of cutting: a column a property, an entry a move.
@@ -84,6 +86,8 @@ pub struct ToolPath {
     pub drilled: Vec<Drilled>,
     /// Dwells: the move that comes next, and the time, s; NaN where the program counts revolutions.
     pub dwells: Vec<(usize, f64)>,
+    /// The block that states the unit before any length, and whether it is the inch.
+    pub unit_stated: Option<(usize, bool)>,
     /// The call under way.
     pub(crate) caller: Caller,
 }

@@ -7,6 +7,7 @@ use crate::dialect::FlowStyle;
 use crate::finding::{self, Finding, Severity};
 use crate::flow::Table;
 use crate::labels::Labels;
+use crate::letters::Letters;
 use crate::modal::Modal;
 use crate::parameters::Key;
 use crate::path::ToolPath;
@@ -29,10 +30,12 @@ pub struct Options {
     pub optional_blocks: bool,
     /// State at the start; the dialect's without one.
     pub initial: Option<Modal>,
-    /// The unit of the initial state is known to be the program's, not only the dialect's habit.
+    /// The unit of the initial state is the one in force at the start, not only the dialect's habit.
     pub unit_is_known: bool,
     /// Whether X is a diameter at the start is known, too.
     pub diameter_is_known: bool,
+    /// Letters of the rotary axes that the whole program names; those of the blocks at hand where this is not said.
+    pub rotary: Option<Letters>,
     /// Position at the start, mm, X a radius.
     pub position: [f64; 3],
     /// Tools for compensation: with them the path is that of the controlled point, not the contour.
@@ -58,6 +61,7 @@ impl Default for Options {
             initial: None,
             unit_is_known: false,
             diameter_is_known: false,
+            rotary: None,
             position: [0.0; 3],
             tools: Vec::new(),
             work_offsets: Vec::new(),

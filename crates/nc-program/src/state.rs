@@ -9,10 +9,12 @@ use crate::modal_macro::ModalMacro;
 use crate::parameters::{Key, Store};
 use crate::pass::Passes;
 use crate::program::Program;
+use crate::rotary::{rotary_letters, Rotary};
 use crate::rough_cycle::RoughData;
 use crate::run::Options;
 use crate::spline::SplineData;
 use crate::thread_cycle::ThreadData;
+use crate::unit::Unit;
 
 /// The state of the control; and what was met or said already.
 #[derive(Clone, Debug)]
@@ -20,7 +22,7 @@ pub(crate) struct State {
     pub modal: Modal,
     /// States put away by the program, and whether its subroutine's end brings each back.
     pub saved: Vec<(Modal, Option<usize>)>,
-    pub unit_is_known: bool,
+    pub unit: Unit,
     pub diameter_is_known: bool,
     pub frame: Frame,
     /// Where the tool is, in the frame in force.
@@ -71,9 +73,12 @@ impl State {
         Self {
             modal: options.initial.unwrap_or(dialect.initial),
             saved: Vec::new(),
-            unit_is_known: options.unit_is_known,
+            unit: Unit::new(options.unit_is_known),
             diameter_is_known: options.diameter_is_known || !dialect.rules.diameter_is_machine_data,
-            frame: Frame::new(&options.work_offsets, dialect.tool_offset == ToolOffset::Code),
+            frame: Frame {
+                rotary: Rotary::new(options.rotary.unwrap_or_else(|| rotary_letters(program))),
+                ..Frame::new(&options.work_offsets, dialect.tool_offset == ToolOffset::Code)
+            },
             position: options.position,
             contouring: Contouring::default(),
             pole: [0.0; 3],

@@ -49,6 +49,14 @@ pub type ToolTuple = (
     Option<i32>,
 );
 
+/// What a run gives; see `NcProgram::run`.
+type RunTuple<'py> = (
+    Bound<'py, PyDict>,
+    Bound<'py, PyDict>,
+    Vec<FindingTuple>,
+    Option<(usize, bool)>,
+);
+
 /// A program as read.
 #[pyclass(frozen)]
 pub struct NcProgram {
@@ -149,7 +157,8 @@ impl NcProgram {
             .collect()
     }
 
-    /// Runs it: the columns of the tool path, those of its modal states, and the findings.
+    /// Runs it: the columns of the tool path, those of its modal states, the findings, and the block that states the unit
+    /// before any length, with whether it is the inch.
     #[pyo3(signature = (parameters, optional_blocks, position, block_limit, inch=None, diameter=None, plane=None, tools=Vec::new(), trace=false, work_offsets=Vec::new(), roughing=true))]
     #[allow(clippy::too_many_arguments)]
     fn run<'py>(
@@ -166,7 +175,7 @@ impl NcProgram {
         trace: bool,
         work_offsets: Vec<(usize, [f64; 3])>,
         roughing: bool,
-    ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>, Vec<FindingTuple>)> {
+    ) -> PyResult<RunTuple<'py>> {
         let dialect = self.program.dialect();
         let mut initial = dialect.initial;
         initial.inch = inch.unwrap_or(initial.inch);
@@ -179,6 +188,7 @@ impl NcProgram {
             initial: Some(initial),
             unit_is_known: inch.is_some(),
             diameter_is_known: diameter.is_some(),
+            rotary: None,
             position,
             work_offsets,
             block_limit,
@@ -189,7 +199,8 @@ impl NcProgram {
         let (path, findings) = py.detach(|| run(&self.program, &options));
         let findings = findings.into_iter().map(finding_tuple).collect();
         let states = states(py, &path)?;
-        Ok((moves(py, &self.program, path)?, states, findings))
+        let unit = path.unit_stated;
+        Ok((moves(py, &self.program, path)?, states, findings, unit))
     }
 }
 

@@ -2,10 +2,11 @@
 
 use bytes::Bytes;
 use nc_map::{
-    first_blocks, letters, named_axes, writes_comma, Field, Limits, Mapper, Refusal, Saying,
-    Surveyed,
+    first_blocks, letters, named_axes, writes_comma, written_decimals, Field, Limits, Mapper,
+    Refusal, Saying, Surveyed,
 };
-use nc_program::{jumps, Options, Program};
+use nc_program::dialect::Letters;
+use nc_program::{jumps, rotary_letters, Options, Program};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -17,6 +18,19 @@ use crate::nc_field::NcField;
 
 /// Code, message, hint, line, column.
 type RefusalTuple = (&'static str, String, String, usize, usize);
+
+/// What was done; see `NcMapper::summary`.
+type SummaryTuple = (
+    usize,
+    usize,
+    usize,
+    usize,
+    [f64; 3],
+    usize,
+    usize,
+    usize,
+    Option<(usize, bool)>,
+);
 
 /// A field on its way through a program.
 #[pyclass]
@@ -44,11 +58,19 @@ impl NcMapper {
         slope: f64,
         tools: Vec<ToolTuple>,
         work_offsets: Vec<(usize, [f64; 3])>,
+        inch: Option<bool>,
+        rotary: &str,
+        decimals: usize,
         py: Python<'_>,
     ) -> PyResult<Self> {
         let dialect = dialect_of(dialect)?;
         let parameters = parameters_of(parameters, dialect)?;
+        let mut initial = dialect.initial;
+        initial.inch = inch.unwrap_or(initial.inch);
         let options = Options {
+            initial: Some(initial),
+            unit_is_known: inch.is_some(),
+            rotary: Some(Letters::of(rotary.as_bytes())),
             parameters,
             optional_blocks,
             tools: tools_of(tools),
@@ -65,6 +87,7 @@ impl NcMapper {
             whole,
             named,
             comma,
+            decimals,
         };
         let limits = Limits {
             tolerance_mm,
@@ -102,9 +125,8 @@ impl NcMapper {
     }
 
     /// Blocks, moves, edits, blocks added, largest displacement (3,), blocks not run, line of the first, line at which a
-    /// roughed contour turns back.
-    #[allow(clippy::type_complexity)]
-    fn summary(&self) -> (usize, usize, usize, usize, [f64; 3], usize, usize, usize) {
+    /// roughed contour turns back; the line that states the unit before any length, and whether it is the inch.
+    fn summary(&self) -> SummaryTuple {
         let s = self.mapper.summary();
         (
             s.blocks,
@@ -115,6 +137,7 @@ impl NcMapper {
             s.not_run,
             s.first_not_run,
             s.turns_back,
+            s.unit_stated,
         )
     }
 
@@ -150,7 +173,8 @@ type FirstBlocks = (Option<usize>, Option<usize>, Option<usize>, Option<usize>);
 
 /// Number of blocks, whether one may send its run elsewhere, which of X, Y, Z are named, the block in which each letter
 /// is first met, and the blocks that first set an offset by G10, first set the position register, first go to a place of the
-/// machine, and first make a spline or a tangent arc; and whether decimal commas are written.
+/// machine, and first make a spline or a tangent arc; whether decimal commas are written; the decimals of coordinates; the
+/// letters of rotary axes.
 type SurveyTuple = (
     usize,
     bool,
@@ -158,6 +182,8 @@ type SurveyTuple = (
     Vec<(char, usize)>,
     FirstBlocks,
     bool,
+    usize,
+    String,
 );
 
 /// Of some lines of a program.
@@ -178,6 +204,8 @@ fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<S
                         .collect(),
                     first_blocks(&program).into(),
                     writes_comma(&program),
+                    written_decimals(&program),
+                    rotary_letters(&program).text(),
                 )
             }
             Err(_) => (
@@ -187,6 +215,8 @@ fn nc_survey(py: Python<'_>, source: PyBackedBytes, dialect: &str) -> PyResult<S
                 Vec::new(),
                 (None, None, None, None),
                 false,
+                0,
+                String::new(),
             ),
         }),
     )

@@ -17,6 +17,12 @@ fn nc_writes_comma(program: &NcProgram) -> bool {
     nc_map::writes_comma(&program.program)
 }
 
+/// How many decimals the coordinates of a program have, nine at most.
+#[pyfunction]
+fn nc_written_decimals(program: &NcProgram) -> usize {
+    nc_map::written_decimals(&program.program)
+}
+
 /// The number of that many steps of that size in program units, as one that is new.
 #[pyfunction]
 fn nc_number(steps: i64, step: f64, dialect: &str, comma: bool) -> PyResult<String> {
@@ -49,5 +55,6 @@ pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(nc_number, module)?)?;
     module.add_function(wrap_pyfunction!(nc_restyled, module)?)?;
     module.add_function(wrap_pyfunction!(nc_with_term, module)?)?;
-    module.add_function(wrap_pyfunction!(nc_writes_comma, module)?)
+    module.add_function(wrap_pyfunction!(nc_writes_comma, module)?)?;
+    module.add_function(wrap_pyfunction!(nc_written_decimals, module)?)
 }

@@ -19,7 +19,16 @@ from trueloop.cli.machine_options import (
     signals_of,
 )
 from trueloop.cli.numbers import positive
-from trueloop.cli.program_file import DialectName, ProgramFile, Settings, SkippedBlocks, parameters_of, tables_of
+from trueloop.cli.program_file import (
+    Decimals,
+    DialectName,
+    ProgramFile,
+    Settings,
+    SkippedBlocks,
+    UnitAtStart,
+    parameters_of,
+    tables_of,
+)
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
 
@@ -68,6 +77,8 @@ def compensate(
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    unit: UnitAtStart = None,
+    decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
     """Take the machine's error out of a program: every position moved by COMP_MTG.
@@ -101,7 +112,9 @@ def compensate(
             out / file.name,
             ModelFile(known, model),
             setup,
-            MapOptions(tolerance_um / UM_PER_MM, limit_um / UM_PER_MM, slope / UM_PER_MM, skipped_blocks),
+            MapOptions(
+                tolerance_um / UM_PER_MM, limit_um / UM_PER_MM, slope / UM_PER_MM, skipped_blocks, unit, decimals
+            ),
             dialect=dialect,
             parameters=parameters_of(settings),
             extrapolate=extrapolate or (),

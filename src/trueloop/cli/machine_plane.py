@@ -8,7 +8,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import not_negative, positive
-from trueloop.cli.program_file import DialectName, ProgramFile
+from trueloop.cli.program_file import Decimals, DialectName, ProgramFile, UnitAtStart
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
 
@@ -100,6 +100,8 @@ def points(
     ] = False,
     limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
     dialect: DialectName = None,
+    unit: UnitAtStart = None,
+    decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
     """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
@@ -110,7 +112,7 @@ def points(
 
     field, told = _field(quadrupole, table)
     done = correct_points(
-        read_program_file(file, dialect),
+        read_program_file(file, dialect, unit, decimals),
         out,
         field,
         told,

@@ -21,6 +21,7 @@ from trueloop.cli.program_file import (
     Settings,
     SkippedBlocks,
     Tools,
+    UnitAtStart,
     offsets_of,
     parameters_of,
     read_program_file,
@@ -52,14 +53,17 @@ def path_of_program(
     tools: Tools = None,
     offsets: Offsets = None,
     offsets_file: OffsetsFile = None,
+    unit: UnitAtStart = None,
     form: Annotated[Literal["csv", "json"], typer.Option("--format", "-f", help="How to print it.")] = "csv",
 ) -> None:
     """Print the tool path: a row a move with its line and column, mm, x as a radius.
 
     What a parameter without value would decide is left empty and said on stderr. Exit status 1 when a cut is unknown.
     """
+    from trueloop.nc.understood import require_unit
+
     with busy(f"running {file}"):
-        program, known = read_program_file(file, dialect), tables_of(offsets_file)
+        program, known = read_program_file(file, dialect, unit), tables_of(offsets_file)
         path = program.run(
             parameters_of(settings),
             skipped_blocks=skipped_blocks,
@@ -67,6 +71,7 @@ def path_of_program(
             work_offsets_mm={**dict(known.work_mm), **offsets_of(offsets)},
             strict=False,
         )
+        require_unit(path)
     if form == "csv":
         _print_csv(path)
         tell_not_understood(program, path)
@@ -88,6 +93,7 @@ def check_program(
     skipped_blocks: SkippedBlocks = False,
     tools: Tools = None,
     offsets_file: OffsetsFile = None,
+    unit: UnitAtStart = None,
     as_json: AsJson = False,
 ) -> None:
     """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
@@ -95,7 +101,7 @@ def check_program(
     from trueloop.nc.check import check
 
     with busy(f"checking {file}"):
-        program = read_program_file(file, dialect)
+        program = read_program_file(file, dialect, unit)
         known = [*tools_of(tools), *tables_of(offsets_file).tools]
         findings = check(program, parameters_of(settings), skipped_blocks=skipped_blocks, tools=known)
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
@@ -127,6 +133,10 @@ def difference_of_programs(
     skipped_blocks: SkippedBlocks = False,
     tools: Tools = None,
     offsets_file: OffsetsFile = None,
+    unit: UnitAtStart = None,
+    other_unit: Annotated[
+        Literal["mm", "inch"] | None, typer.Option("--other-unit", help="Unit of the second.  [default: as the first]")
+    ] = None,
     rapids: Annotated[bool, typer.Option("--rapids", help="Compare rapid moves as well as cuts.")] = False,
     tolerance_mm: Annotated[
         float | None,
@@ -141,8 +151,8 @@ def difference_of_programs(
     with busy(f"comparing {file} and {other}"):
         parameters = parameters_of(settings)
         programs = [
-            read_program_file(file, dialect),
-            read_program_file(other, dialect if other_dialect is None else other_dialect),
+            read_program_file(file, dialect, unit),
+            read_program_file(other, dialect if other_dialect is None else other_dialect, other_unit or unit),
         ]
         tables = tables_of(offsets_file)
         known, zeros = [*tools_of(tools), *tables.tools], dict(tables.work_mm)

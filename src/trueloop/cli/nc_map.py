@@ -9,10 +9,12 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import (
+    Decimals,
     DialectName,
     ProgramFile,
     Settings,
     SkippedBlocks,
+    UnitAtStart,
     parameters_of,
     tables_of,
     vector_of,
@@ -69,6 +71,8 @@ def map_program_file(
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    unit: UnitAtStart = None,
+    decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
     """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
@@ -82,6 +86,8 @@ def map_program_file(
         limit_mm=limit_um / UM_PER_MM if limit_um is not None else usual.limit_mm if table else none,
         slope=slope / UM_PER_MM if slope is not None else usual.slope if table else none,
         skipped_blocks=skipped_blocks,
+        unit=unit,
+        decimals=decimals,
     )
     with busy(f"mapping {file}"):
         done = map_program(
@@ -103,6 +109,7 @@ def tell_mapped(file: Path, out: Path, done: "Mapped") -> None:
     """What was done to a program, for people; what was not run is a warning on stderr."""
     x, y, z = (UM_PER_MM * value for value in done.largest_mm)
     typer.echo(f"largest displacement X {x:.1f} Y {y:.1f} Z {z:.1f} µm over {done.moves} moves")
+    typer.echo(f"unit at the start: {done.unit['unit']}, stated by {done.unit['stated_by']}")
     typer.echo(f"{done.edits} edits, {done.added_blocks} blocks added to {done.blocks}")
     if done.not_run:
         typer.echo(

@@ -13,6 +13,7 @@ from trueloop.cli.program_file import (
     ProgramFile,
     Settings,
     SkippedBlocks,
+    UnitAtStart,
     parameters_of,
     read_program_file,
     tables_of,
@@ -37,6 +38,7 @@ def time_of_program(
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
     offsets_file: OffsetsFile = None,
+    unit: UnitAtStart = None,
     as_json: AsJson = False,
 ) -> None:
     """Print how long a program takes: cuts at their feed, rapid moves at a stated rate, dwells. Accelerations and tool
@@ -45,7 +47,7 @@ def time_of_program(
     from trueloop.nc.machining_time import machining_time
 
     with busy(f"running {file}"):
-        program = read_program_file(file, dialect)
+        program = read_program_file(file, dialect, unit)
         tables = tables_of(offsets_file)
         path = program.run(
             parameters_of(settings),

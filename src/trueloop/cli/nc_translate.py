@@ -12,6 +12,7 @@ from trueloop.cli.program_file import (
     ProgramFile,
     Settings,
     SkippedBlocks,
+    UnitAtStart,
     parameters_of,
     read_program_file,
 )
@@ -26,8 +27,10 @@ def translate_program_file(
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    unit: UnitAtStart = None,
     decimals: Annotated[
-        int | None, typer.Option(min=0, max=9, help="Decimals of coordinates.  [default: the control's resolution]")
+        int | None,
+        typer.Option(min=0, max=9, help="Decimals of coordinates.  [default: the control's or the source's]"),
     ] = None,
     accept_losses: Annotated[
         bool, typer.Option("--accept-losses", help="Write it though the machine will move otherwise.")
@@ -43,7 +46,7 @@ def translate_program_file(
     from trueloop.nc.translation.translate import translate
 
     with busy(f"translating {file}"):
-        program = read_program_file(file, dialect)
+        program = read_program_file(file, dialect, unit)
         made = translate(program, to, parameters_of(settings), skipped_blocks=skipped_blocks, decimals=decimals)
     errors = [loss for loss in made.losses if loss.severity is Severity.ERROR]
     refused = bool(errors) and not accept_losses

@@ -12,6 +12,7 @@ from trueloop.cli.program_file import (
     ProgramFile,
     Settings,
     SkippedBlocks,
+    UnitAtStart,
     parameters_of,
     read_program_file,
 )
@@ -66,6 +67,7 @@ def from_program(
     dialect: DialectName = None,
     settings: Settings = None,
     skipped_blocks: SkippedBlocks = False,
+    unit: UnitAtStart = None,
     lines: Annotated[
         tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
     ] = None,
@@ -78,7 +80,7 @@ def from_program(
     from trueloop.nc.rapid import boring_moves
 
     with busy(f"reading {file}"):
-        program = read_program_file(file, dialect)
+        program = read_program_file(file, dialect, unit)
         path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, roughing=False)
         with in_file(file):
             contour = contour_of_program(feed_moves(path), nose_radius_mm, lines=lines, boring=boring_moves(path))

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -23,6 +23,17 @@ Settings = Annotated[
 ]
 SkippedBlocks = Annotated[
     bool, typer.Option("--skipped-blocks", help="Run the blocks that start with a slash as well.")
+]
+
+UnitAtStart = Annotated[
+    Literal["mm", "inch"] | None,
+    typer.Option("--unit", help="Unit in force at the start of a program that does not state its own."),
+]
+Decimals = Annotated[
+    int,
+    typer.Option(
+        "--decimals", min=0, max=9, help="Decimals of new coordinates, where the control and the program have fewer."
+    ),
 ]
 
 Tools = Annotated[
@@ -60,15 +71,18 @@ TOOL = re.compile(r"\s*(?:T?(\d+)\s*=)?\s*R([\d.]+)\s*(?:,\s*Q(\d))?\s*(?:,\s*L(
 SETTING = re.compile(r"\s*([^=\s]+)\s*=\s*([^=]+?)\s*")
 
 
-def read_program_file(path: Path, dialect: str | None) -> "Program":
-    """The program in its dialect. Raises NC-FILE and NC-DIALECT."""
+def read_program_file(
+    path: Path, dialect: str | None, unit: Literal["mm", "inch"] | None = None, decimals: int = 0
+) -> "Program":
+    """The program in its dialect, as `read_program` takes it. Raises NC-FILE and NC-DIALECT."""
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
     from trueloop.nc.guess import guess_dialect
     from trueloop.nc.program import read_program
 
     source = read_input(path, Code.NC_FILE, hint="name an NC program")
-    return read_program(source, guess_dialect(source, str(path)) if dialect is None else dialect, str(path))
+    known = guess_dialect(source, str(path)) if dialect is None else dialect
+    return read_program(source, known, str(path), unit, decimals)
 
 
 def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict[str, float]:

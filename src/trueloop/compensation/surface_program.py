@@ -29,10 +29,11 @@ from trueloop.nc.edit import (
     line_texts,
 )
 from trueloop.nc.heading import insert_heading
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.program import Program
 from trueloop.nc.shape_words import require_own_shape
 from trueloop.nc.tool_path import INVERSE_TIME, NO_COMPENSATION, Integers, Motion, ToolPath
 from trueloop.nc.understood import require_known_frame, require_sound, require_understood
+from trueloop.nc.unit import unit_of_path
 from trueloop.units import UM_PER_MM
 
 Waypoint: TypeAlias = tuple[float, Array]
@@ -47,7 +48,7 @@ ROUNDING_STEPS: Final = 2.0
 @dataclass(frozen=True, eq=False)
 class CorrectedProgram:
     """The corrected source, and in figures: moves that cut, blocks put in, the largest displacement of an end;
-    `changes` are for people to read.
+    `changes` are for people to read; `unit` as `trueloop.nc.unit` has it.
     """
 
     source: bytes
@@ -55,6 +56,7 @@ class CorrectedProgram:
     new_blocks: int
     largest_mm: float
     changes: list[ChangedWord]
+    unit: dict[str, str]
 
 
 def corrected_program(
@@ -80,7 +82,7 @@ def corrected_program(
     require_arcs_stay(program, path, ends)
     edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
     source = apply_edits(program, edits)
-    written = read_program(source, program.dialect.name, program.file)
+    written = program.rewritten(source)
     again = written.run()
     axes = tool_axes(written, again, job.rotary, job.axis)
     inserted = _inserted(path, between)
@@ -92,7 +94,8 @@ def corrected_program(
     check_gouges(written, again, axes, of_pass, nominal, corrected, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
-    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, changes(program, edits[1:]))
+    told = changes(program, edits[1:]), unit_of_path(program.unit, path)
+    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, *told)
 
 
 def _check(program: Program, path: ToolPath, samples: Samples) -> None:

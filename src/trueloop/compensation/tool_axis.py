@@ -25,7 +25,7 @@ STILL: Final = 1e-9
 class ToolAxes:
     """Values of the words `letters` at the starts and ends of the moves, (n, k): degrees, or the parts of a vector.
 
-    Without letters the axis is `fixed`. `unsaid` (n,): moves before all words were said once.
+    Without letters the axis is `fixed`. `unsaid` (n,): moves before all words were said once. `decimals` of new words.
     """
 
     letters: str
@@ -33,6 +33,7 @@ class ToolAxes:
     end: Array
     fixed: Array
     unsaid: np.ndarray
+    decimals: int = 0
 
     def values(self, move: np.ndarray, share: Array) -> Array:
         """The words' values on the way through moves (m,), at shares 0 to 1 of them."""
@@ -59,9 +60,10 @@ class ToolAxes:
 
     def text(self, move: int, share: float) -> str:
         """The words at a point within a move, with a space before each."""
-        decimals = DECIMALS["vector" if self.letters == VECTOR else "angle"]
         values = self.values(np.array([move]), np.array([share]))[0]
-        return "".join(f" {name}{value:.{decimals}f}" for name, value in zip(self.letters, values + 0.0, strict=True))
+        return "".join(
+            f" {name}{value:.{self.decimals}f}" for name, value in zip(self.letters, values + 0.0, strict=True)
+        )
 
 
 def tool_axes(program: Program, path: ToolPath, letters: str, fixed: tuple[float, float, float]) -> ToolAxes:
@@ -126,7 +128,13 @@ def _followed(program: Program, path: ToolPath, words: dict[int, list[Word]], le
             said |= found.keys()
         end[move] = list(held.values())
         unsaid.append(len(said) < len(letters))
-    return ToolAxes(letters, start, end, np.array([0.0, 0.0, 1.0]), np.array(unsaid, bool))
+    return ToolAxes(letters, start, end, np.array([0.0, 0.0, 1.0]), np.array(unsaid, bool), _decimals(words, letters))
+
+
+def _decimals(words: dict[int, list[Word]], letters: str) -> int:
+    """No fewer than the program's own words have."""
+    own = (len(word.text.partition(".")[2].strip()) for found in words.values() for word in found)
+    return max(DECIMALS["vector" if letters == VECTOR else "angle"], *own, 0)
 
 
 def _said(program: Program, words: list[Word]) -> dict[str, float]:

@@ -79,7 +79,8 @@ class ProgramsTable(Table):
     semifinish: Path | None = None
     semifinish_allowance_mm: NotNegative | None = None
     parameters: dict[str, Finite] = Field(default_factory=dict)
-    resolution_mm: Positive | None = None
+    unit: Literal["mm", "inch"] | None = None
+    decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
     offset_x_is: Literal["radius", "diameter"] | None = None
     execute_deleted_blocks: bool = False
     accept_unknown_words: bool = False

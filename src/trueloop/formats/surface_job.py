@@ -57,6 +57,8 @@ class SurfaceProgramTable(Table):
 
     finish: Path
     dialect: str | None = None
+    unit: Literal["mm", "inch"] | None = None
+    decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
 
 
 class SurfaceCompensationTable(Table):

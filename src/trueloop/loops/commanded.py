@@ -22,7 +22,7 @@ from trueloop.nc.matching import match_contour
 from trueloop.nc.path_mode import path_mode_findings
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import ToolPath
-from trueloop.nc.understood import require_known_frame, require_sound
+from trueloop.nc.understood import require_known_frame, require_sound, require_unturned
 from trueloop.units import UM_PER_MM
 
 SAMPLES = 257
@@ -31,13 +31,12 @@ SAMPLES = 257
 @dataclass(frozen=True)
 class Run:
     """How programs are run and read, roughing left out: parameters by name, whether blocks with a slash are executed,
-    the control's resolution, and which lines (from, to) of the finish program hold the finish pass, where that is not
+    and which lines (from, to) of the finish program hold the finish pass, where that is not
     obvious.
     """
 
     parameters: Mapping[str, float]
     execute_deleted_blocks: bool = False
-    resolution_mm: float | None = None
     lines: tuple[int, int] | None = None
 
     def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
@@ -99,7 +98,9 @@ def commanded(
     other = match
     if semifinish is not None:
         other = _matched(semifinish, run.of(semifinish), profile, nose_radius_mm, allowance_mm)
-    resolution_mm = run.resolution_mm or _resolution_mm(program, path, match)
+    resolution_mm = _resolution_mm(program, path, match)
+    with in_file(program.file):
+        require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
     finish, measured = _deviations(match), _deviations(other)
     slips = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, finish, strict=True)]
     meant = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, measured, strict=True)]

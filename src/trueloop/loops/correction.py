@@ -47,7 +47,6 @@ class Options:
     arcs: str = "auto"
     errors_follow: str = "place"
     limits: Limits = field(default_factory=Limits)
-    resolution_mm: float | None = None
     offset_is_diameter: bool | None = None
     tool: int | None = None
     by: str = "auto"

@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Collection, Mapping
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.explicit_splines import gives_spline
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.program import Program
 from trueloop.nc.shape_words import ANGLED, SHAPE, TURNS
 from trueloop.nc.tool_path import Motion, ToolPath
 from trueloop.nc.understood import require_sound
@@ -32,21 +31,20 @@ def has_shapes(letters: Collection[str], dialect: str) -> bool:
 
 
 def written_out_file(
-    source: Path, dialect: str, parameters: Mapping[str, float], *, skipped_blocks: bool
+    program: Program, parameters: Mapping[str, float], *, skipped_blocks: bool
 ) -> tuple[Program, WrittenOut]:
     """The whole program, and written out. Raises what running it strictly does, and NC-EDIT."""
 
     def run(program: Program) -> ToolPath:
         return program.run(parameters, skipped_blocks=skipped_blocks, roughing=False)
 
-    program = read_program(source.read_bytes(), dialect, str(source))
     path = run(program)
     require_sound(path)
     blocks = np.zeros(program.block_count, dtype=np.bool_)
     blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
     wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)
     done = written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)
-    if dialect == "linuxcnc":
+    if program.dialect.name == "linuxcnc":
         with done.in_lines_of(program):
             _require_no_spline(done.program)
     return program, done

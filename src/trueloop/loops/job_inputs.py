@@ -92,7 +92,7 @@ def read_finish(path: Path) -> ReadFinish:
     program, given = _program(sources, path, job, job.programs.finish), job.programs
     profile = _profile(sources, path, job, program)
     part = ReadPart(job.part.name, profile, _nose_radius_mm(job), sources.files)
-    run = Run(given.parameters, given.execute_deleted_blocks, given.resolution_mm, given.finish_lines)
+    run = Run(given.parameters, given.execute_deleted_blocks, given.finish_lines)
     return ReadFinish(part, program, run)
 
 
@@ -150,7 +150,7 @@ def _program(sources: Sources, path: Path, job: Job, name: Path) -> Program:
     file = sources.file(name)
     source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
     with in_file(path):
-        program = read_program(source, job.programs.dialect, str(file))
+        program = read_program(source, job.programs.dialect, str(file), job.programs.unit, job.programs.decimals)
         if not job.programs.accept_unknown_words:
             require_understood(program)
         return program
@@ -226,7 +226,6 @@ def _options(job: Job) -> Options:
             scatter_mm=given.max_scatter_um / UM_PER_MM,
             age_hours=given.max_age_hours,
         ),
-        resolution_mm=job.programs.resolution_mm,
         offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
         tool=job.tool.number,
         by=given.by,

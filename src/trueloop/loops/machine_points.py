@@ -13,7 +13,7 @@ from trueloop.machine.planar_field import PlanarField
 from trueloop.machine.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.nc.edit import apply_edits
 from trueloop.nc.heading import insert_heading
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.program import Program
 from trueloop.nc.understood import FROM_OUTSIDE, require_sound
 from trueloop.units import UM_PER_MM
 
@@ -64,7 +64,7 @@ def correct_points(
     identity = record_id({"program": digest}, {"field": told, "all_words": all_words})
     mark = program.dialect.comment(mark_of_field(identity, digest))
     written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
-    for line, off in off_mm(read_program(written, program.dialect.name, program.file), found.wanted_mm, left_alone):
+    for line, off in off_mm(program.rewritten(written), found.wanted_mm, left_alone):
         raise not_as_intended(f"line {line} of the written program stands {off * UM_PER_MM:.2f} µm from where it shall")
     write_all(target.parent, [(target.name, written)], inputs=inputs)
     return CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)

@@ -52,7 +52,9 @@ def compensate_program(
     told = _told(setup, sha256)
 
     def record(done: Mapped) -> list[Named]:
-        made = _record(done, model, sha256, {**vars(options), **told, "parameters": dict(parameters or {})})
+        made = _record(
+            done, model, sha256, {**vars(options), **told, "unit": done.unit, "parameters": dict(parameters or {})}
+        )
         return [(f"{target.stem}.record.json", replace(made, made_by=made_by).to_json().encode())]
 
     return map_program(

@@ -20,7 +20,8 @@ from trueloop.nc.dialect import dialect_named
 from trueloop.nc.edit import apply_edits
 from trueloop.nc.field import Field
 from trueloop.nc.heading import insert_heading
-from trueloop.nc.program import Program, no_parameter, read_program
+from trueloop.nc.program import Program, Unit, contradicted, no_parameter, read_program
+from trueloop.nc.unit import unit_told
 from trueloop.nc.written_out import WrittenOut
 
 HEAD: Final = 1 << 12
@@ -33,13 +34,17 @@ class MapOptions:
 
     tolerance_mm: how far the written path may leave the displaced one, rounding to the control's resolution not
     counted. limit_mm: largest displacement along an axis. slope: largest change of the displacement in a cut over its
-    length, mm/mm. skipped_blocks: displace the blocks that start with a slash as well.
+    length, mm/mm. skipped_blocks: displace the blocks that start with a slash as well. unit: what is in force at the
+    program's start, where it does not state it. decimals: how many are written at least, beside those that the control
+    resolves and those that the program has.
     """
 
     tolerance_mm: float = 0.0005
     limit_mm: float = 0.150
     slope: float = 0.040
     skipped_blocks: bool = False
+    unit: Unit | None = None
+    decimals: int = 0
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,7 @@ class Mapped:
     """What was done. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not taken.
 
     `turns_back_line` is where a contour that is roughed as well does not run on any more; 0 where none does so.
+    `unit`: the one in force at the first length, and what says so; see `trueloop.nc.unit`.
     """
 
     record: str
@@ -59,6 +65,7 @@ class Mapped:
     largest_mm: tuple[float, float, float]
     not_run: int
     first_not_run_line: int
+    unit: dict[str, str]
     turns_back_line: int = 0
 
 
@@ -81,9 +88,10 @@ def map_program(
     stands. A comment says that the program is corrected and from what. `inputs` are further files that must not be
     overwritten; `beside` gives files that are written with the program, into its folder.
 
-    Raises NC-FILE, NC-DIALECT, CMP-TWICE (corrected before), CMP-SIZE, CMP-SLOPE, NC-FIELD (not known at a position),
-    NC-MAP (a block run several times at different places, a cut before every axis has a position, …), NC-OPAQUE (a
-    cycle other than drilling) and what reading and running the program raise; nothing is written then.
+    Raises NC-FILE, NC-DIALECT, NC-UNIT, CMP-TWICE (corrected before), CMP-SIZE, CMP-SLOPE, NC-FIELD (not known at a
+    position), NC-MAP (a block run several times at different places, a cut before every axis has a position or while a
+    rotary axis stands turned, …), NC-OPAQUE (a cycle other than drilling) and what reading and running the program
+    raise; nothing is written then.
     """
     survey, values = survey_of(source, dialect), dict(parameters or {})
     _require_followed(source, survey, field)
@@ -95,7 +103,8 @@ def map_program(
         written = filter(None, _pieces(source, mapper, text))
         out.write(_marked(next(written, b""), mark, survey.dialect))
         out.writelines(written)
-        done = _told(mapper, text, identity, survey)
+        done = _told(mapper, text, identity, survey, options.unit)
+        _require_agreed(source, mapper, text, options.unit)
         if beside is not None:
             write_all(target.parent, beside(done), inputs=(source, *inputs))
     return done
@@ -150,6 +159,9 @@ def _mapper(field: Field, survey: Survey, options: MapOptions, parameters: Mappi
             options.slope,
             tool_rows(field.tools or ()),
             list(field.work_mm.items()),
+            None if options.unit is None else options.unit == "inch",
+            survey.rotary,
+            max(survey.decimals, options.decimals),
         )
     except ValueError as refused:
         raise no_parameter(str(refused), survey.dialect) from None
@@ -188,20 +200,30 @@ class _Text:
 def _text(source: Path, survey: Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
     if not survey.drawn:
         return _Text(lines_of(source))
-    drawn = written_out_file(source, survey.dialect, values, skipped_blocks=options.skipped_blocks)
+    program = read_program(source.read_bytes(), survey.dialect, str(source), options.unit, options.decimals)
+    drawn = written_out_file(program, values, skipped_blocks=options.skipped_blocks)
     return _Text([drawn[1].program.source], drawn)
 
 
-def _told(mapper: NcMapper, text: _Text, identity: str, survey: Survey) -> Mapped:
-    blocks, moves, edits, added, largest, not_run, first, turns_back = mapper.summary()
+def _told(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: Unit | None) -> Mapped:
+    blocks, moves, edits, added, largest, not_run, first, turns_back, stated = mapper.summary()
+    stated = stated and (text.line_of(stated[0]), stated[1])
     new = text.added_blocks
     edits += len(text.drawn[1].edits) if text.drawn else 0
     first = text.line_of(first) if not_run else first
     turns_back = text.line_of(turns_back) if turns_back else 0
+    unit = unit_told(given, stated)
     dialect, sha256 = survey.dialect, survey.sha256
     return Mapped(
-        identity, dialect, sha256, blocks - new, moves, edits, added + new, largest, not_run, first, turns_back
+        identity, dialect, sha256, blocks - new, moves, edits, added + new, largest, not_run, first, unit, turns_back
     )
+
+
+def _require_agreed(source: Path, mapper: NcMapper, text: _Text, given: Unit | None) -> None:
+    *_, stated = mapper.summary()
+    at = stated and (text.line_of(stated[0]) - 1, stated[1])
+    for found in contradicted(given, at, str(source)):
+        raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
 
 
 def _accepted(source: Path, done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:

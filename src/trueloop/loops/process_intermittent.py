@@ -35,6 +35,7 @@ from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.shifts import Shifts, corrected_shifts, whole_mm
 from trueloop.loops.written import Driven, Writing, write_contour
 from trueloop.loops.written_offsets import write_offsets
+from trueloop.nc.unit import unit_of_path
 
 
 def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
@@ -44,7 +45,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     if inputs.finish_touches is not None:
         check_loop_sign(inputs.touches, inputs.finish_touches)
     options, profile, nose = inputs.options, inputs.profile, inputs.nose_radius_mm
-    run = Run(inputs.parameters, inputs.execute_deleted_blocks, options.resolution_mm, inputs.lines)
+    run = Run(inputs.parameters, inputs.execute_deleted_blocks, inputs.lines)
     told = commanded(inputs.program, inputs.semifinish, profile, nose, inputs.allowance_mm, run)
     process = replace(inputs.touches, error_mm=inputs.touches.error_mm - told.measured_at(inputs.touches))
     model = fit_profile(profile, process, _fit_options(options), inputs.nose)
@@ -103,7 +104,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
             made_by=inputs.made_by,
             trueloop_version=__version__,
             inputs_sha256=dict(inputs.inputs_sha256),
-            options=_as_record(options, run),
+            options=_as_record(options, run) | {"unit": unit_of_path(inputs.program.unit, told.path)},
             model=_model_record(model),
             decision=[decision.x.words, decision.z.words, f"As a tool offset: {wear.words}."],
             changes=changed,

@@ -23,7 +23,7 @@ LARGE: Final = CHUNK // 2
 
 
 _First: TypeAlias = tuple[int | None, int | None, int | None, int | None]
-_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _First, bool]
+_Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _First, bool, int, str]
 """What `nc_survey` tells of some lines."""
 
 
@@ -31,7 +31,8 @@ _Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str,
 class Survey:
     """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, the
     first lines that set an offset by G10, set the position register, and go to a place of the machine; whether words
-    shape moves beside their ends; whether decimal commas are written.
+    shape moves beside their ends; whether decimal commas are written; how many decimals coordinates have; the letters
+    of rotary axes.
     """
 
     dialect: str
@@ -44,6 +45,8 @@ class Survey:
     goes_to_machine: int | None
     drawn: bool
     comma: bool
+    decimals: int
+    rotary: str
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
@@ -63,6 +66,7 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
     Raises NC-FILE, NC-DIALECT, and CMP-TWICE where it was corrected before.
     """
     digest, jumps, named, comma, line = hashlib.sha256(), False, (False, False, False), False, 1
+    decimals, rotary = 0, ""
     letters: dict[str, int] = {}
     first: _First = (None, None, None, None)
     with ThreadPoolExecutor(1) as beside:
@@ -73,7 +77,8 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
             if len(lines) > LARGE:
                 read = beside.submit(read).result
             digest.update(lines)
-            blocks, jumps_here, named_here, letters_here, first_here, comma_here = read()
+            blocks, jumps_here, named_here, letters_here, first_here, comma_here, decimals_here, rotary_here = read()
+            decimals, rotary = max(decimals, decimals_here), "".join(sorted({*rotary, *rotary_here}))
             jumps, named, comma = jumps or jumps_here, _any(named, named_here), comma or comma_here
             for letter, block in letters_here:
                 letters.setdefault(letter, line + block)
@@ -82,7 +87,7 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
     known = dialect or guess_dialect(b"", str(path))
     *_, curve = first
     drawn = curve is not None or has_shapes(letters, known)
-    return Survey(known, digest.hexdigest(), jumps, named, letters, *first[:3], drawn, comma)
+    return Survey(known, digest.hexdigest(), jumps, named, letters, *first[:3], drawn, comma, decimals, rotary)
 
 
 def _first(before: _First, blocks: _First, line: int) -> _First:

@@ -28,7 +28,7 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.loops.correction import Correction, Inputs
 from trueloop.loops.job_inputs import read_inputs
 from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.program import Program
 from trueloop.nc.tool_path import ToolPath
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.path import CentrePath, path_along, paths_of_program
@@ -229,8 +229,8 @@ def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, .
     """The commanded paths of the program that finishes the part: the corrected one, or the given one with an offset."""
     if correction.decision.by_offset:
         return trial.finish
-    program = trial.inputs.program
-    return paths_of_program(_run(trial.inputs, read_program(correction.corrected_program, program.dialect.name)))
+    written = trial.inputs.program.rewritten(correction.corrected_program)
+    return paths_of_program(_run(trial.inputs, written))
 
 
 def measured_part(

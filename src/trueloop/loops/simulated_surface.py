@@ -22,7 +22,7 @@ from trueloop.loops.surface import maps_of
 from trueloop.loops.surface_correction import RecordedCorrection, correct_job
 from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
 from trueloop.nc.along import points_along
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.program import Program
 from trueloop.nc.tool_path import Motion
 from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock, turn_rad
 from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
@@ -170,7 +170,7 @@ def _corrected_passes(trial: SurfaceTrial, recorded: RecordedCorrection) -> Pass
     program, cutter = _program_and_cutter(trial.inputs)
     written = recorded.correction.program
     assert written is not None  # there is a program to correct
-    corrected = read_program(written.source, program.dialect.name)
+    corrected = program.rewritten(written.source)
     return _passes(trial.inputs.surface, corrected, cutter)
 
 

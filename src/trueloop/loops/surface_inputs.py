@@ -16,7 +16,7 @@ from trueloop.compensation.surface_side import require_outer_side
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.points_csv import read_points
-from trueloop.formats.surface_job import SurfaceJobFile, read_surface_job
+from trueloop.formats.surface_job import SurfaceJobFile, SurfaceProgramTable, read_surface_job
 from trueloop.gauging.surface_deviations import MeasuredPoints
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
@@ -71,7 +71,7 @@ def read_surface_inputs(path: Path, *, measured: bool = True) -> SurfaceInputs:
     program = path.parent / job.program.finish if job.program else None
     surface, face = _nominal(nominal, job.surface.face, flip=job.surface.flip)
     files = (path, nominal, *points, *([program] if program else []))
-    finish = None if program is None or job.program is None else _program(program, job.program.dialect)
+    finish = None if program is None or job.program is None else _program(program, job.program)
     cutter = _cutter(job)
     if finish is not None and cutter is not None:
         with in_file(path):
@@ -233,6 +233,7 @@ def _part(path: Path, ball_radius_mm: float) -> MeasuredPoints:
     return MeasuredPoints(read.points_mm, ball_radius_mm, read.shape, path.stem, str(path), read.lines)
 
 
-def _program(path: Path, dialect: str | None) -> Program:
+def _program(path: Path, table: SurfaceProgramTable) -> Program:
     source = read_input(path, Code.NC_FILE, hint="program.finish names the program that cut the parts")
-    return read_program(source, dialect or guess_dialect(source, str(path), 'program.dialect = "{}"'), str(path))
+    dialect = table.dialect or guess_dialect(source, str(path), 'program.dialect = "{}"')
+    return read_program(source, dialect, str(path), table.unit, table.decimals)

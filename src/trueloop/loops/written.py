@@ -27,7 +27,7 @@ from trueloop.loops.shared_contour import shared_contour_notes
 from trueloop.nc.composed_edits import composed
 from trueloop.nc.edit import Edit, apply_edits
 from trueloop.nc.heading import insert_heading
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.program import Program
 from trueloop.nc.tool_path import Integers, Motion, ToolPath
 from trueloop.nc.written_out import written_out
 
@@ -60,7 +60,7 @@ class Writing:
 
     def reread(self, source: bytes) -> Program:
         """A written program read again, as a control would."""
-        return read_program(source, self.program.dialect.name, self.program.file)
+        return self.program.rewritten(source)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ it. Only X and Y words change; where a block names one of them, the other is wri
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -38,6 +38,11 @@ NOT_FOLLOWED: Final = {
     51.1: "a mirrored frame",
 }
 """G codes after which X and Y are not, or not only, points of the plane."""
+
+
+ROTARY: Final = frozenset("ABC")
+MACRO_CALLS: Final = frozenset({65.0, 66.0, 66.1})
+_UNITS: Final = {"mm": False, "inch": True}
 
 
 @dataclass(frozen=True)
@@ -102,13 +107,12 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
     points = list(_points(program, no_positions))
     if not points:
         return Displaced([], np.empty((0, 2)), (0.0, 0.0), 0)
-    fine = _as_fine_as_written(program, points)
     at = -_error_mm(program, field, points)
     before = np.vstack([at[:1], at[:-1]])
     edits = [
         edit
         for point, correction, last in zip(points, at, before, strict=True)
-        for edit in _edits(fine, point, correction, last)
+        for edit in _edits(program, point, correction, last)
     ]
     size = np.abs(at)
     x, y = size.max(axis=0).tolist()
@@ -156,28 +160,29 @@ def _edits(program: Program, point: _Point, correction: Array, before: Array) ->
             yield edit
 
 
-def _as_fine_as_written(program: Program, points: Sequence[_Point]) -> Program:
-    """The program with a step of as many decimals as its finest point has, nine at most, in mm and in inches alike."""
-    fractions = (word.text.partition(".")[2].strip() for point in points for word in point.words.values())
-    finest = float(f"1e-{min(max(map(len, fractions), default=0), 9)}")
-    inch, metric = (min(program.dialect.step(inch), finest) for inch in (True, False))
-    return replace(program, dialect=replace(program.dialect, resolution_inch=inch, resolution_mm=metric))
-
-
 def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point]:
     """Every block with an X or Y word, with the position it leads to in mm."""
     last: dict[str, float] = {}
-    inch = incremental = False
+    angles = {word.letter: math.nan for block in program.blocks for word in _rotary(block)}
+    inch, incremental = _UNITS.get(program.unit or ""), False
     for block in program.blocks:
         codes = {word.value for word in block.words if word.letter == "G" and word.kind == "number"}
         for word in block.words:
             if word.letter == "G" and word.value in NOT_FOLLOWED:
                 raise _no_point(program, word, NOT_FOLLOWED[word.value])
-        inch = 20 in codes or (inch and 21 not in codes)
+        inch = _unit(program, block, inch, first=not last)
         incremental = 91 in codes or (incremental and 90 not in codes)
+        for word in _rotary(block):
+            angles[word.letter] = word.value if word.kind == "number" and not incremental else math.nan
         words = {word.letter: word for word in block.words if word.letter in ("X", "Y")}
         if not words or codes & no_positions:
             continue
+        first = next(iter(words.values()))
+        if inch is None:
+            raise _no_unit(program, first)
+        for axis, angle in angles.items():
+            if angle % 360.0 != 0.0:  # NaN as well
+                raise _no_point(program, first, f"a point where {axis} does not stand at 0 degrees, or is not known to")
         state = CoordinateState(inch=inch, diameter=False)
         for word in words.values():
             if incremental or word.kind != "number":
@@ -186,6 +191,41 @@ def _points(program: Program, no_positions: frozenset[float]) -> Iterator[_Point
         if len(last) < 2:
             raise _no_point(program, next(iter(words.values())), "one of X and Y, and the other has no position yet")
         yield _Point(block, words, (last["X"], last["Y"]), state)
+
+
+def _rotary(block: Block) -> list[Word]:
+    """Words of rotary axes; in a block that calls a macro these letters are its arguments."""
+    words = [word for word in block.words if word.letter in ROTARY and word.kind in ("number", "expression")]
+    calls = words and any(word.letter == "G" and word.value in MACRO_CALLS for word in block.words)
+    return [] if calls else words
+
+
+def _unit(program: Program, block: Block, inch: bool | None, *, first: bool) -> bool | None:
+    """Whether the unit is the inch after the codes of a block; None while nothing says so.
+
+    Raises NC-UNIT where the block states, before the first point, another unit than the one given.
+    """
+    stated = [word for word in block.words if word.letter == "G" and word.kind == "number" and word.value in (20, 21)]
+    if not stated or block.skipped:
+        return inch
+    now = stated[-1].value == 20
+    if first and inch is not None and program.unit is not None and now is not inch:
+        raise TrueloopError(
+            Code.NC_UNIT,
+            f"{stated[-1].text} states {'inch' if now else 'mm'}, and the unit was given as {program.unit}",
+            hint="leave --unit out: the program states its unit itself",
+            place=program.place(stated[-1].start),
+        )
+    return now
+
+
+def _no_unit(program: Program, word: Word) -> TrueloopError:
+    return TrueloopError(
+        Code.NC_UNIT,
+        f"the program does not state its unit before its first length, {word.text}: 1 is 1 mm or 25.4 mm",
+        hint="write G20 or G21 before it, or say which unit is in force at the start: --unit mm or --unit inch",
+        place=program.place(word.start),
+    )
 
 
 def _no_point(program: Program, word: Word, why: str) -> TrueloopError:

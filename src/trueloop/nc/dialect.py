@@ -1,7 +1,7 @@
 """The dialects the Rust core knows: what a writer of programs needs of them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from trueloop._core import nc_dialects
@@ -36,6 +36,12 @@ class Dialect:
     def step_mm(self, inch: bool) -> float:
         """The same in mm."""
         return self.step(inch) * (MM_PER_INCH if inch else 1.0)
+
+    def with_decimals(self, decimals: int) -> "Dialect":
+        """The same, with steps of that many decimals where its own are coarser."""
+        finest = float(f"1e-{decimals}")
+        inch, metric = min(self.resolution_inch, finest), min(self.resolution_mm, finest)
+        return replace(self, resolution_inch=inch, resolution_mm=metric)
 
     def comment(self, text: str) -> str:
         """The text as a comment on one line."""

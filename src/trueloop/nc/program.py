@@ -6,8 +6,9 @@ Nothing is normalised: `Program.source` is what was read, and an unedited progra
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal, TypeAlias
 
-from trueloop._core import NcProgram, nc_writes_comma
+from trueloop._core import NcProgram, nc_writes_comma, nc_written_decimals
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.nc.cutter_tool import CutterTool, tool_rows
 from trueloop.nc.dialect import Dialect, dialect_named
@@ -15,6 +16,9 @@ from trueloop.nc.tool_path import ToolPath
 
 BLOCK_LIMIT = 10_000_000
 """Most blocks a run executes, every turn of a loop counted."""
+
+Unit: TypeAlias = Literal["mm", "inch"]
+"""What a length of a program counts."""
 
 
 @dataclass(frozen=True)
@@ -79,16 +83,26 @@ class OffsetStatement:
 
 @dataclass(frozen=True)
 class Program:
-    """A program as read. Made by `read_program`."""
+    """A program as read. Made by `read_program`.
+
+    `unit`: what is in force when it starts, where whoever runs it says so; `decimals`: how many are written at least.
+    """
 
     source: bytes
     dialect: Dialect
     file: str | None
     core: NcProgram = field(repr=False, compare=False)
+    unit: Unit | None = None
+    decimals: int = 0
 
     def __reduce__(self) -> tuple[object, ...]:
         """Copies are read anew from the source: another process has its own core."""
-        return read_program, (self.source, self.dialect.name, self.file)
+        return read_program, (self.source, self.dialect.name, self.file, self.unit, self.decimals)
+
+    def rewritten(self, source: bytes) -> "Program":
+        """Another text of the same program, read under the same terms, and never written coarser than this one."""
+        decimals = max(self.decimals, nc_written_decimals(self.core))
+        return read_program(source, self.dialect.name, self.file, self.unit, decimals)
 
     @property
     def block_count(self) -> int:
@@ -159,33 +173,46 @@ class Program:
 
         parameters: values by name (`P46`, `#1`, `#<depth>`). skipped_blocks: run the blocks that start with a slash.
         position_mm: where the tool stands at the start, X a radius. inch, diameter, plane (17, 18, 19): the state at
-        the start where it is not the dialect's own. tools: with them the path under G41 and G42 is that of the
-        controlled point, without them the programmed contour; G43 takes their lengths, T0101 their offsets.
+        the start where it is not the program's `unit` and the dialect's own. tools: with them the path under G41 and
+        G42 is that of the controlled point, without them the programmed contour; G43 takes their lengths, T0101 their
+        offsets.
         work_offsets_mm: where the zeros of work offsets are in machine coordinates, X a radius, by number from 1 (G54);
         `offset_number` knows their names. trace: note the blocks executed and the state after each. roughing: take
         roughing cycles (G71 to G73) apart; without it their passes, which follow the contour and say nothing of it, are
         not in the path. strict: raise the first of NC-PARAMETER (a parameter without a value), NC-EXPRESSION, NC-FLOW,
-        NC-LIMIT, NC-DUPLICATE (two codes of one group), NC-FEED (one below zero) and, with tools, NC-TOOL (one that is
+        NC-LIMIT, NC-UNIT (a length before the unit is stated, or one stated against the one given), NC-DUPLICATE (two
+        codes of one group), NC-FEED (one below zero) and, with tools, NC-TOOL (one that is
         not among them), NC-GOUGE (a corner it does not fit into) and NC-ENTRY (a way in that is too short); without it
         they are among the path's findings, with what could not be computed as NaN.
         """
+        if inch is None and self.unit is not None:
+            inch = self.unit == "inch"
         try:
-            moves, states, rows = self.core.run(
+            moves, states, rows, unit = self.core.run(
                 list((parameters or {}).items()), skipped_blocks, position_mm, block_limit, inch, diameter, plane,
                 tool_rows(tools), trace, list((work_offsets_mm or {}).items()), roughing,
             )  # fmt: skip
         except ValueError as refused:
             raise no_parameter(str(refused), self.dialect.name) from None
-        findings = self._findings(rows)
+        findings = (*self._findings(rows), *contradicted(self.unit, unit, self.file))
         if strict:
             _raise_first(findings)
-        return ToolPath(findings=findings, states=states, **moves)
+        return ToolPath(findings=findings, states=states, unit_stated=unit, **moves)
 
     def _findings(self, rows: list[tuple[str, str, str, str, int]]) -> tuple[Finding, ...]:
         return tuple(
             Finding(Severity(severity), Code(code), message, hint, self.place(at))
             for severity, code, message, hint, at in rows
         )
+
+
+def contradicted(given: Unit | None, stated: tuple[int, bool] | None, file: str | None) -> tuple[Finding, ...]:
+    """NC-UNIT where the block `stated` (from 0) states before any length another unit than the one given."""
+    if given is None or stated is None or stated[1] is (given == "inch"):
+        return ()
+    message = f"line {stated[0] + 1} states {'inch' if stated[1] else 'mm'}, and the unit was given as {given}"
+    hint = "leave --unit, in a job programs.unit, out: the program states its unit itself"
+    return (Finding(Severity.ERROR, Code.NC_UNIT, message, hint, Place(file, stated[0] + 1, 1)),)
 
 
 def no_parameter(name: str, dialect: str) -> TrueloopError:
@@ -207,12 +234,18 @@ _RAISED = {
 
 def _raise_first(findings: tuple[Finding, ...]) -> None:
     for found in findings:
-        if found.severity == Severity.ERROR and found.code in _RAISED:
+        if (found.severity == Severity.ERROR and found.code in _RAISED) or found.code is Code.NC_UNIT:
             raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
 
 
-def read_program(source: bytes, dialect: str, file: str | None = None) -> Program:
-    """Reads a program: any bytes can be read. Raises NC-DIALECT (no such dialect), NC-LIMIT (2 GiB or more)."""
+def read_program(
+    source: bytes, dialect: str, file: str | None = None, unit: Unit | None = None, decimals: int = 0
+) -> Program:
+    """Reads a program: any bytes can be read. Raises NC-DIALECT (no such dialect), NC-LIMIT (2 GiB or more).
+
+    unit: what is in force at its start. Coordinates are written with as many decimals as the control resolves, the
+    program's own have, or `decimals` says, whichever is most.
+    """
     known = dialect_named(dialect)
     try:
         core = NcProgram(source, dialect)
@@ -223,4 +256,5 @@ def read_program(source: bytes, dialect: str, file: str | None = None) -> Progra
             hint="split the program",
             place=Place(file),
         ) from None
-    return Program(source, replace(known, decimal_comma=nc_writes_comma(core)), file, core)
+    as_written = known.with_decimals(max(decimals, nc_written_decimals(core)))
+    return Program(source, replace(as_written, decimal_comma=nc_writes_comma(core)), file, core, unit, decimals)

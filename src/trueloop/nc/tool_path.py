@@ -65,6 +65,8 @@ class ToolPath:
     `call` (n,) indexes `calls` (k, 2): the block that calls, and the call that one is in itself, −1 outside any. Before
     move `dwell_before` (m,) the tool dwells for `dwell_s` (m,), NaN where the program counts revolutions.
 
+    `unit_stated`: the block, from 0, that states the unit before any length, and whether it is the inch.
+
     Of a traced run also the m blocks executed, in order: `executed` (m, 3), block, number of moves and state after it;
     `executed_at_mm` (m, 3), where the tool was then; `executed_offset_mm` (m, 3), machine less program position then,
     by the offsets that the program says itself. Otherwise m is 0.
@@ -84,6 +86,7 @@ class ToolPath:
     calls: Integers
     dwell_before: Integers
     dwell_s: Array
+    unit_stated: tuple[int, bool] | None
     states: dict[str, NDArray[Any]]
     executed: Integers = field(default_factory=lambda: np.empty((0, 3), dtype=np.int32))
     executed_at_mm: Array = field(default_factory=lambda: np.empty((0, 3)))
@@ -177,6 +180,11 @@ class ToolPath:
     def renamed(self) -> Integers:
         """How often another tool, tool offset or work offset came into force that X, Y or Z hang on, (n, 3)."""
         return self._of_state("renamed")
+
+    @cached_property
+    def turned(self) -> Integers:
+        """Letter (as its code, 0 for none) of a rotary axis that stands or moves away from 0, or where is not known."""
+        return self._of_state("turned")
 
     def call_stack(self, move: int) -> tuple[int, ...]:
         """Lines of the calls in which that move is made, from 1, the outermost first."""

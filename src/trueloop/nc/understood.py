@@ -1,9 +1,9 @@
 """A program that shall be changed must be without errors of its own, and understood whole."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Final
 
-from trueloop.errors import Code, Severity, TrueloopError
+from trueloop.errors import Code, Place, Severity, TrueloopError
 from trueloop.nc.program import Program
 from trueloop.nc.tool_path import Motion, ToolPath
 
@@ -33,6 +33,28 @@ def require_sound(path: ToolPath, apart_from: Collection[Code] = ()) -> None:
     errors = (found for found in path.findings if found.severity is Severity.ERROR and found.code not in apart_from)
     for found in sorted(errors, key=lambda error: (error.place.line or 0, error.place.column or 0)):
         raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+
+
+def require_unit(path: ToolPath) -> None:
+    """Raises NC-UNIT where lengths come before their unit, or the one given contradicts the one stated."""
+    for found in path.findings:
+        if found.code is Code.NC_UNIT:
+            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+
+
+def require_unturned(path: ToolPath, moves: Sequence[int]) -> None:
+    """Raises NC-MAP for the first of the moves that a rotary axis turns: a displacement along X, Y, Z is not turned."""
+    turned = [move for move in moves if path.turned[move]]
+    if turned:
+        letter = chr(path.turned[turned[0]])
+        axis = "a rotary axis" if letter == "o" else letter
+        raise TrueloopError(
+            Code.NC_MAP,
+            f"{axis} does not stand at 0 degrees, or is not known to, in {len(turned)} of {len(moves)} moves that are "
+            "corrected: the correction is not turned with it",
+            hint=f"correct what is cut with {axis} at 0, said by a position before the first cut",
+            place=Place(line=int(path.line[turned[0]]), column=1),
+        )
 
 
 def require_known_frame(path: ToolPath) -> None:

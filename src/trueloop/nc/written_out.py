@@ -17,7 +17,7 @@ from trueloop.nc.along import points_along
 from trueloop.nc.edit import Edit, apply_edits
 from trueloop.nc.explicit_moves import Explicit
 from trueloop.nc.explicit_splines import chords_of_one, makes_spline
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.program import Program
 from trueloop.nc.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped, is_wordless
 from trueloop.nc.tool_path import Array, Motion, ToolPath
 from trueloop.nc.understood import NOT_UNDERSTOOD
@@ -87,7 +87,7 @@ def written_out(
     for visit in visits:
         explicit.write(visit)
     edits = tuple(edit for block in explicit.edits.values() for edit in block)
-    written = read_program(apply_edits(program, edits), program.dialect.name, program.file)
+    written = program.rewritten(apply_edits(program, edits))
     done = WrittenOut(written, run(written), edits)
     _require_same(program, path, done)
     return done

@@ -58,15 +58,15 @@ def test_one_plate_has_no_others_to_judge_it(reports: list[str]) -> None:
 @pytest.mark.parametrize(
     ("program", "options", "status", "words"),
     [
-        ("X100. Y0.\n", ["--quadrupole", "3e-3,0"], 3, "CMP-SIZE: a correction of X by 300.0 µm"),
+        ("G21\nX100. Y0.\n", ["--quadrupole", "3e-3,0"], 3, "CMP-SIZE: a correction of X by 300.0 µm"),
         (
-            "X100. Y0.\n",
+            "G21\nX100. Y0.\n",
             ["--quadrupole", "3e-3,0", "--limit-um", "300"],
             0,
             "largest correction X 300.0 Y 0.0 µm over 1",
         ),
         ("(trueloop corrected 12)\nX1. Y1.\n", ["--quadrupole", "3e-5,0"], 3, "holes.nc:1: CMP-TWICE"),
-        ("G91\nX1. Y1.\n", ["--quadrupole", "3e-5,0"], 3, "holes.nc:2:1: MCH-PROGRAM"),
+        ("G21 G91\nX1. Y1.\n", ["--quadrupole", "3e-5,0"], 3, "holes.nc:2:1: MCH-PROGRAM"),
         ("X1. Y1.\n", ["--quadrupole", "3e-5"], 2, "not M,DEG"),
         ("X1. Y1.\n", ["--quadrupole", "nan,0"], 2, "not M,DEG"),
         ("X1. Y1.\n", [], 2, "give --quadrupole or --table"),

@@ -96,7 +96,7 @@ def test_a_program_does_not_command_the_terminal(
     program: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
 ) -> None:
     monkeypatch.chdir(program.parent)
-    program.write_bytes(b'G1 \x1b[2J"\x07\x9b5m X1\n' + SQUARE.encode())
+    program.write_bytes(b'G1 \x1b[2J"\x07\x9b5m G21\n' + SQUARE.encode())
     said = invoke("nc", command[0], program, "-d", "linuxcnc", *command[1:])
     assert ":1:4: " in said.output
     assert all(letter.isprintable() for letter in said.output.replace("\n", ""))

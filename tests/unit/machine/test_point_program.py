@@ -25,7 +25,8 @@ def test_a_point_on_the_x_axis_is_pulled_in_and_one_on_the_y_axis_pushed_out() -
 def test_a_coordinate_left_out_is_written_in_when_its_correction_changes() -> None:
     """At (100, 100) the field vanishes; at (50, 100) it does not."""
     assert (
-        _corrected("G90\nG0 X100. Y100.\nX50. ( drill )\n") == "G90\nG0 X100. Y100.\nX50.00300 Y100.00600 ( drill )\n"
+        _corrected("G90 G21\nG0 X100. Y100.\nX50. ( drill )\n")
+        == "G90 G21\nG0 X100. Y100.\nX50.00300 Y100.00600 ( drill )\n"
     )
 
 
@@ -54,12 +55,12 @@ def test_a_table_says_where_to_go_not_what_is_wrong() -> None:
 @pytest.mark.parametrize(
     ("text", "dialect", "why"),
     [
-        ("G91\nX1. Y1.\n", "linuxcnc", "an increment"),
-        ("X1. Y1.\nG2 X2. Y2. I1.\n", "linuxcnc", "an arc"),
+        ("G21 G91\nX1. Y1.\n", "linuxcnc", "an increment"),
+        ("G21\nX1. Y1.\nG2 X2. Y2. I1.\n", "linuxcnc", "an arc"),
         ("G7\nX1. Y1.\n", "linuxcnc", "diameter"),
         ("G51.1 X0.\nX1. Y1.\n", "fanuc-mill", "mirrored"),
-        ("X1.\n", "linuxcnc", "no position yet"),
-        ("X[#1] Y1.\n", "linuxcnc", "computed"),
+        ("G21\nX1.\n", "linuxcnc", "no position yet"),
+        ("G21\nX[#1] Y1.\n", "linuxcnc", "computed"),
         ("X1. Z1.\n", "fanuc-lathe", "fanuc-lathe"),
         ("L X+1 Y+1\n", "heidenhain", "heidenhain"),
     ],

@@ -50,14 +50,14 @@ def displaced(text: str, delta_mm: float, state: CoordinateState, dialect: str =
         ("Z0", 0.25, "Z0.25000"),
         ("Z10.5", -1.0, "Z9.50000"),
         ("Z09.5", 1.0, "Z10.50000"),
-        ("Z0.000001", 0.00001, "Z0.000010"),
+        ("Z0.000001", 0.00001, "Z0.000011"),
         ("Z1.", 0.5, "Z1.50000"),
         ("Z-0.00002", 0.00002, "Z0.00000"),
         ("Z6,2625", 0.001, "Z6.26350"),
     ],
 )
 def test_a_plain_number_keeps_its_style(old: str, delta_in: float, new: str) -> None:
-    """Sign habit, leading zeros and decimals stay; no fewer decimals than the control resolves (1e-5 in)."""
+    """Sign habit, leading zeros and decimals stay; no fewer than the control resolves (1e-5 in) or the word has."""
     assert displaced(f"N10 G01 {old}", delta_in * 25.4, INCH_DIAMETER) == f"N10 G01 {new}"
 
 

@@ -130,8 +130,8 @@ def test_a_comma_may_be_the_decimal_point(text: str, value: float) -> None:
 def test_the_coordinates_of_a_pole_are_the_plane_of_its_arcs() -> None:
     """A quarter turn down into the material, in ZX, and one on in XY."""
     path = klartext(
-        "1 TOOL CALL 1 Z\n2 L X+155.3 Y-168 Z-3.6 F1\n3 CC X+156.7 Z-3.6\n4 CP IPA-90 DR-\n5 L X+158.1\n"
-        "6 CC X+158.1 Y-166.6\n7 CP IPA+90 DR+"
+        "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z\n2 L X+155.3 Y-168 Z-3.6 F1\n3 CC X+156.7 Z-3.6\n4 CP IPA-90 DR-\n"
+        "5 L X+158.1\n6 CC X+158.1 Y-166.6\n7 CP IPA+90 DR+"
     ).run()
     assert path.end_mm[1] == pytest.approx([156.7, -168.0, -5.0])
     assert path.end_mm[3] == pytest.approx([159.5, -166.6, -5.0])

@@ -7,7 +7,7 @@ from trueloop.nc.program import read_program
 from trueloop.nc.shape_words import require_own_shape
 
 LATHE = "G18 G71 DIAMON\nG1 X10 Z0 F1\n"
-MILL = "1 L X+0 Y+0 Z+0 F100\n2 L X+10\n"
+MILL = "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 F100\n2 L X+10\n"
 
 
 def checked(text: str, dialect: str, *, absolute_centres: bool = True) -> None:

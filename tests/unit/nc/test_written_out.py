@@ -125,14 +125,14 @@ def test_a_program_without_any_stays() -> None:
 @pytest.mark.parametrize(
     ("text", "dialect", "line", "why"),
     [
-        ("#1=9.\nG1 X#1 Y0. F9.\nX10. ,R1.\nY10.", "fanuc-mill", 3, "it hangs on X#1"),
-        ("#1=9.\nG1 X1. Y0. F9.\nX10. ,R1.\nY#1", "fanuc-mill", 3, "it hangs on Y#1"),
-        ("#1=1.\nG1 X1. Y0. F9.\nX10. ,R#1\nY9.", "fanuc-mill", 3, "it hangs on ,R#1"),
-        ("G91\nG1 X1. Y0. F9.\nG93 X10. ,R1. F2.\nY10. F2.", "fanuc-mill", 3, "G93"),
-        ("G93 G1 X1. Y0. F9.\nX10. ,R1. F9.\nY10. F9.", "fanuc-mill", 2, "the time of its move is given"),
-        ("G1 X1. Y0. F9.\nX10. ,R1. M77\nY10.", "fanuc-mill", 2, "before or after the move"),
-        ("RNDM=1\nG1 X9 Y0 F9\nY9\nGOTOF END\nX20\nEND:\nX0", "siemens", 5, "RNDM may be in force here"),
-        ("G1 X0 Y0 F9\nR1=1\nWHILE R1<3\nX10 RND=R1\nY10\nX0 Y0\nR1=R1+1\nENDWHILE", "siemens", 4, "hangs on RND=R1"),
+        ("G21 #1=9.\nG1 X#1 Y0. F9.\nX10. ,R1.\nY10.", "fanuc-mill", 3, "it hangs on X#1"),
+        ("G21 #1=9.\nG1 X1. Y0. F9.\nX10. ,R1.\nY#1", "fanuc-mill", 3, "it hangs on Y#1"),
+        ("G21 #1=1.\nG1 X1. Y0. F9.\nX10. ,R#1\nY9.", "fanuc-mill", 3, "it hangs on ,R#1"),
+        ("G21 G91\nG1 X1. Y0. F9.\nG93 X10. ,R1. F2.\nY10. F2.", "fanuc-mill", 3, "G93"),
+        ("G21 G93 G1 X1. Y0. F9.\nX10. ,R1. F9.\nY10. F9.", "fanuc-mill", 2, "the time of its move is given"),
+        ("G21 G1 X1. Y0. F9.\nX10. ,R1. M77\nY10.", "fanuc-mill", 2, "before or after the move"),
+        ("G71 RNDM=1\nG1 X9 Y0 F9\nY9\nGOTOF END\nX20\nEND:\nX0", "siemens", 5, "RNDM may be in force here"),
+        ("G71 G1 X0 Y0 F9\nR1=1\nWHILE R1<3\nX10 RND=R1\nY9\nX0 Y0\nR1=R1+1\nENDWHILE", "siemens", 4, "on RND=R1"),
     ],
 )
 def test_what_cannot_be_written_out_is_refused(text: str, dialect: str, line: int, why: str) -> None:
@@ -144,7 +144,7 @@ def test_what_cannot_be_written_out_is_refused(text: str, dialect: str, line: in
 
 def test_a_corner_that_a_loop_runs_to_different_places_is_refused() -> None:
     """The second time the tool comes from elsewhere: the rounding begins at another place."""
-    text = "G1 X0 Y0 F9\nFOR R1=1 TO 2\nX10 Y5 RND=1\nX20 Y9\nX0 Y30\nENDFOR\n"
+    text = "G71 G1 X0 Y0 F9\nFOR R1=1 TO 2\nX10 Y5 RND=1\nX20 Y9\nX0 Y30\nENDFOR\n"
     with pytest.raises(TrueloopError, match="runs several times to different places") as refused:
         explicit(text, "siemens")
     assert refused.value.place.line == 3
@@ -153,7 +153,7 @@ def test_a_corner_that_a_loop_runs_to_different_places_is_refused() -> None:
 def test_a_corner_in_an_optional_block_is_refused() -> None:
     """Its new blocks would have to be optional as well, and the next one begin elsewhere without them."""
     with pytest.raises(TrueloopError, match="optional block") as refused:
-        explicit("G1 X1. Y0. F9.\n/X10. ,R1.\nY10.", "fanuc-mill", with_slashes)
+        explicit("G21 G1 X1. Y0. F9.\n/X10. ,R1.\nY10.", "fanuc-mill", with_slashes)
     assert refused.value.code is Code.NC_EDIT and refused.value.place.line == 2
 
 

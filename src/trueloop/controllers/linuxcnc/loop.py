@@ -89,6 +89,7 @@ def drive_part(
     """
     inputs, machine = trial.inputs, workshop.machine
     _require_dialect(inputs)
+    _require_unit(inputs)
     rng = random_of(seed, 0)
     roughed = machine.cut(Stock(), trial.rough, rng, workshop.temperatures_c[0])
     say("LinuxCNC runs the semi-finish program")
@@ -150,6 +151,20 @@ def _require_dialect(inputs: Inputs) -> None:
             f"the finish program is written for {name!r}; LinuxCNC runs {DIALECT!r} only",
             hint="take a job whose programs are LinuxCNC's, as examples/loop/job.toml",
         )
+
+
+def _require_unit(inputs: Inputs) -> None:
+    """LinuxCNC starts in mm here: a program that is meant in inches has to state them itself."""
+    for program in (inputs.semifinish, inputs.program):
+        if program is not None and program.unit == "inch":
+            path = replace(program, unit=None).run(inputs.parameters, strict=False)
+            for found in (found for found in path.findings if found.code is Code.NC_UNIT):
+                raise TrueloopError(
+                    found.code,
+                    f"programs.unit is inch, LinuxCNC starts in mm, and {found.message}",
+                    hint="write G20 at the program's start",
+                    place=found.place,
+                )
 
 
 def _semifinish_program(inputs: Inputs) -> bytes:

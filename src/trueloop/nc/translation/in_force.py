@@ -15,7 +15,8 @@ NOWHERE: Vector = (math.nan, math.nan, math.nan)
 
 @dataclass(frozen=True)
 class Target:
-    """The dialect to be written, its row, and the decimals of coordinates where they are asked for.
+    """The dialect to be written, its row, and the decimals of coordinates where they are asked for; those of the source
+    are in `dialect`'s steps.
 
     `rows` of the offset table that each tool is used with, as `rows_of_tools` has them.
     """
@@ -65,7 +66,7 @@ def number(value: float, decimals: int) -> str:
 
 
 def decimals(target: Target, state: InForce) -> int:
-    """Those asked for, else those of the control's resolution."""
+    """Those asked for, else those of the control's resolution or the source's own, whichever are more."""
     if target.decimals is not None:
         return target.decimals
     return max(0, round(-math.log10(target.dialect.step(state.coordinates.inch))))

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from trueloop._core import nc_written_decimals
 from trueloop.errors import Code, Finding, Place, TrueloopError
 from trueloop.nc.dialect import dialect_named
 from trueloop.nc.program import Program, Word
@@ -56,12 +57,13 @@ def translate(
     skipped_blocks: bool = False,
     decimals: int | None = None,
 ) -> Translation:
-    """Writes a program in the dialect `to`; `decimals` of coordinates, without it those of the control's resolution.
+    """Writes a program in the dialect `to`; `decimals` of coordinates, without it those of the control's resolution,
+    or of the source's coordinates where these are more.
 
     Raises NC-DIALECT, NC-LOST (a turning program for a mill or the other way round, an arc or a thread that cannot be
     written), NC-LIMIT (a negative number of decimals or more than 9) and what running the program raises.
     """
-    target = Target(dialect_named(to), CONTROLS[to], decimals)
+    target = Target(dialect_named(to).with_decimals(nc_written_decimals(program.core)), CONTROLS[to], decimals)
     if decimals is not None and not 0 <= decimals <= MOST_DECIMALS:
         raise TrueloopError(Code.NC_LIMIT, f"{decimals} decimals: 0 to 9 can be written", hint="leave --decimals out")
     path = program.run(parameters, skipped_blocks=skipped_blocks, trace=True)

@@ -1,0 +1,103 @@
+//! The unit of lengths: what the program states, what it was run with, and which length comes first.
+
+use crate::codes::Action;
+use crate::dialect::{Dialect, FlowStyle, G};
+use crate::finding;
+use crate::modal::FeedMode;
+use crate::request::Request;
+use crate::run::Runner;
+
+/// Words that are lengths in blocks that set a frame or go to a place of the machine.
+const LENGTHS: [u8; 6] = *b"XYZUVW";
+
+/// What is known of the unit so far.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Unit {
+    /// Whoever runs the program says it.
+    is_given: bool,
+    /// The program has stated it.
+    is_stated: bool,
+    /// A length has come.
+    pub is_used: bool,
+    /// The block at hand goes to a place of the machine by no length of its own.
+    is_idle: bool,
+}
+
+impl Unit {
+    /// Before the first block.
+    pub fn new(is_given: bool) -> Self {
+        Self { is_given, is_stated: false, is_used: false, is_idle: false }
+    }
+}
+
+/// How a program of a dialect states its unit.
+fn unit_codes(dialect: &Dialect) -> &'static str {
+    match dialect.flow {
+        FlowStyle::Labels => "BEGIN PGM with MM or INCH",
+        _ if matches!((dialect.g)(200), Some(G::Inch(_))) => "G20 or G21",
+        _ => "G70 or G71",
+    }
+}
+
+impl Runner<'_> {
+    /// The program states its unit. Before any length that is its own, whatever it was run with.
+    pub(crate) fn state_unit(&mut self, inch: bool) {
+        let unit = self.state.unit;
+        if !unit.is_stated && !unit.is_used {
+            self.path.unit_stated = Some((self.block, inch));
+        }
+        self.state.unit.is_stated = true;
+        self.state.modal.inch = inch;
+    }
+
+    /// A length comes, the program's first: it means nothing without a unit.
+    pub(crate) fn use_unit(&mut self, word: i32) {
+        let unit = self.state.unit;
+        if unit.is_idle {
+            return;
+        }
+        self.state.unit.is_used = true;
+        if unit.is_given || unit.is_stated {
+            return;
+        }
+        let (name, habit) = (self.program.dialect().name, if self.state.modal.inch { "inch" } else { "mm" });
+        let first = Some(self.word_text(word)).filter(|text| !text.is_empty());
+        let first = first.map_or(String::new(), |text| format!(", {text}"));
+        let message = format!(
+            "the program does not state its unit before its first length{first}: by the habit of {name} it is {habit} (1 = {} mm)",
+            self.state.modal.mm()
+        );
+        let hint = format!(
+            "write {} before it, or say which unit is in force at the start: --unit mm or --unit inch, in a job programs.unit",
+            unit_codes(self.program.dialect())
+        );
+        self.warn(finding::UNIT, self.word_start(word), message, &hint);
+    }
+
+    /// Looks for lengths beside those of moves: of frames and feeds. Zero needs no unit where a block sets a frame or
+    /// goes to a place of the machine: `G28 U0 W0`, `G53 Z0`.
+    pub(crate) fn look_for_lengths(&mut self, request: &Request, action: Action) {
+        let length = |letter: &&u8| request.get(**letter).is_some_and(|value| value != 0.0);
+        let first = LENGTHS.iter().find(length).map(|letter| request.word(*letter));
+        let to_machine = matches!(action, Action::Motion(true) | Action::Home(_) | Action::HomeNamed(_));
+        self.state.unit.is_idle = to_machine && first.is_none();
+        let sets_frame = matches!(
+            action,
+            Action::SetRegister
+                | Action::OffsetRegister
+                | Action::Shift(_)
+                | Action::SetData
+                | Action::SetWorkOffset
+                | Action::ToolOffset
+                | Action::Pole(_)
+        );
+        let lengthens = request.codes().iter().any(|(code, _)| matches!(code, G::ToolTableOffset(_)));
+        if let Some(word) = first.filter(|_| sets_frame || lengthens) {
+            return self.use_unit(word);
+        }
+        let feeds = self.state.modal.feed_mode != FeedMode::InverseTime && action != Action::Nothing;
+        if feeds && length(&&b'F') {
+            self.use_unit(request.word(b'F'));
+        }
+    }
+}
