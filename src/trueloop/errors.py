@@ -31,6 +31,7 @@ class Code(StrEnum):
     GEO_DXF = "GEO-DXF"  # a drawing that cannot be read as a profile
     GEO_DXF_UNIT = "GEO-DXF-UNIT"  # a drawing without a length unit
     GEO_DXF_CHOICE = "GEO-DXF-CHOICE"  # several chains, a branch or a closed outline
+    GEO_STEP = "GEO-STEP"  # a solid whose section is no turned profile
 
     # NC: programs
     NC_COMPENSATED = "NC-COMPENSATED"  # G41 or G42 where it cannot be followed, or on the wrong side

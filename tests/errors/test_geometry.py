@@ -9,8 +9,10 @@ import ezdxf.filemanagement
 import pytest
 
 from tests.support.profiles import polyline
+from tests.support.solids import written
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.dxf import read_dxf
+from trueloop.formats.step_profile import read_step_profile
 from trueloop.gauging.plan import Spacing, equally_spaced
 from trueloop.geometry.feature import Arc, Line, Point
 from trueloop.geometry.offset import nose_centre_path
@@ -35,6 +37,13 @@ def _read_drawing(units: int, polylines: list[list[Point]]) -> object:
         return read_dxf(path)
 
 
+def _section_of_a_box() -> object:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
+    with TemporaryDirectory() as folder:
+        return read_step_profile(written(BRepPrimAPI_MakeBox(5.0, 6.0, 7.0).Shape(), Path(folder) / "box.step"))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.GEO_EMPTY: lambda: checked_profile([]),
     Code.GEO_VALUE: lambda: checked_profile([Line("cylinder", A, (math.nan, 5.0))]),
@@ -55,6 +64,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.GEO_SHARP: lambda: nose_centre_path(_vee(8.0, convex=True), 0.4),
     Code.GEO_DXF: lambda: _read_drawing(4, []),
     Code.GEO_DXF_UNIT: lambda: _read_drawing(0, [[(0, 10), (5, 10)]]),
+    Code.GEO_STEP: _section_of_a_box,
     Code.GEO_DXF_CHOICE: lambda: _read_drawing(4, [[(0, 10), (5, 10)], [(20, 10), (25, 10)]]),
     Code.TCH_PLAN: lambda: equally_spaced(checked_profile(polyline([A, B])), {"f0": Spacing(3)}),
 }

@@ -1,10 +1,12 @@
 """Solids made by the CAD kernel, and the files it writes of them."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from trueloop.formats.cad_kernel import kernel
+from trueloop.geometry.feature import Feature, Line, Point
 
 
 def written(shape: Any, path: Path, unit: str = "MM") -> Path:
@@ -41,3 +43,39 @@ def turned_spline() -> Any:
         wire.Add(BRepBuilderAPI_MakeEdge(a, b).Edge())
     face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
     return BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1))).Shape()
+
+
+def turned(features: Sequence[Feature], bore_mm: float = 0.0, place: Any = None) -> Any:
+    """The solid that a profile bounds, turned about the z axis, closed by a face at the chuck, with a bore or none;
+    moved to a place (gp_Ax3) with its axis.
+    """
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeEdge,
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakeWire,
+        BRepBuilderAPI_Transform,
+    )
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
+    from OCP.GC import GC_MakeArcOfCircle
+    from OCP.gp import gp_Ax1, gp_Ax3, gp_Dir, gp_Pnt, gp_Trsf
+
+    def at(point: Point) -> Any:
+        return gp_Pnt(point[0], 0.0, point[1])
+
+    (_, z0), (x1, z1) = features[0].start_mm, features[-1].end_mm
+    wire = BRepBuilderAPI_MakeWire()
+    for feature in features:
+        start, middle, end = (at(tuple(feature.point_mm(s))) for s in (0, feature.length_mm / 2, feature.length_mm))
+        straight = isinstance(feature, Line)
+        curve = None if straight else GC_MakeArcOfCircle(start, middle, end).Value()
+        wire.Add((BRepBuilderAPI_MakeEdge(start, end) if straight else BRepBuilderAPI_MakeEdge(curve)).Edge())
+    corners = [(x1, z1), *([(bore_mm, z1)] if x1 > bore_mm else []), (bore_mm, z0), features[0].start_mm]
+    for a, b in pairwise(corners):
+        wire.Add(BRepBuilderAPI_MakeEdge(at(a), at(b)).Edge())
+    face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
+    solid = BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1))).Shape()
+    if place is None:
+        return solid
+    move = gp_Trsf()
+    move.SetTransformation(place, gp_Ax3())
+    return BRepBuilderAPI_Transform(solid, move).Shape()

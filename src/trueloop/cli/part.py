@@ -1,4 +1,4 @@
-"""`trueloop part`: the nominal profile, shown, or made from a program or a drawing."""
+"""`trueloop part`: the nominal profile, shown, or made from a program, a drawing or a solid."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from trueloop.geometry.profile import Profile
 
 app = typer.Typer(
-    help="The nominal profile: show it, or make it from a program or a drawing.",
+    help="The nominal profile: show it, or make it from a program, a drawing or a solid.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -108,6 +108,36 @@ def from_dxf(
         drawing = read_dxf(file, layer=layer, unit=unit, x_is=x_is, outline=outline)
         profile = checked_profile(drawing.features)
     _hand_over(name or file.stem, profile, drawing.notes, output, file)
+
+
+@app.command("from-step")
+@guarded
+def from_step(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The solid: STEP or IGES.")],
+    turned_round: Annotated[
+        bool, typer.Option("--turned-round", help="The free end is at the small z of the file: z is counted back.")
+    ] = False,
+    from_z_mm: Annotated[
+        float | None, typer.Option("--from-z-mm", help="Where the profile begins.  [default: the solid's left end]")
+    ] = None,
+    to_z_mm: Annotated[
+        float | None, typer.Option("--to-z-mm", help="Where the profile ends.  [default: the solid's right end]")
+    ] = None,
+    name: Name = None,
+    output: Output = None,
+) -> None:
+    """Make a [part] table from a turned solid: its outside, as exact lines and arcs."""
+    import math
+
+    from trueloop.formats.step_profile import read_step_profile
+    from trueloop.geometry.validate import checked_profile
+
+    with busy(f"reading {file}"):
+        low, high = -math.inf if from_z_mm is None else from_z_mm, math.inf if to_z_mm is None else to_z_mm
+        solid = read_step_profile(file, turned_round=turned_round, from_z_mm=low, to_z_mm=high)
+        with in_file(file):
+            profile = checked_profile(solid.features)
+    _hand_over(name or file.stem, profile, solid.notes, output, file)
 
 
 def _hand_over(name: str, profile: "Profile", notes: "Sequence[str]", output: Path | None, source: Path) -> None:

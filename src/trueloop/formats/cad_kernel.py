@@ -28,6 +28,7 @@ def _loaded() -> SimpleNamespace:
     from OCP import collections
     from OCP.BRep import BRep_Tool
     from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Curve2d
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.BRepClass import BRepClass_FaceClassifier
@@ -36,10 +37,10 @@ def _loaded() -> SimpleNamespace:
     from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
     from OCP.Geom import Geom_BSplineSurface, Geom_RectangularTrimmedSurface
     from OCP.Geom2dAPI import Geom2dAPI_Interpolate
-    from OCP.GeomAbs import GeomAbs_Shape
+    from OCP.GeomAbs import GeomAbs_CurveType, GeomAbs_Shape
     from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
     from OCP.GeomConvert import GeomConvert
-    from OCP.gp import gp_Pnt, gp_Pnt2d
+    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt, gp_Pnt2d
     from OCP.GProp import GProp_GProps
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESControl import IGESControl_Reader, IGESControl_Writer
@@ -97,6 +98,11 @@ def _loaded() -> SimpleNamespace:
         Projection=GeomAPI_ProjectPointOnSurf,
         Properties=GProp_GProps,
         measure=BRepGProp.SurfaceProperties_s,
+        Section=BRepAlgoAPI_Section,
+        LINE=GeomAbs_CurveType.GeomAbs_Line,
+        CIRCLE=GeomAbs_CurveType.GeomAbs_Circle,
+        Plane=gp_Pln,
+        Dir=gp_Dir,
         Pnt=gp_Pnt,
         Pnt2d=gp_Pnt2d,
         Points2d=collections.HArray1_gp_Pnt2d,

@@ -36,7 +36,7 @@ def upper_half(segments: Sequence[Segment], within_mm: float) -> Half:
     turned = [replace(piece, feature=_mirrored(piece.feature)) for piece in lower]
     if not upper:
         return Half(tuple(turned), 0, 0)
-    like = sum(any(_alike(piece.feature, other.feature, within_mm) for other in upper) for piece in turned)
+    like = sum(any(alike(piece.feature, other.feature, within_mm) for other in upper) for piece in turned)
     return Half(tuple(upper), like, len(turned) - like)
 
 
@@ -203,6 +203,11 @@ def _joined(way: Sequence[tuple[int, Segment]], segments: Sequence[Segment]) -> 
         k = last + 1
 
 
+def cut_at(feature: Feature, points: Sequence[Point], within_mm: float) -> list[Feature]:
+    """The feature in pieces, cut at points that lie on it."""
+    return [piece.feature for piece in _cut(Segment(feature, ""), points, within_mm)]
+
+
 def moved(feature: Feature, by_mm: float) -> Feature:
     """The feature moved along x."""
 
@@ -225,7 +230,8 @@ def _mirrored(feature: Feature) -> Feature:
     return Arc(feature.name, up(feature.start_mm), up(feature.end_mm), up(feature.centre_mm), -feature.sweep_rad)
 
 
-def _alike(a: Feature, b: Feature, within_mm: float) -> bool:
+def alike(a: Feature, b: Feature, within_mm: float) -> bool:
+    """Whether two features run through the same places, in either direction."""
     middle = math.dist(a.point_mm(a.length_mm / 2), b.point_mm(b.length_mm / 2))
     same = math.dist(a.start_mm, b.start_mm) + math.dist(a.end_mm, b.end_mm)
     turned = math.dist(a.start_mm, b.end_mm) + math.dist(a.end_mm, b.start_mm)

@@ -33,7 +33,7 @@ class FeatureTable(Table):
 
 
 class PartTable(Table):
-    """The nominal profile: given here, or read from a DXF drawing, or taken from the finish program."""
+    """The nominal profile: given here, or read from a DXF drawing or a solid, or taken from the finish program."""
 
     name: str
     unit: Literal["mm", "inch"] = "mm"
@@ -43,14 +43,18 @@ class PartTable(Table):
     dxf: Path | None = None
     dxf_layer: str | None = None
     dxf_outline: Count | None = None
+    step: Path | None = None
+    step_turned_round: bool = False
+    step_from_z_mm: Finite | None = None
+    step_to_z_mm: Finite | None = None
     from_program: bool = False
     junctions: dict[str, Literal["corner", "tangent"]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _one_source(self) -> "PartTable":
-        sources = [bool(self.feature), self.dxf is not None, self.from_program]
+        sources = [bool(self.feature), self.dxf is not None, self.step is not None, self.from_program]
         if sum(sources) != 1:
-            raise ValueError("the profile comes from exactly one of `feature`, `dxf` and `from_program`")
+            raise ValueError("the profile comes from exactly one of `feature`, `dxf`, `step` and `from_program`")
         if self.feature and self.start is None:
             raise ValueError("`start` = [x, z] of the first feature is missing")
         return self

@@ -4,6 +4,7 @@ Whatever is refused names the file it stands in: numerics know nothing of files,
 """
 
 import getpass
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -172,6 +173,16 @@ def _profile(sources: Sources, path: Path, job: Job, program: Program | None) ->
         unit = part.unit if "unit" in part.model_fields_set else None
         features = read_dxf(
             sources.file(part.dxf), layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline
+        ).features
+    elif part.step is not None:
+        from trueloop.formats.step_profile import read_step_profile  # slow to import
+
+        low, high = part.step_from_z_mm, part.step_to_z_mm
+        features = read_step_profile(
+            sources.file(part.step),
+            turned_round=part.step_turned_round,
+            from_z_mm=-math.inf if low is None else low,
+            to_z_mm=math.inf if high is None else high,
         ).features
     else:
         with in_file(path):

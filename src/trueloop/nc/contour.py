@@ -196,13 +196,14 @@ def _named(features: Sequence[Feature]) -> list[Feature]:
     seen = Counter[str]()
     named = []
     for feature in features:
-        kind = _kind(feature)
+        kind = kind_of(feature)
         seen[kind] += 1
         named.append(replace(feature, name=f"{kind}-{seen[kind]}"))
     return named
 
 
-def _kind(feature: Feature) -> str:
+def kind_of(feature: Feature) -> str:
+    """What a feature is called: cylinder, face, cone or arc."""
     if isinstance(feature, Arc):
         return "arc"
     angle = float(contact_angle_rad(feature.outward_normal(0.0)))

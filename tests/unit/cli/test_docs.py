@@ -18,6 +18,7 @@ COMMANDS = (
     "part show",
     "part from-program",
     "part from-dxf",
+    "part from-step",
     "nc path",
     "nc time",
     "nc check",

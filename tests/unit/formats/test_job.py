@@ -102,10 +102,10 @@ def test_a_mistyped_key_is_answered_with_the_nearest(path: Path, before: str, af
     assert hints == [f"did you mean {meant!r}?"]
 
 
-@pytest.mark.parametrize("source", ['dxf = "part.dxf"', "from_program = true"])
+@pytest.mark.parametrize("source", ['dxf = "part.dxf"', 'step = "part.step"', "from_program = true"])
 def test_two_sources_of_a_profile_are_refused(path: Path, source: str) -> None:
     refusal = _refusal(path, 'name = "step"', f'name = "step"\n{source}')
-    assert "exactly one of `feature`, `dxf` and `from_program`" in refusal.message
+    assert "exactly one of `feature`, `dxf`, `step` and `from_program`" in refusal.message
 
 
 def test_no_toml_is_refused_with_line_and_column(path: Path) -> None:
