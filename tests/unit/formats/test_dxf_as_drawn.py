@@ -83,6 +83,7 @@ def saved(document: Drawing, folder: Path) -> Path:
 def test_the_outline_is_found_among_all_that_is_drawn(tmp_path: Path, mirror: bool) -> None:
     read = read_dxf(saved(drawing(mirror), tmp_path))
     is_the_shaft(read.features)
+    assert not any("unlike" in note for note in read.notes)
     is_the_shaft(read_dxf(saved(drawing(mirror), tmp_path), layer="kontur").features)
 
 
@@ -117,9 +118,14 @@ def test_two_centre_lines_off_the_zero_are_refused_with_their_heights(tmp_path: 
 def test_a_lower_half_alone_is_turned_up_and_an_unlike_one_is_told(tmp_path: Path) -> None:
     document = ezdxf.filemanagement.new("R2010", units=4)
     document.modelspace().add_lwpolyline([(-40, -10), (-20, -10), (-20, -6), (0, -6)])
+    document.modelspace().add_arc((0, 0), 6.0, 270, 360)
     below = read_dxf(saved(document, tmp_path))
-    assert [f.start_mm for f in below.features] == [(10.0, -40.0), (10.0, -20.0), (6.0, -20.0)]
+    starts = [f.start_mm for f in below.features]
+    np.testing.assert_allclose(starts, [(10.0, -40.0), (10.0, -20.0), (6.0, -20.0), (6.0, 0.0)], atol=1e-9)
+    dome = below.features[-1]
+    assert isinstance(dome, Arc) and dome.sweep_rad == pytest.approx(math.pi / 2)
+    np.testing.assert_allclose(dome.end_mm, (0.0, 6.0), atol=1e-9)
     document.modelspace().add_lwpolyline([(-40, 10), (-20, 10), (-20, 8), (0, 8)])
     both = read_dxf(saved(document, tmp_path))
     assert both.features[-1].end_mm == (8.0, 0.0)
-    assert "2 lines and arcs below the axis are unlike those above: the upper half counts." in both.notes
+    assert "3 lines and arcs below the axis are unlike those above: the upper half counts." in both.notes
