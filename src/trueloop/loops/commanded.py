@@ -48,8 +48,8 @@ class Run:
         """The tool path of a program. Raises NC errors with the program's file named."""
         with in_file(program.file):
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
+            require_known_frame(path)  # first: read with the wrong X, arcs are none
             require_sound(path)
-            require_known_frame(path)
             return path
 
 
