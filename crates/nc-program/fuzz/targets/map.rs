@@ -3,9 +3,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use nc_map::{writes_comma, Affine, Field, Limits, Mapper, Place, Surveyed, Trouble, Vector};
+use nc_map::{writes_comma, written_decimals, Affine, Field, Limits, Mapper, Place, Surveyed, Trouble, Vector};
 use nc_program::dialect::DIALECTS;
-use nc_program::{jumps, run, Options, Program};
+use nc_program::{jumps, rotary_letters, run, Options, Program};
 
 /// Blocks of one run: enough for every construct, few enough for many runs a second.
 const BLOCKS: usize = 2_000;
@@ -30,8 +30,10 @@ fn options() -> Options {
 /// The program with the field over it, read in two pieces; `None` where it is refused.
 fn mapped(program: &Program, field: &mut dyn Field, cut: usize) -> Option<Vec<u8>> {
     let (source, comma) = (program.source(), writes_comma(program));
-    let surveyed = Surveyed { whole: jumps(program), named: [true; 3], comma };
-    let mut mapper = Mapper::new(program.dialect(), options(), LIMITS, surveyed);
+    let decimals = written_decimals(program);
+    let surveyed = Surveyed { whole: jumps(program), named: [true; 3], comma, decimals };
+    let options = Options { rotary: Some(rotary_letters(program)), unit_is_known: true, ..options() };
+    let mut mapper = Mapper::new(program.dialect(), options, LIMITS, surveyed);
     let mut out = Vec::new();
     let (first, second) = source.split_at(cut.min(source.len()));
     mapper.push(first, field, &mut out).ok()?;
