@@ -35,7 +35,7 @@ def _example(name: str) -> str:
 
 GANTRY = chain_with_travel("mill-gantry")
 PLACES = ",".join(f"{kind}_{c}_mm" for kind in ("nominal", "controller", "cmm") for c in "xyz")
-MODEL = """{"format": "trueloop machine model 1",
+MODEL = """{"format": "trueloop machine model 2",
 "machine": {"name": "M", "serial": "", "work": [], "tool": [
 {"name": "X", "kind": "linear", "number": 1, "offset_mm": [0, 0, 0], "travel": [0, 500]}]},
 "identified": {"X": [0, 500]}, "lags": [{"name": "L", "of": "T1", "constant_s": 60, "power": 1, "between_s": [1, 2]}],

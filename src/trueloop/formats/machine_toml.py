@@ -9,7 +9,7 @@ travel_mm = [0, 500]              # travel_deg for rotary axes
 offset_mm = [0, 0, 0]             # from the frame that carries the axis to its own
 
 [terms]
-standard = "mill"                 # or "turning"; leave out for none
+standard = "mill"                 # or "turning", "five-axis"; leave out for none
 degree = 3
 segments = 2
 both_ways = true
@@ -46,11 +46,11 @@ from trueloop.machine.history import Lag
 from trueloop.machine.model import Machine
 from trueloop.machine.names import error_name
 from trueloop.machine.position_basis import CONSTANT, segments
-from trueloop.machine.standard import mill_terms, turning_terms
+from trueloop.machine.standard import five_axis_terms, frame_terms, mill_terms, turning_terms
 from trueloop.machine.structure import chain_of
 from trueloop.machine.term import Part, Term
 
-STANDARDS: Final = {"mill": mill_terms, "turning": turning_terms}
+STANDARDS: Final = {"mill": mill_terms, "turning": turning_terms, "five-axis": five_axis_terms}
 
 Vector = tuple[Finite, Finite, Finite]
 Degree = Annotated[int, Field(ge=0, le=5, strict=True)]
@@ -92,7 +92,7 @@ class AxisTable(Table):
 class TermsTable(Table):
     """The usual terms of a kind of machine, all of one form."""
 
-    standard: Literal["mill", "turning"] | None = None
+    standard: Literal["mill", "turning", "five-axis"] | None = None
     degree: Degree = 3
     segments: Count = 1
     both_ways: bool = False
@@ -145,7 +145,9 @@ def read_machine(path: Path) -> tuple[Machine, Form]:
             changed[name] = _axis(chain.axis(name), axis)
     chain = chain.with_axes(changed)
     machine = Machine(file.model.machine.name, chain, file.model.machine.serial)
-    return machine, Form(_terms(file, chain), _lags(file), _choices(file.model))
+    terms = _terms(file, chain)
+    frame = frame_terms(chain, terms) if file.model.terms.standard else ()
+    return machine, Form(terms, _lags(file), _choices(file.model), frame)
 
 
 def _axis(axis: Axis, table: AxisTable) -> Axis:

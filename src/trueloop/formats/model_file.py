@@ -14,8 +14,10 @@ from trueloop.machine.names import error_name
 from trueloop.machine.position_basis import PositionBasis
 from trueloop.machine.term import Part, Term
 
-FORMAT: Final = "trueloop machine model 1"
-HINT: Final = "make one with `trueloop machine fit`"
+FORMAT: Final = "trueloop machine model 2"
+"""Format 1 counted the arms of a table's angular errors from the table itself: its coefficients mean something else."""
+
+HINT: Final = "make one with `trueloop machine fit`; a model of format 1 has to be fitted again from its readings"
 
 
 def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:

@@ -8,6 +8,8 @@ reading_um | reading_mm | reading_urad     actual − commanded, tool as seen fr
 u_um | u_urad           standard uncertainty, if known
 tool_x_mm, tool_y_mm, tool_z_mm   point of measurement from the frame of the last axis that carries the tool
 run                     what was measured in one go
+absolute                no (or empty, or no column): the instrument was zeroed, a straightedge laid by eye, for the run;
+                        slope: against a square or the spindle, the zero alone is open; yes: nothing is
 NAME_degC, NAME_rpm     signals, under NAME
 note                    anything; no other columns
 time_s                  when it was read, for lags; where no history is given the rows themselves are one
@@ -37,8 +39,11 @@ READING: Final = {"reading_um": 1 / UM_PER_MM, "reading_mm": 1.0, "reading_urad"
 UNCERTAINTY: Final = {"u_um": 1 / UM_PER_MM, "u_mm": 1.0, "u_urad": 1 / URAD_PER_RAD}
 ALONG: Final = ("along_x", "along_y", "along_z")
 TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
-OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s")
+OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s", "absolute")
 POSITION: Final = re.compile(r"[A-Z]_(mm|deg)")
+ABSOLUTE: Final = {"": (True, True), "no": (True, True), "slope": (True, False), "yes": (False, False)}
+"""Whether a reading's zero and its slope are its run's own."""
+
 WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
 
 Flags: TypeAlias = np.ndarray[tuple[int], np.dtype[np.bool_]]
@@ -64,6 +69,7 @@ def read_readings(path: Path, chain: Chain, history: History | None = None) -> O
         np.array(rows.lines),
         clock,
         {**units_of(clock), **units_in(rows)},
+        *_own(rows),
     )
 
 
@@ -156,6 +162,16 @@ def _along(rows: Rows) -> tuple[Array, Flags]:
             raise rows.refusal(row, f"along is {letter!r}, not one of X Y Z A B C")
     component = np.array([COMPONENTS.index(letter) for letter in letters])
     return np.eye(3)[component % 3], component >= 3
+
+
+def _own(rows: Rows) -> tuple[Flags, Flags]:
+    """Which readings have a zero, and which a slope, of their run's own."""
+    texts = rows.texts("absolute")
+    for row, text in enumerate(texts):
+        if text not in ABSOLUTE:
+            raise rows.refusal(row, f"absolute is {text!r}, not yes, slope or no", "absolute")
+    zero, slope = np.array([ABSOLUTE[text] for text in texts], dtype=bool).T
+    return zero, slope
 
 
 def _ways(rows: Rows, name: str) -> Array:

@@ -32,7 +32,8 @@ class Axis:
     """One joint. `number` is the machine direction 0, 1, 2 along or about which it moves.
 
     `offset_mm` leads from the frame that carries the axis to the axis' own frame, at the axis' zero. The arms of the
-    rotational errors are counted from that frame, so it says where the angular error was defined.
+    rotational errors are counted from that frame, of an axis that carries the tool as it has moved, of one that carries
+    the work as it stands on what carries it (`kinematics.py`): so it says where the angular error was defined.
     `travel` is in mm or rad, in control coordinates.
     """
 
@@ -49,16 +50,15 @@ class Axis:
     def errors(self) -> tuple[ErrorName, ...]:
         """Every error the axis can have: six of its motion (not for a spindle), and those of its place.
 
-        A linear axis has a direction only, so two angles; a rotary axis and a spindle a line in space, so five, and for
-        a spindle its growth along that line too.
+        A linear axis has a direction only, so two angles; a rotary axis a line in space and the angle of its zero, so
+        five; a spindle its growth along that line too. A spindle's angle matters where it is oriented.
         """
         motion = [] if self.kind is AxisKind.SPINDLE else [ErrorName(c, self.name) for c in COMPONENTS]
         if self.kind is AxisKind.LINEAR:
             place = [c for c in ROTATIONS if ROTATIONS.index(c) != self.number]
         else:
-            place = [c for k, c in enumerate(COMPONENTS) if k != self.number + 3]
-            if self.kind is AxisKind.ROTARY:
-                place = [c for k, c in enumerate(COMPONENTS) if k % 3 != self.number]
+            spindle = self.kind is AxisKind.SPINDLE
+            place = [c for k, c in enumerate(COMPONENTS) if spindle or k != self.number]
         return tuple(motion + [ErrorName(c, self.name, place=True) for c in place])
 
 

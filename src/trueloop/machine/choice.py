@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from trueloop.geometry.feature import Array
 from trueloop.machine.history import Lag
-from trueloop.machine.identify import identify, weighted_rows
+from trueloop.machine.identify import closed_rows, identify
 from trueloop.machine.model import Machine
 from trueloop.machine.names import ErrorName
 from trueloop.machine.observations import Observations
@@ -54,6 +54,8 @@ def choose_signals(
     does alone; then the one that is missed least is dropped again, until each that is left is missed. A lag is tried
     at several constants; the right one is found when it joins.
     """
+    if not choices:
+        return tuple(terms), ()
     known, blocks = tuple(terms), _blocks(readings)
     while trials := list(_trials(known, choices, lags)):
         errors = [_left_out(machine, tried, readings, at, blocks) for tried, at in trials]
@@ -140,7 +142,7 @@ def _left_out(
 ) -> float:
     """Mean square of what each block shows beyond a model made from all others, in units of u."""
     used = [lag for lag in lags if any(lag.name in term.needs() for term in terms)]
-    rows, values, _ = weighted_rows(machine, terms, readings.with_lags(used))
+    rows, values = closed_rows(machine, terms, readings.with_lags(used))
     parts = [(rows[block].T @ rows[block], rows[block].T @ values[block]) for block in blocks]
     normal, right = sum(part[0] for part in parts), sum(part[1] for part in parts)
     total = 0.0

@@ -23,17 +23,20 @@ SHARE = 0.5
 """Share of a part's variance that one combination must take for the part to belong to it [Belsley]."""
 
 
-def collinear_findings(terms: Sequence[Term], rows: Array) -> list[Finding]:
+def collinear_findings(terms: Sequence[Term], rows: Array, before: Array | None = None) -> list[Finding]:
     """Warnings about parts of `terms` that are hardly distinguishable in `rows` (n, free); raises MCH-COLLINEAR.
 
-    The columns of `rows` are the free parameters in the order of `Term.admissible`.
+    The columns of `rows` are the free parameters in the order of `Term.admissible`; `before` are the same where
+    something was taken out of them: what that leaves of a part is measured by what the part was.
     """
     names, blocks = _blocks(terms, rows)
+    wholes = blocks if before is None else _blocks(terms, before)[1]
     left, sizes = [], []
-    for name, block in zip(names, blocks, strict=True):
+    for name, block, whole in zip(names, blocks, wholes, strict=True):
         basis, strength, _ = np.linalg.svd(block, full_matrices=False)
-        if strength[-1] <= strength[0] / REFUSE_INDEX or strength[0] == 0.0:
-            raise _refusal([name], float("inf") if strength[-1] == 0 else float(strength[0] / strength[-1]))
+        most = float(np.linalg.norm(whole, 2))
+        if strength[-1] <= most / REFUSE_INDEX:
+            raise _refusal([name], float("inf") if strength[-1] == 0 else most / float(strength[-1]))
         left.append(basis)
         sizes.append(basis.shape[1])
     strength, directions = _spectrum(np.hstack(left))

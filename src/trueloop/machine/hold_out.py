@@ -9,13 +9,17 @@ from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.model import MachineModel
 from trueloop.machine.observations import Observations
+from trueloop.machine.run_zeros import slope_columns, without, zero_columns
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
 
 @dataclass(frozen=True)
 class Left:
-    """Of readings of one kind: RMS of the readings, RMS and largest of reading − model; all in one unit."""
+    """Of readings of one kind: RMS of the readings, RMS and largest of reading − model; all in one unit.
+
+    All without the runs' own zeros and slopes, where those are not known.
+    """
 
     readings: int
     raw: float
@@ -39,10 +43,13 @@ class HeldOut:
 
 
 def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldOut:
-    """A model against readings."""
-    rest = readings.reading - readings.with_lags(model.lags).predicted(model)
+    """A model against readings, what is left of them by their runs' own zeros and slopes taken out."""
+    chain = model.machine.chain
+    opened = np.hstack([zero_columns(readings), slope_columns(chain, readings)])
+    both = np.column_stack([readings.reading, readings.reading - readings.with_lags(model.lags).predicted(model)])
+    raw, rest = without(opened, both).T
     angle = readings.is_angle
-    length_mm, angle_rad = (_left(readings.reading[rows], rest[rows]) for rows in (~angle, angle))
+    length_mm, angle_rad = (_left(raw[rows], rest[rows]) for rows in (~angle, angle))
     return HeldOut(run, length_mm, angle_rad)
 
 

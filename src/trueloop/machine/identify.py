@@ -12,17 +12,17 @@ from trueloop.machine.collinearity import collinear_findings
 from trueloop.machine.history import Lag, lag_units, slope_name
 from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.observations import Observations, ranges
+from trueloop.machine.robust import least_squares, robust_solution
+from trueloop.machine.run_zeros import (
+    constant_columns,
+    determined_zeros,
+    slope_columns,
+    without,
+    zero_columns,
+)
 from trueloop.machine.term import Term, block_diagonal
 from trueloop.machine.time_constants import at_bounds, sought_constants, with_lag_covariance
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
-
-HUBER = 1.345
-"""Bound of Huber's weights in standard deviations: 95 % efficiency on clean normal data (Huber 1964)."""
-
-OUTLIER = 4.0
-"""A reading further off than this many standard deviations is named as an outlier."""
-
-ROUNDS = 50
 
 LAG_ROUNDS = 5
 """Outliers named, time constants sought without them, outliers named anew …, until they are the same."""
@@ -30,7 +30,8 @@ LAG_ROUNDS = 5
 
 @dataclass(frozen=True)
 class Identification:
-    """The model and how well it stands: residuals = reading − model, mm or rad, and their scatter in units of u.
+    """The model and how well it stands: residuals = reading − model − the runs' own zeros and slopes, mm or rad, and
+    their scatter in units of u.
 
     `scatter` is the standard deviation of unit weight: 1 when `standard_u` was right, the standard deviation of the
     readings themselves when none was given.
@@ -47,7 +48,7 @@ class Identification:
 def identify(
     machine: Machine, terms: Sequence[Term], readings: Observations, *, robust: bool = True, lags: Sequence[Lag] = ()
 ) -> Identification:
-    """The coefficients that minimise Σ ρ((reading − model)/u), subject to the terms' zeros.
+    """The coefficients that minimise Σ ρ((reading − zero and slope of its run − model)/u), subject to the terms' zeros.
 
     ρ is Huber's with `robust`, else the square. Covariance s²(AᵀWA)⁻¹ with s from the residuals (for Huber's weights
     with the correction of Huber 1981 §7.6). Raises MCH-DATA for an axis without data, MCH-COLLINEAR for parameters
@@ -81,20 +82,22 @@ def _with_given_lags(
     machine: Machine, terms: tuple[Term, ...], readings: Observations, robust: bool, lags: tuple[Lag, ...]
 ) -> Identification:
     rows, values, free = weighted_rows(machine, terms, readings)
-    if len(rows) <= rows.shape[1]:
-        raise _too_few(rows.shape[1], len(rows))
-    findings = collinear_findings(terms, rows) + at_bounds(lags)
-    solution, covariance, scatter, outlier = _solve(rows, values, robust)
+    opened = unknown_columns(machine, rows, readings)
+    if len(rows) <= rows.shape[1] + opened.shape[1]:
+        raise _too_few(rows.shape[1] + opened.shape[1], len(rows))
+    findings = _collinear(terms, rows, opened) + at_bounds(lags)
+    whole, covariance, scatter, outlier = robust_solution(np.hstack([rows, opened]), values, robust)
+    solution, covariance = whole[: rows.shape[1]], covariance[: rows.shape[1], : rows.shape[1]]
     slopes = [slope_name(lag) for lag in lags]
     identified = {name: known for name, known in ranges(machine.chain, readings).items() if name not in slopes}
     units = {**readings.units, **lag_units(lags, readings.units)}
     model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags, units)
-    residual = readings.reading - readings.predicted(model)
+    residual = (values - np.hstack([rows, opened]) @ whole) / _weights(readings)
     findings += _outlier_findings(readings, residual, outlier)
-    freedom = len(rows) - rows.shape[1]
+    freedom = len(rows) - len(whole)
     if lags:
         weighted = readings.lag_slopes(model) * _weights(readings)[:, None]
-        model = with_lag_covariance(model, rows, free, scatter, weighted)
+        model = with_lag_covariance(model, without(opened, rows), free, scatter, without(opened, weighted))
         freedom -= sum(lag.between_s is not None for lag in lags)
     return Identification(model, residual, scatter, freedom, outlier, tuple(findings))
 
@@ -106,19 +109,51 @@ def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observati
     return (readings.design(machine.chain, terms) @ free) * weight[:, None], readings.reading * weight, free
 
 
+def closed_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array]:
+    """(rows, values) as `weighted_rows`, what zeros and slopes of the runs explain taken out of both."""
+    rows, values, _ = weighted_rows(machine, terms, readings)
+    opened = unknown_columns(machine, rows, readings)
+    return without(opened, rows), without(opened, values)
+
+
+def unknown_columns(machine: Machine, rows: Array, readings: Observations) -> Array:
+    """Weighted columns of the runs' own zeros and slopes, those left out that constants of the model stand for."""
+    weight = _weights(readings)[:, None]
+    zeros = determined_zeros(rows, zero_columns(readings) * weight, constant_columns(readings) * weight)
+    return np.hstack([zeros, slope_columns(machine.chain, readings) * weight])
+
+
+def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Finding]:
+    """As `collinear_findings` of what the runs' own zeros and slopes leave; a refusal that they cause says so."""
+    if opened.shape[1] == 0:
+        return collinear_findings(terms, rows)
+    try:
+        return collinear_findings(terms, without(opened, rows), rows)
+    except TrueloopError as error:
+        collinear_findings(terms, rows)
+        raise TrueloopError(
+            error.code,
+            f"{error.message}, beside {opened.shape[1]} zeros and slopes of runs, which are not known",
+            hint="mark what was read against a square, the spindle or a common zero: column absolute, slope or yes; "
+            "or measure diagonals",
+        ) from error
+
+
 def _badness(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> float:
     """Weighted sum of squares that the best coefficients leave."""
-    rows, values, _ = weighted_rows(machine, terms, readings)
-    rest = values - rows @ _least_squares(rows, values)
+    rows, values = closed_rows(machine, terms, readings)
+    rest = values - rows @ least_squares(rows, values)
     return float(rest @ rest)
 
 
 def _lag_step(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: tuple[Lag, ...]) -> Array:
     """Change of the ln τ that are sought, coefficients and they made linear together."""
-    rows, values, free = weighted_rows(machine, terms, readings)
-    solution = _least_squares(rows, values)
+    plain, values, free = weighted_rows(machine, terms, readings)
+    opened = unknown_columns(machine, plain, readings)
+    rows, values = without(opened, plain), without(opened, values)
+    solution = least_squares(rows, values)
     model = MachineModel(machine, terms, free @ solution, np.zeros((0, 0)), lags=lags)
-    slopes = readings.lag_slopes(model) * _weights(readings)[:, None]
+    slopes = without(opened, readings.lag_slopes(model) * _weights(readings)[:, None])
     both = np.hstack([rows, slopes[:, [k for k, lag in enumerate(lags) if lag.between_s]]])
     step = np.linalg.lstsq(both, values - rows @ solution, rcond=None)[0]
     return np.asarray(step[rows.shape[1] :], dtype=np.float64)
@@ -130,59 +165,6 @@ def _weights(readings: Observations) -> Array:
         inverse: Array = 1.0 / readings.standard_u
         return inverse
     return np.where(readings.is_angle, URAD_PER_RAD / UM_PER_MM, 1.0)
-
-
-def _solve(rows: Array, values: Array, robust: bool) -> tuple[Array, Array, float, NDArray[np.bool_]]:
-    """(solution, covariance, scatter, outliers) of rows · solution ≈ values."""
-    scale = np.linalg.norm(rows, axis=0)
-    scaled = rows / scale
-    solution = _least_squares(scaled, values)
-    share = np.ones(len(values))
-    for _ in range(ROUNDS if robust else 0):
-        rest = values - scaled @ solution
-        spread = _spread(rest, rows.shape[1])
-        if spread <= 1e-12 * np.abs(values).max(initial=0.0):
-            break
-        share = np.minimum(1.0, HUBER * spread / np.maximum(np.abs(rest), 1e-300))
-        root = np.sqrt(share)
-        better = _least_squares(scaled * root[:, None], values * root)
-        settled = np.abs(better - solution).max() <= 1e-10 * np.abs(better).max()
-        solution = better
-        if settled:
-            break
-    rest = values - scaled @ solution
-    scatter = _scatter(rest, share, rows.shape[1])
-    covariance = scatter**2 * np.linalg.inv(scaled.T @ scaled) / np.outer(scale, scale)
-    spread = _spread(rest, rows.shape[1]) if robust else scatter
-    outlier = np.abs(rest) > OUTLIER * spread if spread > 0 else np.zeros(len(rest), dtype=bool)
-    return solution / scale, covariance, scatter, outlier
-
-
-def _least_squares(rows: Array, values: Array) -> Array:
-    q, r = np.linalg.qr(rows)
-    solution: Array = np.linalg.solve(r, q.T @ values)
-    return solution
-
-
-def _spread(rest: Array, parameters: int) -> float:
-    """Standard deviation from the median absolute residual, which outliers do not move; exact for normal residuals.
-
-    A fit with p parameters to n readings makes residuals smaller by √(1 − p/n).
-    """
-    return float(np.median(np.abs(rest)) / 0.6745 / np.sqrt(1 - parameters / len(rest)))
-
-
-def _scatter(rest: Array, share: Array, parameters: int) -> float:
-    """Standard deviation of unit weight. With Huber's weights: K √(Σψ²/(n−p)) / m,
-
-    K = 1 + (p/n)(1−m)/m, m = mean ψ′ [Huber 1981 §7.6].
-    """
-    freedom = len(rest) - parameters
-    inside = float(np.mean(share >= 1.0))
-    if inside == 1.0:
-        return float(np.sqrt(np.sum(rest**2) / freedom))
-    correction = 1 + parameters / len(rest) * (1 - inside) / inside
-    return float(correction * np.sqrt(np.sum((share * rest) ** 2) / freedom) / inside)
 
 
 def _check_axes_have_data(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> None:

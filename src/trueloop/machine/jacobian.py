@@ -39,7 +39,7 @@ def influences(
                 if only is not None and name not in only:
                     continue
                 if not name.place:
-                    bed = _rigid(after, name, tip_mm)
+                    bed = _rigid(joint if sense < 0 else after, name, tip_mm)
                 elif axis.kind is AxisKind.LINEAR:
                     bed = _direction(joint, axis, name, travelled(chain, axis, positions))
                 else:

@@ -2,8 +2,13 @@
 
 E(p) = actual − commanded position of the tool point in work coordinates. An error *motion* (EXX, EBZ …) is the motion
 of the tool's side against the work's side of the axis, so it has the sign of the instrument reading whichever side
-moves. An error of *place* (EC0Y, EX0C …) is where the axis itself lies in the frame that carries it: a work spindle
-that drifts by EX0C = +0.01 takes the work along, and E is −0.01.
+moves. From work to tool every axis contributes its commanded motion and then its error motion: rotations turn about the
+origin of the axis' frame on the *tool's* side, along and about that frame's directions. So the arm of ECX is what lies
+between that frame and the tool (the axes nearer to the tool, `offset_mm`, the tool), and never the position of X
+itself; the error motion of a rotary table is stated in directions that do not turn with it, as ISO 230-7 measures it.
+
+An error of *place* (EC0Y, EX0C …) is where the axis itself lies in the frame that carries it: a work spindle that
+drifts by EX0C = +0.01 takes the work along, and E is −0.01.
 
 `values` maps an error's name to mm or rad, shape () or (n,). `positions` has shape (n, axes) in `chain.order`.
 """
@@ -79,18 +84,23 @@ def _branch(axes: Sequence[Axis], sense: float, chain: Chain, positions: Array, 
 
 
 def _joint(frame: Frames, axis: Axis, sense: float, by: Array, values: Values) -> Frames:
-    """The frame after one axis: its place, its commanded motion, its error motion (stated for the tool's side)."""
+    """The frame after one axis. The tool's branch meets its motion, then its error; the work's branch the inverses of
+    both, in the other order.
+    """
     count = len(by)
     place_mm, place_rad = _six(values, axis.name, True, count)
+    motion_mm, motion_rad = _six(values, axis.name, False, count)
+    if axis.kind is not AxisKind.LINEAR:
+        frame = frame.shifted(place_mm).turned(rotation(place_rad))
+    if sense < 0:
+        frame = frame.turned(rotation(-motion_rad)).shifted(-motion_mm)
     if axis.kind is AxisKind.LINEAR:
-        path = rotation(place_rad)[:, :, axis.number] * (sense * by)[:, None]
-        frame = frame.shifted(path)
+        frame = frame.shifted(rotation(place_rad)[:, :, axis.number] * (sense * by)[:, None])
     else:
         nominal = np.zeros((count, 3))
         nominal[:, axis.number] = sense * by
-        frame = frame.shifted(place_mm).turned(rotation(place_rad)).turned(rotation(nominal))
-    motion_mm, motion_rad = _six(values, axis.name, False, count)
-    return frame.shifted(sense * motion_mm).turned(rotation(sense * motion_rad))
+        frame = frame.turned(rotation(nominal))
+    return frame.shifted(motion_mm).turned(rotation(motion_rad)) if sense > 0 else frame
 
 
 def travelled(chain: Chain, axis: Axis, positions: Array) -> Array:

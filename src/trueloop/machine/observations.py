@@ -22,7 +22,8 @@ class Observations:
     step gauge, or a ball bar (`along` from its centre to the tool, the reading its change of length).
     `standard_u` is each reading's standard uncertainty, NaN where it is not known. `run` names what was measured in
     one go: hold-out leaves out whole runs. `clock` says when each reading was taken and what the sensors said before.
-    `units` are those of the signals, where they are known.
+    `units` are those of the signals, where they are known. `own_zero` marks readings whose instrument was zeroed for
+    their run alone, `own_slope` those whose straightedge was laid by eye: both unknown (`run_zeros.py`).
     """
 
     state: State
@@ -34,6 +35,8 @@ class Observations:
     line: NDArray[np.intp] = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
     clock: Clock | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+    own_zero: NDArray[np.bool_] | bool = False
+    own_slope: NDArray[np.bool_] | bool = False
 
     def __len__(self) -> int:
         return len(self.reading)
@@ -54,6 +57,8 @@ class Observations:
             self.line[rows] if len(self.line) else self.line,
             self.clock.only(rows) if self.clock else None,
             self.units,
+            np.broadcast_to(self.own_zero, (count,))[rows],
+            np.broadcast_to(self.own_slope, (count,))[rows],
         )
 
     def with_lags(self, lags: Sequence[Lag]) -> "Observations":
@@ -119,6 +124,8 @@ def joined(parts: list[Observations]) -> Observations:
         np.concatenate([p.line for p in whole]),
         joined_clocks(clocks) if len(clocks) == len(parts) else None,
         {name: unit for p in parts for name, unit in p.units.items()},
+        np.concatenate([np.asarray(p.own_zero) for p in whole]),
+        np.concatenate([np.asarray(p.own_slope) for p in whole]),
     )
 
 

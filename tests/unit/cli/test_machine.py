@@ -60,8 +60,8 @@ def _write_readings(path: Path, truth: MachineModel, rng: np.random.Generator, c
     ]
     with path.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow([*names, "u_um", "run"])
-        writer.writerows([*map(float, row), 0.5, run] for row in zip(*columns, strict=True))
+        writer.writerow([*names, "u_um", "run", "absolute"])
+        writer.writerows([*map(float, row), 0.5, run, "yes"] for row in zip(*columns, strict=True))
 
 
 @pytest.fixture(scope="module")
@@ -85,12 +85,34 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_fit_writes_a_model_and_its_page(folder: Path) -> None:
     model = read_model(folder / "model/model.json")
     assert model.machine.serial == "4711"
-    assert len(model.terms) == 22
-    growth = float(model.values(State(np.zeros((1, 3)), 0.0, {"T1": 30.0}))[model.terms[-1].name][0])
+    own, frame = model.terms[:22], {str(term.name) for term in model.terms[22:]}
+    assert frame == {"EB0X", "EC0X", "EA0Y", "EX0S", "EY0S", "EA0S", "EB0S", "EC0S"}
+    growth = float(model.values(State(np.zeros((1, 3)), 0.0, {"T1": 30.0}))[own[-1].name][0])
     assert growth == pytest.approx(0.015, abs=0.5e-3)
     page = (folder / "model/machine.html").read_text()
     assert "EXX" in page and "VMC 3" in page
     assert page.count("<figure") == 19  # eighteen motions and the residuals
+
+
+@pytest.mark.parametrize(("absolute", "left"), [("yes", 100.0), ("slope", 10.0), ("no", 0.0), ("", 0.0)])
+def test_what_is_not_absolute_is_judged_without_its_zero_and_slope(
+    folder: Path, tmp_path: Path, absolute: str, left: float
+) -> None:
+    """A straightness run along Y that reads X at 0.1 mm plus 50 µrad times the way: µm RMS of what counts."""
+    y = np.linspace(-200, 200, 41)
+    zero = read_model(folder / "model/model.json").error_mm(
+        State(np.column_stack([np.full(41, 9.0), y, np.full(41, -9.0)]), 0.0, {"T1": 25.0})
+    )
+    rows = [f"9,{v},-9,X,{1e3 * e + 100 + 0.05 * v},25,{absolute}" for v, e in zip(y, zero[:, 0], strict=True)]
+    path = tmp_path / "y.csv"
+    path.write_text("\n".join(["X_mm,Y_mm,Z_mm,along,reading_um,T1_degC,absolute", *rows]))
+    options = ("machine", "check", folder / "model/model.json", path)
+    checked = json.loads(output_of(*options, "--json"))
+    slope = np.sqrt(np.mean((0.05 * y) ** 2))
+    expected = {100.0: np.hypot(100.0, slope), 10.0: slope, 0.0: 0.0}[left]
+    assert 1e3 * checked["length_mm"]["rms"] == pytest.approx(expected, abs=1e-3)
+    path.write_text(path.read_text().replace(f"25,{absolute}", "25,perhaps"))
+    assert "MCH-FILE" in output_of(*options, status=3)
 
 
 def test_show_and_check(folder: Path) -> None:

@@ -1,0 +1,144 @@
+"""Runs that were zeroed one by one, as every laser is: judged by a machine written apart, over the whole volume."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from tests.support.forward_model import ForwardMachine, random_machine
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.form import Form, fit_form
+from trueloop.machine.hold_out import compare, hold_out
+from trueloop.machine.identify import Identification
+from trueloop.machine.model import Machine, MachineModel, State
+from trueloop.machine.observations import Observations, joined
+from trueloop.machine.standard import frame_terms, mill_terms
+from trueloop.machine.structure import PRESETS, chain_of
+
+TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
+NOISE_MM, NOISE_RAD = 0.3e-3, 0.5e-6
+TOOL = np.array([0.0, 0.0, -100.0])
+POINTS = 26
+STRUCTURE = "mill-table-xy"
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A machine and a whole characterization of it, what is read exactly, without zeros."""
+
+    machine: Machine
+    truth: ForwardMachine
+    data: Observations
+
+    def fitted(self, data: Observations) -> Identification:
+        terms = mill_terms(self.machine.chain)
+        return fit_form(self.machine, Form(terms, frame=frame_terms(self.machine.chain, terms)), data)[0]
+
+
+def _campaign(seed: int) -> Campaign:
+    chain = chain_of(STRUCTURE)
+    chain = chain.with_axes({n: replace(chain.axis(n), travel=TRAVEL[n]) for n in "XYZ"})
+    rng = np.random.default_rng(seed)
+    truth = random_machine(PRESETS[STRUCTURE], TRAVEL, rng)
+    machine = Machine("mill", chain)
+    runs = []
+    for axis in "XYZ":
+        for k, share in enumerate((0.1, 0.9)):
+            at = {n: np.full(POINTS, np.dot(TRAVEL[n], (1 - share, share))) for n in "XYZ"}
+            at[axis] = np.linspace(*TRAVEL[axis], POINTS)
+            for number in range(3):
+                tool = TOOL + k * np.array([0.0, 80.0, 60.0])
+                runs.append(_run(machine, truth, rng, at, tool, np.eye(3)[number], False, f"{axis}{'XYZ'[number]}{k}"))
+                runs.append(_run(machine, truth, rng, at, TOOL, np.eye(3)[number], True, f"{axis}{'ABC'[number]}{k}"))
+    for k, corner in enumerate([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (1, 1, -1)]):
+        way = np.linspace(0, 1, POINTS)
+        at = {n: np.interp(way if s > 0 else 1 - way, (0, 1), TRAVEL[n]) for n, s in zip("XYZ", corner, strict=True)}
+        along = np.array(corner) * [500.0, 400.0, 300.0]
+        runs.append(_run(machine, truth, rng, at, TOOL, along / np.linalg.norm(along), False, f"diagonal {k}"))
+    return Campaign(machine, truth, joined(runs))
+
+
+def _run(
+    machine: Machine,
+    truth: ForwardMachine,
+    rng: np.random.Generator,
+    at: dict[str, Array],
+    tool: Array,
+    along: Array,
+    angle: bool,
+    run: str,
+) -> Observations:
+    tools = np.tile(tool, (POINTS, 1))
+    error = truth.rotation_rad(at) if angle else truth.error_mm(at, tools)
+    noise = NOISE_RAD if angle else NOISE_MM
+    state = State(machine.chain.positions(at), 0.0, {}, tools)
+    reading = error @ along + rng.normal(0, noise, POINTS)
+    directions, u = np.tile(along, (POINTS, 1)), np.full(POINTS, noise)
+    return Observations(state, directions, reading, np.full(POINTS, angle), u, (run,) * POINTS, own_zero=True)
+
+
+def _zeroed(data: Observations, slopes: bool = True) -> Observations:
+    """Every run zero at its first reading, straightness at its last too; said to be so."""
+    reading, runs = data.reading.copy(), np.array(data.run)
+    for run in dict.fromkeys(data.run):
+        own = runs == run
+        reading[own] -= reading[own][0]
+        if slopes and run[:1] in "XYZ" and run[1] in "XYZ" and run[0] != run[1]:
+            reading[own] -= np.linspace(0, reading[own][-1], POINTS)
+    return replace(data, reading=reading, own_zero=np.ones(len(data), bool), own_slope=np.ones(len(data), bool))
+
+
+def _off_um(campaign: Campaign, found: Identification) -> Array:
+    """Model − truth over the volume, but for how work is clamped: displaced and turned as a whole."""
+    rng = np.random.default_rng(9)
+    at = {name: rng.uniform(*TRAVEL[name], 1500) for name in "XYZ"}
+    tools = np.tile(TOOL, (1500, 1))
+    point = np.stack([at[n] for n in "XYZ"], axis=1) + tools
+    state = State(campaign.machine.chain.positions(at), 0.0, {}, tools)
+    rest = (found.model.error_mm(state) - campaign.truth.error_mm(at, tools)).ravel()
+    turned = np.stack([np.cross(axis, point).ravel() for axis in np.eye(3)], axis=1) / 300
+    rigid = np.hstack([np.tile(np.eye(3), (1500, 1)), turned])
+    rest = 1e3 * (rest - rigid @ np.linalg.lstsq(rigid, rest, rcond=None)[0])
+    return rest.reshape(-1, 3)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_runs_zeroed_one_by_one_give_the_machine(seed: int) -> None:
+    campaign = _campaign(seed)
+    found = campaign.fitted(_zeroed(campaign.data))
+    rest = _off_um(campaign, found)
+    taken = _off_um(campaign, campaign.fitted(replace(_zeroed(campaign.data), own_zero=False, own_slope=False)))
+    assert np.sqrt(np.mean(rest**2)) < 0.3 and np.abs(rest).max() < 1.5
+    assert np.sqrt(np.mean(taken**2)) > 2.0
+    assert found.scatter == pytest.approx(1.0, abs=0.06) and found.outlier.sum() <= 3
+    assert np.sqrt(np.mean(found.residual[~campaign.data.is_angle] ** 2)) < 1.1 * NOISE_MM
+
+
+def test_a_run_left_out_is_judged_without_its_zero_and_slope() -> None:
+    campaign = _campaign(3)
+    data = _zeroed(campaign.data)
+    held = hold_out(data, lambda others: campaign.fitted(others).model)
+    lengths = [run.length_mm.rms for run in held if run.length_mm]
+    assert len(held) == 40 and max(lengths) < 3 * NOISE_MM
+    moved = replace(data, reading=data.reading + np.unique(data.run, return_inverse=True)[1] * 0.01)
+    model = campaign.fitted(data).model
+    assert _rms_mm(model, moved) == pytest.approx(_rms_mm(model, data), rel=1e-6)
+
+
+def _rms_mm(model: MachineModel, data: Observations) -> float:
+    left = compare(model, data).length_mm
+    assert left is not None
+    return left.rms
+
+
+def test_squareness_of_slopes_that_are_not_known_is_refused() -> None:
+    """Without diagonals nothing says it; straightedges read against a square do."""
+    campaign = _campaign(4)
+    rows = np.array([not run.startswith("diagonal") for run in campaign.data.run])
+    data = _zeroed(campaign.data, slopes=False).only(rows)
+    with pytest.raises(TrueloopError, match=r"EC0Y.*zeros and slopes") as error:
+        campaign.fitted(data)
+    assert error.value.code is Code.MCH_COLLINEAR and "absolute" in str(error.value.hint)
+    rest = _off_um(campaign, campaign.fitted(replace(data, own_slope=np.zeros(len(data), bool))))
+    assert np.sqrt(np.mean(rest**2)) < 0.3
