@@ -164,6 +164,7 @@ class Code(StrEnum):
     MCH_RANGE = "MCH-RANGE"  # a position or temperature outside what the model was found at
     MCH_TABLE = "MCH-TABLE"  # what a control's table cannot hold
     MCH_MACHINE = "MCH-MACHINE"  # a model for another machine
+    MCH_PATTERN = "MCH-PATTERN"  # a pattern of plates that is not known to repeat
     MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
 
     # SIM: the simulator

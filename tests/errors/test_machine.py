@@ -20,6 +20,7 @@ from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.names import error_name
 from trueloop.machine.observations import Observations
 from trueloop.machine.planar_field import QuadrupoleField
+from trueloop.machine.plates import LeftOut, require_repeating
 from trueloop.machine.point_program import displace_points
 from trueloop.machine.position_basis import CONSTANT, PositionBasis, polynomial
 from trueloop.machine.setup import Setup, state_at
@@ -97,6 +98,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MCH_SHAPE: _two_normals_for_three_points,
     Code.MCH_HISTORY: lambda: check_lags_given((Lag("column", "T1", 1800.0),), {"T1": 21.0}),
     Code.MCH_LAG: lambda: at_bounds((Lag("column", "T1", 300.0, between_s=(300.0, 9000.0)),))[0],
+    Code.MCH_PATTERN: lambda: require_repeating([LeftOut(f"plate {k}", 8.3e-3, 9.9e-3) for k in range(3)]),
     Code.MCH_FILE: lambda: read_positioning(Path("no-such-file-1.csv")),
     Code.MCH_UNIT: lambda: _positioning("target_ft,approach,cycle,actual_ft\n0,up,1,0\n"),
 }

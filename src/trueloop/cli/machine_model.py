@@ -48,7 +48,8 @@ def fit(
     data = readings_of(readings, named.chain, history)
     with in_file(machine):
         found, chosen = fit_form(named, form, data, robust=robust)
-    held = hold_out(data, lambda others: fit_form(named, form, others, robust=robust)[0].model)
+    anew = bool(form.choices or any(lag.between_s for lag in form.lags))
+    held = hold_out(data, found, lambda others: fit_form(named, form, others, robust=robust)[0].model, anew=anew)
     sources = (machine, *readings, *([history] if history else ()))
     made_from = {path.name: sha256_of(path.read_bytes()) for path in sources}
     page = machine_page(found, chosen, data.with_lags(found.model.lags), held)

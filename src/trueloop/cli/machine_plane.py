@@ -34,38 +34,49 @@ def plates(
     as_json: AsJson = False,
 ) -> None:
     """Find what drilled plates have in common: each one's own similarity, then a pattern of errors in the plane."""
+    from trueloop.errors import Code
     from trueloop.formats.field_csv import plane_csv
     from trueloop.formats.outputs import write_all
     from trueloop.formats.plate_report import read_plate_report
     from trueloop.machine.planar_field import fit_pattern
-    from trueloop.machine.plates import left_out, pattern_table
+    from trueloop.machine.plates import left_out, not_repeating, pattern_table
     from trueloop.machine.similarity import fit_similarity
 
     read = [read_plate_report(path) for path in reports]
     fits = [fit_similarity(plate.nominal_mm, plate.measured_mm) for plate in read]
-    with busy(f"a pattern of {len(read)} plates"):
+    left = []
+    with busy(f"a pattern of {sum(len(plate.nominal_mm) for plate in read)} holes on {len(read)} plates") as now:
         pattern = fit_pattern(read)
-        others = left_out(read)
+        now(f"plate 1 of {len(read)} by the others")
+        for one in left_out(read, [path.name for path in reports], pattern):
+            left.append(one)
+            now(f"plate {len(left) + 1} of {len(read)} by the others")
         table = pattern_table(pattern, step_mm, margin_mm)
     if out is not None:
-        write_all(
-            out.parent, [(out.name, plane_csv(table.x_mm, table.y_mm, table.correction_mm).encode())], inputs=reports
-        )
+        content = plane_csv(table.x_mm, table.y_mm, table.correction_mm, left)
+        write_all(out.parent, [(out.name, content.encode())], inputs=reports)
+    after: list[float | None] = [UM_PER_MM * one.after_mm for one in left]
+    after = after or [None] * len(read)
+    why = not_repeating(left)
     if as_json:
         rows = [
             {"plate": path.name, "offset_mm": fit.offset_mm, "scale": fit.scale, "rotation_rad": fit.rotation_rad}
-            | {"left_um_rms": UM_PER_MM * fit.rms_mm, "after_others_um_rms": None if rest is None else UM_PER_MM * rest}
-            for path, fit, rest in zip(reports, fits, others, strict=True)
+            | {"left_um_rms": UM_PER_MM * fit.rms_mm, "after_others_um_rms": rest}
+            for path, fit, rest in zip(reports, fits, after, strict=True)
         ]
-        print_json({"plates": rows, "table_off_um": UM_PER_MM * table.deviation_mm})
+        print_json({"plates": rows, "table_off_um": UM_PER_MM * table.deviation_mm, "repeats": not why, "why": why})
         return
-    for path, fit, rest in zip(reports, fits, others, strict=True):
-        after = "" if rest is None else f", {UM_PER_MM * rest:.2f} with the pattern of the others"
-        typer.echo(f"{path.name}: {_told(fit)}; left {UM_PER_MM * fit.rms_mm:.2f} µm RMS{after}")
+    for path, fit, rest in zip(reports, fits, after, strict=True):
+        with_others = "" if rest is None else f", {rest:.2f} with the correction of the others"
+        typer.echo(f"{path.name}: {_told(fit)}; left {UM_PER_MM * fit.rms_mm:.2f} µm RMS{with_others}")
     typer.echo(
         f"pattern: {UM_PER_MM * pattern.spread_mm:.1f} µm over {pattern.length_mm:.0f} mm, tools "
         f"{UM_PER_MM * pattern.tool_spread_mm:.1f} µm apart, {UM_PER_MM * pattern.noise_mm:.1f} µm that do not repeat"
     )
+    if why:
+        typer.echo(
+            f"warning {Code.MCH_PATTERN}: {why}; `machine points` refuses the table without --unproven", err=True
+        )
     if out is not None:
         typer.echo(
             f"written: {out}, {len(table.x_mm)} × {len(table.y_mm)} nodes, up to "
@@ -99,6 +110,9 @@ def points(
         typer.Option("--all-words", help="Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points."),
     ] = False,
     limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
+    unproven: Annotated[
+        bool, typer.Option("--unproven", help="Also by a table of plates whose pattern is not known to repeat.")
+    ] = False,
     dialect: DialectName = None,
     unit: UnitAtStart = None,
     decimals: Decimals = 0,
@@ -110,7 +124,7 @@ def points(
     from trueloop.cli.program_file import read_program_file
     from trueloop.loops.machine_points import correct_points
 
-    field, told = _field(quadrupole, table)
+    field, told = _field(quadrupole, table, unproven)
     done = correct_points(
         read_program_file(file, dialect, unit, decimals),
         out,
@@ -128,9 +142,10 @@ def points(
     typer.echo(f"written: {out}, record {done.record}")
 
 
-def _field(quadrupole: str | None, table: Path | None) -> "tuple[PlanarField, dict[str, object]]":
-    from trueloop.formats.field_csv import read_field
+def _field(quadrupole: str | None, table: Path | None, unproven: bool) -> "tuple[PlanarField, dict[str, object]]":
+    from trueloop.formats.field_csv import read_field, read_left_out
     from trueloop.machine.planar_field import QuadrupoleField
+    from trueloop.machine.plates import require_repeating
     from trueloop.machine.point_program import TableField
 
     if (quadrupole is None) == (table is None):
@@ -140,7 +155,8 @@ def _field(quadrupole: str | None, table: Path | None) -> "tuple[PlanarField, di
 
         with in_file(table):
             known = TableField(read_field(table))
-        return known, known.field.told
+            require_repeating(None if unproven else read_left_out(table))
+        return known, known.field.told | ({"unproven": True} if unproven else {})
     assert quadrupole is not None
     try:
         magnitude, degrees = (float(part) for part in quadrupole.split(","))

@@ -1,7 +1,8 @@
 """`trueloop`: the commands. Each imports what it needs when it runs, so that `--help` is there at once."""
 
+import os
 import sys
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -10,6 +11,11 @@ from trueloop.cli.compensate import compensate
 from trueloop.cli.demo import demo
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.simulate import simulate
+
+THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Threads of numpy's and scipy's linear algebra: one, unless the user says otherwise before the start. Ours are small
+problems, which several threads slow down, and two programs side by side would fight for the cores.
+"""
 
 app = typer.Typer(
     name="trueloop",
@@ -52,6 +58,8 @@ def _options(
 
 def main() -> None:
     """The entry point of the command `trueloop`."""
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
     try:
         app()
     except SystemExit as end:  # help and version are printed outside of any command

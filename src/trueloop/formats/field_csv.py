@@ -5,6 +5,8 @@ their names say: dx_mm or dx_um (one that is missing is zero). Lines that start 
 """
 
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -15,6 +17,7 @@ import numpy as np
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.measured_rows import vectors
 from trueloop.formats.rows import CsvKind, Rows, read_csv
+from trueloop.machine.plates import LeftOut
 from trueloop.nc.field import Field, table_field
 from trueloop.nc.tool_path import Array
 from trueloop.units import UM_PER_MM
@@ -22,6 +25,8 @@ from trueloop.units import UM_PER_MM
 _POSITIONS: Final = ("x_mm", "y_mm", "z_mm")
 _UNITS: Final = {"mm": 1.0, "um": 1.0 / UM_PER_MM}
 _DISPLACEMENTS: Final = {f"d{axis}_{unit}": (k, unit) for k, axis in enumerate("xyz") for unit in _UNITS}
+_OF_PLATES: Final = "# trueloop machine plates"
+_LEFT_OUT: Final = re.compile(r"# left out: ([0-9.]+) -> ([0-9.]+) um RMS, (.*)")
 _HINT: Final = "write columns x_mm, y_mm, z_mm and dx_um, dy_um, dz_um (or dx_mm …), a row a node"
 _KIND: Final = CsvKind(Code.NC_FIELD, Code.NC_FIELD, Code.NC_FIELD, _HINT, any_case=True)
 
@@ -46,14 +51,27 @@ def read_field(path: Path) -> Field:
     return replace(field, told=field.told | {"table": sha256(content).hexdigest()})
 
 
-def plane_csv(x_mm: Array, y_mm: Array, displacement_mm: Array) -> str:
-    """Displacements (nx, ny, 2) in X and Y at the nodes of a plane's grid as such a table."""
+def plane_csv(x_mm: Array, y_mm: Array, displacement_mm: Array, left: Sequence[LeftOut] = ()) -> str:
+    """Displacements (nx, ny, 2) in X and Y at the nodes of a plane's grid as such a table, and what judged them."""
     rows = [
         f"{x!r},{y!r},{UM_PER_MM * dx:.4f},{UM_PER_MM * dy:.4f}"
         for x, column in zip(x_mm.tolist(), displacement_mm.tolist(), strict=True)
         for y, (dx, dy) in zip(y_mm.tolist(), column, strict=True)
     ]
-    return "\n".join(["x_mm,y_mm,dx_um,dy_um", *rows, ""])
+    judged = [
+        f"# left out: {UM_PER_MM * one.before_mm:.3f} -> {UM_PER_MM * one.after_mm:.3f} um RMS, {one.plate}"
+        for one in left
+    ]
+    return "\n".join([_OF_PLATES, *judged, "x_mm,y_mm,dx_um,dy_um", *rows, ""])
+
+
+def read_left_out(path: Path) -> list[LeftOut] | None:
+    """What the plates left out of a table say of it; None for a table that `plane_csv` did not write."""
+    comments = [text for _, text in read_csv(path, _KIND).comments]
+    if _OF_PLATES not in comments:
+        return None
+    found = [match for text in comments if (match := _LEFT_OUT.fullmatch(text))]
+    return [LeftOut(one[3], float(one[1]) / UM_PER_MM, float(one[2]) / UM_PER_MM) for one in found]
 
 
 def _on_grid(rows: Rows, position: Array, displacement: Array) -> Field:

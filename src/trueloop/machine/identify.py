@@ -34,7 +34,7 @@ class Identification:
     their scatter in units of u.
 
     `scatter` is the standard deviation of unit weight: 1 when `standard_u` was right, the standard deviation of the
-    readings themselves when none was given.
+    readings themselves when none was given. `share` are the weights that outliers were given, 1 for the others.
     """
 
     model: MachineModel
@@ -42,6 +42,7 @@ class Identification:
     scatter: float
     degrees_of_freedom: int
     outlier: NDArray[np.bool_]
+    share: Array
     findings: tuple[Finding, ...]
 
 
@@ -86,25 +87,25 @@ def _with_given_lags(
     if len(rows) <= rows.shape[1] + opened.shape[1]:
         raise _too_few(rows.shape[1] + opened.shape[1], len(rows))
     findings = _collinear(terms, rows, opened) + at_bounds(lags)
-    whole, covariance, scatter, outlier = robust_solution(np.hstack([rows, opened]), values, robust)
+    whole, covariance, scatter, share, outlier = robust_solution(np.hstack([rows, opened]), values, robust)
     solution, covariance = whole[: rows.shape[1]], covariance[: rows.shape[1], : rows.shape[1]]
     slopes = [slope_name(lag) for lag in lags]
     identified = {name: known for name, known in ranges(machine.chain, readings).items() if name not in slopes}
     units = {**readings.units, **lag_units(lags, readings.units)}
     model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags, units)
-    residual = (values - np.hstack([rows, opened]) @ whole) / _weights(readings)
+    residual = (values - np.hstack([rows, opened]) @ whole) / values_weight(readings)
     findings += _outlier_findings(readings, residual, outlier)
     freedom = len(rows) - len(whole)
     if lags:
-        weighted = readings.lag_slopes(model) * _weights(readings)[:, None]
+        weighted = readings.lag_slopes(model) * values_weight(readings)[:, None]
         model = with_lag_covariance(model, without(opened, rows), free, scatter, without(opened, weighted))
         freedom -= sum(lag.between_s is not None for lag in lags)
-    return Identification(model, residual, scatter, freedom, outlier, tuple(findings))
+    return Identification(model, residual, scatter, freedom, outlier, share, tuple(findings))
 
 
 def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array, Array]:
     """(rows, values, free): rows · solution ≈ values, coefficients = free · solution."""
-    weight = _weights(readings)
+    weight = values_weight(readings)
     free = block_diagonal([term.admissible() for term in terms])
     return (readings.design(machine.chain, terms) @ free) * weight[:, None], readings.reading * weight, free
 
@@ -118,7 +119,7 @@ def closed_rows(machine: Machine, terms: tuple[Term, ...], readings: Observation
 
 def unknown_columns(machine: Machine, rows: Array, readings: Observations) -> Array:
     """Weighted columns of the runs' own zeros and slopes, those left out that constants of the model stand for."""
-    weight = _weights(readings)[:, None]
+    weight = values_weight(readings)[:, None]
     zeros = determined_zeros(rows, zero_columns(readings) * weight, constant_columns(readings) * weight)
     return np.hstack([zeros, slope_columns(machine.chain, readings) * weight])
 
@@ -153,13 +154,13 @@ def _lag_step(machine: Machine, terms: tuple[Term, ...], readings: Observations,
     rows, values = without(opened, plain), without(opened, values)
     solution = least_squares(rows, values)
     model = MachineModel(machine, terms, free @ solution, np.zeros((0, 0)), lags=lags)
-    slopes = without(opened, readings.lag_slopes(model) * _weights(readings)[:, None])
+    slopes = without(opened, readings.lag_slopes(model) * values_weight(readings)[:, None])
     both = np.hstack([rows, slopes[:, [k for k, lag in enumerate(lags) if lag.between_s]]])
     step = np.linalg.lstsq(both, values - rows @ solution, rcond=None)[0]
     return np.asarray(step[rows.shape[1] :], dtype=np.float64)
 
 
-def _weights(readings: Observations) -> Array:
+def values_weight(readings: Observations) -> Array:
     """1/u where u is known; else 1 for all alike, angles scaled so that 1 µrad counts as 1 µm."""
     if np.all(np.isfinite(readings.standard_u)):
         inverse: Array = 1.0 / readings.standard_u

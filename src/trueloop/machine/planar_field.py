@@ -11,9 +11,14 @@ import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
+from trueloop.machine.pattern_likelihood import Complex, PatternLikelihood, same_tool, smooth_covariance
 from trueloop.machine.similarity import as_complex, fit_similarity
 
-Complex = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
+SOME = 400
+"""Holes among which the likeliest parameters are sought first: the work grows with the cube of their number."""
+
+SOME_STEPS, WHOLE_STEPS, NEAR_STEPS = 40, 5, 2
+"""Steps of the search among these, from there among all, and among all from a field of nearly the same plates."""
 
 
 class PlanarField(Protocol):
@@ -69,25 +74,29 @@ class PatternField:
     offset_mm: complex = 0.0
     slope: complex = 0.0
 
+    @property
+    def parameters(self) -> Array:
+        """Length, spread, spread of the tools and noise, mm."""
+        return np.array([self.length_mm, self.spread_mm, self.tool_spread_mm, self.noise_mm])
+
     def error_mm(self, point_mm: Array, tool: Array | None = None) -> Array:
         """E at (n, 2) points, without the tools' offsets unless `tool` (n,) says which made the hole."""
-        cover = _smooth(point_mm, self.known_mm, self.length_mm, self.spread_mm)
+        cover = smooth_covariance(point_mm, self.known_mm, self.length_mm, self.spread_mm)
         if tool is not None:
-            cover = cover + _tools(tool, self.known_tool, self.tool_spread_mm)
+            cover = cover + self.tool_spread_mm**2 * same_tool(tool, self.known_tool)
         found = cover @ self.weight - self.offset_mm - self.slope * as_complex(point_mm)
         return np.column_stack([found.real, found.imag])
 
 
-def fit_pattern(plates: Sequence[Plate]) -> PatternField:
+def fit_pattern(plates: Sequence[Plate], start: Array | None = None) -> PatternField:
     """The field that plates have in common, each plate's own similarity (its clamping, its temperature) taken out.
 
     x and y errors are independent draws of one process with Matérn-3/2 covariance along x times that along y: once
     differentiable, so that a correction has a slope, and rougher than a polynomial. Its four parameters maximise the
-    restricted likelihood [Rasmussen & Williams 2006, Eq. 2.45: linear nuisance parameters integrated out]. Written in
-    complex numbers because a similarity is linear in them. Raises MCH-DATA for less than 12 holes.
+    restricted likelihood [Rasmussen & Williams 2006, Eq. 2.45: linear nuisance parameters integrated out], sought from
+    `start` (those of a field of nearly the same plates) or from what some of the holes say. Written in complex numbers
+    because a similarity is linear in them. Raises MCH-DATA for less than 12 holes.
     """
-    from scipy.optimize import minimize
-
     nominal = np.concatenate([plate.nominal_mm for plate in plates])
     tool = np.concatenate([plate.tool for plate in plates])
     if len(nominal) < 12:
@@ -98,19 +107,37 @@ def fit_pattern(plates: Sequence[Plate]) -> PatternField:
         )
     error = np.concatenate([as_complex(plate.measured_mm - plate.nominal_mm) for plate in plates])
     nuisance = _similarities(plates)
-    extent = float(np.ptp(nominal, axis=0).max())
-    scale = float(np.std(error - nuisance @ np.linalg.lstsq(nuisance, error, rcond=None)[0]))
-    starts = [np.log([extent * share, scale, scale / 2, scale / 2]) for share in (0.1, 0.3)]
-
-    def badness(logarithms: Array) -> float:
-        return _solve(np.exp(logarithms), nominal, tool, error, nuisance)[1]
-
-    runs = [minimize(badness, start, method="Nelder-Mead", options={"maxiter": 600, "fatol": 1e-3}) for start in starts]
-    length, spread, tool_spread, noise = (float(v) for v in np.exp(min(runs, key=lambda run: float(run.fun)).x))
-    weight, _ = _solve(np.array([length, spread, tool_spread, noise]), nominal, tool, error, nuisance)
-    pattern = PatternField(nominal, tool, weight, length, spread, tool_spread, noise)
+    whole = PatternLikelihood(nominal, tool, error, nuisance)
+    if start is None:
+        found, _ = whole.most_likely(*_start(plates, whole))
+    else:
+        found, _ = whole.most_likely(start, NEAR_STEPS)
+    pattern = PatternField(nominal, tool, whole.weight(found), *found.tolist())
     own = fit_similarity(nominal, nominal + pattern.error_mm(nominal))
     return replace(pattern, offset_mm=own.offset, slope=own.slope)
+
+
+def _start(plates: Sequence[Plate], whole: PatternLikelihood) -> tuple[Array, int, Array]:
+    """The likeliest parameters of some holes of every plate, near those of all, and how to go on from there."""
+    counts = [len(plate.nominal_mm) for plate in plates]
+    ends, share = np.cumsum([0, *counts]), min(1.0, SOME / sum(counts))
+    some = np.concatenate(
+        [
+            np.unique(np.linspace(start, start + count - 1, max(int(count * share), min(count, 4))).astype(int))
+            for start, count in zip(ends, counts, strict=False)
+        ]
+    )
+    nominal, tool = (
+        np.concatenate([getattr(plate, name) for plate in plates])[some] for name in ("nominal_mm", "tool")
+    )
+    few = PatternLikelihood(nominal, tool, whole.error[some], whole.nuisance[some])
+    extent = float(np.ptp(nominal, axis=0).max())
+    rest = whole.error - whole.nuisance @ np.linalg.lstsq(whole.nuisance, whole.error, rcond=None)[0]
+    scale = float(np.std(rest))
+    starts = [np.array([extent * share, scale, scale / 2, scale / 2]) for share in (0.1, 0.3)]
+    found = [few.most_likely(start, SOME_STEPS) for start in starts]
+    likeliest, curvature = min(found, key=lambda one: few.badness_and_slope(one[0])[0])
+    return likeliest, WHOLE_STEPS, curvature * len(some) / sum(counts)
 
 
 def _similarities(plates: Sequence[Plate]) -> Complex:
@@ -123,37 +150,3 @@ def _similarities(plates: Sequence[Plate]) -> Complex:
         columns[rows, 2 * k + 1] = as_complex(plate.nominal_mm) / np.ptp(plate.nominal_mm)
         start = rows.stop
     return columns
-
-
-def _solve(parameters: Array, nominal: Array, tool: Array, error: Complex, nuisance: Complex) -> tuple[Complex, float]:
-    """(weights, minus twice the restricted log likelihood up to a constant) for length, spread, tool spread, noise."""
-    from scipy.linalg import solve_triangular
-
-    length, spread, tool_spread, noise = parameters
-    covariance = _smooth(nominal, nominal, length, spread) + _tools(tool, tool, tool_spread)
-    covariance[np.diag_indices_from(covariance)] += noise**2 + 1e-12 * spread**2
-    lower = np.linalg.cholesky(covariance)
-    both = np.column_stack([nuisance, error])
-    # real and imaginary parts side by side: a complex solve would make the triangle complex too
-    solved = solve_triangular(lower, np.hstack([both.real, both.imag]), lower=True, check_finite=False)
-    white = solved[:, : both.shape[1]] + 1j * solved[:, both.shape[1] :]
-    columns, whitened = white[:, :-1], white[:, -1]
-    normal = columns.conj().T @ columns
-    rest = whitened - columns @ np.linalg.solve(normal, columns.conj().T @ whitened)
-    badness = np.vdot(rest, rest).real + 2 * np.log(np.diag(lower)).sum() + np.linalg.slogdet(normal)[1]
-    weight: Complex = np.linalg.solve(lower.T, rest).astype(np.complex128)
-    return weight, float(badness)
-
-
-def _smooth(left: Array, right: Array, length: float, spread: float) -> Array:
-    """Matérn-3/2 covariance along each axis, multiplied: errors arise axis by axis."""
-    x, y = (np.sqrt(3.0) / length * np.abs(np.subtract.outer(left[:, k], right[:, k])) for k in (0, 1))
-    covariance: Array = spread**2 * (1 + x) * (1 + y) * np.exp(-x - y)
-    return covariance
-
-
-def _tools(left: Array, right: Array, spread: float) -> Array:
-    """Holes of one tool share its offset; tool 0 is the reference."""
-    same = (left[:, None] == right[None]) & (left[:, None] > 0)
-    covariance: Array = spread**2 * same
-    return covariance

@@ -1,13 +1,20 @@
 """Patterns of drilled plates: judged by the plate that each leaves out, and as tables to correct programs by."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
+from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.planar_field import PatternField, Plate, fit_pattern
 from trueloop.machine.similarity import fit_similarity
+from trueloop.statistics import rms
+from trueloop.units import UM_PER_MM
+
+GAIN: Final = 0.1
+"""Share of the RMS by which plates left out have to be better: less comes of chance with a hundred holes."""
 
 
 @dataclass(frozen=True)
@@ -23,14 +30,57 @@ class PlaneTable:
     deviation_mm: float
 
 
-def left_out(plates: Sequence[Plate]) -> list[float | None]:
-    """RMS in mm of each plate's residuals after the pattern of the others and its own similarity; None of one alone."""
-    if len(plates) < 2:
-        return [None] * len(plates)
-    return [
-        after_pattern_mm(fit_pattern([other for j, other in enumerate(plates) if j != k]), plate)
-        for k, plate in enumerate(plates)
-    ]
+@dataclass(frozen=True)
+class LeftOut:
+    """RMS in mm of one plate's holes about its own similarity, as measured and with the correction of the others.
+
+    That is what a program corrected by the table would have left: the tools' offsets are not in it.
+    """
+
+    plate: str
+    before_mm: float
+    after_mm: float
+
+
+def left_out(plates: Sequence[Plate], names: Sequence[str], pattern: PatternField) -> Iterator[LeftOut]:
+    """Each plate judged by the pattern of the others, one after the other; none of one alone.
+
+    Their parameters are sought from those of the `pattern` of all.
+    """
+    for k, (plate, name) in enumerate(zip(plates, names, strict=True)):
+        others = [other for j, other in enumerate(plates) if j != k]
+        if others:
+            known = fit_pattern(others, pattern.parameters).error_mm(plate.nominal_mm)
+            before, after = (fit_similarity(plate.nominal_mm, plate.measured_mm - off).rms_mm for off in (0, known))
+            yield LeftOut(name, before, after)
+
+
+def not_repeating(left: Sequence[LeftOut]) -> str:
+    """Why the pattern is not known to repeat on the next plate; empty where it is.
+
+    It is known to where the plates left out are better together by `GAIN` at least, and most of them by themselves.
+    """
+    if len(left) < 2:
+        return f"{len(left)} plates were left out and predicted: nothing shows that the pattern repeats"
+    before, after = (rms(np.array([getattr(one, name) for one in left])) for name in ("before_mm", "after_mm"))
+    worse = sum(one.after_mm >= one.before_mm for one in left)
+    if after <= (1 - GAIN) * before and 2 * worse < len(left):
+        return ""
+    return (
+        f"{len(left)} plates left out: {UM_PER_MM * before:.1f} → {UM_PER_MM * after:.1f} µm RMS, {worse} of them "
+        "worse: the pattern does not repeat enough to correct by it"
+    )
+
+
+def require_repeating(left: Sequence[LeftOut] | None) -> None:
+    """Raises MCH-PATTERN for a pattern that is not known to repeat; a table that is of no plates (None) passes."""
+    if left is not None and (why := not_repeating(left)):
+        raise TrueloopError(
+            Code.MCH_PATTERN,
+            why,
+            hint="measure more plates, cut one after the other; a plate drilled with the correction is the best judge",
+            override="--unproven",
+        )
 
 
 def after_pattern_mm(pattern: PatternField, plate: Plate) -> float:

@@ -14,8 +14,8 @@ OUTLIER = 4.0
 ROUNDS = 50
 
 
-def robust_solution(rows: Array, values: Array, robust: bool) -> tuple[Array, Array, float, NDArray[np.bool_]]:
-    """(solution, covariance, scatter, outliers) of rows · solution ≈ values, by Huber's weights where `robust`.
+def robust_solution(rows: Array, values: Array, robust: bool) -> tuple[Array, Array, float, Array, NDArray[np.bool_]]:
+    """(solution, covariance, scatter, weights, outliers) of rows · solution ≈ values; weights are 1 if not `robust`.
 
     One QR; weights then change normal equations in its orthonormal columns, which are well conditioned, by the rows
     beyond Huber's bound alone.
@@ -41,7 +41,7 @@ def robust_solution(rows: Array, values: Array, robust: bool) -> tuple[Array, Ar
     covariance = scatter**2 * inverse @ inverse.T
     spread = _spread(rest, q.shape[1]) if robust else scatter
     outlier = np.abs(rest) > OUTLIER * spread if spread > 0 else np.zeros(len(rest), dtype=bool)
-    return inverse @ solution, covariance, scatter, outlier
+    return inverse @ solution, covariance, scatter, share, outlier
 
 
 def _reweighted(q: Array, values: Array, share: Array) -> Array:

@@ -8,17 +8,18 @@ import pytest
 
 from tests.support.cli import output_of
 from trueloop.geometry.feature import Array
+from trueloop.machine.plates import LeftOut, not_repeating
 
 
 def _error_mm(at: Array) -> Array:
     return 0.02 * np.sin(at / 60.0) + 0.004
 
 
-def _report(path: Path, seed: int, shift_mm: float) -> Path:
+def _report(path: Path, seed: int, shift_mm: float, sign: float = 1.0) -> Path:
     """Holes where the machine put them: its pattern, and the plate lay `shift_mm` off."""
     rng = np.random.default_rng(seed)
     nominal = rng.uniform(-150, 150, (60, 2))
-    measured = nominal + _error_mm(nominal) + shift_mm + rng.normal(0, 0.0005, nominal.shape)
+    measured = nominal + sign * _error_mm(nominal) + shift_mm + rng.normal(0, 0.0005, nominal.shape)
     rows = np.column_stack([measured, nominal, measured - nominal, np.full((60, 3), 2.167)])
     lines = [" ".join(f"{value:.5f}" for value in row) for row in rows]
     path.write_text("\n".join(["Plate", "Meas X Meas Y", *lines]))
@@ -52,7 +53,42 @@ def test_plates_to_a_corrected_program(tmp_path: Path, reports: list[str]) -> No
 
 def test_one_plate_has_no_others_to_judge_it(reports: list[str]) -> None:
     assert json.loads(output_of("machine", "plates", reports[0], "--json"))["plates"][0]["after_others_um_rms"] is None
-    assert "with the pattern of the others" not in output_of("machine", "plates", reports[0])
+    said = output_of("machine", "plates", reports[0])
+    assert "with the correction of the others" not in said
+    assert "MCH-PATTERN: 0 plates were left out" in said
+
+
+def test_a_pattern_that_does_not_repeat_is_questioned_and_its_table_refused(tmp_path: Path) -> None:
+    """Plates of a machine whose pattern turned round from one to the next: each is predicted worse than without."""
+    turned = [_report(tmp_path / f"plate-{k}.txt", k, 0.0, (-1.0) ** k) for k in range(4)]
+    field, out, program = tmp_path / "field.csv", tmp_path / "out.nc", tmp_path / "holes.nc"
+    told = json.loads(output_of("machine", "plates", *turned, "-o", field, "--json"))
+    assert not told["repeats"] and "worse" in told["why"]
+    assert "warning MCH-PATTERN: 4 plates left out" in output_of("machine", "plates", *turned)
+    program.write_text("G21 G90\nX10. Y0.\n")
+    command = ("machine", "points", program, "-t", field, "-d", "linuxcnc", "-o", out)
+    said = output_of(*command, status=3)
+    assert "field.csv: MCH-PATTERN" in said and "--unproven" in said and not out.exists()
+    assert "over 1 points" in output_of(*command, "--unproven")
+    handmade = tmp_path / "handmade.csv"
+    handmade.write_text("\n".join(line for line in field.read_text().splitlines() if line[0] != "#"))
+    assert "over 1 points" in output_of("machine", "points", program, "-t", handmade, "-d", "linuxcnc", "-o", out)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "repeats"),
+    [
+        ([(8.3, 9.9)] * 3, False),
+        ([(8.0, 7.3)] * 3, False),
+        ([(8.0, 7.1)] * 3, True),
+        ([(8.0, 4.0), (8.0, 8.1)], False),
+        ([(8.0, 4.0), (8.0, 4.0), (8.0, 8.1)], True),
+        ([(8.0, 4.0)], False),
+    ],
+)
+def test_which_patterns_count_as_repeating(pairs: list[tuple[float, float]], repeats: bool) -> None:
+    left = [LeftOut("plate", before / 1e3, after / 1e3) for before, after in pairs]
+    assert (not_repeating(left) == "") is repeats
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,14 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.form import Form, fit_form
 from trueloop.machine.hold_out import compare, hold_out
-from trueloop.machine.identify import Identification
+from trueloop.machine.identify import Identification, identify
 from trueloop.machine.model import Machine, MachineModel, State
+from trueloop.machine.names import error_name
 from trueloop.machine.observations import Observations, joined
+from trueloop.machine.position_basis import polynomial
 from trueloop.machine.standard import frame_terms, mill_terms
 from trueloop.machine.structure import PRESETS, chain_of
+from trueloop.machine.term import Part, Term
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 NOISE_MM, NOISE_RAD = 0.3e-3, 0.5e-6
@@ -118,12 +121,44 @@ def test_runs_zeroed_one_by_one_give_the_machine(seed: int) -> None:
 def test_a_run_left_out_is_judged_without_its_zero_and_slope() -> None:
     campaign = _campaign(3)
     data = _zeroed(campaign.data)
-    held = hold_out(data, lambda others: campaign.fitted(others).model)
+    found = campaign.fitted(data)
+    held = hold_out(data, found, lambda others: campaign.fitted(others).model)
     lengths = [run.length_mm.rms for run in held if run.length_mm]
     assert len(held) == 40 and max(lengths) < 3 * NOISE_MM
     moved = replace(data, reading=data.reading + np.unique(data.run, return_inverse=True)[1] * 0.01)
-    model = campaign.fitted(data).model
+    model = found.model
     assert _rms_mm(model, moved) == pytest.approx(_rms_mm(model, data), rel=1e-6)
+
+
+def test_taking_a_run_out_of_the_normal_equations_is_fitting_the_others() -> None:
+    """Exactly for plain least squares; where the others determine less, they are fitted."""
+    campaign = _campaign(5)
+    data = _zeroed(campaign.data)
+    few = data.only(np.array([run[:2] in ("XX", "XY", "XC", "YB") or run.startswith("d") for run in data.run]))
+    terms = tuple(Term(error_name(n), (Part(polynomial(*TRAVEL["X"], 3, (0.0,))),)) for n in ("EXX", "ECX"))
+    terms += (Term(error_name("EYX"), (Part(polynomial(*TRAVEL["X"], 2, TRAVEL["X"])),)), Term(error_name("EC0Y")))
+
+    def fitted(others: Observations) -> Identification:
+        return identify(campaign.machine, terms, others, robust=False)
+
+    found, seen = fitted(few), []
+
+    def refit(others: Observations) -> MachineModel:
+        seen.append(others)
+        return fitted(others).model
+
+    quick = hold_out(few, found, refit)
+    assert not seen
+    for one, other in zip(quick, hold_out(few, found, refit, anew=True), strict=True):
+        assert one.run == other.run
+        for unit, left in one.by_unit.items():
+            assert left.rms == pytest.approx(other.by_unit[unit].rms, rel=1e-6)
+            assert left.largest == pytest.approx(other.by_unit[unit].largest, rel=1e-6)
+            assert left.raw == pytest.approx(other.by_unit[unit].raw, rel=1e-12)
+    lone = few.only(np.array([run in ("XX0", "XY0", "XC0", "diagonal 0") for run in few.run]))
+    before = len(seen)
+    assert "diagonal 0" not in [left.run for left in hold_out(lone, fitted(lone), refit)]
+    assert len(seen) > before
 
 
 def _rms_mm(model: MachineModel, data: Observations) -> float:
