@@ -4,7 +4,7 @@ import typer
 
 from trueloop.cli.machine_components import decompose
 from trueloop.cli.machine_correction import compensate, export
-from trueloop.cli.machine_drift import drift_fit, drift_predict
+from trueloop.cli.machine_drift import add_drift, drift_fit, drift_predict
 from trueloop.cli.machine_model import check, fit, show
 from trueloop.cli.machine_plane import plates, points
 from trueloop.cli.machine_tests import drift, positioning
@@ -25,6 +25,7 @@ for command in (
     drift,
     drift_fit,
     drift_predict,
+    add_drift,
     plates,
     points,
 ):

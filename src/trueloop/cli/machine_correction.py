@@ -67,6 +67,13 @@ def compensate(
         typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
     ] = None,
     temperatures: Temperatures = None,
+    zeroed_s: Annotated[
+        float | None,
+        typer.Option(
+            metavar="T",
+            help="time_s of the log at which the work zero was set or last referenced: displacements drift from there.",
+        ),
+    ] = None,
     tolerance_um: Annotated[
         float, typer.Option(min=0.001, callback=positive, help="How far a block may leave the corrected path.")
     ] = 0.5,
@@ -105,6 +112,7 @@ def compensate(
         signals_of(known, temperatures),
         {axis: math.radians(angle) for axis, angle in parameters_of(at, "--at").items()},
         tables.tools if offsets_file else None,
+        None if zeroed_s is None else signals_of(known, temperatures, zeroed_s),
     )
     with busy(f"correcting {file}"):
         done = compensate_program(

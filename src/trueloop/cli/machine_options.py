@@ -53,8 +53,10 @@ def readings_of(paths: "Sequence[Path]", chain: "Chain", history: Path | None) -
         return joined(read)
 
 
-def signals_of(model: "MachineModel", given: "Sequence[str] | None") -> "dict[str, Array | float]":
-    """Values by name, and logs as they stand at their last row, lags among them. Raises MCH-HISTORY."""
+def signals_of(
+    model: "MachineModel", given: "Sequence[str] | None", until_s: float = math.inf
+) -> "dict[str, Array | float]":
+    """Values by name, and logs as they stand at their last row until then, lags among them. Raises MCH-HISTORY."""
     from trueloop.errors import in_file
     from trueloop.formats.history_csv import read_history
     from trueloop.machine.history import check_lags_given, signals_at_end
@@ -62,7 +64,7 @@ def signals_of(model: "MachineModel", given: "Sequence[str] | None") -> "dict[st
     signals: dict[str, Array | float] = {}
     for log in logs_of(given):
         with in_file(log):
-            signals |= signals_at_end(read_history(log), model.lags)
+            signals |= signals_at_end(read_history(log).until(until_s), model.lags)
     signals |= parameters_of([text for text in given or () if "=" in text], "--temperatures")
     check_lags_given(model.lags, signals)
     return signals

@@ -32,15 +32,20 @@ def _channels(content: dict[str, Any]) -> dict[str, DriftModel]:
 
 def _channel(model: DriftModel) -> dict[str, Any]:
     members = [{**member.__dict__, "weights": member.weights.tolist()} for member in model.members]
-    return {"start": dict(model.start), "known": dict(model.known), "members": members}
+    return {
+        "left_um": model.left_um,
+        "start": dict(model.start),
+        "known": dict(model.known),
+        "members": members,
+    }
 
 
 def _read_channel(content: dict[str, Any]) -> DriftModel:
     members = tuple(_member(member) for member in content["members"])
     start = {name: float(value) for name, value in content["start"].items()}
     known = {name: (float(low), float(high)) for name, (low, high) in content["known"].items()}
-    model = DriftModel(members, start, known)
-    if not members or set(model.inputs) - start.keys() or set(model.signals) - known.keys():
+    model = DriftModel(members, start, known, float(content.get("left_um", 0.0)))
+    if not members or set(model.inputs) - start.keys() or set(model.signals) - known.keys() or not model.left_um >= 0:
         raise ValueError(f"{len(members)} members, of whose inputs some have no start or no range")
     return model
 

@@ -11,8 +11,10 @@ from trueloop import __version__
 from trueloop.compensation.record import Record, sha256_of
 from trueloop.formats.outputs import Named
 from trueloop.loops.mapped_program import MapOptions, Mapped, map_program
+from trueloop.machine.drift_terms import zeroed_at
 from trueloop.machine.model import MachineModel
 from trueloop.machine.setup import Setup, compensation_field
+from trueloop.machine.term import Signals
 from trueloop.nc.cutter_tool import tool_rows
 from trueloop.units import UM_PER_MM
 
@@ -49,6 +51,8 @@ def compensate_program(
     (MCH-FRAME, MCH-TRAVEL, MCH-RANGE) and what `map_program` does; nothing is written then.
     """
     model, sha256 = known.model, known.sha256
+    if setup.zero_signals is not None:
+        model = zeroed_at(model, setup.zero_signals)
     told = _told(setup, sha256)
 
     def record(done: Mapped) -> list[Named]:
@@ -72,12 +76,17 @@ def compensate_program(
 def _told(setup: Setup, model_sha256: str) -> dict[str, object]:
     return {
         "model": model_sha256,
-        "temperatures": {name: float(np.mean(value)) for name, value in setup.signals.items()},
+        "temperatures": _means(setup.signals),
         "work_zero_mm": {str(number): list(zero) for number, zero in setup.work_zero_mm.items()},
         "rotary_axes_rad": dict(setup.fixed),
         "tool_mm": {str(number): list(tool) for number, tool in setup.tool_mm.items()},
+        **({} if setup.zero_signals is None else {"temperatures_at_zero": _means(setup.zero_signals)}),
         **({} if setup.table is None else {"tools": [list(row) for row in tool_rows(setup.table)]}),
     }
+
+
+def _means(signals: Signals) -> dict[str, float]:
+    return {name: float(np.mean(value)) for name, value in signals.items()}
 
 
 def _record(done: Mapped, model: MachineModel, model_sha256: str, options: dict[str, object]) -> Record:

@@ -1,7 +1,8 @@
 """Drift models at work: later rows predicted from earlier ones, and other logs."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from trueloop.machine.validity import check_range, in_unit
 from trueloop.statistics import rms
 from trueloop.units import SIGNALS, UM_PER_MM
 
+REZEROED_H: Final = (1.0, 2.0, 4.0, 8.0)
+"""Hours between references that are tried."""
+
 STATIC = ((0.0,),)
 """The ladder of a model that knows no past."""
 
@@ -21,7 +25,8 @@ class DriftRun:
     """One channel, µm: `predicted_um` (k,) for its last k rows, and root mean squares over them.
 
     `rms_um` of what the model of the earlier rows leaves there, `static_rms_um` of what one without the past leaves,
-    `raw_um` of the displacement itself against the mean of the earlier rows.
+    `raw_um` of the displacement itself against the mean of the earlier rows, `rezeroed_um` of what is left where an
+    operator's reference sets it to zero every so many hours (hours to RMS).
     """
 
     channel: str
@@ -29,6 +34,7 @@ class DriftRun:
     rms_um: float
     static_rms_um: float
     raw_um: float
+    rezeroed_um: Mapping[float, float] = field(default_factory=dict)
 
 
 def held_out(test: DriftTest, share: float) -> list[DriftRun]:
@@ -43,10 +49,18 @@ def held_out(test: DriftTest, share: float) -> list[DriftRun]:
         found = model.predict(test.time_s, test.signals)[~known]
         still = static.predict(test.time_s, test.signals)[~known]
         rest = moved[~known]
-        runs.append(
-            DriftRun(channel, found, rms(rest - found), rms(rest - still), rms(rest - float(moved[known].mean())))
-        )
+        rezeroed = {hours: rms(since_reference(test.time_s[~known], rest - found, hours)) for hours in REZEROED_H}
+        raw = rms(rest - float(moved[known].mean()))
+        runs.append(DriftRun(channel, found, rms(rest - found), rms(rest - still), raw, rezeroed))
     return runs
+
+
+def since_reference(time_s: Array, off: Array, every_h: float) -> Array:
+    """What is left of deviations (n,) where each is counted from the first row of its `every_h` hours."""
+    number = np.floor((time_s - time_s[0]) / (3600 * every_h))
+    _, first, own = np.unique(number, return_index=True, return_inverse=True)
+    left: Array = off - off[first[own.ravel()]]
+    return left
 
 
 def predicted_um(

@@ -1,16 +1,17 @@
-"""Thermal drift as a function of the past of few temperatures and of the spindle speed: a dynamic model, by channel.
+"""Thermal drift as a function of the past of all temperatures and of the spindle speed: a dynamic model, by channel.
 
     drift = c + Σ over inputs Σ over time constants  b · (lag of the input)
 
 The weights b over a ladder of time constants say how fast a part follows, so the constants are estimated with them:
-`mean_constant_s` is their weighted mean. Small data that move together would give any weights; so they are held small
-(ridge, in µm/K), few inputs are chosen, each only if it makes blocks of time that were left out better predicted, and
-models over several ladders, strengths and blocks are averaged. The mean of linear models is a linear model.
+`mean_constant_s` is their weighted mean. Small data that move together would give any weights; so all are held small
+together (ridge over columns of unit spread). Choosing few inputs instead, one by one, takes those that happen to fit.
+How small is decided by blocks of consecutive rows left out in turn, for which no neighbour in time helps, of several
+lengths; models over several ladders and block lengths are averaged. The mean of linear models is a linear model.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise, product
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -19,19 +20,17 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.machine.lag import lagged
 
-LADDERS_S: Final = ((0.0, 600.0, 1800.0, 5400.0, 16200.0), (0.0, 900.0, 3600.0, 14400.0))
-STRENGTHS: Final = (0.03, 0.1)
-BLOCKS: Final = (6, 9)
-MOST_INPUTS: Final = 5
-GAIN: Final = 0.03
-"""An input is taken when it lowers the mean square of the blocks left out by 3 %."""
+LADDERS_S: Final = ((0.0, 600.0, 1800.0, 5400.0, 16200.0), (0.0, 1800.0, 7200.0), (0.0, 120.0, 600.0, 3000.0))
+STRENGTHS: Final = tuple(np.geomspace(1e-4, 3.0, 14).tolist())
+BLOCKS: Final = (8, 6, 4)
 
 ROWS: Final = 1000
 """Rows that a fit uses, evenly taken: drift is slow."""
 
 SQUARE: Final = "²"
 SPEED_SCALE: Final = 1000.0
-"""Speed in 1000 rev/min, and its square over 5, weigh as much as a few kelvins."""
+SQUARE_SCALE: Final = 5e6
+"""Speed in 1000 rev/min, and its square in 5 million, are as large as a few kelvins."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +47,14 @@ class Member:
 class DriftModel:
     """The mean of its members. `start` are the inputs' values at the first row of the data: lags count from there.
 
-    `known` are the ranges of the data's signals, by the signals' names.
+    `known` are the ranges of the data's signals, by the signals' names. `left_um` is what models of earlier rows left
+    of later ones, RMS; 0 where that was not tried.
     """
 
     members: tuple[Member, ...]
     start: Mapping[str, float]
     known: Mapping[str, tuple[float, float]]
+    left_um: float = 0.0
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -85,11 +86,23 @@ class DriftModel:
             )
         inputs = _inputs({name: signals[name] for name in self.signals})
         total = np.zeros(len(time_s))
-        for member in self.members:
+        for member in self.summed():
             total += (
                 member.constant + _columns(time_s, inputs, member.inputs, member.ladder_s, self.start) @ member.weights
             )
         return total / len(self.members)
+
+    def summed(self) -> list[Member]:
+        """The members of one ladder and the same inputs added up: the model is their sum over `len(members)`."""
+        found: dict[tuple[object, object], Member] = {}
+        for member in self.members:
+            key = (member.inputs, member.ladder_s)
+            if key in found:
+                weights, constant = found[key].weights + member.weights, found[key].constant + member.constant
+                found[key] = replace(member, weights=weights, constant=constant)
+            else:
+                found[key] = member
+        return list(found.values())
 
 
 def fit_drift(
@@ -115,9 +128,8 @@ def fit_drift(
     rows = np.unique(np.linspace(0, len(time_s) - 1, min(ROWS, len(time_s))).astype(int))
     members = []
     for ladder in ladders_s:
-        columns = {name: _columns(time_s, inputs, (name,), ladder, start)[rows] for name in inputs}
-        for strength, blocks in product(STRENGTHS, BLOCKS):
-            members.append(_member(columns, drift[rows], ladder, strength, blocks))
+        columns = _columns(time_s, inputs, tuple(inputs), ladder, start)[rows]
+        members += [_member(tuple(inputs), columns, drift[rows], ladder, blocks) for blocks in BLOCKS]
     known = {name: (float(values.min()), float(values.max())) for name, values in signals.items()}
     return DriftModel(tuple(members), start, known)
 
@@ -128,7 +140,7 @@ def _inputs(signals: Mapping[str, Array]) -> dict[str, Array]:
     for name, values in signals.items():
         if "rpm" in name:
             inputs[name] = values / SPEED_SCALE
-            inputs[f"{name}{SQUARE}"] = (values / SPEED_SCALE) ** 2 / 5
+            inputs[f"{name}{SQUARE}"] = values**2 / SQUARE_SCALE
         else:
             inputs[name] = values
     return inputs
@@ -145,49 +157,31 @@ def _columns(
     return lagged(time_s, chosen, np.array(ladder_s)).reshape(len(time_s), -1)
 
 
-def _member(
-    columns: Mapping[str, Array], drift: Array, ladder: tuple[float, ...], strength: float, blocks: int
-) -> Member:
-    """The heat of the spindle first; then inputs one by one, the best first, while the blocks left out gain by it."""
-    chosen = [name for name in columns if name.endswith(SQUARE)]
-    best = _left_out(columns, chosen, drift, strength, blocks) if chosen else float(np.var(drift))
-    while len(chosen) < min(MOST_INPUTS, len(columns)):
-        others = [name for name in columns if name not in chosen]
-        error, name = min((_left_out(columns, [*chosen, name], drift, strength, blocks), name) for name in others)
-        if chosen and error > best * (1 - GAIN):
-            break
-        chosen.append(name)
-        best = error
-    design = _with_constant(np.hstack([columns[name] for name in chosen]))
-    solution = np.linalg.solve(design.T @ design + _ridge(design, strength), design.T @ drift)
-    weights = np.asarray(solution[1:], dtype=np.float64)
-    return Member(tuple(chosen), ladder, weights, float(solution[0]))
+def _member(inputs: tuple[str, ...], columns: Array, drift: Array, ladder: tuple[float, ...], blocks: int) -> Member:
+    """All inputs, held as small as leaves least of the blocks left out."""
+    errors = np.zeros(len(STRENGTHS))
+    for part in _blocks(len(drift), blocks):
+        others = np.delete(np.arange(len(drift)), part)
+        weights, constants = _held_small(columns[others], drift[others])
+        errors += np.sum((drift[part, None] - columns[part] @ weights - constants) ** 2, axis=0)
+    best = int(errors.argmin())
+    weights, constants = _held_small(columns, drift)
+    return Member(inputs, ladder, weights[:, best], float(constants[best]))
 
 
-def _left_out(columns: Mapping[str, Array], names: Sequence[str], drift: Array, strength: float, blocks: int) -> float:
-    """Mean square of what each block of time shows beyond a model made from all others."""
-    design = _with_constant(np.hstack([columns[name] for name in names]))
-    parts = [
-        (design[part].T @ design[part], design[part].T @ drift[part], part) for part in _blocks(len(drift), blocks)
-    ]
-    normal, right = sum(p[0] for p in parts) + _ridge(design, strength), sum(p[1] for p in parts)
-    total = 0.0
-    for own_normal, own_right, part in parts:
-        rest = drift[part] - design[part] @ np.linalg.solve(normal - own_normal, right - own_right)
-        total += float(rest @ rest)
-    return total / len(drift)
+def _held_small(columns: Array, drift: Array) -> tuple[Array, Array]:
+    """(weights (columns, strengths), constants (strengths,)) of ridge regressions over columns of unit spread."""
+    mean, spread = columns.mean(axis=0), columns.std(axis=0)
+    spread = np.where(spread > 1e-9 * np.abs(columns).max(initial=0.0), spread, np.inf)
+    scaled = (columns - mean) / spread
+    size, directions = np.linalg.eigh(scaled.T @ scaled)
+    right = directions.T @ (scaled.T @ (drift - drift.mean()))
+    penalties = np.array(STRENGTHS) * len(drift)
+    weights: Array = directions @ (right[:, None] / (size[:, None] + penalties)) / spread[:, None]
+    constants: Array = drift.mean() - mean @ weights
+    return weights, constants
 
 
 def _blocks(count: int, blocks: int) -> list[slice]:
     ends = np.linspace(0, count, blocks + 1).astype(int)
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]
-
-
-def _with_constant(columns: Array) -> Array:
-    return np.hstack([np.ones((len(columns), 1)), columns])
-
-
-def _ridge(design: Array, strength: float) -> Array:
-    penalty = strength * len(design) * np.eye(design.shape[1])
-    penalty[0, 0] = 0.0
-    return penalty

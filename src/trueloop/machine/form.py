@@ -53,7 +53,7 @@ def _determined(machine: Machine, terms: tuple[Term, ...], form: Form, readings:
     lags = [lag for lag in form.lags if any(lag.name in term.needs() for term in terms)]
     known, values, _ = weighted_rows(machine, terms, readings.with_lags(lags))
     frame = weighted_rows(machine, form.frame, readings)[0]
-    span, found = np.hstack([known, unknown_columns(machine, known, readings)]), []
+    span, found = np.hstack([known, unknown_columns(machine, terms, readings)]), []
     noise = float(np.median(np.abs(without(np.hstack([span, frame]), values)))) / 0.6745
     span = orthonormal(span)
     for term, column in zip(form.frame, frame.T, strict=True):

@@ -44,6 +44,17 @@ class History:
     signals: Mapping[str, Array]
     units: Mapping[str, str] = field(default_factory=dict)
 
+    def until(self, time_s: float) -> "History":
+        """The rows up to that time. Raises MCH-HISTORY where there are none."""
+        rows = self.time_s <= time_s
+        if not rows.any():
+            raise TrueloopError(
+                Code.MCH_HISTORY,
+                f"the history of the signals begins at {self.time_s[0]:g} s, after {time_s:g} s",
+                hint="times are those of the column time_s of the log",
+            )
+        return History(self.time_s[rows], {name: v[rows] for name, v in self.signals.items()}, self.units)
+
 
 @dataclass(frozen=True)
 class Clock:

@@ -14,7 +14,7 @@ from trueloop.machine.model import Machine, MachineModel
 from trueloop.machine.observations import Observations, ranges
 from trueloop.machine.robust import least_squares, robust_solution
 from trueloop.machine.run_zeros import (
-    constant_columns,
+    constants_of,
     determined_zeros,
     slope_columns,
     without,
@@ -83,7 +83,7 @@ def _with_given_lags(
     machine: Machine, terms: tuple[Term, ...], readings: Observations, robust: bool, lags: tuple[Lag, ...]
 ) -> Identification:
     rows, values, free = weighted_rows(machine, terms, readings)
-    opened = unknown_columns(machine, rows, readings)
+    opened = unknown_columns(machine, terms, readings)
     if len(rows) <= rows.shape[1] + opened.shape[1]:
         raise _too_few(rows.shape[1] + opened.shape[1], len(rows))
     findings = _collinear(terms, rows, opened) + at_bounds(lags)
@@ -113,14 +113,16 @@ def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observati
 def closed_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array]:
     """(rows, values) as `weighted_rows`, what zeros and slopes of the runs explain taken out of both."""
     rows, values, _ = weighted_rows(machine, terms, readings)
-    opened = unknown_columns(machine, rows, readings)
+    opened = unknown_columns(machine, terms, readings)
     return without(opened, rows), without(opened, values)
 
 
-def unknown_columns(machine: Machine, rows: Array, readings: Observations) -> Array:
+def unknown_columns(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> Array:
     """Weighted columns of the runs' own zeros and slopes, those left out that constants of the model stand for."""
     weight = values_weight(readings)[:, None]
-    zeros = determined_zeros(rows, zero_columns(readings) * weight, constant_columns(readings) * weight)
+    zeros, constants = zero_columns(readings) * weight, constants_of(terms)
+    if constants:
+        zeros = determined_zeros(zeros, weighted_rows(machine, constants, readings)[0])
     return np.hstack([zeros, slope_columns(machine.chain, readings) * weight])
 
 
@@ -150,7 +152,7 @@ def _badness(machine: Machine, terms: tuple[Term, ...], readings: Observations) 
 def _lag_step(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: tuple[Lag, ...]) -> Array:
     """Change of the ln τ that are sought, coefficients and they made linear together."""
     plain, values, free = weighted_rows(machine, terms, readings)
-    opened = unknown_columns(machine, plain, readings)
+    opened = unknown_columns(machine, terms, readings)
     rows, values = without(opened, plain), without(opened, values)
     solution = least_squares(rows, values)
     model = MachineModel(machine, terms, free @ solution, np.zeros((0, 0)), lags=lags)

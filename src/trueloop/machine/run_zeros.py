@@ -5,7 +5,7 @@ constants are unknowns beside the model's coefficients. A channel is what one in
 along one direction share a zero; where the direction turns (a ball bar), also a constant vector, its centre.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from trueloop.geometry.feature import Array
 from trueloop.machine.chain import AxisKind, Chain
 from trueloop.machine.kinematics import tool_in_work_mm
 from trueloop.machine.observations import Observations
+from trueloop.machine.term import Term
 
 DIRECTIONS = 3
 """A run that was read along more directions than these is one channel whose direction turns."""
@@ -49,35 +50,38 @@ def slope_columns(chain: Chain, readings: Observations) -> Array:
     return np.hstack(columns)
 
 
-def constant_columns(readings: Observations) -> Array:
-    """What a displacement and a rotation that are the same everywhere do to the readings, (n, 6)."""
-    angle = readings.is_angle[:, None]
-    return np.hstack([np.where(angle, 0.0, readings.along), np.where(angle, readings.along, 0.0)])
+def constants_of(terms: Iterable[Term]) -> tuple[Term, ...]:
+    """What of the terms is the same everywhere and always, as constant terms."""
+    return tuple(
+        Term(term.name)
+        for term in terms
+        if any(part.signal is None and not part.basis.zero_at for part in term.parts)
+        and not (term.name.place and term.name.axis in "XYZ")
+    )
 
 
-def determined_zeros(rows: Array, zeros: Array, constants: Array) -> Array:
+def determined_zeros(zeros: Array, constants: Array) -> Array:
     """The zeros that no constant of the model takes the place of, (n, ≤ zeros).
 
-    Where the model's `rows` (n, p) can say a constant error and the zeros of all runs together can say it too, the
-    model says it, and the zeros are what is beyond. Nothing else is chosen so: what differs between runs stays unknown.
+    Where the model's `constants` (n, k) do the same as the zeros of all runs together, the model says it, and the zeros
+    are what is beyond. Nothing else is chosen so: what differs between runs stays unknown.
     """
     size = np.linalg.norm(constants, axis=0)
     if zeros.shape[1] == 0 or not size.any():
         return zeros
-    constants = constants[:, size > 0] / size[size > 0]
-    open_, said = orthonormal(zeros), orthonormal(rows)
-    beyond = np.vstack([constants - basis @ (basis.T @ constants) for basis in (open_, said)])
-    _, strength, directions = np.linalg.svd(beyond, full_matrices=False)
+    constants, own = orthonormal(constants), orthonormal(zeros)
+    _, strength, directions = np.linalg.svd(constants - own @ (own.T @ constants), full_matrices=False)
     both = constants @ directions[strength < INSIDE].T
-    return orthonormal(without(both, open_), 1e-6) if both.shape[1] else zeros
+    left, strength, _ = np.linalg.svd(without(both, own), full_matrices=False)
+    return np.asarray(left[:, strength > INSIDE]) if both.shape[1] else zeros
 
 
-def orthonormal(columns: Array, rounding: float = 1e-11) -> Array:
-    """An orthonormal basis (n, rank) of what the columns span; squares of size below `rounding` count as none."""
+def orthonormal(columns: Array) -> Array:
+    """An orthonormal basis (n, rank) of what the columns span."""
     size = np.linalg.norm(columns, axis=0)
     scaled = columns[:, size > 0] / size[size > 0]
     strength, directions = np.linalg.eigh(scaled.T @ scaled)
-    kept = strength > rounding * strength.max(initial=0.0)
+    kept = strength > 1e-11 * strength.max(initial=0.0)
     basis: Array = scaled @ (directions[:, kept] / np.sqrt(strength[kept]))
     return basis
 

@@ -34,7 +34,8 @@ class Setup:
     no length. `tool_mm`: tool point from the frame of the last axis, by T number; under −1 for every other tool.
     `fixed`: where rotary axes stand, which the program has to leave alone, rad; 0 for those not named. `table`: the
     control's tool table, where it is told: a tool that is not in `tool_mm` has its point at minus the offset that the
-    program brings into force, because machine = program + work zero + offset.
+    program brings into force, because machine = program + work zero + offset. `zero_signals` are those of the moment
+    when the work zero was set, where what had drifted by then lies in it.
     """
 
     work_zero_mm: Mapping[int, Vector]
@@ -42,6 +43,7 @@ class Setup:
     signals: Signals = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
     table: Sequence[CutterTool] | None = None
+    zero_signals: Signals | None = None
 
 
 def compensation_field(

@@ -14,7 +14,7 @@ from trueloop.machine.identify import Identification, identify
 from trueloop.machine.model import Machine, MachineModel, State
 from trueloop.machine.names import error_name
 from trueloop.machine.observations import Observations, joined
-from trueloop.machine.position_basis import polynomial
+from trueloop.machine.position_basis import CONSTANT, polynomial
 from trueloop.machine.standard import frame_terms, mill_terms
 from trueloop.machine.structure import PRESETS, chain_of
 from trueloop.machine.term import Part, Term
@@ -128,6 +128,21 @@ def test_a_run_left_out_is_judged_without_its_zero_and_slope() -> None:
     moved = replace(data, reading=data.reading + np.unique(data.run, return_inverse=True)[1] * 0.01)
     model = found.model
     assert _rms_mm(model, moved) == pytest.approx(_rms_mm(model, data), rel=1e-6)
+
+
+def test_a_constant_of_the_model_says_what_all_zeros_say_together() -> None:
+    """One run or several: the growth with temperature is found, and the constant is the mean of the runs' zeros."""
+    machine = Machine("mill", chain_of(STRUCTURE))
+    warm = np.linspace(20, 30, 12)
+    state = State(machine.chain.positions({"X": np.zeros(12)}), 0.0, {"T1": warm})
+    along, exact = np.tile([0.0, 0.0, 1.0], (12, 1)), 2e-3 * (warm - 20) + 5e-3
+    term = Term(error_name("EZ0S"), (Part(), Part(CONSTANT, "T1", 20.0)))
+    for runs in (("one",) * 12, ("one", "two") * 6):
+        off = np.where(np.array(runs) == "two", 0.4, 0.0)
+        data = Observations(state, along, exact + off, np.zeros(12, bool), np.full(12, np.nan), runs, own_zero=True)
+        found = identify(machine, [term], data, robust=False)
+        np.testing.assert_allclose(found.model.coefficients, [5e-3 + off.mean(), 2e-3], atol=1e-9)
+        assert np.abs(found.residual).max() < 1e-9
 
 
 def test_taking_a_run_out_of_the_normal_equations_is_fitting_the_others() -> None:
