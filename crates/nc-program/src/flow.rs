@@ -248,17 +248,31 @@ fn parse(program: &Program, word: &Word) -> Option<Statement> {
     let label_end = label_start + label_length(source.get(label_start..)?)?;
     let kept = source.get(label_start..label_end)?.iter().filter(|byte| !byte.is_ascii_whitespace());
     let label = kept.map(|byte| char::from(byte.to_ascii_lowercase())).collect();
-    let keyword_start = skip_space(source, label_end);
-    let rest = source.get(keyword_start..)?;
-    let length = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
-    let keyword = rest.get(..length)?;
-    let (_, flow) = KEYWORDS.iter().find(|(text, _)| text.as_bytes().eq_ignore_ascii_case(keyword))?;
-    let (block, arguments) = (program.block_at(at), keyword_start + length);
+    let (mut keyword, mut arguments) = (Vec::new(), skip_space(source, label_end)); // `end sub` is `endsub`
+    while let Some(letter) = source.get(arguments).filter(|byte| byte.is_ascii_alphabetic()) {
+        keyword.push(letter.to_ascii_lowercase());
+        arguments = skip_space(source, arguments + 1);
+    }
+    let (_, flow) = KEYWORDS.iter().find(|(text, _)| text.as_bytes() == keyword)?;
+    let block = program.block_at(at);
     Some(Statement { flow: *flow, block, label, at, arguments, start: block, next: block, end: block })
 }
 
 fn skip_space(source: &[u8], at: usize) -> usize {
     at + source.iter().skip(at).take_while(|byte| byte.is_ascii_whitespace()).count()
+}
+
+/// Over white space and comments in a line.
+pub(crate) fn skip_blank(source: &[u8], mut at: usize) -> usize {
+    loop {
+        at += source.iter().skip(at).take_while(|byte| matches!(byte, b' ' | b'\t' | b'\r')).count();
+        let comment = source.get(at..).filter(|rest| rest.first() == Some(&b'('));
+        let closed = comment.and_then(|rest| rest.iter().position(|byte| matches!(byte, b')' | b'\n')));
+        match closed.filter(|length| source.get(at + length) == Some(&b')')) {
+            Some(length) => at += length + 1,
+            None => return at,
+        }
+    }
 }
 
 /// Length of a label: digits, `<name>`, or a computed one in brackets or from a parameter.

@@ -1,7 +1,7 @@
 //! Following flow control: which block comes next.
 
 use crate::finding;
-use crate::flow::{Flow, Statement};
+use crate::flow::{skip_blank, Flow, Statement};
 use crate::parameters::Key;
 use crate::run::Runner;
 
@@ -119,9 +119,7 @@ impl Runner<'_> {
         let mut values = Vec::new();
         let source = self.program.source();
         loop {
-            while matches!(source.get(at), Some(b' ' | b'\t')) {
-                at += 1;
-            }
+            at = skip_blank(source, at);
             if source.get(at) != Some(&b'[') {
                 return values;
             }

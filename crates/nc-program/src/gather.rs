@@ -7,7 +7,7 @@ use crate::parameters::Key;
 use crate::program::{Word, WordKind};
 use crate::request::{Jump, Request};
 use crate::run::Runner;
-use crate::scope::Scope;
+use crate::scope::{has_value, Scope};
 
 /// A way to compute the value at a byte.
 type Compute = fn(&[u8], usize, &Dialect, &mut dyn Values) -> Result<(f64, usize), Box<Fault>>;
@@ -133,6 +133,10 @@ impl Runner<'_> {
         let value = self.assigned(self.program.value_start(word), word.end());
         match key {
             Some(key) if self.program.dialect().formulas => self.state.store.set(key, value), // one after another
+            Some(key @ Key::Number(_)) if self.program.dialect().parameters.unset_is_zero && !has_value(&key) => {
+                let message = format!("{} is no parameter that the control has", key.text(self.program.dialect()));
+                self.refuse(finding::PARAMETER, word.start as usize, message, "take one from #1 to #5601");
+            }
             Some(key) => request.assignments.push((key, value)),
             None => {}
         }
@@ -208,7 +212,7 @@ impl Runner<'_> {
             }
             let text = key.text(self.program.dialect());
             let hint = format!("give it one: --set '{text}=…', or in a job: parameters = {{ \"{text}\" = … }}");
-            let zero = self.program.dialect().parameters.unset_is_zero && matches!(key, Key::Number(_));
+            let zero = self.program.dialect().parameters.unset_is_zero && has_value(&key);
             if zero {
                 let message = format!("parameter {text} has no value: the control reads it as 0");
                 self.report(Severity::Warning, finding::PARAMETER, at, message, &hint);

@@ -2,6 +2,7 @@
 
 use crate::curve::{POLAR_ANGLE, POLAR_RADIUS};
 use crate::dialect::{Blanks, Class, Dialect, FlowStyle};
+use crate::flow::skip_blank;
 use crate::macros;
 use crate::names;
 use crate::number;
@@ -113,6 +114,9 @@ impl Lexer<'_> {
         if !self.number_ends(end) || letter == b'O' && self.dialect.flow == FlowStyle::OWords {
             return None;
         }
+        if value.is_infinite() {
+            return None; // some hundred digits: no control takes them
+        }
         let length = u16::try_from(end - start).ok()?;
         self.words.push(Word { value, start: start as u32, length, letter, kind: WordKind::Number });
         Some(end)
@@ -134,8 +138,10 @@ impl Lexer<'_> {
         let start = self.at;
         let end = names::skip(self.source, start, |byte| byte.is_ascii_digit());
         let number = self.source.get(start..end).unwrap_or(&[]);
-        let value = number::read(number, 0).map_or(f64::NAN, |(value, _)| value);
-        self.push(start, end, b'N', WordKind::Number, value);
+        match number::read(number, 0).filter(|(value, _)| value.is_finite()) {
+            Some((value, _)) => self.push(start, end, b'N', WordKind::Number, value),
+            None => self.push_unknown(start, end),
+        }
     }
 
     /// Whether a number is over at `end`: nothing follows that would make it another kind of word.
@@ -231,7 +237,7 @@ impl Lexer<'_> {
             end = at;
         }
         let (value, used) = number::read(&digits, 0)?;
-        (used == digits.len()).then_some((value, end))
+        (used == digits.len() && value.is_finite()).then_some((value, end))
     }
 
     fn between_digits(&self, at: usize) -> bool {
@@ -295,8 +301,22 @@ impl Lexer<'_> {
 
     /// A flow control line: everything up to a comment.
     fn flow(&mut self, start: usize) {
-        let end = self.text_end(start + 1);
+        let mut end = self.text_end(start + 1);
+        if self.dialect.flow == FlowStyle::OWords {
+            // A comment may stand between its arguments.
+            while let Some(more) = self.after_comment(end) {
+                end = self.text_end(more + 1);
+            }
+        }
         self.push(start, end, b'O', WordKind::Flow, f64::NAN);
+    }
+
+    /// Where the text of a line goes on after the comment that follows a byte.
+    fn after_comment(&self, end: usize) -> Option<usize> {
+        let at = skip_blank(self.source, end);
+        let goes_on =
+            !matches!(self.scanner.class(at), None | Some(Class::LineEnd | Class::LineComment | Class::Comment));
+        (at > self.scanner.skip_space(end) && goes_on).then_some(at)
     }
 
     /// Where the text of a block ends that starts before `end`: at a comment or the line's end, less white space.

@@ -21,6 +21,12 @@ const LINUXCNC_FULL_TURN_RAD: f64 = 1e-6;
 /// What half a chord may be longer than R for LinuxCNC: 0.00005 in.
 const LINUXCNC_LONGER_MM: f64 = 0.00127;
 
+/// Numbers of turns are whole to so much.
+const WHOLE: f64 = 1e-4;
+
+/// More turns of an arc than this are not followed.
+const MOST_TURNS: f64 = 1e6;
+
 /// No control of the others tells points apart that are nearer: their finest step is 0.1 µm.
 const SAME_POINT_MM: f64 = 1e-6;
 
@@ -179,17 +185,23 @@ impl Runner<'_> {
         self.emit(MoveKind::Line, end, words);
     }
 
-    /// P: the number of turns begun, where the dialect has it. TURN: the number of full turns besides.
-    fn further_turns(&self, request: &Request) -> f64 {
-        let turns = request.get(b'P').map_or(1.0, f64::round);
-        let further = request.get(b't').map_or(0.0, f64::round);
-        if self.program.dialect().turns && (1.0..=1e6).contains(&turns) {
-            TAU * (turns - 1.0)
-        } else if (1.0..=1e6).contains(&further) {
-            TAU * further
+    /// P: the number of turns begun, where the dialect has it. TURN: the number of full turns besides. Refuses what is no
+    /// number of turns.
+    fn further_turns(&mut self, request: &Request) -> f64 {
+        let (letter, least) = if self.program.dialect().turns { (b'P', 1.0) } else { (b't', 0.0) };
+        let Some(turns) = request.get(letter).filter(|turns| !turns.is_nan()) else { return 0.0 };
+        let (whole, word) = (turns.round(), request.word(letter));
+        let at = self.word_start(word);
+        if (turns - whole).abs() > WHOLE || whole < least {
+            let message = format!("{}: {turns} is no number of turns", self.word_text(word));
+            self.refuse(finding::ARC, at, message, "write a whole number of turns, from 1 on");
+        } else if whole > MOST_TURNS {
+            let message = format!("{}: {turns} turns are more than {MOST_TURNS}", self.word_text(word));
+            self.refuse(finding::LIMIT, at, message, "write the turns in a loop");
         } else {
-            0.0
+            return TAU * (whole - least);
         }
+        0.0
     }
 
     /// The circle of an arc block, and its R in mm (NaN without one). I, J, K are radius values.

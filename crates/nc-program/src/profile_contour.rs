@@ -27,6 +27,9 @@ impl Runner<'_> {
         let (mut state, counters, depth) = (self.state.clone(), self.counters.clone(), self.returns.len());
         let (path, here) = (std::mem::take(&mut self.path), (self.block, self.next));
         self.draws = true;
+        if self.state.modal.motion != Motion::Rapid {
+            self.state.modal.motion = Motion::Line; // whatever was in force before the cycle
+        }
         self.state.store.enter(&[]);
         self.returns.push(self.next);
         self.next = sub + 1;
@@ -141,8 +144,10 @@ impl Runner<'_> {
     }
 }
 
+/// Whether a block's coordinates are a line or arc of the contour: without a code in force (G80) they are a line.
 fn is_cut(motion: Motion) -> bool {
-    matches!(motion, Motion::Rapid | Motion::Line | Motion::Clockwise | Motion::Counterclockwise)
+    let arc = matches!(motion, Motion::Clockwise | Motion::Counterclockwise);
+    arc || matches!(motion, Motion::Rapid | Motion::Line | Motion::None)
 }
 
 fn motion_code(request: &Request) -> Option<Motion> {

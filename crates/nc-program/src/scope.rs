@@ -5,6 +5,9 @@ use crate::frame::Frame;
 use crate::modal::Modal;
 use crate::parameters::{Key, Store, LAST_MACRO_LOCAL};
 
+/// The highest number of a parameter that LinuxCNC has.
+const LAST_OF_LINUXCNC: u32 = 5601;
+
 /// Everything an expression can ask for.
 pub(crate) struct Scope<'a> {
     pub store: &'a Store,
@@ -31,7 +34,7 @@ impl Values for Scope<'_> {
             return f64::NAN;
         }
         self.undefined.push((key.clone().into_owned(), at));
-        if self.unset_is_zero && matches!(key, Key::Number(_)) {
+        if self.unset_is_zero && has_value(key) {
             0.0
         } else {
             f64::NAN
@@ -39,9 +42,14 @@ impl Values for Scope<'_> {
     }
 
     fn exists(&self, key: &Key) -> bool {
-        let zero = self.unset_is_zero && matches!(key, Key::Number(_));
+        let zero = self.unset_is_zero && has_value(key);
         zero || self.store.get(key).or_else(|| self.system(key)).is_some()
     }
+}
+
+/// Whether LinuxCNC has a parameter of that number, set or not.
+pub(crate) fn has_value(key: &Key) -> bool {
+    matches!(key, Key::Number(1..=LAST_OF_LINUXCNC))
 }
 
 impl Scope<'_> {

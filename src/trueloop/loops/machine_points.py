@@ -18,6 +18,13 @@ from trueloop.nc.understood import FROM_OUTSIDE, require_sound
 from trueloop.units import UM_PER_MM
 
 
+def _require_read(program: Program) -> None:
+    """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is."""
+    for found in program.findings:
+        if found.code is Code.NC_WORD and found.message[:2].upper() in ('"X', '"Y'):
+            raise TrueloopError(found.code, found.message, hint="write the coordinate as a number", place=found.place)
+
+
 @dataclass(frozen=True)
 class CorrectedPoints:
     """What was done: points and words, and the largest correction of X and of Y in mm."""
@@ -50,6 +57,7 @@ def correct_points(
     with in_file(path):
         check_uncorrected(program.source)
         require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
+        _require_read(program)
         found = displace_points(program, field, left_alone)
     for axis, size in zip("XY", found.largest_mm, strict=True):
         if size > limit_mm:
