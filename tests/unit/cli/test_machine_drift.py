@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from tests.support.cli import output_of
+from trueloop.formats.model_file import model_to_json
 from trueloop.machine.lag import lagged
+from trueloop.machine.model import Machine, MachineModel
+from trueloop.machine.names import error_name
+from trueloop.machine.structure import chain_of
+from trueloop.machine.term import Term
 
 
 def _log(path: Path, seed: int, *, offset_um: float = 0.0, warmer: float = 0.0, displacement: bool = True) -> Path:
@@ -73,3 +78,31 @@ def test_refusals(fitted: Path, tmp_path: Path) -> None:
         "machine", "drift-predict", str(fitted), str(renamed), "-o", out, status=3
     )
     assert "MCH-FILE" in output_of("machine", "drift-predict", short, short, "-o", out, status=3)
+
+
+def test_a_drift_becomes_part_of_a_model_and_of_a_corrected_program(fitted: Path, tmp_path: Path) -> None:
+    """What the tool drifted along Z by the end of the log is taken off every Z; after a zero, what it drifted since."""
+    machine = Machine("VMC 3", chain_of("mill-gantry"))
+    model, drifting, program = tmp_path / "model.json", tmp_path / "drifting.json", tmp_path / "part.ngc"
+    model.write_text(
+        model_to_json(MachineModel(machine, (Term(error_name("EX0S")),), np.zeros(1), np.zeros((1, 1))), {})
+    )
+    log = _log(tmp_path / "day.csv", 6, displacement=False)
+    add = ("machine", "add-drift", model, fitted, "-o", drifting, "--channel")
+    assert "is none of z" in output_of(*add, "q=EZ0S", status=2)
+    output_of(*add, "z=EZ0S")
+    predicted = tmp_path / "p.csv"
+    output_of("machine", "drift-predict", fitted, log, "-o", predicted)
+    rows = np.genfromtxt(predicted, delimiter=",", names=True)
+    program.write_text("G21 G90 G54\nG0 X0 Y0 Z5\nG1 Z-2 F200\nX200\nM2\n")
+    for options, expected_um in (
+        ([], rows["z_um"][-1]),
+        (["--zeroed-s", "18000"], rows["z_um"][-1] - rows["z_um"][rows["time_s"] == 18000.0][0]),
+    ):
+        out = tmp_path / f"out{len(options)}"
+        command = ("machine", "compensate", program, "-m", drifting, "--work-zero", "1=0,0,0", "-t", log, "-o", out)
+        output_of(*command, *options)
+        cut = next(line for line in (out / "part.ngc").read_text().splitlines() if line.startswith("G1 Z"))
+        assert float(cut.split()[1][1:]) + 2 == pytest.approx(-expected_um / 1e3, abs=0.6e-3)
+        assert ("temperatures_at_zero" in (out / "part.record.json").read_text()) is bool(options)
+    assert "MCH-HISTORY" in output_of(*command, "--zeroed-s", "-5", status=3)
