@@ -8,6 +8,7 @@ from pathlib import Path
 from trueloop.cli.terminal import wide_console
 from trueloop.loops.correction import Correction
 from trueloop.loops.outcome import Outcome, between_cuts_words, causes_um, outcomes
+from trueloop.report.composed import composed_words
 from trueloop.report.style import plain, signed
 from trueloop.report.summary import expected_words, headline, kind_of_correction, offset_words, worst_of
 from trueloop.statistics import rms
@@ -69,6 +70,7 @@ def as_dict(correction: Correction, files: Sequence[Path]) -> dict[str, object]:
         "headline": headline(correction),
         "predicted_is": "a prediction, not a measurement; expanded uncertainties hold 95 %",
         "between_cuts": between_cuts_words(correction.options.between_cuts),
+        "components": [vars(one) for one in correction.record.components],
         "tool_offset": {**correction.wear.as_dict(), "leaves": _left_by_offset(correction)},
         "decision": {"x": correction.decision.x.words, "z": correction.decision.z.words},
         "notes": list(correction.notes),
@@ -112,6 +114,8 @@ def print_summary(correction: Correction, files: Sequence[Path]) -> None:
         console.print(f"- {_escaped(words)}")
     for words in (correction.decision.x.words, correction.decision.z.words, *correction.notes):
         console.print(f"- {_escaped(words)}")
+    if correction.composed is not None:
+        console.print(f"- {_escaped(composed_words(correction))}")
     console.print(f"\nTool offset: {_escaped(offset_words(correction))}")
     for block in correction.wear.blocks:
         console.print(f"  {_escaped(block)}")

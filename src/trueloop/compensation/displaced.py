@@ -67,6 +67,39 @@ def constant(offset_mm: tuple[float, float]) -> Displacement:
     return lambda at: np.broadcast_to(np.asarray(offset_mm), at.shape)
 
 
+def then(first: Displacement, second: Displacement) -> Displacement:
+    """The second one where the first one has moved to, and both together."""
+
+    def both(at: Array) -> Array:
+        moved = np.asarray(first(at))
+        return moved + np.asarray(second(at + moved))
+
+    return both
+
+
+def magnitude(shifted: ShiftedFeature, own: Shift | None, displacement: Displacement) -> Shift:
+    """Size of a displacement, or of its sum with a shift of the feature's own, and of its change along the feature."""
+    plain = shifted.undisplaced
+    feature = plain.feature
+
+    def vector(s: ArrayLike) -> Array:
+        moved = _of(displacement, plain.centre_mm(s))
+        return moved if own is None else moved + own.value_mm(s)[..., None] * feature.outward_normal(s)
+
+    def value_mm(s: ArrayLike) -> Array:
+        return np.asarray(np.linalg.norm(vector(s), axis=-1))
+
+    def slope(s: ArrayLike) -> Array:
+        at = np.asarray(s, dtype=np.float64)
+        ahead, behind = (_of(displacement, plain.centre_mm(at + step)) for step in (STEP_MM, -STEP_MM))
+        change = (ahead - behind) / (2 * STEP_MM)
+        if own is not None:
+            change = change + own.slope(at)[..., None] * feature.outward_normal(at)
+        return np.asarray(np.linalg.norm(change, axis=-1))
+
+    return Shift(value_mm, slope)
+
+
 def along_normal(feature: Feature, nose_radius_mm: float, displacement: Displacement) -> Shift:
     """What a displacement shifts a feature's contour by along its normal, to first order: to show and to judge it."""
 

@@ -25,7 +25,9 @@ class Limits:
     age_hours: float = 24.0
 
 
-def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], limits: Limits) -> None:
+def check_limits(
+    pieces: Sequence[CentrePiece], corrections: Sequence[Shift], limits: Limits, what: str = "the correction"
+) -> None:
     """Refuses a correction that is too large or too steep anywhere the nose cuts, saying where and by how much."""
     for piece, correction in zip(pieces, corrections, strict=True):
         feature = piece.shifted.feature
@@ -40,7 +42,7 @@ def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], li
                 x, z = feature.point_mm(s[k])
                 raise TrueloopError(
                     code,
-                    f"the correction of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
+                    f"{what} of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
                     f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
                     hint="look at the touches there first: a bad touch is likelier than such an error",
                     override=f"compensation.{key} in the job",

@@ -7,11 +7,12 @@ is correcting a program that is not the one the touches came from.
 import hashlib
 import json
 import re
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Final
 
 from trueloop._core import nc_mentions
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.units import UM_PER_MM
 
 MARK: Final = "trueloop corrected"
 """How a corrected program says so, in a comment of its dialect."""
@@ -30,8 +31,25 @@ class ChangedWord:
 
 
 @dataclass(frozen=True)
+class Component:
+    """What a correction is composed of at one touch, along its normal, µm: of the machine, of the process, and both."""
+
+    feature: str
+    point: str
+    comp_mtg_um: float
+    comp_proc_um: float
+    composed_um: float
+
+    @classmethod
+    def of(cls, feature: str, point: str, comp_mtg_mm: float, comp_proc_mm: float) -> "Component":
+        """From lengths in mm, to a nanometre."""
+        mtg, proc = (round(value * UM_PER_MM, 3) + 0.0 for value in (comp_mtg_mm, comp_proc_mm))
+        return cls(feature, point, mtg, proc, round(mtg + proc, 3) + 0.0)
+
+
+@dataclass(frozen=True)
 class Record:
-    """One correction, complete enough to be repeated and to be judged later."""
+    """One correction, complete enough to be repeated and to be judged later. `components`: of a composed one alone."""
 
     id: str
     made_at: str
@@ -42,6 +60,7 @@ class Record:
     model: dict[str, object]
     decision: list[str]
     changes: list[ChangedWord]
+    components: list[Component] = field(default_factory=list)
 
     def to_json(self) -> str:
         """The record as JSON, keys in order of declaration."""

@@ -11,10 +11,12 @@ import numpy as np
 
 from trueloop.compensation.contour import CentrePiece, reaches_mm
 from trueloop.compensation.moves import Move, SampledPath, as_arcs, as_lines, fewest_moves
-from trueloop.geometry.feature import Arc, Array
+from trueloop.geometry.feature import Arc, Array, Line
 
 SAMPLE_MM = 0.02
 """Spacing of the samples a path is fitted on: the sagitta between them is under 0.01 µm from 5 mm radius up."""
+
+SAMPLES_OF_LINE = 65
 
 AT_TOUCH = 0.1
 """At a gauging point the moves keep to this share of the chord tolerance: there the result will be judged."""
@@ -48,10 +50,14 @@ class Replacement:
 
 @dataclass(frozen=True)
 class Fitting:
-    """How arcs are written: chord tolerance in mm, and "lines", "arcs" or "auto" (whichever needs fewer blocks)."""
+    """How arcs are written: chord tolerance in mm, and "lines", "arcs" or "auto" (whichever needs fewer blocks).
+
+    `lines`: whether a line may have to become several, because what moves it bends it.
+    """
 
     tolerance_mm: float
     arcs: str = "auto"
+    lines: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,6 +102,22 @@ def replaced_arcs(
         for k, cut in enumerate(cuts)
         if cut.move in arc_moves
     )
+
+
+def bent_lines(
+    cuts: Sequence[Cut], arc_moves: Sequence[int], corrected: Sequence[CentrePiece], tolerance_mm: float
+) -> list[int]:
+    """Moves of cuts that are lines in the program and whose corrected path is not, by half the tolerance or more."""
+    found = []
+    for k, cut in enumerate(cuts):
+        if cut.move not in arc_moves and isinstance(corrected[cut.feature].shifted.feature, Line):
+            ends, shifted = _ends(cuts, k, corrected), corrected[cut.feature].shifted
+            at = shifted.centre_mm(np.linspace(ends.start_mm, ends.end_mm, SAMPLES_OF_LINE))
+            along = (at[-1] - at[0]) / np.linalg.norm(at[-1] - at[0])
+            off = (at - at[0]) @ np.array([along[1], -along[0]])
+            if np.max(np.abs(off)) > tolerance_mm / 2:
+                found.append(cut.move)
+    return found
 
 
 def _ends(cuts: Sequence[Cut], k: int, pieces: Sequence[CentrePiece]) -> _Ends:

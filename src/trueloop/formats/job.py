@@ -138,6 +138,34 @@ class CompensationTable(Table):
     repeatability_um: NotNegative | None = None
 
 
+Vector = tuple[Finite, Finite, Finite]
+Signals = dict[str, Finite] | Path
+"""Values of a model's signals, or the log whose last row is meant."""
+
+
+class MachineTable(Table):
+    """The machine's own errors, to be corrected together with the process's: where the part stands, how warm it is."""
+
+    model: Path
+    serial: str | None = None
+    work_zero_mm: Vector
+    tool_mm: Vector
+    cutting: Signals = Field(default_factory=dict)
+    semifinish_cut: Literal["uncompensated", "compensated"]
+    semifinish: Signals | None = None
+    touched_on: Literal["machine", "cmm"]
+    probing: Signals | None = None
+    probe_mm: Vector | None = None
+    probe_ball_radius_mm: NotNegative | None = None
+    extrapolate: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _probe_given(self) -> "MachineTable":
+        if self.touched_on == "machine" and (self.probing is None or self.probe_mm is None):
+            raise ValueError("touches taken on the machine need `probing` (temperatures) and `probe_mm`")
+        return self
+
+
 class OutputTable(Table):
     """Where the results go."""
 
@@ -152,7 +180,14 @@ class Job(Table):
     programs: ProgramsTable
     gauging: GaugingTable
     compensation: CompensationTable = CompensationTable()
+    machine: MachineTable | None = None
     output: OutputTable = OutputTable()
+
+    @model_validator(mode="after")
+    def _contour_for_the_machine(self) -> "Job":
+        if self.machine is not None and self.compensation.by == "offset":
+            raise ValueError("no tool offset can carry the machine's error: `compensation.by` is to be another")
+        return self
 
 
 def read_job(path: Path) -> Job:

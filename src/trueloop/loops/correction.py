@@ -23,6 +23,7 @@ from trueloop.error_curve.spline import EndConditions
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
+from trueloop.loops.part_on_machine import PartOnMachine
 from trueloop.nc.program import Program
 
 
@@ -71,8 +72,23 @@ class Inputs:
     program_sha256: str | None = None
     finish_touches: ErrorVectors | None = None
     nose: NoseModel | None = None
+    machine: PartOnMachine | None = None
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     made_by: str = ""
+
+
+@dataclass(frozen=True)
+class Composed:
+    """What of a correction is the machine's, at the touches along their normals, (n,), mm.
+
+    `reported_mm` is what the control said of the touches, before E(T_probing) was added; `cut_in_mm` is E of the cut
+    that made the touched surface; `comp_mtg_mm` and `comp_proc_mm` are the components of the correction.
+    """
+
+    reported_mm: Array
+    cut_in_mm: Array
+    comp_mtg_mm: Array
+    comp_proc_mm: Array
 
 
 @dataclass(frozen=True)
@@ -110,12 +126,20 @@ class Correction:
     table: CorrectionTable
     record: Record
     notes: tuple[str, ...]
+    composed: Composed | None = None
 
     @property
     def left_by_offset_mm(self) -> Array:
         """What the tool offset alone is expected to leave at the touches, (n,), as `prediction.after_mm`."""
         vectors = self.model.vectors
-        return np.asarray(vectors.error_mm + vectors.outward_normal @ np.array(self.decision.offset_mm))
+        machine_mm = -self.composed.comp_mtg_mm if self.composed is not None else 0.0
+        return np.asarray(vectors.error_mm + machine_mm + vectors.outward_normal @ np.array(self.decision.offset_mm))
+
+    @property
+    def commanded_mm(self) -> Array:
+        """What of the errors at the touches was commanded by the program that cut them, (n,)."""
+        cut_in_mm = self.composed.cut_in_mm if self.composed is not None else 0.0
+        return np.asarray(self.touches.error_mm - cut_in_mm - self.model.vectors.error_mm)
 
     @property
     def ending(self) -> str:

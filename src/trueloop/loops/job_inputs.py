@@ -26,6 +26,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.commanded import Run
 from trueloop.loops.correction import Inputs, Options
+from trueloop.loops.machine_inputs import read_part_on_machine
 from trueloop.loops.sources import Sources
 from trueloop.nc.contour import contour_of_program
 from trueloop.nc.feed_moves import feed_moves
@@ -53,7 +54,7 @@ class ReadJob:
         """Where to look for the cause of a refusal that names no file: the touches, unless it is about another."""
         if code is Code.TCH_SIGN and self.finish_touches is not None:
             return self.finish_touches
-        if code is Code.CMP_AGE:
+        if code is Code.CMP_AGE or code.startswith("MCH-"):
             return self.job
         return self.finish if code.startswith("NC-") or code is Code.CMP_READ_BACK else self.touches
 
@@ -110,6 +111,9 @@ def read_inputs(path: Path) -> ReadJob:
     touches = sources.file(job.gauging.touches)
     finish_touches = sources.file(job.gauging.finish_touches) if job.gauging.finish_touches else None
     nose = _nose(sources, job)
+    machine = None
+    if job.machine is not None:
+        machine = read_part_on_machine(sources, path, job.machine, job.gauging.ball_radius_mm)
     inputs = Inputs(
         part=job.part.name,
         profile=profile,
@@ -126,6 +130,7 @@ def read_inputs(path: Path) -> ReadJob:
         program_sha256=job.gauging.program_sha256,
         finish_touches=_touches(finish_touches, job, profile) if finish_touches else None,
         nose=nose,
+        machine=machine,
         inputs_sha256=sources.sha256,
         made_by=user_name(),
     )

@@ -13,10 +13,10 @@ import numpy as np
 from trueloop import __version__
 from trueloop.compensation.contour import centre_pieces, shifted_contour
 from trueloop.compensation.decide import Decision, decide
-from trueloop.compensation.displaced import along_normal, constant, displaced_pieces
+from trueloop.compensation.displaced import along_normal, constant, displaced_pieces, then
 from trueloop.compensation.limits import check_limits, check_nose, check_scatter
 from trueloop.compensation.prediction import Prediction, predict
-from trueloop.compensation.record import ChangedWord, Record, record_id
+from trueloop.compensation.record import ChangedWord, Component, Record, record_id
 from trueloop.compensation.shift import weighted_sum
 from trueloop.compensation.table import correction_table
 from trueloop.compensation.targets import Fitting
@@ -29,9 +29,12 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_loop_sign
 from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
 from trueloop.loops.commanded import Commanded, Run, commanded
-from trueloop.loops.correction import Correction, Inputs, Options
+from trueloop.loops.composed import Surface, check_composed, comp_mtg_at, model_u_mm, surface_of
+from trueloop.loops.correction import Composed, Correction, Inputs, Options
 from trueloop.loops.misuse import refuse_misuse
+from trueloop.loops.part_on_machine import InMachine, placed
 from trueloop.loops.shifts import Shifts, corrected_shifts, whole_mm
 from trueloop.loops.written import Driven, Writing, write_contour
 from trueloop.loops.written_offsets import write_offsets
@@ -47,37 +50,49 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     options, profile, nose = inputs.options, inputs.profile, inputs.nose_radius_mm
     run = Run(inputs.parameters, inputs.execute_deleted_blocks, inputs.lines)
     told = commanded(inputs.program, inputs.semifinish, profile, nose, inputs.allowance_mm, run)
-    process = replace(inputs.touches, error_mm=inputs.touches.error_mm - told.measured_at(inputs.touches))
+    machine = None if inputs.machine is None else placed(inputs.machine, told)
+    surface = _surface(inputs, machine)
+    touches = surface.touches
+    process = replace(touches, error_mm=touches.error_mm - surface.cut_in_mm - told.measured_at(touches))
     model = fit_profile(profile, process, _fit_options(options), inputs.nose)
     check_scatter(model.scatter_mm, options.limits)
-    decision = _decision(model, told, options)
+    decision = _decision(model, told, options, options.by if machine is None else "contour")
     shifts = corrected_shifts(profile, model, decision, told, options.weight, options.errors_follow)
-    moved = constant(whole_mm(decision))
+    moved = whole = constant(whole_mm(decision))
     before = centre_pieces(profile, shifted_contour(profile, told.finish, nose))
     after = centre_pieces(profile, shifted_contour(profile, shifts.contour, nose))
     check_nose(after)
     check_limits(after, shifts.correction, options.limits)
+    if machine is not None:
+        moved = then(whole, machine.comp_mtg_mm)
+        check_composed(after, shifts.correction, (machine.comp_mtg_mm, moved), options.limits)
     after = displaced_pieces(after, moved)
     ways, driven = (before, after), None
     if told.match.on_contour:  # written is the contour itself: the control keeps the nose off it
         old, new = (centre_pieces(profile, shifted_contour(profile, s, 0.0)) for s in (told.finish, shifts.contour))
         ways, driven = (old, displaced_pieces(new, moved)), Driven(nose, after)
-    record = record_id(dict(inputs.inputs_sha256), _as_record(options, run))
-    writing = Writing(inputs.program, told, run, record, Fitting(options.chord_tolerance_mm, options.arcs))
+    record = record_id(dict(inputs.inputs_sha256), _as_record(options, run, machine))
+    fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=machine is not None)
+    writing = Writing(inputs.program, told, run, record, fitting, machine.part.mark if machine is not None else "")
     wear, more = _wear(writing, decision, options)
     notes += more
-    offsets, more = _offset_variant(writing, decision, options, wear)
+    offsets, more = (None, _of_machine(machine)) if machine else _offset_variant(writing, decision, options, wear)
     notes += more
     if decision.by_offset:
         source, changed = offsets or (inputs.program.source, [])
     else:
-        source, changed, more = write_contour(writing, profile, inputs.touches, *ways, driven)
+        source, changed, more = write_contour(writing, profile, touches, *ways, driven)
         notes += more
+    prediction = _prediction(touches, model, decision, shifts, options.weight)
+    composed = None
+    if machine is not None:
+        composed = _composed(machine, surface, told, prediction, nose)
+        prediction = replace(prediction, budget=prediction.budget.with_more(model_u_mm(machine, touches, nose)))
     return Correction(
         part=inputs.part,
         profile=profile,
         nose_radius_mm=nose,
-        touches=inputs.touches,
+        touches=touches,
         options=options,
         model=model,
         decision=decision,
@@ -90,7 +105,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
         unasked_u_mm=shifts.unasked_u_mm,
         commanded=before,
         corrected=after,
-        prediction=_prediction(inputs.touches, model, decision, shifts, options.weight),
+        prediction=prediction,
         source_program=inputs.program.source,
         corrected_program=source,
         offsets_program=offsets[0] if offsets is not None else None,
@@ -104,13 +119,52 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
             made_by=inputs.made_by,
             trueloop_version=__version__,
             inputs_sha256=dict(inputs.inputs_sha256),
-            options=_as_record(options, run) | {"unit": unit_of_path(inputs.program.unit, told.path)},
+            options=_as_record(options, run, machine) | {"unit": unit_of_path(inputs.program.unit, told.path)},
             model=_model_record(model),
             decision=[decision.x.words, decision.z.words, f"As a tool offset: {wear.words}."],
             changes=changed,
+            components=_components(profile, touches, composed),
         ),
         notes=(*notes, *told.notes),
+        composed=composed,
     )
+
+
+def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
+    """The touches, corrected by E(T_probing) where the part stands in a machine whose errors are known."""
+    reported = inputs.touches
+    if machine is None:
+        return Surface(reported, reported.error_mm, np.zeros(len(reported.error_mm)))
+    return surface_of(machine, reported, inputs.semifinish, inputs.nose_radius_mm, inputs.allowance_mm)
+
+
+def _of_machine(machine: InMachine) -> list[str]:
+    """What to know of a composed correction."""
+    cut = machine.part
+    where = "corrected by COMP_MTG(T_probing)" if cut.touched_on == "machine" else "taken as they are: by a CMM"
+    return [
+        f"The contour carries COMP_MTG of {cut.model.machine.name!r} at the finish cut's temperatures and COMP_PROC; "
+        f"the touches were {where}; the touched surface was cut {cut.semifinish_cut}.",
+        "There is no variant with tool offsets alone: it would leave the machine's error.",
+    ]
+
+
+def _composed(
+    machine: InMachine, surface: Surface, told: Commanded, prediction: Prediction, nose_radius_mm: float
+) -> Composed:
+    """The components at the touches: COMP_PROC is what the prediction takes out of the process error."""
+    touches = surface.touches
+    process_mm = prediction.after_mm - (touches.error_mm - surface.cut_in_mm - told.measured_at(touches))
+    comp_mtg_mm = comp_mtg_at(machine, surface.touches, process_mm, nose_radius_mm)
+    return Composed(surface.reported_mm, surface.cut_in_mm, comp_mtg_mm, process_mm)
+
+
+def _components(profile: Profile, touches: ErrorVectors, composed: Composed | None) -> list[Component]:
+    if composed is None:
+        return []
+    names = [profile.names[i] for i in touches.feature_index]
+    pairs = zip(composed.comp_mtg_mm.tolist(), composed.comp_proc_mm.tolist(), strict=True)
+    return [Component.of(name, point, *pair) for name, point, pair in zip(names, touches.point, pairs, strict=True)]
 
 
 def _fit_options(options: Options) -> FitOptions:
@@ -124,7 +178,7 @@ def _fit_options(options: Options) -> FitOptions:
     )
 
 
-def _decision(model: ProfileErrorModel, told: Commanded, options: Options) -> Decision:
+def _decision(model: ProfileErrorModel, told: Commanded, options: Options, by: str) -> Decision:
     vectors = model.vectors
     floor_mm = float(np.max(vectors.standard_u_mm))
     return decide(
@@ -134,7 +188,7 @@ def _decision(model: ProfileErrorModel, told: Commanded, options: Options) -> De
         model.degrees_of_freedom or float("inf"),
         told.resolution_mm,
         options.weight,
-        options.by,
+        by,
     )
 
 
@@ -143,7 +197,7 @@ def _wear(writing: Writing, decision: Decision, options: Options) -> tuple[WearO
     program, path, cut = writing.program, writing.told.path, writing.told.cuts[0].move
     own = offset_number(program, path, cut)
     tool = next((number for number in (options.tool, own) if number is not None), 1)
-    notes = [] if decision.by == "auto" else [f"The job wants the correction by {decision.by}, whatever the test says."]
+    notes = [] if options.by == "auto" else [f"The job wants the correction by {options.by}, whatever the test says."]
     if own is not None and own != tool:
         notes += [f"The job says tool {tool}; the finish pass in line {path.line[cut]} runs with offset {own}."]
     return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter), notes
@@ -198,8 +252,9 @@ def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, lev
     return curve.budget(s).with_more(shifts.unasked_u_mm[index](s))
 
 
-def _as_record(options: Options, run: Run) -> dict[str, object]:
-    return {**asdict(options), "parameters": dict(run.parameters)}
+def _as_record(options: Options, run: Run, machine: InMachine | None) -> dict[str, object]:
+    of_machine = {} if machine is None else {"machine": machine.part.told()}
+    return {**asdict(options), "parameters": dict(run.parameters), **of_machine}
 
 
 def _model_record(model: ProfileErrorModel) -> dict[str, object]:

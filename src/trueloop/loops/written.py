@@ -18,7 +18,7 @@ from trueloop.compensation.read_back import (
     require_nose_fits,
 )
 from trueloop.compensation.record import ChangedWord, marks_of_record
-from trueloop.compensation.targets import Fitting, Replacement, end_shifts, replaced_arcs
+from trueloop.compensation.targets import Fitting, Replacement, bent_lines, end_shifts, replaced_arcs
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
@@ -44,12 +44,15 @@ class Writing:
     run: Run
     record_id: str
     fitting: Fitting
+    composed: str = ""
 
     @property
     def mark(self) -> Edit:
         """The comment block by which a corrected program is known."""
         values = " ".join(f"{name}={value!r}" for name, value in self.run.parameters.items())
         lines = marks_of_record(self.record_id, self.program.source)
+        if self.composed:
+            lines.append(self.composed)
         if values:
             lines.append(f"holds for {values} only")
         return insert_heading(self.program, [self.program.dialect.comment(line) for line in lines])
@@ -140,7 +143,9 @@ def _targets(
     start, shifts = end_shifts(cuts, before, after)
     is_arc = np.flatnonzero(told.path.motion == Motion.ARC)
     touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
-    arcs = replaced_arcs(cuts, list(is_arc), after, touched, writing.fitting)
+    fitting = writing.fitting
+    bent = bent_lines(cuts, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
+    arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
     targets = displacements(start, shifts, arcs, [move.index for move in told.match.run_out])
     edges = [move.index for move in told.match.between if move.index in is_arc]
     return led_in(told.path, Displacements(targets.ends, {**targets.arcs, **_edge_arcs(told, edges, targets.ends)}))

@@ -29,7 +29,7 @@ def decisions(correction: Correction) -> str:
 
 def commanded_words(correction: Correction) -> str:
     """What of the measured errors was commanded: where the semi-finish program's own contour stands off the nominal."""
-    commanded_um = (correction.touches.error_mm - correction.model.vectors.error_mm) * UM_PER_MM
+    commanded_um = correction.commanded_mm * UM_PER_MM
     worst = int(np.argmax(np.abs(commanded_um)))
     if abs(commanded_um[worst]) < RESOLVED_UM:
         return "The programmed contour is the nominal one: all of the measured error is the process's."

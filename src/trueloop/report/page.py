@@ -12,6 +12,7 @@ from trueloop.error_curve.coverage import coverage_factor
 from trueloop.geometry.feature import Line
 from trueloop.loops.correction import Correction
 from trueloop.report import whiskers
+from trueloop.report.composed import composed_section
 from trueloop.report.curves import error_curve
 from trueloop.report.decisions import decisions
 from trueloop.report.junctions import junctions
@@ -42,6 +43,7 @@ def page(correction: Correction) -> str:
         section("meet", "Junctions", junctions(correction)),
         _program(correction),
         section("why", "Decisions", decisions(correction)),
+        composed_section(correction),
         _numbers(correction),
         _origin(correction),
     )

@@ -53,7 +53,7 @@ def touch_rows(correction: Correction) -> list[TouchRow]:
     lengths = np.column_stack([touches.nominal_mm, touches.arc_length_mm])
     errors = UM_PER_MM * np.column_stack(
         [
-            touches.error_mm, touches.error_mm - correction.model.vectors.error_mm, touches.standard_u_mm, fitted,
+            touches.error_mm, correction.commanded_mm, touches.standard_u_mm, fitted,
             prediction.after_mm, prediction.leave_one_out_mm, prediction.standard_u_mm,
         ]
     )  # fmt: skip

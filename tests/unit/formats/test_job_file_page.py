@@ -20,6 +20,7 @@ MODELS: dict[str, type[BaseModel]] = {
     "[gauging]": job.GaugingTable,
     "[compensation]": job.CompensationTable,
     "[compensation.features.NAME]": job.FeatureFitTable,
+    "[machine]": job.MachineTable,
     "[output]": job.OutputTable,
 }
 UNITS = {"_mm": "mm", "_um": "µm", "_in": "inch", "_um_per_mm": "µm/mm", "_hours": "h"}
