@@ -316,15 +316,28 @@ def workshop(error: MachineError) -> Workshop:
     return Workshop(machine, probe, base.cmm, TEMPERATURES_C)
 
 
+def on_machine(model: MachineModel, touched_on: str, semifinish_cut: str, ball_radius_mm: float) -> PartOnMachine:
+    return PartOnMachine(
+        model=model,
+        sha256="0" * 64,
+        work_zero_mm=AT,
+        tool_mm=(0.0, 0.0, 0.0),
+        probe_mm=(0.0, 0.0, 0.0),
+        cutting={"T1": CUTTING_C},
+        semifinish={"T1": SEMIFINISH_C},
+        probing={"T1": PROBING_C},
+        touched_on=touched_on,
+        semifinish_cut=semifinish_cut,
+        ball_radius_mm=ball_radius_mm,
+    )
+
+
 def test_the_simulated_loop_comes_out_as_on_a_machine_without_errors() -> None:
     """Worn nose, deflection, a probing machine that errs: what the finished part has more than without E is second
     order. Without the table [machine] it carries E in full."""
     inputs = example("modbas2")
     ball_mm = workshop(E_MTG).probe.ball_radius_mm
-    warm = [{"T1": t} for t in (CUTTING_C, SEMIFINISH_C, PROBING_C)]
-    part = PartOnMachine(
-        erring_lathe.model(), "0" * 64, AT, (0, 0, 0), (0, 0, 0), *warm, "machine", "uncompensated", ball_mm
-    )
+    part = on_machine(erring_lathe.model(), "machine", "uncompensated", ball_mm)
     without = simulate(trial_of(inputs), workshop(MachineError())).finish_truth_mm
     ignored = simulate(trial_of(inputs), workshop(E_MTG)).finish_truth_mm
     composed = simulate(trial_of(replace(inputs, machine=part)), workshop(E_MTG))
@@ -358,7 +371,7 @@ def test_the_play_of_the_way_that_the_pass_goes_is_taken(tmp_path: Path) -> None
 
 def test_an_axis_that_turns_round_is_refused_where_both_ways_differ() -> None:
     """The knob goes out in x behind the cone that goes in: nobody knows which play is taken up where."""
-    part = PartOnMachine(two_ways(), "0", AT, (0, 0, 0), (0, 0, 0), *[{"T1": 20.0}] * 3, "cmm", "compensated")
+    part = on_machine(two_ways(), "cmm", "compensated", 0.0)
     with pytest.raises(TrueloopError) as refused:
         simulate(trial_of(replace(example("piecs11"), machine=part)), workshop(MachineError()))
     assert refused.value.code is Code.MCH_PROGRAM

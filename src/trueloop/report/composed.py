@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trueloop.geometry.feature import Array
 from trueloop.loops.correction import Composed, Correction
 from trueloop.report.markup import esc, section, table
 from trueloop.report.style import signed
@@ -18,12 +19,8 @@ def composed_words(correction: Correction) -> str:
     of = correction.composed
     if of is None:
         return ""
-    told = (
-        ("COMP_MTG", of.comp_mtg_mm),
-        ("COMP_PROC", of.comp_proc_mm),
-        ("composed", of.comp_mtg_mm + of.comp_proc_mm),
-    )
-    return "At the touches, µm: " + "; ".join(f"{name} {_range(values)}" for name, values in told) + "."
+    mtg, proc = of.comp_mtg_mm, of.comp_proc_mm
+    return f"At the touches, µm: COMP_MTG {_range(mtg)}; COMP_PROC {_range(proc)}; composed {_range(mtg + proc)}."
 
 
 def composed_section(correction: Correction) -> str:
@@ -54,5 +51,5 @@ def _rows(correction: Correction, of: Composed) -> list[list[str]]:
     ]
 
 
-def _range(values_mm: np.ndarray[tuple[int], np.dtype[np.float64]]) -> str:
+def _range(values_mm: Array) -> str:
     return f"{signed(values_mm.min() * UM_PER_MM)} to {signed(values_mm.max() * UM_PER_MM)}"
