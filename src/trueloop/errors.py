@@ -143,6 +143,7 @@ class Code(StrEnum):
     SRF_COMPARE = "SRF-COMPARE"  # jobs whose parts cannot be set beside each other
     SRF_PARTS = "SRF-PARTS"  # too few parts for a pattern
     SRF_OUTLIER = "SRF-OUTLIER"  # a part unlike the others
+    SRF_SUPPORT = "SRF-SUPPORT"  # a part of the face that measurements do not support, or too much of it
     SRF_MODEL = "SRF-MODEL"  # a model that the points cannot determine, or that none satisfies
 
     # MCH: machine models

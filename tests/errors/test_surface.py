@@ -33,6 +33,7 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.loops.batch import run_batch
 from trueloop.loops.surface_compare import compare
+from trueloop.loops.surface_figures import SurfaceFigures, check_support
 from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
 from trueloop.nc.program import read_program
 
@@ -192,6 +193,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRF_TWICE: lambda: _written("surface.toml", _part_twice),
     Code.SRF_BATCH: lambda: list(run_batch(abs, [1, 2], scheduler="nowhere:1:2")),
     Code.SRF_PATH: lambda: zigzag(SURFACE, ZigzagOptions(3.0, scallop_mm=0.0)),
+    Code.SRF_SUPPORT: lambda: check_support(SurfaceFigures(0.01, 0.001, 0.002, 0.6, 0.004, (1.0, 2.0, 3.0)), 0.5),
     Code.SRF_PARTS: lambda: pattern_of([of_size(SQUARE, _correlated(), Size(6, 6))], ["S1"]),
     Code.SRF_OUTLIER: _odd_part,
     Code.SRF_MODEL: lambda: separate(SQUARE, _correlated(), criterion="randomness"),

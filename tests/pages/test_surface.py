@@ -35,7 +35,7 @@ def page(model: SurfaceModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_every_map_is_drawn_and_the_console_stays_silent(page: Path, model: SurfaceModel) -> None:
     dom = dump_dom(page)
     assert dom.count("<canvas") == 1
-    assert len(re.findall(r'<figure id="[a-z]+" class="small map"><svg', dom)) == len(maps(model)) == 6
+    assert len(re.findall(r'<figure id="[a-z]+" class="small map"><svg', dom)) == len(maps(model)) == 7
     assert console_errors(page) == []
 
 
@@ -88,7 +88,7 @@ def test_the_surface_in_space_is_red_where_material_is_left_on(page: Path, model
     assert body is not None
     found = dict(re.findall(r'data-(\w+)="(\d+ \d+)"', body[1]))
     for shown in maps(model):
-        if shown.name in ("variability", "random", "predicted"):
+        if shown.name in ("variability", "random", "predicted", "uncertainty"):
             continue  # too pale, or in cells too small for an area
         red, blue = (int(number) for number in found[shown.name].split())
         level = 0.1 * colour_range_um(maps(model)) / 1000

@@ -99,7 +99,7 @@ def pattern(
     inputs = _read(job)
     parts = _parts(inputs, workers, scheduler)
     with in_file(inputs.job):
-        found = pattern_model(inputs.surface, parts, inputs.options)
+        found = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
     cad, notes = pattern_files(inputs, found, magnify)
     say_pattern(found, _write(inputs, output, [*cad, *_pattern_files(inputs, found)]), as_json, notes=notes)
 

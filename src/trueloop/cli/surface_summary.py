@@ -9,6 +9,7 @@ from trueloop.cli.terminal import print_json, wide_console
 from trueloop.errors import Finding
 from trueloop.gauging.surface_sampling import SamplingAdvice
 from trueloop.loops.surface import Part, SurfaceModel
+from trueloop.loops.surface_figures import headline, support_record
 from trueloop.units import UM_PER_MM
 
 
@@ -43,10 +44,8 @@ def say_pattern(
     found: SurfaceModel, files: list[str], as_json: bool, record: str | None = None, notes: Sequence[str] = ()
 ) -> None:
     """The pattern in figures, findings, notes, and the files."""
-    at = np.linspace(0.0, 1.0, 41)
-    told = found.pattern
-    largest = UM_PER_MM * float(np.max(np.abs(told.mean.grid_mm(at, at))))
-    unsure = UM_PER_MM * float(np.mean(told.uncertainty_grid_mm(at, at)))
+    told, figures = found.pattern, found.figures
+    largest, unsure = UM_PER_MM * figures.largest_mm, UM_PER_MM * figures.uncertainty_mm
     if as_json:
         print_json(
             {
@@ -54,6 +53,7 @@ def say_pattern(
                 "controls": str(told.size),
                 "largest_um": largest,
                 "uncertainty_um": unsure,
+                "support": support_record(figures, told),
                 "random_sigma_um": told.sigma_mm * UM_PER_MM,
                 "parts_needed": found.parts_needed,
                 "outlying": [odd.name for odd in told.outlying],
@@ -71,6 +71,8 @@ def say_pattern(
         f"{found.options.target_mm * UM_PER_MM:g} µm",
         markup=False,
     )
+    if headline(figures):
+        console.print(headline(figures), markup=False)
     for finding in found.findings:
         console.print(str(finding), markup=False)
     for line in (*notes, *files):
@@ -113,4 +115,10 @@ def _part_row(part: Part) -> dict[str, object]:
         "lilliefors_p": chosen.normality.lilliefors_p,
         "ks_p": chosen.normality.ks_p,
         "random_sigma_um": part.separation.sigma_mm * UM_PER_MM,
+        "worst_touch": {
+            "name": part.worst.name,
+            "line": part.worst.place.line,
+            "off_um": part.worst.found.off_mm * UM_PER_MM,
+            "p": part.worst.found.p_value,
+        },
     }

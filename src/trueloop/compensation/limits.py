@@ -92,13 +92,16 @@ def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:
             )
 
 
-def check_scatter(scatter_mm: float, limits: Limits) -> None:
-    """Refuses touches that scatter about what was fitted by more than the limit: then little of the error repeats."""
+def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
+    """Refuses touches that scatter about what was fitted by more than the limit: then little of the error repeats.
+
+    cause: what is known of where the scatter comes from, a clause for the message.
+    """
     if scatter_mm > limits.scatter_mm:
         raise TrueloopError(
             Code.CMP_SCATTER,
             f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about what was fitted; "
-            f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm",
+            f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm{f'; {cause}' if cause else ''}",
             hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
             override="compensation.max_scatter_um in the job",
         )

@@ -3,9 +3,9 @@
 M(u, v) = N(u, v) − w · MPM(u, v) · n(u, v) [MPM Eq. 5], fitted again as a B-spline surface on the nominal's parameters.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final, Protocol, TypeAlias
 
 import numpy as np
 
@@ -26,6 +26,8 @@ MANY: Final = 50
 HOPELESS: Final = 0.7
 """Half as many pieces again take a smooth surface to a fifth of the distance: where many gain less, none will do."""
 SAMPLES: Final = 60
+
+OnFace: TypeAlias = Callable[[Array, Array], np.ndarray]
 
 
 class Deviation(Protocol):
@@ -54,21 +56,25 @@ def corrected_surface(
     weight: float = 1.0,
     tolerance_mm: float = 1e-4,
     limits: Limits | None = None,
+    there: OnFace | None = None,
 ) -> CorrectedSurface:
     """The surface to be machined instead of the nominal one.
 
     Pieces are added until a check three times as dense as the samples finds the refit within tolerance; knots of the
-    nominal stay knots. Raises CMP-SIZE or CMP-SLOPE where the correction exceeds the limits, SRF-TOLERANCE where more
-    pieces do not help.
+    nominal stay knots. there: which pairs of parameters in [0, 1] are on the face that exists, all by default; limits
+    are judged there alone. Raises CMP-SIZE or CMP-SLOPE where the correction exceeds the limits, SRF-TOLERANCE where
+    more pieces do not help.
     """
-    check_surface_limits(nominal, deviation, weight, limits or Limits())
+    there = there or _everywhere
+    check_surface_limits(nominal, deviation, weight, limits or Limits(), there)
     pieces, before = FEWEST, np.inf
     while True:
         lines = [_lines(*direction, pieces) for direction in zip(_knots(nominal), nominal.degrees, strict=True)]
         surface = _fitted(nominal, deviation, weight, lines)
         worst = _off(nominal, deviation, weight, surface, lines)
         if worst <= tolerance_mm:
-            largest = float(np.max(np.abs(deviation.grid_mm(*_samples(SAMPLES))))) * weight
+            inside = _inside(there)
+            largest = float(np.max(np.abs(deviation.grid_mm(*_samples(SAMPLES)))[inside], initial=0.0)) * weight
             return CorrectedSurface(surface, worst, largest)
         if pieces >= MOST or (pieces > MANY and worst > HOPELESS * before):
             rows, columns = surface.control_mm.shape[:2]
@@ -91,16 +97,18 @@ def moved_mm(nominal: Surface, deviation: Deviation, weight: float, u: Array, v:
     return np.asarray(at.point_mm - shift[:, None] * nominal.normal_of(at)).reshape(len(u), len(v), 3)
 
 
-def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, limits: Limits) -> None:
-    """Refuses a correction that is too large or too steep anywhere, saying where and by how much."""
-    at = _samples(SAMPLES)
+def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, limits: Limits, there: OnFace) -> None:
+    """Refuses a correction that is too large or too steep anywhere on the face, saying where and by how much."""
+    at, inside = _samples(SAMPLES), _inside(there)
     points = nominal.grid_mm(*(low + (high - low) * a for (low, high), a in zip(nominal.domain, at, strict=True)))
-    size = np.abs(weight * deviation.grid_mm(*at))
+    size = np.where(inside, np.abs(weight * deviation.grid_mm(*at)), 0.0)
     slope = np.zeros_like(size)
     for axis in (0, 1):
         steps = np.linalg.norm(np.diff(points, axis=axis), axis=2)
         inner = (slice(0, -1), slice(None)) if axis == 0 else (slice(None), slice(0, -1))
-        slope[inner] = np.hypot(slope[inner], np.diff(weight * deviation.grid_mm(*at), axis=axis) / steps)
+        both = inside[inner] & (inside[1:] if axis == 0 else inside[:, 1:])
+        rise = np.where(both, np.diff(weight * deviation.grid_mm(*at), axis=axis), 0.0)
+        slope[inner] = np.hypot(slope[inner], rise / steps)
     for code, values, limit, unit, key in (
         (Code.CMP_SIZE, size, limits.correction_mm, "µm", "max_correction_um"),
         (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "max_slope_um_per_mm"),
@@ -172,3 +180,13 @@ def _off(nominal: Surface, deviation: Deviation, weight: float, surface: Surface
 def _samples(count: int) -> tuple[Array, Array]:
     at = np.linspace(0.0, 1.0, count)
     return at, at
+
+
+def _everywhere(u: Array, _: Array) -> np.ndarray:
+    return np.ones(len(u), bool)
+
+
+def _inside(there: OnFace) -> np.ndarray:
+    """Which samples are on the face, (SAMPLES, SAMPLES)."""
+    u, v = (a.ravel() for a in np.meshgrid(*_samples(SAMPLES), indexing="ij"))
+    return there(u, v).reshape(SAMPLES, SAMPLES)

@@ -46,5 +46,5 @@ def part_maps(pattern: Pattern, apart: Separation, name: str, weight: float) -> 
         pattern_mm=pattern.mean.value_mm(u, v),
         predicted_mm=apart.measured_mm - weight * others,
         variability_mm=np.sqrt(np.maximum(scatter**2 - fits_own, 0.0)),
-        uncertainty_mm=pattern.uncertainty_mm(scatter),
+        uncertainty_mm=pattern.uncertainty_mm(scatter, u, v),
     )

@@ -8,6 +8,7 @@ many a pattern, and splines of a larger size cannot follow those of a smaller on
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,8 @@ import numpy as np
 from trueloop.error_surface.outlier import Outlier, outliers
 from trueloop.error_surface.separate import Separation, of_size, separate
 from trueloop.error_surface.spline_surface import Size, SplineSurface, basis
+from trueloop.error_surface.student import COVERAGE, MANY, student
+from trueloop.error_surface.support import Support, between, faded
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.geometry.feature import Array
 from trueloop.statistics import rms
@@ -22,16 +25,17 @@ from trueloop.units import UM_PER_MM
 
 LEAST_PARTS: Final = 3
 """Two parts do not tell which of them is odd, nor how much parts differ."""
-COVERAGE: Final = 0.95
 ABOVE_ZERO: Final = 1 / np.sqrt(2 * np.pi)
 """Mean of max(x, 0) for a standard normal x: what a variance that is none seems to be, in standard deviations."""
-MANY: Final = 100_000
-"""Degrees of freedom with which Student's law is the normal one; more parts than anybody measures."""
+SIDE: Final = 41
+"""Places a side that figures of the whole surface are made of."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """A machining pattern model. `mean` is the pattern; `models` (one a part) are what it was averaged from.
+    """A machining pattern model. `mean` is the pattern; `models` (one a part) are what it was averaged from. `size` is
+    that of the parts' splines; where points do not support these, `support` says how far the pattern is known, and
+    `mean` and `models` fade to none there, as splines of a finer size.
 
     `names` tells the parts; `sigma_mm` is the scatter of the random part of one touch, pooled; `missed_mm` is the root
     mean square of what all parts have alike and this size does not follow (0 where the parts were not measured at the
@@ -46,6 +50,7 @@ class Pattern:
     missed_mm: float
     outlying: tuple[Outlier, ...]
     findings: tuple[Finding, ...]
+    support: Support | None = None
 
     @property
     def parts(self) -> int:
@@ -59,19 +64,36 @@ class Pattern:
 
     def uncertainty_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
         """Half-width of the interval that holds the true pattern with that probability, at every u with every v."""
-        return self.uncertainty_mm(self.scatter_grid_mm(u, v), coverage)
+        wide = np.repeat(u, len(v)), np.tile(v, len(u))
+        return self.uncertainty_mm(self.scatter_grid_mm(u, v).ravel(), *wide, coverage).reshape(len(u), len(v))
 
-    def uncertainty_mm(self, scatter_mm: Array, coverage: float = COVERAGE) -> Array:
-        """The same where the parts' models scatter so much.
+    def uncertainty_mm(self, scatter_mm: Array, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
+        """The same at pairs of parameters (n,) where the parts' models scatter so much (n,).
 
-        t₍ₛ₋₁₎ · scatter/√s for what scatters, and in squares the normal law's share of `missed_mm` for what does not.
+        t₍ₛ₋₁₎ · scatter/√s for what scatters, and in squares the normal law's share of `missed_mm` and of what no point
+        supports. A part without points at a place counts there as one that scatters as parts do on the whole.
         """
-        scattered = scatter_mm * student(coverage, self.parts - 1) / np.sqrt(self.parts)
-        return np.asarray(np.hypot(scattered, student(coverage, MANY) * self.missed_mm))
+        told, beyond = np.full(len(u), float(self.parts)), np.zeros(len(u))
+        if self.support is not None:
+            told, beyond = between(self.support.parts, u, v), between(self.support.deviation_mm, u, v)
+        unseen = (self.parts - told) / (self.parts - 1) * self._pooled_mm**2
+        scattered = np.sqrt((scatter_mm**2 + unseen) / told) * student(coverage, self.parts - 1)
+        return np.asarray(np.hypot(scattered, student(coverage, MANY) * np.hypot(self.missed_mm, beyond)))
 
     def next_part_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
         """Half-width for the deterministic deviation that a next part keeps after correction by the pattern."""
-        return np.asarray(self.scatter_grid_mm(u, v) * student(coverage, self.parts - 1) * np.sqrt(1 + 1 / self.parts))
+        kept = self.scatter_grid_mm(u, v) * student(coverage, self.parts - 1) * np.sqrt(1 + 1 / self.parts)
+        if self.support is None:
+            return np.asarray(kept)
+        wide = np.repeat(u, len(v)), np.tile(v, len(u))
+        beyond = between(self.support.deviation_mm, *wide).reshape(kept.shape)
+        return np.asarray(np.hypot(kept, student(coverage, MANY) * beyond))
+
+    @cached_property
+    def _pooled_mm(self) -> float:
+        """Scatter of the parts' models on the whole."""
+        at = np.linspace(0.0, 1.0, SIDE)
+        return rms(self.scatter_grid_mm(at, at))
 
     def variability_grid_mm(self, u: Array, v: Array, fit_variance_mm2: Array | float = 0.0) -> Array:
         """Standard deviation between parts, the variance of the fits taken off: the process's own variability."""
@@ -97,11 +119,12 @@ def pattern_of(
     again = [
         part if part.chosen.size == size else of_size(part.places, part.measured_mm, size, part.near) for part in parts
     ]
-    models = tuple(part.deterministic for part in again)
-    mean = SplineSurface(size, np.mean([model.coefficients_mm for model in models], axis=0))
+    models, support = faded(again) or (tuple(part.deterministic for part in again), None)
+    mean = SplineSurface(models[0].size, np.mean([model.coefficients_mm for model in models], axis=0))
     sigma = rms(np.array([part.sigma_mm for part in again]))
     odd = outliers(models, names, confidence)
-    return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, tuple(_told(o) for o in odd))
+    told = tuple(_told(o) for o in odd)
+    return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, told, support)
 
 
 def common_size(parts: Sequence[Separation]) -> Size:
@@ -132,8 +155,8 @@ def _missed_mm(parts: Sequence[Separation]) -> float:
 
 
 def _comparable(parts: Sequence[Separation]) -> bool:
-    """Whether all parts were measured at the same places of a grid."""
-    return parts[0].places.rows is not None and all(part.near is parts[0].near for part in parts)
+    """Whether all parts were measured at the same places."""
+    return all(part.near is parts[0].near for part in parts)
 
 
 def fit_variance_mm2(part: Separation, u: Array, v: Array) -> Array:
@@ -156,7 +179,7 @@ def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE)
     From the scatter seen so far: the smallest s with t₍ₛ₋₁₎ · scatter/√s ≤ target. Raises SRF-PARTS for a target that
     is not positive or needs more than 100 000 parts.
     """
-    at = np.linspace(0.0, 1.0, 41)
+    at = np.linspace(0.0, 1.0, SIDE)
     scatter = rms(pattern.scatter_grid_mm(at, at))
     few, many = 2, MANY
     if not target_mm > 0 or student(coverage, many - 1) * scatter / np.sqrt(many) > target_mm:
@@ -171,13 +194,6 @@ def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE)
         enough = student(coverage, middle - 1) * scatter / np.sqrt(middle) <= target_mm
         few, many = (few, middle) if enough else (middle + 1, many)
     return few
-
-
-def student(coverage: float, freedom: int) -> float:
-    """Two-sided factor of Student's t."""
-    from scipy.special import stdtrit  # slow to import
-
-    return float(stdtrit(freedom, 0.5 + coverage / 2))
 
 
 def _told(odd: Outlier) -> Finding:

@@ -18,6 +18,8 @@ from trueloop.geometry.surface_basis import clamped_knots
 
 REGULAR: Final = 0.1
 """Points belong to a grid's rows when they stray from them by less than this share of the rows' distance."""
+WIDEST: Final = 2.5
+"""Rows farther apart than so many of their usual steps leave a gap: such a grid is no full one."""
 SMOOTHING: Final = 1e-6
 """Weight of roughness, for scattered points and grids with holes: it decides only where the points do not."""
 
@@ -70,11 +72,19 @@ def same_places(places: Sequence[Places]) -> list[Places]:
 
 def _alike(a: Places, b: Places) -> bool:
     if a.rows is None or b.rows is None or a.columns is None or b.columns is None:
-        return False
+        return a.rows is b.rows and _alike_scattered(a, b)
     if len(a.rows) != len(b.rows) or len(a.columns) != len(b.columns):
         return False
     pairs = ((a.rows, b.rows), (a.columns, b.columns))
     return all(float(np.max(np.abs(x - y))) < REGULAR * float(np.min(np.abs(np.diff(x)))) for x, y in pairs)
+
+
+def _alike_scattered(a: Places, b: Places) -> bool:
+    """Scattered points, or grids with the same holes: each as near to its like as points of a grid of so many."""
+    if len(a.u) != len(b.u):
+        return False
+    step = 1 / np.sqrt(len(a.u))
+    return bool(max(np.max(np.abs(a.u - b.u)), np.max(np.abs(a.v - b.v))) < REGULAR * step)
 
 
 @lru_cache(maxsize=256)
@@ -120,11 +130,16 @@ def splines(places: Places, size: Size) -> ScatteredSplines:
 
 
 def _lines(parameters: Array) -> Array | None:
-    """The parameter of each row of a grid, when its points keep to it; None else."""
+    """The parameter of each row of a grid, when its points keep to it and no rows are missing, between or at the ends;
+    None else.
+    """
     lines = np.clip(np.mean(parameters, axis=1), 0.0, 1.0)
     steps = np.diff(lines)
     stray = np.max(np.abs(parameters - lines[:, None]))
-    return lines if len(lines) > 1 and stray < REGULAR * np.min(np.abs(steps)) else None
+    if len(lines) < 2 or stray >= REGULAR * np.min(np.abs(steps)):
+        return None
+    gaps = np.diff(np.concatenate([[0.0], np.sort(lines), [1.0]]))
+    return lines if np.max(gaps) < WIDEST * np.median(np.abs(steps)) else None
 
 
 def _roughness(size: Size) -> Array:

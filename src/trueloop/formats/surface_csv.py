@@ -1,6 +1,7 @@
 """Deviations and patterns of surfaces as tables."""
 
 import json
+from dataclasses import asdict
 from io import StringIO
 from typing import Final
 
@@ -71,7 +72,8 @@ def _lines(head: list[str], form: str, rows: Array) -> bytes:
 def pattern_to_json(pattern: Pattern) -> bytes:
     """The pattern with its control values in µm, row by row, and those of every part."""
     told = {
-        "size": {"rows": pattern.size.rows, "columns": pattern.size.columns, "degree": pattern.size.degree},
+        "size": asdict(pattern.mean.size),
+        "size_of_parts_splines": asdict(pattern.size),
         "knots": "clamped, evenly spaced on [0, 1]",
         "sign": "positive: material left on, along the outward normal",
         "random_sigma_um": pattern.sigma_mm * UM_PER_MM,

@@ -72,6 +72,7 @@ class SurfaceCompensationTable(Table):
     max_correction_um: Positive = 150.0
     max_slope_um_per_mm: Positive = 40.0
     max_scatter_um: Positive = 10.0
+    min_supported_percent: Annotated[float, Field(ge=0, le=100, strict=True)] = 50.0
     max_age_hours: Positive = 24.0 * 7
 
 

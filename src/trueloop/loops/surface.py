@@ -2,9 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, TypeAlias
-
-import numpy as np
+from typing import Final
 
 from trueloop.compensation.limits import Limits
 from trueloop.compensation.surface_program import CorrectedProgram, corrected_program
@@ -22,9 +20,9 @@ from trueloop.gauging.surface_deviations import MeasuredPoints, SurfaceDeviation
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
+from trueloop.loops.surface_figures import OnFace, SurfaceFigures, Trim, figures_of, on_face, support_findings
+from trueloop.loops.surface_touches import WorstTouch, touch_findings, worst_touch
 from trueloop.nc.program import Program
-
-Trim: TypeAlias = Callable[[Array, Array], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -32,7 +30,8 @@ class SurfaceOptions:
     """How parts are compared with the nominal, how deviations are taken apart, how much is corrected.
 
     `exclude` names parts that stay out of the pattern; `target_mm` is the uncertainty that the number of parts is
-    judged by; `cells` averages scans over a grid.
+    judged by; `cells` averages scans over a grid; `least_supported` is the share of the face that measurements have to
+    support.
     """
 
     best_fit: bool = False
@@ -45,6 +44,7 @@ class SurfaceOptions:
     exclude: tuple[str, ...] = ()
     target_mm: float = 1e-3
     weight: float = 1.0
+    least_supported: float = 0.5
     tolerance_mm: float = 1e-4
     limits: Limits = field(default_factory=Limits)
 
@@ -70,10 +70,11 @@ HERE: Final = Work()
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One part: its deviations, and what is deterministic and random in them."""
+    """One part: its deviations, what is deterministic and random in them, and its worst touch."""
 
     deviations: SurfaceDeviations
     separation: Separation
+    worst: WorstTouch
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -83,18 +84,23 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceModel:
-    """All parts, their pattern, and how many parts would be needed for the uncertainty aimed at."""
+    """All parts, their pattern, and how many parts would be needed for the uncertainty aimed at; `on_face` says which
+    pairs of parameters in [0, 1] are on the face that exists, and `figures` are of those.
+    """
 
     surface: Surface
     options: SurfaceOptions
     parts: tuple[Part, ...]
     pattern: Pattern
     parts_needed: int
+    figures: SurfaceFigures
+    on_face: OnFace
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What was noticed in the parts and between them."""
-        return (*(finding for part in self.parts for finding in part.findings), *self.pattern.findings)
+        own = [finding for part in self.parts for finding in part.findings]
+        return (*support_findings(self.figures), *own, *self.pattern.findings)
 
 
 def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
@@ -157,17 +163,31 @@ def model_of(
     apart = work.done(_separation, tasks, "what repeats")
     # What comes back from another process has places of its own: those of this one are put back, to be shared again.
     return [
-        Part(deviations, replace(separation, near=task.near))
-        for deviations, separation, task in zip(found, apart, tasks, strict=True)
+        _part(points, deviations, replace(separation, near=task.near), options)
+        for points, deviations, separation, task in zip(parts, found, apart, tasks, strict=True)
     ]
 
 
-def pattern_model(surface: Surface, parts: Sequence[Part], options: SurfaceOptions) -> SurfaceModel:
-    """The machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few."""
+def _part(
+    points: MeasuredPoints, deviations: SurfaceDeviations, separation: Separation, options: SurfaceOptions
+) -> Part:
+    worst = worst_touch(points, deviations, separation)
+    told = (*separation.findings, *touch_findings(worst, options.confidence))
+    return Part(deviations, replace(separation, findings=told), worst)
+
+
+def pattern_model(
+    surface: Surface, parts: Sequence[Part], options: SurfaceOptions, *, trim: Trim | None = None
+) -> SurfaceModel:
+    """The machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few.
+
+    trim: which places (u, v) of the surface are cut away, as in `deviations_of`.
+    """
     kept = [part for part in parts if part.deviations.name not in options.exclude]
     names = [part.deviations.name for part in kept]
     pattern = pattern_of([part.separation for part in kept], names, confidence=options.confidence)
-    return SurfaceModel(surface, options, tuple(kept), pattern, parts_needed(pattern, options.target_mm))
+    there, needed = on_face(surface, trim), parts_needed(pattern, options.target_mm)
+    return SurfaceModel(surface, options, tuple(kept), pattern, needed, figures_of(surface, pattern, there), there)
 
 
 def correct(
@@ -181,6 +201,7 @@ def correct(
         weight=options.weight,
         tolerance_mm=options.tolerance_mm,
         limits=options.limits,
+        there=model.on_face,
     )
     written = None
     if program is not None and job is not None:

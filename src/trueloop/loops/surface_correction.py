@@ -3,15 +3,14 @@
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 
-import numpy as np
-
 from trueloop import __version__
-from trueloop.compensation.limits import check_scatter
 from trueloop.compensation.record import Record, check_uncorrected, record_id
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.surface import HERE, SurfaceCorrection, SurfaceModel, Work, correct, model_of, pattern_model
+from trueloop.loops.surface_figures import check_support, headline, support_record
 from trueloop.loops.surface_inputs import SurfaceInputs
+from trueloop.loops.surface_scatter import check_surface_scatter
 from trueloop.units import UM_PER_MM
 
 
@@ -30,8 +29,9 @@ def correct_job(inputs: SurfaceInputs, *, work: Work = HERE, now: datetime | Non
     notes = _refuse_misuse(inputs, now)
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
     with in_file(inputs.job):
-        model = pattern_model(inputs.surface, parts, inputs.options)
-    check_scatter(model.pattern.sigma_mm, inputs.options.limits)
+        model = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
+    check_support(model.figures, inputs.options.least_supported)
+    check_surface_scatter(model, inputs.options.limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
     identity = record_id(dict(inputs.sha256), options)
     correction = correct(model, inputs.program, inputs.cutter, identity)
@@ -62,9 +62,11 @@ def _model_record(model: SurfaceModel) -> dict[str, object]:
     pattern = model.pattern
     return {
         "size": asdict(pattern.size),
+        "control_size": asdict(pattern.mean.size),
         "control_um": (pattern.mean.coefficients_mm * UM_PER_MM).tolist(),
         "random_sigma_um": pattern.sigma_mm * UM_PER_MM,
         "not_followed_um": pattern.missed_mm * UM_PER_MM,
+        "support": support_record(model.figures, pattern),
         "outlying": [odd.name for odd in pattern.outlying],
         "parts": [
             {
@@ -82,10 +84,11 @@ def _model_record(model: SurfaceModel) -> dict[str, object]:
 
 
 def _decision(correction: SurfaceCorrection) -> list[str]:
-    pattern, at = correction.model.pattern, np.linspace(0.0, 1.0, 41)
-    unsure = float(np.mean(pattern.uncertainty_grid_mm(at, at))) * UM_PER_MM
+    pattern, figures = correction.model.pattern, correction.model.figures
     told = [
-        f"the pattern of {pattern.parts} parts is known to ± {unsure:.2f} µm (95 %, mean over the surface)",
+        f"the pattern of {pattern.parts} parts is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, mean "
+        f"over the face)",
+        *([headline(figures)] if headline(figures) else []),
         f"the surface is moved by up to {correction.surface.largest_shift_mm * UM_PER_MM:.2f} µm, refitted to "
         f"{correction.surface.worst_mm * UM_PER_MM:.3f} µm",
     ]

@@ -21,7 +21,8 @@ from trueloop.gauging.surface_deviations import MeasuredPoints
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.loops.job_inputs import user_name
-from trueloop.loops.surface import SurfaceOptions, Trim
+from trueloop.loops.surface import SurfaceOptions
+from trueloop.loops.surface_figures import Trim
 from trueloop.nc.guess import guess_dialect
 from trueloop.nc.program import Program, read_program
 from trueloop.units import UM_PER_MM
@@ -138,6 +139,7 @@ def options_of(job: SurfaceJobFile) -> SurfaceOptions:
         exclude=model.exclude,
         target_mm=model.target_um / UM_PER_MM,
         weight=compensation.weight,
+        least_supported=compensation.min_supported_percent / 100,
         tolerance_mm=compensation.tolerance_um / UM_PER_MM,
         limits=Limits(
             correction_mm=compensation.max_correction_um / UM_PER_MM,

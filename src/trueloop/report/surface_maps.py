@@ -32,7 +32,8 @@ HEIGHT: Final = BOX + TOP + 24
 @dataclass(frozen=True, eq=False)
 class DeviationMap:
     """Errors in mm on a grid of places (rows, columns) of a surface, or at scattered ones (n,); `points_mm` and their
-    parameters `uv` on [0, 1] have 3 and 2 numbers a place. `title` is HTML.
+    parameters `uv` on [0, 1] have 3 and 2 numbers a place; nan where nothing is known or no face is. `title` is HTML.
+    `bare`: which places of a grid no measurement supports; they are hatched.
     """
 
     name: str
@@ -40,13 +41,15 @@ class DeviationMap:
     points_mm: Array
     uv: Array
     error_mm: Array
+    bare: np.ndarray | None = None
 
     @property
     def thinned(self) -> "DeviationMap":
         """The same at most `CELLS` places a side, or as many scattered ones: a picture needs no more."""
         most = CELLS if self.error_mm.ndim == 2 else CELLS**2
         some = tuple(slice(None, None, max(1, -(-n // most))) for n in self.error_mm.shape)
-        return replace(self, points_mm=self.points_mm[some], uv=self.uv[some], error_mm=self.error_mm[some])
+        bare = None if self.bare is None else self.bare[some]
+        return replace(self, points_mm=self.points_mm[some], uv=self.uv[some], error_mm=self.error_mm[some], bare=bare)
 
     @property
     def sides_mm(self) -> tuple[float, float]:
@@ -80,7 +83,8 @@ def flat(deviations: DeviationMap, range_um: float) -> str:
     )
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{deviations.title}" font-family="sans-serif" '
-        f'font-size="12"><g class="marks">{draw(deviations.thinned, range_um, across, up)}</g>{frame}{axes}'
+        f'font-size="12"><g class="marks">{draw(deviations.thinned, range_um, across, up)}</g>'
+        f"{_hatched(deviations.thinned, across, up)}{frame}{axes}"
         f"{_bar(range_um, LEFT + across + 10)}</svg>"
     )
 
@@ -112,6 +116,20 @@ def _cells(deviations: DeviationMap, range_um: float, across: float, up: float) 
         for i in range(rows)
         for j in range(columns)
     )
+
+
+def _hatched(deviations: DeviationMap, across: float, up: float) -> str:
+    """A stroke over every second cell that no measurement supports."""
+    if deviations.bare is None or not np.any(deviations.bare):
+        return ""
+    rows, columns = deviations.bare.shape
+    wide, high = across / columns, up / rows
+    strokes = "".join(
+        f"M{LEFT + j * wide:.1f} {TOP + (rows - i) * high:.1f}l{wide:.1f} {-high:.1f}"
+        for i, j in np.argwhere(deviations.bare).tolist()
+        if (i - j) % 2 == 0
+    )
+    return f'<path class="bare" d="{strokes}" stroke="{INK}" stroke-width="0.8" fill="none"/>'
 
 
 def _dots(deviations: DeviationMap, range_um: float, across: float, up: float) -> str:

@@ -6,7 +6,9 @@ from typing import Final
 import numpy as np
 
 from trueloop.error_surface.part_maps import PartMaps, part_maps
+from trueloop.geometry.feature import Array
 from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel, maps_of
+from trueloop.loops.surface_figures import headline, unsupported_at
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import html_page
 from trueloop.report.style import plain, signed
@@ -53,10 +55,18 @@ def _arranged(model: SurfaceModel, first: PartMaps) -> list[DeviationMap]:
     (u0, u1), (v0, v1) = model.surface.domain
     points = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
     uv, pattern = np.stack(np.meshgrid(at, at, indexing="ij"), axis=2), model.pattern
+    u, v = uv.reshape(-1, 2).T
+    there = model.on_face(u, v).reshape(PLACES, PLACES)
+    bare = there & unsupported_at(pattern, *np.moveaxis(uv, 2, 0))
     *apart, predicted = maps_of_part(model, first)
+
+    def whole(name: str, title: str, values_mm: Array) -> DeviationMap:
+        return DeviationMap(name, title, points, uv, np.where(there, values_mm, np.nan), bare)
+
     return [
         *apart,
-        DeviationMap("pattern", f"Pattern of {pattern.parts} parts", points, uv, pattern.mean.grid_mm(at, at)),
+        whole("pattern", f"Pattern of {pattern.parts} parts", pattern.mean.grid_mm(at, at)),
+        whole("uncertainty", "± uncertainty of the pattern (95 %)", pattern.uncertainty_grid_mm(at, at)),
         map_of_part(model, first, "variability", "Standard deviation between parts"),
         predicted,
     ]
@@ -83,17 +93,26 @@ def _summary(model: SurfaceModel) -> str:
 
 
 def _prediction(model: SurfaceModel) -> str:
-    at = np.linspace(0.0, 1.0, PLACES)
-    pattern = model.pattern
-    unsure = float(np.mean(pattern.uncertainty_grid_mm(at, at))) * UM_PER_MM
-    keeps = float(np.mean(pattern.next_part_grid_mm(at, at))) * UM_PER_MM
-    worst = float(np.max(np.abs(pattern.mean.grid_mm(at, at)))) * UM_PER_MM
+    figures = model.figures
+    worst, unsure, keeps = (
+        value_mm * UM_PER_MM for value_mm in (figures.largest_mm, figures.uncertainty_mm, figures.next_part_mm)
+    )
     return (
         f'<p class="verdict"><span class="stamp">Prediction</span>The pattern reaches {plain(worst)} µm and is known '
         "to "
-        f"± {plain(unsure, 2)} µm (95 %, mean over the surface). A next part corrected by it keeps ± {plain(keeps, 2)} "
+        f"± {plain(unsure, 2)} µm (95 %, mean over the face). A next part corrected by it keeps ± {plain(keeps, 2)} "
         f"µm of its own, and its random part. For ± {plain(model.options.target_mm * UM_PER_MM, 2)} µm "
-        f"{model.parts_needed} parts are needed.</p>"
+        f"{model.parts_needed} parts are needed.</p>{_support(model)}"
+    )
+
+
+def _support(model: SurfaceModel) -> str:
+    told = headline(model.figures)
+    if not told:
+        return ""
+    return (
+        f'<p class="verdict"><span class="stamp">Support</span>{esc(told)}. Hatched on the '
+        "maps of the pattern and of its uncertainty.</p>"
     )
 
 

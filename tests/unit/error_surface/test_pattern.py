@@ -5,10 +5,11 @@ import pytest
 
 from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
 from trueloop.error_surface.outlier import outliers
-from trueloop.error_surface.pattern import Pattern, common_size, fit_variance_mm2, parts_needed, pattern_of, student
+from trueloop.error_surface.pattern import Pattern, common_size, fit_variance_mm2, parts_needed, pattern_of
 from trueloop.error_surface.places import projector
 from trueloop.error_surface.separate import Separation, of_size, separate
 from trueloop.error_surface.spline_surface import Size
+from trueloop.error_surface.student import student
 
 NOISE_MM, BETWEEN_MM = 0.0022, 0.0025
 NAMES = tuple(f"S{k}" for k in range(1, 11))
