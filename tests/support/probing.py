@@ -38,6 +38,8 @@ RESULTS = {"#5061": 0.0, "#5062": 0.0, "#5063": 0.0, "$AA_MW[X]": 0.0, "$AA_MW[Z
 OUTPUT = re.compile(r'^(?:DPRNT\[(.*)\]|WRITE\(FAULT,"\w+",("X".*)\))$', re.MULTILINE)
 """The statement that logs a touch: Fanuc's, or Siemens'."""
 MILLIMETRES = Settings()
+CHECK = re.compile(r"^IF.*\n", re.MULTILINE)
+"""What a program does where a touch was missed or a way obstructed: `tests/unit/controllers` runs that."""
 INCREMENT = {"X": "U", "Z": "W"}
 
 
@@ -57,11 +59,11 @@ def moves_of(text: str, control: str, plan: ProbePlan, program: Settings) -> lis
     """
     if control == "renishaw":
         text = _without_macros(text, plan, program)
-    read = read_program(text.encode(), READ_AS[control])
+    read = read_program(CHECK.sub("", text).encode(), READ_AS[control])
     path = read.run({name: value for name, value in RESULTS.items() if name in text})
     findings = [*read.findings, *path.findings]
     assert not [found for found in findings if found.severity != Severity.NOTE], findings
-    touching = path.motion == Motion.PROBE
+    touching = (path.motion == Motion.PROBE) & (np.abs(path.feed - program.probe_feed_mm_per_min) < 1e-3)
     if control == "ge2000t":
         touching = np.abs(path.feed - program.probe_feed_mm_per_min) < 1e-3 * program.probe_feed_mm_per_min
     known = int(np.argmax(path.motion != Motion.RAPID)) - 1  # rapids away from the axis, then along it
@@ -79,7 +81,8 @@ def _without_macros(text: str, plan: ProbePlan, program: Settings) -> str:
         doubled = 2.0 if axis == "X" and program.diameter else 1.0
         end = surface + doubled * (ball_mm - beyond_mm) / program.unit_mm
         back = doubled * (plan.approach.stand_off_mm + beyond_mm) / program.unit_mm
-        return f"G31 {axis}{end:.5f} F60.\nG1 {INCREMENT[axis]}{back:.5f} F60."
+        feed = program.feed(program.probe_feed_mm_per_min)
+        return f"G31 {axis}{end:.5f} {feed}\nG1 {INCREMENT[axis]}{back:.5f} {feed}"
 
     return re.sub(r"G65 P9811 ([XZ])(\S+) Q(\S+)", touch, text.replace("G65 P9810", "G1"))
 

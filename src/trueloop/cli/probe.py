@@ -57,7 +57,9 @@ def program(job: Job, control: OfControl, output: Output = None) -> None:
     from trueloop.loops.probing import read_probing
 
     probing = read_probing(job)
-    text = probing_program(probing.plan, control, settings_of(probing.part.name, probing.probe.program))
+    text = probing_program(
+        probing.plan, control, settings_of(probing.part.name, probing.probe.program, probing.probe.probe)
+    )
     _put(text, output, probing.files)
 
 

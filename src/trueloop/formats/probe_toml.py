@@ -43,6 +43,15 @@ class ProgramTable(Table):
     tool: Count = 9
     work_offset: Annotated[int, Field(ge=54, le=59, strict=True)] = 54
     log: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "touches.txt"
+    program_number: Annotated[int, Field(ge=1, le=8999, strict=True)] = 8100
+
+
+class ProbeTable(Table):
+    """What turns the probe on and off and holds the spindle: lines in the control's code, several in one text."""
+
+    on: str = ""
+    off: str = ""
+    orient: str = ""
 
 
 class CalibrationTable(Table):
@@ -64,6 +73,7 @@ class ProbeFile(Table):
     stylus: StylusTable
     approach: ApproachTable = ApproachTable()
     program: ProgramTable = ProgramTable()
+    probe: ProbeTable = ProbeTable()
     calibration: CalibrationTable | None = None
 
 
@@ -75,6 +85,7 @@ class ReadProbe:
     approach: Approach
     bar_radius_mm: float | None
     program: ProgramTable
+    probe: ProbeTable
     calibration: BallCalibration | None
 
 
@@ -89,6 +100,7 @@ def read_probe(path: Path, allowance_mm: float = 0.0) -> ReadProbe:
         Approach(approach.stand_off_mm, approach.overtravel_mm, approach.margin_mm, allowance_mm),
         approach.bar_radius_mm,
         file.program,
+        file.probe,
         None if file.calibration is None else _calibration(file.calibration),
     )
 

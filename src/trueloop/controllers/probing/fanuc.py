@@ -2,7 +2,9 @@
 
 A skip move leaves the axes' positions in #5061 and up, servo lag included, in the work system and in the program's
 diameter mode: on a two-axis Fanuc lathe Z is #5062, on a Haas #5063. The macros P9810 (protected move) and P9811
-(surface along one axis) take ball and lag off by themselves and leave the surface in #135 (X) and #137 (Z). Of this the
+(surface along one axis) take ball and lag off by themselves and leave the surface in #135 (X) and #137 (Z). Where the
+axes stand is read from #5041 and up: on a move that was not skipped they stand at its end, whatever the control
+leaves in #5061. So a touch that was missed, and a way that was obstructed, end in the alarms 101 and 102. Of this the
 skip cycle, its servo lag and the macros' arguments were read in manuals; DPRNT's format, the variables of results and
 those of the Haas are from memory: try the program on air first.
 """
@@ -10,24 +12,32 @@ those of the Haas are from memory: try the program on air first.
 from trueloop.controllers.probing.settings import Settings, heading
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.probe_plan import PlannedTouch, ProbePlan
+from trueloop.geometry.feature import Point
 
 ALONG_AXIS = 1e-6
 """A normal this close to an axis is along it."""
 
+AT_END_MM = 0.05
+"""Axes this close to a move's end have come to it: servos settle within a few micrometres, touches are expected a
+millimetre before it."""
+
+MISSED, OBSTRUCTED = 101, 102
+"""Numbers of the program's own alarms, as #3000 gives them: nothing moves after one."""
+
 
 def program(plan: ProbePlan, settings: Settings) -> str:
     """G31, results in #5061 and #5062."""
-    return _skip_program(plan, settings, z_result="#5062")
+    return _skip_program(plan, settings, z_axis=2)
 
 
 def haas_program(plan: ProbePlan, settings: Settings) -> str:
     """G31, results in #5061 and #5063."""
-    return _skip_program(plan, settings, z_result="#5063")
+    return _skip_program(plan, settings, z_axis=3)
 
 
 def macro_program(plan: ProbePlan, settings: Settings) -> str:
     """P9810 and P9811. Raises PRB-AXIS for a point whose surface faces neither axis."""
-    lines = [*_begin(plan, settings), "G65 P9832", "POPEN"]
+    lines = [*_begin(plan, settings), *(settings.probe_on or ("G65 P9832",)), "POPEN"]
     for touch in plan.touches:
         lines.append(_comment(f"point {touch.point} on {touch.feature}"))
         feed = settings.feed(settings.position_feed_mm_per_min)
@@ -36,26 +46,45 @@ def macro_program(plan: ProbePlan, settings: Settings) -> str:
         lines.append(_logged("#135", "#137", settings))
     feed = settings.feed(settings.position_feed_mm_per_min)
     back = [f"G65 P9810 {settings.words(place)} {feed}" for place in plan.retreat_mm]
-    return "\n".join([*lines, "PCLOS", *back, "G65 P9833", "M30", "%", ""])
+    off = settings.probe_off or ("G65 P9833",)
+    return "\n".join([*lines, "PCLOS", *back, *off, "M30", "%", ""])
 
 
-def _skip_program(plan: ProbePlan, settings: Settings, z_result: str) -> str:
-    position, probe = (settings.feed(f) for f in (settings.position_feed_mm_per_min, settings.probe_feed_mm_per_min))
-    lines = [*_begin(plan, settings), "POPEN"]
+def _skip_program(plan: ProbePlan, settings: Settings, z_axis: int) -> str:
+    probe, back = settings.feed(settings.probe_feed_mm_per_min), settings.feed(settings.position_feed_mm_per_min)
+    near = settings.number(AT_END_MM)
+    lines = [*_begin(plan, settings), *settings.probe_on, "POPEN"]
     for touch in plan.touches:
         lines.append(_comment(f"point {touch.point} on {touch.feature}"))
-        lines += [f"G1 {settings.words(place)} {position}" for place in (*touch.way_mm, touch.start_mm)]
+        for place in (*touch.way_mm, touch.start_mm):
+            lines += _protected(place, settings, z_axis)
         lines += [f"G31 {settings.words(touch.target_mm)} {probe}"]
-        lines += ["#101=#5061", f"#102={z_result}", _logged("#101", "#102", settings)]
-        lines += [f"G1 {settings.words(touch.start_mm)} {position}"]
-    back = [f"G1 {settings.words(place)} {position}" for place in plan.retreat_mm]
-    return "\n".join([*lines, "PCLOS", *back, "M30", "%", ""])
+        lines += [f"IF[{_off(touch.target_mm, settings, z_axis)}LT {near}]THEN #3000={MISSED}(MISSED TOUCH)"]
+        lines += ["#101=#5061", f"#102=#506{z_axis}", _logged("#101", "#102", settings)]
+        lines += [f"G1 {settings.words(touch.start_mm)} {back}"]
+    ways = [line for place in plan.retreat_mm for line in _protected(place, settings, z_axis)]
+    return "\n".join([*lines, "PCLOS", *ways, *settings.probe_off, "M30", "%", ""])
+
+
+def _protected(place: Point, settings: Settings, z_axis: int) -> list[str]:
+    """A skip move that ends in an alarm where it did not come to its end."""
+    near = settings.number(AT_END_MM)
+    return [
+        f"G31 {settings.words(place)} {settings.feed(settings.position_feed_mm_per_min)}",
+        f"IF[{_off(place, settings, z_axis)}GE {near}]THEN #3000={OBSTRUCTED}(PATH OBSTRUCTED)",
+    ]
+
+
+def _off(place: Point, settings: Settings, z_axis: int) -> str:
+    """An expression: how far the axes stand from a place, both ways added."""
+    x, z = (word[1:] for word in settings.words(place).split())
+    return f"[ABS[#5041-[{x}]]+ABS[#504{z_axis}-[{z}]]]"
 
 
 def _begin(plan: ProbePlan, settings: Settings) -> list[str]:
     x, z = settings.safe_first(plan)
-    lines = ["%", "O9100", *(_comment(line) for line in heading(plan, settings))]
-    lines += [f"{'G20' if settings.inch else 'G21'} G18 G40 G98", "M5"]
+    lines = ["%", f"O{settings.program_number:04d}", *(_comment(line) for line in heading(plan, settings))]
+    lines += [f"{'G20' if settings.inch else 'G21'} G18 G40 G98", "M5", *settings.orient]
     return [*lines, f"G{settings.work_offset}", f"T{settings.tool:02d}{settings.tool:02d}", f"G0 {x}", f"G0 {z}"]
 
 

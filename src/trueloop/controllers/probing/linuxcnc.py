@@ -1,7 +1,9 @@
 """LinuxCNC: G38.2 with PROBEOPEN.
 
 The log holds a line a touch, nine numbers in program units, the ball's centre in the work system; X is a radius even in
-diameter mode. A touch equal to the one before is not written [measured on 2.9]. A missed touch stops the program.
+diameter mode. A touch equal to the one before is not written [measured on 2.9]. A missed touch stops the program with
+an error. So does a probe that trips on any other move: LinuxCNC's motion control looks at it all the time, so that the
+ways between touches are plain feed moves. (G38.3 would write its end into the log, touched or not [measured on 2.9].)
 """
 
 from trueloop.controllers.probing.settings import Settings, heading
@@ -15,14 +17,14 @@ def program(plan: ProbePlan, settings: Settings) -> str:
     position, probe = (settings.feed(f) for f in (settings.position_feed_mm_per_min, settings.probe_feed_mm_per_min))
     x, z = settings.safe_first(plan)
     lines += [f"{unit} G18 {mode} G90 G40 G94 G{settings.work_offset}", f"T{settings.tool} M6 G43", "M5"]
-    lines += [f"G0 {x}", f"G0 {z}", f"(PROBEOPEN {settings.log})"]
+    lines += [*settings.orient, f"G0 {x}", f"G0 {z}", *settings.probe_on, f"(PROBEOPEN {settings.log})"]
     for touch in plan.touches:
         lines.append(f"(point {_plain(touch.point)} on {_plain(touch.feature)})")
         lines += [f"G1 {settings.words(place)} {position}" for place in (*touch.way_mm, touch.start_mm)]
         lines += [f"G38.2 {settings.words(touch.target_mm)} {probe}"]
         lines += [f"G1 {settings.words(touch.start_mm)} {position}"]
-    lines += ["(PROBECLOSE)", *(f"G1 {settings.words(place)} {position}" for place in plan.retreat_mm), "M2"]
-    return "\n".join([*lines, ""])
+    lines += ["(PROBECLOSE)", *(f"G1 {settings.words(place)} {position}" for place in plan.retreat_mm)]
+    return "\n".join([*lines, *settings.probe_off, "M2", ""])
 
 
 def _plain(text: str) -> str:

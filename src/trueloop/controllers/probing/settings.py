@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trueloop.formats.probe_toml import ProgramTable
+from trueloop.formats.probe_toml import ProbeTable, ProgramTable
 from trueloop.gauging.probe_plan import ProbePlan
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH
@@ -11,6 +11,10 @@ from trueloop.units import MM_PER_INCH
 @dataclass(frozen=True)
 class Settings:
     """Unit and diameter mode of the program, feeds in mm/min, the probe's tool number, work offset 54–59 and log.
+
+    `probe_on`, `probe_off` and `orient` (of the spindle) are lines in the control's code: before the first touch, after
+    the last, and behind the spindle's stop. `program_number` is the O number, below O9000: above, controls protect
+    programs.
 
     Moves between touches are at `position_feed_mm_per_min` in straight lines: not every control runs rapids straight.
     """
@@ -23,6 +27,10 @@ class Settings:
     tool: int = 9
     work_offset: int = 54
     log: str = "touches.txt"
+    program_number: int = 8100
+    probe_on: tuple[str, ...] = ()
+    probe_off: tuple[str, ...] = ()
+    orient: tuple[str, ...] = ()
 
     @property
     def unit_mm(self) -> float:
@@ -61,11 +69,12 @@ def heading(plan: ProbePlan, settings: Settings) -> list[str]:
         f"Probing program for {settings.part}: {len(plan.touches)} touches",
         f"Programmed point: centre of the ball, radius {plan.stylus.ball_radius_mm:.3f} mm; X in {mode}",
         f"The surface is expected {plan.approach.allowance_mm:.3f} mm over the nominal one",
+        *([] if settings.probe_on else ["No code turns the probe on: see that it is"]),
     ]
 
 
-def settings_of(part: str, table: ProgramTable) -> Settings:
-    """The table [program] of a probe file as settings."""
+def settings_of(part: str, table: ProgramTable, probe: ProbeTable) -> Settings:
+    """The tables [program] and [probe] of a probe file as settings."""
     return Settings(
         part=part,
         inch=table.unit == "inch",
@@ -75,4 +84,13 @@ def settings_of(part: str, table: ProgramTable) -> Settings:
         tool=table.tool,
         work_offset=table.work_offset,
         log=table.log,
+        program_number=table.program_number,
+        probe_on=_lines(probe.on),
+        probe_off=_lines(probe.off),
+        orient=_lines(probe.orient),
     )
+
+
+def _lines(text: str) -> tuple[str, ...]:
+    """Lines of code without blank ones."""
+    return tuple(line.strip() for line in text.splitlines() if line.strip())

@@ -1,29 +1,51 @@
 """Siemens 840D: MEAS=1 with the result in R parameters, written to a file.
 
 MEAS ends the move at the touch and deletes the rest of it; $AC_MEA[1] says whether there was one, $AA_MW the position
-in the work system, read after STOPRE. All of this is from memory, as is that $AA_MW follows the program's diameter
-mode: try the program on air first, with one touch at a known diameter.
+in the work system, read after STOPRE. Positioning moves are MEAS moves as well, and end the program where they are
+touched. All of this is from memory, as is that $AA_MW follows the program's diameter mode: try the program on air
+first, with one touch at a known diameter.
 """
+
+from collections.abc import Iterator
 
 from trueloop.controllers.probing.settings import Settings, heading
 from trueloop.gauging.probe_plan import ProbePlan
+from trueloop.geometry.feature import Point
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:
-    """The program as text. A missed touch is written as `MISSED` and stops the program with alarm 65000."""
+    """The program as text. A missed touch is written as `MISSED` and stops it with alarm 65000, an obstacle with 65001.
+
+    After either alarm no move follows: the program ends, also when it is started on.
+    """
     lines = [f"; {line}" for line in heading(plan, settings)]
     unit, mode = "G70" if settings.inch else "G71", "DIAMON" if settings.diameter else "DIAMOF"
-    position, probe = (settings.feed(f) for f in (settings.position_feed_mm_per_min, settings.probe_feed_mm_per_min))
     log = settings.log.rsplit(".", 1)[0].upper()
     x, z = settings.safe_first(plan)
     lines += ["DEF INT FAULT", f"{unit} {mode} G18 G90 G40 G94 G{settings.work_offset}", f"T{settings.tool} D1", "M5"]
-    lines += [f"G0 {x}", f"G0 {z}"]
+    lines += [*settings.orient, f"G0 {x}", f"G0 {z}", *settings.probe_on, *_touches(plan, settings, log)]
+    lines += [*settings.probe_off, "M30"]
+    lines += ["MISSED_TOUCH:", f'WRITE(FAULT,"{log}","MISSED")', "SETAL(65000)", "M0", "M30"]
+    lines += ["OBSTRUCTED:", "SETAL(65001)", "M0", "M30"]
+    return "\n".join([*lines, ""])
+
+
+def _touches(plan: ProbePlan, settings: Settings, log: str) -> Iterator[str]:
+    probe, back = settings.feed(settings.probe_feed_mm_per_min), settings.feed(settings.position_feed_mm_per_min)
     for touch in plan.touches:
-        lines.append(f"; point {touch.point} on {touch.feature}")
-        lines += [f"G1 {settings.words(place)} {position}" for place in (*touch.way_mm, touch.start_mm)]
-        lines += [f"MEAS=1 G1 {settings.words(touch.target_mm)} {probe}", "STOPRE"]
-        lines += ["R1=$AA_MW[X] R2=$AA_MW[Z] R3=$AC_MEA[1]", "IF R3==0", f'WRITE(FAULT,"{log}","MISSED")']
-        lines += ["SETAL(65000)", "M0", "ENDIF", f'WRITE(FAULT,"{log}","X"<<R1<<" Z"<<R2)']
-        lines += [f"G1 {settings.words(touch.start_mm)} {position}"]
-    lines += [f"G1 {settings.words(place)} {position}" for place in plan.retreat_mm]
-    return "\n".join([*lines, "M30", ""])
+        yield f"; point {touch.point} on {touch.feature}"
+        for place in (*touch.way_mm, touch.start_mm):
+            yield from _protected(place, settings)
+        yield from (f"MEAS=1 G1 {settings.words(touch.target_mm)} {probe}", "STOPRE")
+        yield "IF $AC_MEA[1]==0 GOTOF MISSED_TOUCH"
+        yield "R1=$AA_MW[X] R2=$AA_MW[Z]"
+        yield f'WRITE(FAULT,"{log}","X"<<R1<<" Z"<<R2)'
+        yield f"G1 {settings.words(touch.start_mm)} {back}"
+    for place in plan.retreat_mm:
+        yield from _protected(place, settings)
+
+
+def _protected(place: Point, settings: Settings) -> Iterator[str]:
+    """A move that ends the program when the probe meets something."""
+    yield f"MEAS=1 G1 {settings.words(place)} {settings.feed(settings.position_feed_mm_per_min)}"
+    yield from ("STOPRE", "IF $AC_MEA[1]==1 GOTOF OBSTRUCTED")
