@@ -15,6 +15,7 @@ from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.touch import Touch
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
+from trueloop.statistics import rms
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 ON_PROFILE_MM: Final = 0.5
@@ -24,6 +25,9 @@ CREDIBLE_ERROR_MM: Final = 1.0
 """A finish allowance is tenths of a millimetre: a larger part error is a mistake in the data."""
 
 SAME_POINT_MM: Final = 1e-3
+
+LEAST_SCATTER: Final = 0.3
+ENOUGH: Final = 6
 
 BLUNDERS: Final[tuple[tuple[Code, str, tuple[float, float], str], ...]] = (
     (Code.TCH_UNIT, "25.4 times too small", (MM_PER_INCH, MM_PER_INCH), "inches in a column named mm?"),
@@ -89,6 +93,26 @@ def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expecte
         f"touch {touches[k].point!r} has a part error of {error[k]:.3f} mm; at most {CREDIBLE_ERROR_MM} mm is credible",
         hint="check the frame of the measured points, the ball radius and `gauging.measured_allowance_mm`",
         place=Place(line=touches[k].line),
+    )
+
+
+def check_scale(touches: Sequence[Touch], error: Array, standard_u: Array) -> None:
+    """Refuses stated errors far below what the probe repeats by: millimetres in a column named µm?
+
+    Touches of a perfect part scatter by the probe's own uncertainty: at most `LEAST_SCATTER` of it, root mean square
+    over `ENOUGH` touches or more, has a probability of 1 in 370. Errors that are all exactly zero are left alone.
+    """
+    given = np.array([touch.error_mm is not None for touch in touches])
+    size, u = rms(error[given]), rms(standard_u[given])
+    if np.count_nonzero(given) < ENOUGH or not 0.0 < size < LEAST_SCATTER * u:
+        return
+    raise TrueloopError(
+        Code.TCH_UNIT,
+        f"the {np.count_nonzero(given)} stated errors are {size * UM_PER_MM:.3f} µm RMS, where the probe alone repeats "
+        f"to {u * UM_PER_MM:.2f} µm (standard uncertainty)",
+        hint="millimetres in a column named error_um? The header names the unit: error_um, error_mm, error_in",
+        place=Place(line=touches[int(np.argmax(given))].line),
+        override="gauging.repeatability_diameter_um and gauging.repeatability_face_um in the job, for a finer probe",
     )
 
 

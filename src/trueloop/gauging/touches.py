@@ -14,7 +14,7 @@ import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
-from trueloop.gauging.plausibility import check_order, check_positions, check_sizes
+from trueloop.gauging.plausibility import check_order, check_positions, check_scale, check_sizes
 from trueloop.gauging.touch import Touch
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
@@ -61,6 +61,7 @@ def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) 
         nominal_mm=nominal,
         outward_normal=normal,
     )
+    check_scale(touches, vectors.error_mm, vectors.standard_u_mm)
     check_order(profile, vectors, [touch.line for touch in touches])
     return vectors if gauging.z_reference is None else _from_reference(vectors, gauging.z_reference)
 

@@ -196,3 +196,27 @@ def test_points_in_common_are_compared_by_name() -> None:
     three = replace(_cut(np.array([0.04, 0.08, 0.10])), point=("1", "3", "4"))
     with pytest.raises(TrueloopError):
         check_loop_sign(before, three)
+
+
+def test_millimetres_in_a_column_of_micrometres_are_questioned() -> None:
+    """Errors of 20 to 90 µm written as 0.02 to 0.09 into `error_um`: far below what the probe repeats by."""
+    profile, touches = (
+        modbas2(),
+        [
+            Touch(f"p{k}", _pair(modbas2().features[3].point_mm(5.0 * k + 5.0)), "cylinder", None, e / 1000)
+            for k, e in enumerate([0.02, 0.03, 0.05, 0.07, 0.08, 0.09])
+        ],
+    )
+    with pytest.raises(TrueloopError, match="probe alone repeats") as caught:
+        error_vectors(profile, touches, Gauging())
+    assert caught.value.code is Code.TCH_UNIT and "error_um" in (caught.value.hint or "") and caught.value.override
+    finer = Gauging(range_x_mm=0.0001, range_z_mm=0.0001)
+    assert len(error_vectors(profile, touches, finer).error_mm) == 6
+    as_meant = [replace(touch, error_mm=1000.0 * (touch.error_mm or 0.0)) for touch in touches]
+    assert len(error_vectors(profile, as_meant, Gauging()).error_mm) == 6
+    perfect = [replace(touch, error_mm=0.0) for touch in touches]
+    assert len(error_vectors(profile, perfect, Gauging()).error_mm) == 6
+
+
+def _pair(point: Array) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
