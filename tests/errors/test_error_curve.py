@@ -50,7 +50,7 @@ def nose_of_one_touch() -> object:
 
 REFUSALS: list[tuple[Code, Callable[[], object]]] = [
     (Code.FIT_POINTS, lambda: fit(touched(PROFILE, [0] * 7, noise(0.01)))),
-    (Code.FIT_POINTS, lambda: fit(knot_every=2, vectors=touched(PROFILE, [0, 0, 5, 5, 1, 1, 4], noise(0.01)))),
+    (Code.FIT_POINTS, lambda: fit(knot_every=2, vectors=touched(PROFILE, [0, 0, 5, 5, 1, 1, 3], noise(0.01)))),
     (Code.FIT_POINTS, nose_of_one_touch),
     (Code.FIT_POINTS, lambda: fit_nose_model([])),
     (Code.FIT_VALUE, lambda: fit(with_error(float("nan")))),

@@ -73,6 +73,7 @@ def as_dict(correction: Correction, files: Sequence[Path]) -> dict[str, object]:
         "components": [vars(one) for one in correction.record.components],
         "tool_offset": {**correction.wear.as_dict(), "leaves": _left_by_offset(correction)},
         "decision": {"x": correction.decision.x.words, "z": correction.decision.z.words},
+        "suspect_touches": [one.as_dict() for one in correction.model.suspects],
         "notes": list(correction.notes),
         "files": [str(path) for path in files],
     }

@@ -72,6 +72,7 @@ def _end_covariance(source: ConditionSource, splines: Mapping[int, Spline], valu
         at = spline.length_mm if source.neighbour.at_end else 0.0
         forms = spline.value_form(at), spline.slope_form(at)
         both = np.array([[spline.covariance(a, b)[0] for b in forms] for a in forms])
+        both[0, 0] += spline.drawn_out_u_mm(at)[0] ** 2
         if not source.gives_slope:
             both = np.diag([both[0, 0], 0.0])
     chosen: Array = both[np.ix_(given, given)]

@@ -21,7 +21,9 @@ class ErrorCurve:
     is meant for the extrapolation to a displaced junction, not for more. `spline` may run over several features
     joined tangentially; this one begins at `start_mm` of it. `scatter_mm` is the standard deviation of single errors
     about the curve, from `degrees_of_freedom` spare touches (None: no touch to spare, taken from the gauging alone).
-    `repeatability_mm` is the next cut's own, `between_cuts` what sets it apart from the one that was touched;
+    `repeatability_mm` is the next cut's own; where the part's z is taken from a touch, that of the next cut scatters as
+    well, and the coefficients follow it by `reference`. `between_cuts` is what sets the next cut apart from the one
+    that was touched;
     `probe_share` is the probe's part of the touches' variance. Without `touches` on the feature or on those it runs on
     from, the curve is an estimate; where the touches say nothing of it at all it is `unsupported`, and zero.
     `knot_every` is r of [6517 Eq. 5]; `notes` say in words how the curve came about.
@@ -35,6 +37,7 @@ class ErrorCurve:
     knot_every: int | None
     scatter_mm: float
     repeatability_mm: float
+    reference: Array | None
     between_cuts: BetweenCuts
     probe_share: float
     touches: int
@@ -59,8 +62,14 @@ class ErrorCurve:
         return bend
 
     def standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Standard uncertainty of the curve, (n,): from the touches' scatter (or gauging) and prescribed end values."""
-        return np.sqrt(self.spline.variance(self.spline.value_form(*self._stretch(arc_length_mm))))
+        """Standard uncertainty of the curve, (n,): from the touches' scatter (or gauging) and prescribed end values.
+
+        Beyond the last touch it grows with the uncertainty of the slope there, and with what the bend may add.
+        """
+        stretch = self._stretch(arc_length_mm)
+        return np.hypot(
+            np.sqrt(self.spline.variance(self.spline.value_form(*stretch))), self.spline.drawn_out_u_mm(stretch[0])
+        )
 
     def slope_standard_deviation(self, arc_length_mm: ArrayLike) -> Array:
         """Standard uncertainty of the slope, mm per mm, (n,)."""
@@ -76,21 +85,29 @@ class ErrorCurve:
 
     def budget(self, arc_length_mm: ArrayLike) -> Budget:
         """The same cause by cause."""
-        return self.budget_of(self.standard_deviation_mm(arc_length_mm))
+        return self.budget_of(self.standard_deviation_mm(arc_length_mm), arc_length_mm)
 
-    def budget_of(self, curve_u_mm: Array) -> Budget:
+    def budget_of(self, curve_u_mm: Array, arc_length_mm: ArrayLike) -> Budget:
         """The budget where what is taken out has these standard uncertainties, (n,), instead of the curve's."""
+        share = self._reference_share(arc_length_mm)
+        with_reference = np.hypot(1.0, share)
+        along_x = np.sqrt(np.maximum(1.0 - share**2, 0.0))  # what moves a whole cut along z moves its reference as well
         known = float(self.touches > 0)
         every = np.ones_like(curve_u_mm)
         return Budget(
             probe_mm=known * np.sqrt(self.probe_share) * curve_u_mm,
             curve_mm=known * np.sqrt(1.0 - self.probe_share) * curve_u_mm,
-            process_mm=self.repeatability_mm * every,
-            common_mm=self.between_cuts.common_difference_mm * every,
-            along_mm=self.between_cuts.scatter_difference_mm * every,
+            process_mm=self.repeatability_mm * with_reference * every,
+            common_mm=self.between_cuts.common_difference_mm * along_x * every,
+            along_mm=self.between_cuts.scatter_difference_mm * with_reference * every,
             estimate_mm=(1.0 - known) * curve_u_mm,
             degrees_of_freedom=self.degrees_of_freedom,
         )
+
+    def _reference_share(self, arc_length_mm: ArrayLike) -> Array:
+        """By how much the curve follows the touch that the part's z is taken from, (n,)."""
+        form = self.spline.value_form(*self._stretch(arc_length_mm))
+        return np.zeros(len(form.first)) if self.reference is None else form.of(self.reference)
 
     def half_band_mm(self, arc_length_mm: ArrayLike, coverage: float = COVERAGE) -> Array:
         """Half width of the band that holds the curve with the given probability at each point, (n,).

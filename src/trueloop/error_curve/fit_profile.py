@@ -1,11 +1,13 @@
 """From error vectors to the error model of a whole profile."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from trueloop.error_curve.bad_touches import SuspectTouch, suspect_touches
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.check import check_options, check_vectors
 from trueloop.error_curve.choose import ModelChoice, NoseOnPart, nose_on_part
@@ -13,7 +15,7 @@ from trueloop.error_curve.curve import ErrorCurve
 from trueloop.error_curve.fit_chains import fit_chains
 from trueloop.error_curve.junctions import DisplacedJunction, displaced_junctions
 from trueloop.error_curve.nose_model import NoseModel
-from trueloop.error_curve.options import FitOptions
+from trueloop.error_curve.options import BadTouches, FitOptions
 from trueloop.error_curve.spline import EndConditions
 from trueloop.error_curve.tangency import Tangency, tangencies
 from trueloop.error_curve.uncertainty import FittedChains, finish
@@ -34,7 +36,9 @@ class ProfileErrorModel:
 
     `curves` and the RMS values go by feature index, `residual_mm` (error − curve: what a full correction would have
     left) and `leave_one_out_mm` (error − what the other touches say there; NaN where they say nothing) by touch. RMS
-    values are NaN for features without a touch they could be taken from. `scatter_mm` is the largest standard deviation
+    values are over the touches with weight, NaN for features without one they could be taken from. `weight` is 1, and 0
+    for touches left out as bad, whose `leave_one_out_mm` is their residual; `suspects` name those that the others
+    contradict (`bad_touches`). `scatter_mm` is the largest standard deviation
     of a touch about its curve, known with `degrees_of_freedom` spare touches. `notes` explain every decision;
     `choices` compares own curve and nose model where a nose model was given.
     """
@@ -45,6 +49,8 @@ class ProfileErrorModel:
     curves: tuple[ErrorCurve, ...]
     residual_mm: Array
     leave_one_out_mm: Array
+    weight: Array
+    suspects: tuple[SuspectTouch, ...]
     residual_rms_mm: Array
     leave_one_out_rms_mm: Array
     junctions: tuple[DisplacedJunction, ...]
@@ -53,6 +59,17 @@ class ProfileErrorModel:
     degrees_of_freedom: int
     notes: tuple[str, ...]
     choices: tuple[ModelChoice, ...]
+
+    @property
+    def farthest_words(self) -> str:
+        """The touch with weight that is farthest from what the others predict there, in words."""
+        off = np.where(np.isnan(self.leave_one_out_mm), self.residual_mm, self.leave_one_out_mm)
+        k = int(np.argmax(np.abs(off) * self.weight))
+        error_um, expected_um = UM_PER_MM * self.vectors.error_mm[k], UM_PER_MM * (self.vectors.error_mm[k] - off[k])
+        return (
+            f"farthest off is touch {self.vectors.point[k]} on {self.profile.names[self.vectors.feature_index[k]]}: "
+            f"{error_um:+.1f} µm, where the others predict {expected_um:+.1f} µm"
+        )
 
 
 def fit_profile(
@@ -63,22 +80,26 @@ def fit_profile(
     Features without a touch follow their tangent neighbours, else what the same contact angle did elsewhere (module
     `untouched`); one touch gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
     hides the differences of the touches' own uncertainty. With a nose model from other parts, each arc gets whichever
-    of the two predicts its touches better, left out one at a time. Raises FIT errors; `tests/errors` has one of each.
+    of the two predicts its touches better, left out one at a time. Touches that are bad beyond doubt are left out, and
+    all suspect ones named (module `bad_touches`). Raises FIT errors; `tests/errors` has one of each.
     """
     options = options or FitOptions()
     check_options(profile, options)
     check_vectors(profile, vectors)
-    on_part, unused = _nose(profile, vectors, nose)
-    fits, choices = fit_chains(profile, vectors, options, on_part)
-    fitted = finish(fits, vectors)
+    suspects = suspect_touches(profile, vectors, options) if options.bad_touches == BadTouches.LEAVE_OUT else ()
+    kept = np.setdiff1d(np.arange(len(vectors.point)), [one.position for one in suspects if one.left_out])
+    good = vectors if len(kept) == len(vectors.point) else vectors.chosen(kept)
+    on_part, unused = _nose(profile, good, nose)
+    fits, choices = fit_chains(profile, good, options, on_part)
+    fitted = finish(fits, good)
     free = fitted
     if options.tangent_policy == TangentPolicy.PATH:
         with_kinks = replace(options, tangent_policy=TangentPolicy.PART)
-        free = finish(fit_chains(profile, vectors, with_kinks, on_part)[0], vectors)
-    curves = tuple(_curves(profile, vectors, fitted, options))
+        free = finish(fit_chains(profile, good, with_kinks, on_part)[0], good)
+    curves = tuple(_curves(profile, good, fitted, options))
     drawn_out = [note for i, curve in enumerate(curves) if len(vectors.of_feature(i)) for note in _drawn_out(curve)]
-    residual, left_out = _by_touch(len(vectors.point), fitted)
-    groups = [vectors.of_feature(i) for i in range(len(profile.features))]
+    residual, left_out = _by_touch(vectors, curves, kept, fitted)
+    groups = [kept[good.of_feature(i)] for i in range(len(profile.features))]
     return ProfileErrorModel(
         profile=profile,
         vectors=vectors,
@@ -86,6 +107,8 @@ def fit_profile(
         curves=curves,
         residual_mm=residual,
         leave_one_out_mm=left_out,
+        weight=np.isin(np.arange(len(vectors.point)), kept).astype(np.float64),
+        suspects=suspects,
         residual_rms_mm=np.array([_rms_of_known(residual[group]) for group in groups]),
         leave_one_out_rms_mm=np.array([_rms_of_known(left_out[group]) for group in groups]),
         junctions=displaced_junctions(profile, curves),
@@ -108,7 +131,7 @@ def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tu
 
 
 def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
-    for fit, spline, scatter in zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True):
+    for i, (fit, spline, scatter) in enumerate(zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True)):
         within = options.repeatability_mm
         if within is None:
             within = scatter if fitted.process_mm is None else fitted.process_mm
@@ -123,6 +146,7 @@ def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, optio
                 knot_every=fit.knot_every[k],
                 scatter_mm=scatter,
                 repeatability_mm=within,
+                reference=None if fitted.reference is None else fitted.reference[i],
                 between_cuts=options.between_cuts,
                 probe_share=min(rms(probe) / scatter, 1.0) ** 2 if scatter > 0.0 else 0.0,
                 touches=len(fit.touches),
@@ -154,11 +178,17 @@ def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:
     )
 
 
-def _by_touch(count: int, fitted: FittedChains) -> tuple[Array, Array]:
-    residual, left_out = np.full(count, np.nan), np.full(count, np.nan)
+def _by_touch(
+    vectors: ErrorVectors, curves: Sequence[ErrorCurve], kept: NDArray[np.intp], fitted: FittedChains
+) -> tuple[Array, Array]:
+    """Errors about the curves and about what the others say, of all touches; `fitted` knows the kept ones only."""
+    residual, left_out = np.empty(len(vectors.point)), np.empty(len(vectors.point))
+    for k in np.setdiff1d(np.arange(len(vectors.point)), kept):
+        curve = curves[vectors.feature_index[k]]
+        residual[k] = left_out[k] = vectors.error_mm[k] - curve.value_mm(vectors.arc_length_mm[k])[0]
     for fit in fitted.fits:
-        residual[fit.touches] = fit.residual_mm
-        left_out[fit.touches] = fit.leave_one_out_mm
+        residual[kept[fit.touches]] = fit.residual_mm
+        left_out[kept[fit.touches]] = fit.leave_one_out_mm
     return residual, left_out
 
 

@@ -37,9 +37,13 @@ def joint_repeats(policy: TangentPolicy, degree: int) -> int:
 
 
 def every_rth(points_mm: Array, starts_mm: Sequence[float], length_mm: float, r: int) -> tuple[float, ...]:
-    """Every r-th point of a feature [6517 Eq. 5], arc lengths along the chain. One on a feature's end is left out."""
+    """Every r-th point of a feature [6517 Eq. 5], arc lengths along the chain.
+
+    Left out are one on a feature's end, and the last point: no touch lies beyond it, and a polynomial piece without a
+    touch multiplies the scatter of its neighbours.
+    """
     ends = np.array([*starts_mm, length_mm])
-    knots = points_mm[r - 1 :: r]
+    knots = points_mm[r - 1 : -1 : r]
     return tuple(float(t) for t in knots if np.min(np.abs(t - ends)) > 1e-6 * length_mm)
 
 

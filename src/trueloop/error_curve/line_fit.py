@@ -36,5 +36,7 @@ def fit_lines(
     if short:
         note = f"{len(s)} touches span less than a tenth of the length: their mean, no slope"
     elif fit.spline.degree == 0:
-        note = "one touch: its error holds for the whole feature, a taper cannot be seen"
+        note = "one touch: its error holds for the whole feature, a taper cannot be seen, nor whether the touch is bad"
+    elif len(s) == 2:
+        note = "straight line through its two touches: a bad one would look like a taper"
     return own_fit(chain, touches, fit, sources, f"{name}: {note}")

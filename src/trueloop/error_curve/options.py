@@ -2,10 +2,18 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 from trueloop.error_curve.between_cuts import NONE, BetweenCuts
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.spline import EndConditions
+
+
+class BadTouches(StrEnum):
+    """What becomes of a touch that the others contradict beyond doubt: it is left out, or all touches are kept."""
+
+    LEAVE_OUT = "leave-out"
+    KEEP = "keep"
 
 
 @dataclass(frozen=True)
@@ -18,7 +26,8 @@ class FitOptions:
     deviation of the process from one cut to the next; None takes the scatter of the touches about the curves less the
     probe's share (`process_scatter`), which holds when touches scatter as cuts do. `between_cuts`: what comes out
     differently from cut to cut, which the scatter within one part does not show (`between_cuts.PRIOR` where nothing is
-    known of it). It widens what is predicted of the next cut and changes no curve.
+    known of it). It widens what is predicted of the next cut and changes no curve. `bad_touches`: KEEP looks for none
+    and fits to all.
     """
 
     tangent_policy: TangentPolicy = TangentPolicy.PART
@@ -27,6 +36,7 @@ class FitOptions:
     prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
     repeatability_mm: float | None = None
     between_cuts: BetweenCuts = NONE
+    bad_touches: BadTouches = BadTouches.LEAVE_OUT
 
     def knot_every_for(self, feature: str) -> int | None:
         """The r of a feature, None where leave-one-out chooses."""

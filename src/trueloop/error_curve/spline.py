@@ -5,7 +5,8 @@ the two outermost ones, so that end conditions hold to the last bit. The truncat
 curves, but lose up to a millimetre at 1,000 points.
 """
 
-from dataclasses import astuple, dataclass
+import math
+from dataclasses import astuple, dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -67,7 +68,8 @@ class Spline:
 
     `interior_knots_mm` ascend; a knot that stands m times has degree − m continuous derivatives. Coefficients i and
     i + k have the covariance `covariance_band_mm2[i, k] + prescribed_mm[i] · prescribed_mm[i + k]`: the first from the
-    touches, the second from the uncertainty of prescribed end values, shape (n, m).
+    touches, the second from the uncertainty of prescribed end values and of what is common to all touches, shape
+    (n, m). Outside of `supported_mm` (None: the whole interval) the curve goes on along its tangent there.
     """
 
     interior_knots_mm: Array
@@ -76,11 +78,12 @@ class Spline:
     coefficients_mm: Array
     covariance_band_mm2: Array
     prescribed_mm: Array
+    supported_mm: tuple[float, float] | None = None
 
     def value_form(self, arc_length_mm: ArrayLike, lower_mm: float = 0.0, upper_mm: float | None = None) -> LinearForm:
         """Values on the stretch [lower, upper]; beyond it along the tangent at its end."""
         s = np.atleast_1d(np.asarray(arc_length_mm, dtype=np.float64))
-        upper_mm = self.length_mm if upper_mm is None else upper_mm
+        lower_mm, upper_mm = self._carried(lower_mm, upper_mm)
         inside = np.clip(s, lower_mm, upper_mm)
         first, values, slopes = self._basis(inside, lower_mm, upper_mm)
         return LinearForm(first, values + (s - inside)[:, None] * slopes)
@@ -88,7 +91,7 @@ class Spline:
     def slope_form(self, arc_length_mm: ArrayLike, lower_mm: float = 0.0, upper_mm: float | None = None) -> LinearForm:
         """Slopes, mm per mm, on the stretch [lower, upper]; beyond it the slope at its end."""
         s = np.atleast_1d(np.asarray(arc_length_mm, dtype=np.float64))
-        upper_mm = self.length_mm if upper_mm is None else upper_mm
+        lower_mm, upper_mm = self._carried(lower_mm, upper_mm)
         first, _, slopes = self._basis(np.clip(s, lower_mm, upper_mm), lower_mm, upper_mm)
         return LinearForm(first, slopes)
 
@@ -111,13 +114,33 @@ class Spline:
         """Variance of the numbers of a form."""
         return self.covariance(form, form)
 
+    def with_common(self, response_mm: Array) -> "Spline":
+        """The same with one more independent error, which the coefficients follow by `response_mm`, (n,)."""
+        return replace(self, prescribed_mm=np.column_stack([self.prescribed_mm, response_mm]))
+
+    def drawn_out_u_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """What going on along the tangent beyond the touches may miss, (n,): ½·f″·d², at the distance d from them.
+
+        f″ is the curve's at the last touch, with its standard uncertainty: it may well bend on as it bent. Zero within
+        `supported_mm`.
+        """
+        s = np.atleast_1d(np.asarray(arc_length_mm, dtype=np.float64))
+        if self.supported_mm is None:
+            return np.zeros(len(s))
+        low, high = self.supported_mm
+        bend = np.where(s < low, self._bend_per_mm(low), self._bend_per_mm(high))
+        distance = np.maximum(np.maximum(low - s, s - high), 0.0)
+        missed: Array = 0.5 * bend * distance**2
+        return missed
+
     def pieces(self) -> tuple[Array, Array]:
         """Where the polynomial pieces begin, and their coefficients c, shape (pieces, 4): Σ c[k]·(s − begin)ᵏ in mm.
 
         The per-interval form of [6517 Eq. 29–33], about each piece's own beginning instead of the origin: powers of
         the whole arc length lose digits.
         """
-        begins = np.concatenate([[0.0], np.unique(self.interior_knots_mm)])
+        bounds = [t for t in self.supported_mm or () if 0.0 < t < self.length_mm]
+        begins = np.concatenate([[0.0], np.unique([*self.interior_knots_mm, *bounds])])
         ends = np.append(begins[1:], self.length_mm)
         sampled = [self.of(self.value_form(b + THIRDS * (e - b), b, e)) for b, e in zip(begins, ends, strict=True)]
         in_unit_steps = np.array(sampled) @ np.linalg.inv(THIRDS[:, None] ** np.arange(4)).T
@@ -135,6 +158,23 @@ class Spline:
             row[side.first[0] : side.first[0] + side.weights.shape[1]] += sign * side.weights[0]
         first = int(np.argmax(row != 0.0))
         return LinearForm(np.array([first]), row[None, first : first + 4])
+
+    def _carried(self, lower_mm: float, upper_mm: float | None) -> tuple[float, float]:
+        """The part of a stretch on which the polynomial itself holds: a point where the touches support none of it."""
+        low, high = self.supported_mm or (0.0, self.length_mm)
+        upper_mm = self.length_mm if upper_mm is None else upper_mm
+        return min(max(lower_mm, low), high), max(min(upper_mm, high), low)
+
+    def _bend_per_mm(self, at_mm: float) -> float:
+        """Second derivative within the supported range, its standard uncertainty added (root of squares)."""
+        low, high = self.supported_mm or (0.0, self.length_mm)
+        knots = np.abs(self.interior_knots_mm - at_mm)
+        step = min(1e-3 * self.length_mm, 0.5 * float(np.min(knots[knots > 0.0], initial=high - low)))
+        inner = at_mm + step if at_mm < high else at_mm - step
+        ends = min(at_mm, inner), max(at_mm, inner)
+        a, b = (self.slope_form(s, *ends) for s in ends)
+        form = LinearForm(a.first, (b.weights - a.weights) / step)
+        return math.hypot(float(self.of(form)[0]), math.sqrt(max(float(self.variance(form)[0]), 0.0)))
 
     def _basis(self, s: Array, lower_mm: float, upper_mm: float) -> tuple[NDArray[np.int64], Array, Array]:
         return spline_basis(s, self.interior_knots_mm, self.length_mm, self.degree, lower_mm, upper_mm)
@@ -174,8 +214,7 @@ class SplineFit:
         if covariance_of_conditions is not None:
             values, vectors = np.linalg.eigh(covariance_of_conditions)
             response = self.sensitivity @ (vectors * np.sqrt(np.maximum(values, 0.0)))
-        spline = self.spline
-        return Spline(spline.interior_knots_mm, spline.length_mm, spline.degree, spline.coefficients_mm, band, response)
+        return replace(self.spline, covariance_band_mm2=band, prescribed_mm=response)
 
 
 def least_squares_spline(
@@ -194,8 +233,12 @@ def least_squares_spline(
     """
     conditions = conditions or EndConditions()
     s, y, knots = (np.ascontiguousarray(a, dtype=np.float64) for a in (arc_length_mm, error_mm, interior_knots_mm))
+    free = conditions.start_value_mm is None, conditions.end_value_mm is None
+    supported = None
+    if degree > 1 and len(s) > 1:
+        supported = float(s[0]) if free[0] else 0.0, float(s[-1]) if free[1] else length_mm
     w = None if weights is None else np.ascontiguousarray(weights, dtype=np.float64)
     given = (conditions.start_value_mm, conditions.start_slope, conditions.end_value_mm, conditions.end_slope)
     coefficients, band, sensitivity, residual, leverage = fit_spline(s, y, w, knots, length_mm, degree, given)
-    spline = Spline(knots, length_mm, degree, coefficients, band, np.zeros((len(coefficients), 1)))
+    spline = Spline(knots, length_mm, degree, coefficients, band, np.zeros((len(coefficients), 1)), supported)
     return SplineFit(spline, conditions, residual, leverage, sensitivity)

@@ -77,6 +77,9 @@ def _between(free: FittedChains, before: int) -> tuple[float, float]:
     slope_a, slope_b = a.slope_form(a.length_mm), b.slope_form(0.0)
     kink = float((b.of(slope_b) - a.of(slope_a))[0])
     variance = float((a.variance(slope_a) + b.variance(slope_b))[0])
+    if free.reference is not None:  # the last column of both is one and the same error
+        both = slope_a.of(a.prescribed_mm[:, -1]) * slope_b.of(b.prescribed_mm[:, -1])
+        variance -= 2.0 * float(both[0])
     for here, there, at_end in ((before, after, False), (after, before, True)):
         variance -= 2.0 * _tied(free, here, there, at_end)
     return kink, variance

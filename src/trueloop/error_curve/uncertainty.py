@@ -8,8 +8,10 @@ import numpy as np
 from trueloop.error_curve.chain_fit import ChainFit
 from trueloop.error_curve.conditions import conditions_covariance
 from trueloop.error_curve.process_scatter import Spread, process_scatter_mm
+from trueloop.error_curve.reference import reference_responses
 from trueloop.error_curve.spline import Spline
 from trueloop.gauging.error_vectors import ErrorVectors
+from trueloop.geometry.feature import Array
 
 
 @dataclass(frozen=True)
@@ -19,6 +21,8 @@ class FittedChains:
     `scatter_mm` is the standard deviation of a touch about each chain's curve: the residuals of all chains with touches
     to spare, pooled over `degrees_of_freedom` of them, and never less than the touches' type B uncertainty. Pooling
     assumes that lines and arcs of one cut scatter alike; a curve too stiff for its feature makes all bands wider.
+    `reference` (None: z has no reference): what each chain's coefficients follow the reference touch by, per unit of
+    its own error, one and the same in all chains.
     `process_mm` is the process's part of it, which the next cut scatters by again (None: no touch to spare).
     """
 
@@ -27,10 +31,12 @@ class FittedChains:
     scatter_mm: tuple[float, ...]
     process_mm: float | None
     degrees_of_freedom: int
+    reference: tuple[Array, ...] | None
 
 
 def finish(fits: Sequence[ChainFit], vectors: ErrorVectors) -> FittedChains:
     """Puts numbers to the covariances: σ² of the touches, and that of the end values taken from neighbours."""
+    reference = reference_responses(fits, vectors) if np.any(vectors.at_reference) else None
     spreads = [_spread(fit, vectors) for fit in fits if fit.spare > 0]
     spare = sum(one.spare for one in spreads)
     pooled = sum(one.squares_mm2 for one in spreads) / spare if spare else 0.0
@@ -42,7 +48,17 @@ def finish(fits: Sequence[ChainFit], vectors: ErrorVectors) -> FittedChains:
             if i not in splines and givers <= splines.keys():
                 splines[i] = _finished(fit, scatter[i], splines)
     process_mm = process_scatter_mm(spreads) if spare else None
-    return FittedChains(tuple(fits), tuple(splines[i] for i in range(len(fits))), tuple(scatter), process_mm, spare)
+    finished = [splines[i] for i in range(len(fits))]
+    if reference is not None:
+        own_mm = _reference_scatter_mm(fits, scatter, vectors)
+        finished = [one.with_common(own_mm * response) for one, response in zip(finished, reference, strict=True)]
+    return FittedChains(tuple(fits), tuple(finished), tuple(scatter), process_mm, spare, reference)
+
+
+def _reference_scatter_mm(fits: Sequence[ChainFit], scatter_mm: Sequence[float], vectors: ErrorVectors) -> float:
+    """Standard deviation of the reference touch: that of its chain's touches."""
+    (k,) = np.flatnonzero(vectors.at_reference)
+    return next(scatter for fit, scatter in zip(fits, scatter_mm, strict=True) if k in fit.touches)
 
 
 def _spread(fit: ChainFit, vectors: ErrorVectors) -> Spread:

@@ -126,6 +126,7 @@ class CompensationTable(Table):
     knot_every: Count | None = None
     features: dict[str, FeatureFitTable] = Field(default_factory=dict)
     nose_from: tuple[Path, ...] = ()
+    bad_touches: Literal["leave-out", "keep"] = "leave-out"
     chord_tolerance_um: Positive = 0.5
     arcs: Literal["auto", "lines", "arcs"] = "auto"
     errors_follow: Literal["place", "nose"] = "place"

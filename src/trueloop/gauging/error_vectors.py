@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from trueloop.geometry.feature import Array
 
@@ -29,6 +29,32 @@ class ErrorVectors:
     def of_feature(self, index: int) -> NDArray[np.intp]:
         """Positions of the gauging points that lie on feature `index`, in order of arc length."""
         return np.flatnonzero(self.feature_index == index)
+
+    def chosen(self, positions: ArrayLike) -> "ErrorVectors":
+        """Some of the error vectors, by their positions."""
+        k = np.asarray(positions, dtype=np.intp)
+        return ErrorVectors(
+            tuple(self.point[i] for i in k),
+            self.feature_index[k],
+            self.arc_length_mm[k],
+            self.error_mm[k],
+            self.standard_u_mm[k],
+            self.at_reference[k],
+            self.nominal_mm[k],
+            self.outward_normal[k],
+        )
+
+    @property
+    def z_share(self) -> Array:
+        """By how much an error falls when the reference touch reads 1 more, (n,): n_z / n_z of the reference.
+
+        Zero at the reference itself, whose error is zero by definition, and everywhere where z has no reference.
+        """
+        reference = np.flatnonzero(self.at_reference)
+        if not len(reference):
+            return np.zeros(len(self.point))
+        share = self.outward_normal[:, 1] / self.outward_normal[reference[0], 1]
+        return np.where(self.at_reference, 0.0, share)
 
     @property
     def own_u_mm(self) -> Array:

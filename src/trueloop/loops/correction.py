@@ -42,6 +42,7 @@ class Options:
     knot_every: int | None = None
     knot_every_on: Mapping[str, int] = field(default_factory=dict)
     prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
+    bad_touches: str = "leave-out"
     repeatability_mm: float | None = None
     between_cuts: BetweenCuts = PRIOR
     chord_tolerance_mm: float = 0.0005

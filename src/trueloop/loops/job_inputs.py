@@ -231,6 +231,7 @@ def _options(job: Job) -> Options:
         knot_every=given.knot_every,
         knot_every_on={name: fit.knot_every for name, fit in given.features.items() if fit.knot_every is not None},
         prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
+        bad_touches=given.bad_touches,
         repeatability_mm=None if given.repeatability_um is None else given.repeatability_um / UM_PER_MM,
         between_cuts=_between_cuts(given),
         chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,

@@ -24,7 +24,7 @@ from trueloop.compensation.wear import WearOffset, offset_number, wear_offset
 from trueloop.error_curve.budget import Budget, joined
 from trueloop.error_curve.chain import TangentPolicy
 from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.error_curve.options import FitOptions
+from trueloop.error_curve.options import BadTouches, FitOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.gauging.plausibility import check_loop_sign
@@ -55,7 +55,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
     touches = surface.touches
     process = replace(touches, error_mm=touches.error_mm - surface.cut_in_mm - told.measured_at(touches))
     model = fit_profile(profile, process, _fit_options(options), inputs.nose)
-    check_scatter(model.scatter_mm, options.limits)
+    check_scatter(model.scatter_mm, options.limits, model.farthest_words)
     decision = _decision(model, told, options, options.by if machine is None else "contour")
     shifts = corrected_shifts(profile, model, decision, told, options.weight, options.errors_follow)
     moved = whole = constant(whole_mm(decision))
@@ -125,7 +125,7 @@ def compensate(inputs: Inputs, now: datetime | None = None) -> Correction:
             changes=changed,
             components=_components(profile, touches, composed),
         ),
-        notes=(*notes, *told.notes),
+        notes=(*(one.words for one in model.suspects), *notes, *told.notes),
         composed=composed,
     )
 
@@ -175,11 +175,12 @@ def _fit_options(options: Options) -> FitOptions:
         prescribed=options.prescribed,
         repeatability_mm=options.repeatability_mm,
         between_cuts=options.between_cuts,
+        bad_touches=BadTouches(options.bad_touches),
     )
 
 
 def _decision(model: ProfileErrorModel, told: Commanded, options: Options, by: str) -> Decision:
-    vectors = model.vectors
+    vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
     return decide(
         vectors.error_mm,
@@ -225,10 +226,12 @@ def _prediction(
     """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does.
 
     The constant comes from all touches together, so that it is known better than a curve and has an uncertainty of its
-    own.
+    own. A touch left out as bad says nothing of the part: there, the error is what was fitted.
     """
-    process = model.vectors.error_mm
-    fitted, left_out = process - model.residual_mm, process - model.leave_one_out_mm
+    left_out_as_bad = model.weight == 0.0
+    fitted = model.vectors.error_mm - model.residual_mm
+    process = np.where(left_out_as_bad, fitted, model.vectors.error_mm)
+    left_out = process - np.where(left_out_as_bad, 0.0, model.leave_one_out_mm)
     constant = -np.asarray(touches.outward_normal @ np.array(decision.offset_mm)) / weight
     leverage = decision.leverage(touches.outward_normal)
     without = process - (process - constant) / np.where(leverage < 1.0 - 1e-9, 1.0 - leverage, np.nan)
@@ -248,7 +251,7 @@ def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, lev
     rows, curve = touches.of_feature(index), model.curves[index]
     s = touches.arc_length_mm[rows]
     if shifts.by_offset[index]:
-        return curve.budget_of(np.sqrt(leverage[rows]) * curve.scatter_mm).with_more(shifts.unasked_u_mm[index](s))
+        return curve.budget_of(np.sqrt(leverage[rows]) * curve.scatter_mm, s).with_more(shifts.unasked_u_mm[index](s))
     return curve.budget(s).with_more(shifts.unasked_u_mm[index](s))
 
 
@@ -273,5 +276,6 @@ def _model_record(model: ProfileErrorModel) -> dict[str, object]:
         "scatter_mm": model.scatter_mm,
         "degrees_of_freedom": model.degrees_of_freedom,
         "curves": curves,
+        "suspect_touches": [one.as_dict() for one in model.suspects],
         "notes": list(model.notes),
     }

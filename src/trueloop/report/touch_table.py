@@ -16,6 +16,7 @@ from trueloop.units import UM_PER_MM
 class TouchRow(NamedTuple):
     """One touch; x is a radius. mm have 4 decimals, µm 2.
 
+    `weight` is that of the touch in the fit, `probability_bad` not known for touches that nothing contradicts.
     `commanded_um` is what of the error the semi-finish program meant; the rest is the process's and was fitted.
     """
 
@@ -31,11 +32,13 @@ class TouchRow(NamedTuple):
     predicted_after_um: float
     leave_one_out_um: float
     predicted_standard_u_um: float
+    weight: float
+    probability_bad: float
 
 
 HEADINGS: Final = (
     "feature", "point", "x, radius<br>mm", "z<br>mm", "arc length<br>mm", "before<br>µm", "u gauging<br>µm",
-    "fitted<br>µm", "after<br>µm", "left out<br>µm", "u after<br>µm",
+    "fitted<br>µm", "after<br>µm", "left out<br>µm", "u after<br>µm", "weight",
 )  # fmt: skip
 MM: Final = 4
 UM: Final = 2
@@ -58,7 +61,13 @@ def touch_rows(correction: Correction) -> list[TouchRow]:
         ]
     )  # fmt: skip
     names = correction.profile.names
-    numbers: Any = np.column_stack([np.round(lengths, MM), np.round(errors, UM)]) + 0.0  # no negative zeros
+    bad = np.full(len(touches.point), np.nan)
+    for one in correction.model.suspects:
+        bad[one.position] = round(one.probability, 4)
+    weights = correction.model.weight
+    numbers: Any = (
+        np.column_stack([np.round(lengths, MM), np.round(errors, UM), weights, bad]) + 0.0
+    )  # no negative zeros
     return [
         TouchRow(names[feature], point, *row)
         for feature, point, row in zip(touches.feature_index, touches.point, numbers.tolist(), strict=True)
@@ -92,6 +101,14 @@ def touches_table(correction: Correction) -> str:
                 signed(row.predicted_after_um),
                 signed(row.leave_one_out_um),
                 plain(row.predicted_standard_u_um, 2),
+                _weight(row),
             ]
         )
     return table(HEADINGS, rows, words=(0, 1), name="touches")
+
+
+def _weight(row: TouchRow) -> str:
+    """Weight in the fit, and how likely a touch is bad that the others contradict (HTML)."""
+    if math.isnan(row.probability_bad):
+        return plain(row.weight, 0)
+    return f"<strong>{plain(row.weight, 0)}</strong> (bad: {100.0 * row.probability_bad:.1f} %)"

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from tests.support.correction import example_correction
+from trueloop.error_curve.bad_touches import SuspectTouch
 from trueloop.geometry.profile import Profile
-from trueloop.report.touch_table import TouchRow, touch_rows, touches_csv
+from trueloop.report.touch_table import TouchRow, touch_rows, touches_csv, touches_table
 
 MODBAS2 = example_correction("modbas2")
 
@@ -18,7 +19,8 @@ def test_the_csv_holds_every_touch_with_its_unit_in_the_name() -> None:
     rows = list(csv.DictReader(io.StringIO(touches_csv(MODBAS2))))
     assert len(rows) == 32
     assert tuple(rows[0]) == TouchRow._fields
-    assert all(name in ("feature", "point") or name.endswith(("_mm", "_um")) for name in TouchRow._fields)
+    without_unit = ("feature", "point", "weight", "probability_bad")
+    assert all(name in without_unit or name.endswith(("_mm", "_um")) for name in TouchRow._fields)
 
 
 def test_a_row_says_what_table_1_says() -> None:
@@ -52,3 +54,12 @@ def test_names_with_commas_and_quotes_survive() -> None:
     features = (*MODBAS2.profile.features[:2], feature, *MODBAS2.profile.features[3:])
     renamed = replace(MODBAS2, profile=Profile(features, MODBAS2.profile.junctions))
     assert next(csv.DictReader(io.StringIO(touches_csv(renamed))))["feature"] == 'cone, "steep"'
+
+
+def test_a_touch_left_out_shows_its_weight_and_probability() -> None:
+    suspect = SuspectTouch(3, MODBAS2.touches.point[3], "cone", 0.06, 0.03, 0.0015, 0.998, True, False)
+    weight = np.where(np.arange(32) == 3, 0.0, 1.0)
+    spoiled = replace(MODBAS2, model=replace(MODBAS2.model, suspects=(suspect,), weight=weight))
+    assert [(row.weight, row.probability_bad) for row in touch_rows(spoiled)][3] == (0.0, 0.998)
+    assert "<strong>0</strong> (bad: 99.8 %)" in touches_table(spoiled)
+    assert "bad:" not in touches_table(MODBAS2)
