@@ -124,6 +124,15 @@ def nc_restyled(old: bytes, steps: int, step: float, dialect: str, comma: bool) 
 def nc_with_term(program: NcProgram, word: int, steps: int, step: float) -> str | None:
     """The expression of a word plus that many steps of that size; None where it takes no sum."""
 
+def nc_rows(
+    columns: Sequence[tuple[NDArray[np.float64], int] | tuple[NDArray[np.uint32], Sequence[str]]], first: int, last: int
+) -> str:
+    """Rows of a table from `first` to before `last`, a line each, cells parted by commas.
+
+    A column is numbers with the decimals that they are rounded to, trailing zeros left out, NaN an empty cell; or
+    indices into names. Arrays are contiguous.
+    """
+
 def nc_said(
     program: NcProgram,
     block: NDArray[np.int32],

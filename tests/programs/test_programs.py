@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.csv_reference import csv_lines
 from tests.support.linuxcnc import LATHE_STARTUP, interpret
 from tests.support.nc_judge import assert_same_moves
 from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.tool_path import Motion, ToolPath, csv_text
 
 CASES = sorted(path.parent for path in Path(__file__).parent.glob("*/case.toml"))
 LINUXCNC_CASES = [case for case in CASES if case.name.startswith("linuxcnc")]
@@ -49,6 +50,12 @@ def in_mm(row: Sequence[Any], unit: str) -> list[Any]:
     line, kind, *lengths = row
     sweep = [lengths.pop()] if kind == "arc" else []
     return [line, kind, *(value * (25.4 if unit == "inch" else 1.0) for value in lengths), *sweep]
+
+
+@pytest.mark.parametrize("folder", CASES, ids=NAMES)
+def test_the_csv_is_that_of_the_slow_reference(folder: Path) -> None:
+    path = run(*case_of(folder))
+    assert "".join(csv_text(path)).splitlines() == list(csv_lines(path))
 
 
 @pytest.mark.parametrize("folder", CASES, ids=NAMES)

@@ -75,6 +75,7 @@ mod spline;
 mod state;
 mod statement;
 mod structured;
+pub mod table;
 mod thread;
 mod thread_cycle;
 mod tool;

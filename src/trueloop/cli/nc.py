@@ -203,29 +203,28 @@ def _say_unknown(path: "ToolPath", as_json: bool) -> bool:
 
 
 def _print_csv(path: "ToolPath") -> None:
-    import csv
     import sys
 
-    from trueloop.nc.tool_path import CSV_HEADER, csv_rows
+    from trueloop.nc.tool_path import CSV_HEADER, csv_text
 
-    writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow(CSV_HEADER)
-    writer.writerows(csv_rows(path))
+    sys.stdout.write(",".join(CSV_HEADER) + "\n")
+    sys.stdout.writelines(csv_text(path))
     sys.stdout.flush()
 
 
 def _moves(path: "ToolPath") -> list[dict[str, object]]:
     """The rows of the CSV as objects: numbers as numbers, empty cells as null."""
-    from trueloop.nc.tool_path import CSV_HEADER, csv_rows
+    from trueloop.nc.tool_path import CSV_HEADER, csv_text
 
     words = {"motion", "feed_unit"}
     whole = {"line", "column", "tool"}
     return [
         {
             name: cell if name in words else None if not cell else int(cell) if name in whole else float(cell)
-            for name, cell in zip(CSV_HEADER, row, strict=True)
+            for name, cell in zip(CSV_HEADER, row.split(","), strict=True)
         }
-        for row in csv_rows(path)
+        for text in csv_text(path)
+        for row in text.splitlines()
     ]
 
 

@@ -13,6 +13,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop._core import nc_rows
 from trueloop.errors import Finding
 
 Array: TypeAlias = NDArray[np.float64]
@@ -211,31 +212,40 @@ CSV_HEADER = (
     *("line", "column", "motion", "x_mm", "y_mm", "z_mm", "start_x_mm", "start_y_mm", "start_z_mm"),
     *("centre_x_mm", "centre_y_mm", "centre_z_mm", "sweep_rad", "feed", "feed_unit", "tool"),
 )
-"""Columns of `csv_rows`: x is a radius; x, y, z the end of the move; centre and sweep empty but for arcs."""
+"""Columns of `csv_text`: x is a radius; x, y, z the end of the move; centre and sweep empty but for arcs."""
 
-_FEED_UNITS = {INVERSE_TIME: "1/min", PER_MINUTE: "mm/min", PER_REVOLUTION: "mm/rev"}
-
-
-def csv_rows(path: ToolPath) -> Iterator[list[str]]:
-    """One row a move, in the order of `CSV_HEADER`; lengths to 1e-9 mm, angles to 1e-12 rad."""
-    feed, feed_mode, tool = path.feed, path.feed_mode, path.tool
-    for index in range(len(path)):
-        arc = path.motion[index] == Motion.ARC
-        yield [
-            str(path.line[index]),
-            str(path.column[index]),
-            Motion(path.motion[index]).name.lower(),
-            *(_decimal(value, 9) for value in path.end_mm[index]),
-            *(_decimal(value, 9) for value in path.start_mm[index]),
-            *(_decimal(value, 9) if arc else "" for value in path.centre_mm[index]),
-            _decimal(path.sweep_rad[index], 12) if arc else "",
-            "" if path.motion[index] == Motion.RAPID else _decimal(feed[index], 9),
-            _FEED_UNITS[int(feed_mode[index])],
-            str(tool[index]),
-        ]
+_FEED_UNITS: Final = {INVERSE_TIME: "1/min", PER_MINUTE: "mm/min", PER_REVOLUTION: "mm/rev"}
+_LENGTH_DECIMALS, _ANGLE_DECIMALS = 9, 12
+_ROWS_AT_ONCE: Final = 20_000
 
 
-def _decimal(value: float, decimals: int) -> str:
-    if np.isnan(value):
-        return ""
-    return f"{value:.{decimals}f}".rstrip("0").rstrip(".") if round(value, decimals) else "0"
+def csv_text(path: ToolPath) -> Iterator[str]:
+    """The moves in the order of `CSV_HEADER`, a line each, some lines at a time; lengths to 1e-9 mm, angles to 1e-12
+    rad, trailing zeros left out, unknown values empty. No cell holds a comma or a quote.
+    """
+    for first in range(0, len(path), _ROWS_AT_ONCE):
+        rows = slice(first, min(first + _ROWS_AT_ONCE, len(path)))
+        yield nc_rows(_columns(path, rows), 0, rows.stop - first)
+
+
+def _columns(path: ToolPath, rows: slice) -> list[tuple[Array, int] | tuple[NDArray[np.uint32], list[str]]]:
+    """The columns of the CSV, of some moves."""
+    motion, state = path.motion[rows], path.state[rows]
+    arc = motion == Motion.ARC
+    feed, feed_mode, tool = (path.states[name][state] for name in ("feed", "feed_mode", "tool"))
+    return [
+        (_numbers(path.block[rows] + 1), 0),
+        (_numbers(path.column[rows]), 0),
+        (motion.astype(np.uint32), [each.name.lower() for each in Motion]),
+        *((_numbers(of_axis), _LENGTH_DECIMALS) for of_axis in path.end_mm[rows].T),
+        *((_numbers(of_axis), _LENGTH_DECIMALS) for of_axis in path.start_mm[rows].T),
+        *((_numbers(np.where(arc, of_axis, np.nan)), _LENGTH_DECIMALS) for of_axis in path.centre_mm[rows].T),
+        (np.where(arc, path.sweep_rad[rows], np.nan), _ANGLE_DECIMALS),
+        (np.where(motion == Motion.RAPID, np.nan, feed), _LENGTH_DECIMALS),
+        ((feed_mode - INVERSE_TIME).astype(np.uint32), [_FEED_UNITS[mode] for mode in sorted(_FEED_UNITS)]),
+        (_numbers(tool), 0),
+    ]
+
+
+def _numbers(values: NDArray[Any]) -> Array:
+    return np.ascontiguousarray(values, dtype=np.float64)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.columns import assert_cleared, sampled
+from tests.support.csv_reference import csv_lines
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
 from tests.support.roughing_reference import Piece
@@ -13,7 +14,7 @@ from trueloop.errors import Code
 from trueloop.nc.cutter_tool import CutterTool
 from trueloop.nc.dialect import DIALECTS
 from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.tool_path import Motion, ToolPath, csv_text
 
 pytestmark = pytest.mark.corpus
 
@@ -127,3 +128,15 @@ def test_every_public_program_is_kept_byte_for_byte_in_every_dialect(corpus: Pat
     for file in files:
         for dialect in DIALECTS:
             assert read_program(file.read_bytes(), dialect).core.source() == file.read_bytes()
+
+
+def test_the_csv_of_every_program_is_that_of_the_slow_reference(corpus: Path) -> None:
+    files = [file for file in sorted((corpus / "data" / "public" / "nc").iterdir()) if file.suffix in (".nc", ".ngc")]
+    paths = [
+        read_program(file.read_bytes(), dialect).run(strict=False, block_limit=20_000)
+        for file in files
+        for dialect in ("linuxcnc", "fanuc-lathe", "siemens")
+    ]
+    assert sum(map(len, paths)) > 1000
+    for path in paths:
+        assert "".join(csv_text(path)).splitlines() == list(csv_lines(path))

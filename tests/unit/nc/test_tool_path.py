@@ -1,18 +1,22 @@
 """The tool path's columns: provenance, modal state, signs, and the CSV."""
 
 import csv
-import io
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from tests.support.csv_reference import csv_lines
 from tests.support.linuxcnc import interpret
+from trueloop._core import nc_rows
 from trueloop.geometry.feature import Arc
 from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import CSV_HEADER, CoordinateState, Motion, ToolPath, csv_rows
+from trueloop.nc.tool_path import CSV_HEADER, CoordinateState, Motion, ToolPath, csv_text
 
+decimals = st.integers(0, 12)
 PROGRAM = b"""N10 G70 G94 T0101 M03 S1200
 N20 G00 X2.0 Z0.1
 N30 G95 G96 S300 G01 Z-1.0 F0.01
@@ -85,9 +89,7 @@ def test_the_sweep_in_g18_is_that_of_a_profile_arc() -> None:
 
 def test_csv() -> None:
     path = read_program(PROGRAM, "ge2000t").run()
-    text = io.StringIO()
-    csv.writer(text).writerows([CSV_HEADER, *csv_rows(path)])
-    rows = list(csv.DictReader(text.getvalue().splitlines()))
+    rows = list(csv.DictReader("".join(csv_text(path)).splitlines(), CSV_HEADER))
     assert [row["motion"] for row in rows] == ["rapid", "line", "line", "line", "arc"]
     assert rows[0]["feed"] == "" and rows[1]["feed"] == "0.254" and rows[1]["feed_unit"] == "mm/rev"
     assert rows[1]["sweep_rad"] == "" and rows[1]["centre_x_mm"] == ""
@@ -97,10 +99,35 @@ def test_csv() -> None:
     assert float(rows[4]["sweep_rad"]) == pytest.approx(path.sweep_rad[4], abs=1e-12)
 
 
+def test_the_csv_of_a_path_longer_than_what_is_written_at_once() -> None:
+    cuts = "\n".join(f"G1 X{k / 1024:.10f} Y{-k / 3:.6f} F{k}" for k in range(20_003))
+    path = read_program(f"G21 G90\n{cuts}\n".encode(), "linuxcnc").run()
+    assert "".join(csv_text(path)).splitlines() == list(csv_lines(path))
+
+
+@given(st.lists(st.floats() | st.floats(-1e4, 1e4) | st.integers(-4096, 4096).map(lambda k: k / 1024)), decimals)
+def test_numbers_of_a_table_are_those_of_python(values: list[float], places: int) -> None:
+    """Of ties (an odd number of 1024ths has ten decimals) too."""
+
+    def cell(value: float) -> str:
+        text = f"{value:.{places}f}"
+        short = text.rstrip("0").rstrip(".") if "." in text else text
+        return "" if math.isnan(value) else "0" if short == "-0" else short
+
+    column = (np.array(values, dtype=np.float64), places)
+    assert nc_rows([column, column], 0, len(values)).splitlines() == [f"{cell(v)},{cell(v)}" for v in values]
+
+
+def test_a_column_that_is_too_short_or_lacks_a_name_is_refused() -> None:
+    for column in ((np.zeros(2), 3), (np.array([0, 2, 0], dtype=np.uint32), ["rapid", "line"])):
+        with pytest.raises(ValueError, match="a column lacks rows or names"):
+            nc_rows([column], 0, 3)
+
+
 def test_a_program_without_moves() -> None:
     path = read_program(b"", "ge2000t").run()
     assert len(path) == 0
-    assert list(csv_rows(path)) == []
+    assert list(csv_text(path)) == []
     assert path.feed.shape == (0,)
 
 
