@@ -74,6 +74,16 @@ def test_the_budget_adds_up_to_the_band() -> None:
     stated = budget.common_mm**2 + budget.along_mm**2 + budget.estimate_mm**2
     np.testing.assert_allclose(budget.standard_u_mm**2, found + stated)
     np.testing.assert_allclose(correction.prediction.expanded_u_mm**2, k**2 * found + 1.959964**2 * stated, rtol=1e-4)
+    elsewhere = ~correction.touches.at_reference
+    across, along = np.abs(correction.touches.outward_normal[elsewhere]).T
+    # z is taken from a face: what moves a whole cut along z moves that too, and that face varies by itself
+    np.testing.assert_allclose(budget.common_mm[elsewhere], np.sqrt(2.0) * 0.0020 * across, atol=2e-4)
+    np.testing.assert_allclose(budget.along_mm[elsewhere], np.sqrt(2.0) * 0.0015 * np.hypot(1.0, along), rtol=1e-2)
+
+
+def test_without_a_z_reference_both_hold_everywhere() -> None:
+    touches = replace(MODBAS2.touches, at_reference=np.zeros(len(MODBAS2.touches.point), dtype=np.bool_))
+    budget = compensate(replace(MODBAS2, touches=touches)).prediction.budget
     np.testing.assert_allclose(budget.common_mm, np.sqrt(2.0) * 0.0020)
     np.testing.assert_allclose(budget.along_mm, np.sqrt(2.0) * 0.0015)
 
@@ -119,11 +129,12 @@ def test_terminal_json_and_report_name_the_causes_and_the_prior(tmp_path: Path) 
     said = invoke("compensate", job, "-o", str(tmp_path), status=ExitStatus.DONE).stdout
     assert "- Between cuts: prior for turning in general, one standard deviation of 2 µm that moves a whole cut" in said
     (budget,) = (line for line in said.splitlines() if line.startswith("- Uncertainty budget"))
-    assert "between cuts (whole cut) 2.8, between cuts (along it) 2.1" in budget
+    assert "between cuts (whole cut) 2.8, between cuts (along it) 3.0" in budget
     told = json.loads(invoke("compensate", job, "-o", str(tmp_path), "--json", status=ExitStatus.DONE).stdout)
     assert "compensation.cut_to_cut_um" in told["between_cuts"]
     cone = told["features"][2]
-    assert cone["standard_u_um"]["between cuts (whole cut)"] == pytest.approx(np.sqrt(8.0))
+    faces_x = MODBAS2.profile.features[2].outward_normal(0.0)[0]
+    assert cone["standard_u_um"]["between cuts (whole cut)"] == pytest.approx(np.sqrt(8.0) * faces_x, rel=1e-3)
     (outcome,) = (one for one in outcomes(compensate(MODBAS2)) if one.index == 2)
     assert cone["predicted_expanded_u_um"] == pytest.approx(outcome.expanded_u_mm * UM_PER_MM)
     report = (tmp_path / "report.html").read_text()
