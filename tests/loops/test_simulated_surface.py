@@ -94,7 +94,7 @@ def test_a_program_that_does_not_cut_the_surface_is_refused() -> None:
 @pytest.mark.parametrize(
     ("words", "program"),
     [
-        ("0 of 1 moves are straight", b"G0 X0\nM2\n"),
+        ("0 of 1 moves are straight", b"G21 G0 X0\nM2\n"),
         ("1 of 2 moves are arcs", b"G17 G21 G1 X0 Y0 F9\nG2 X10 Y0 I5\nM2\n"),
     ],
 )

@@ -41,6 +41,7 @@ COMMANDS = (
     "machine drift",
     "machine drift-fit",
     "machine drift-predict",
+    "machine add-drift",
     "machine plates",
     "machine points",
     "machine decompose",
