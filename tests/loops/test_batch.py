@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from trueloop.error_surface.separate import Separation
 from trueloop.errors import Code, TrueloopError
 from trueloop.gauging.surface_deviations import SurfaceDeviations
 from trueloop.loops.batch import AHEAD, run_batch
-from trueloop.loops.surface import Work, deviations_of, model_of
+from trueloop.loops.surface import Work, deviations_of, model_of, pattern_model
 from trueloop.loops.surface_inputs import read_surface_inputs
+from trueloop.report.surface_page import surface_page
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "surface" / "surface.toml"
@@ -102,6 +104,20 @@ def test_a_pool_that_breaks_while_work_is_handed_in_loses_nothing(
 
     monkeypatch.setattr(ProcessPoolExecutor, "submit", after_the_first)
     assert list(run_batch(killed_once, [(3, str(tmp_path)), (4, str(tmp_path))], workers=2)) == [9, 16]
+
+
+def test_the_test_by_shuffling_is_made_by_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes most of the time: on a page of many parts it was made here, one part after the other."""
+    inputs = read_surface_inputs(EXAMPLE)
+    here = model_of(inputs.surface, inputs.parts[:3], inputs.options)
+
+    def not_here(separation: Separation) -> float:
+        raise AssertionError("shuffled in this process")
+
+    monkeypatch.setattr(Separation, "permutation_p", property(not_here))
+    there = model_of(inputs.surface, inputs.parts[:3], inputs.options, work=Work(workers=2))
+    assert [part.permutation_p for part in there] == [part.permutation_p for part in here]
+    assert surface_page("Three", pattern_model(inputs.surface, there, inputs.options))
 
 
 @pytest.mark.filterwarnings("ignore")  # of Dask's own making

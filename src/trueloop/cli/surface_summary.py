@@ -109,7 +109,7 @@ def _part_row(part: Part) -> dict[str, object]:
         "controls": str(chosen.size),
         "moran_i": chosen.moran_i,
         "moran_p": chosen.moran_p,
-        "permutation_p": part.separation.permutation_p,
+        "permutation_p": part.permutation_p,
         "geary_c": part.separation.geary_c,
         "expected_geary_c": part.separation.expected_geary_c,
         "lilliefors_p": chosen.normality.lilliefors_p,

@@ -70,11 +70,15 @@ HERE: Final = Work()
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """One part: its deviations, what is deterministic and random in them, and its worst touch."""
+    """One part: its deviations, what is deterministic and random in them, and its worst touch.
+
+    `permutation_p`: of the test for spatial randomness by shuffling, made where the part is worked off.
+    """
 
     deviations: SurfaceDeviations
     separation: Separation
     worst: WorstTouch
+    permutation_p: float
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -163,17 +167,21 @@ def model_of(
     apart = work.done(_separation, tasks, "what repeats")
     # What comes back from another process has places of its own: those of this one are put back, to be shared again.
     return [
-        _part(points, deviations, replace(separation, near=task.near), options)
-        for points, deviations, separation, task in zip(parts, found, apart, tasks, strict=True)
+        _part(points, deviations, replace(separation, near=task.near), permutation_p, options)
+        for points, deviations, (separation, permutation_p), task in zip(parts, found, apart, tasks, strict=True)
     ]
 
 
 def _part(
-    points: MeasuredPoints, deviations: SurfaceDeviations, separation: Separation, options: SurfaceOptions
+    points: MeasuredPoints,
+    deviations: SurfaceDeviations,
+    separation: Separation,
+    permutation_p: float,
+    options: SurfaceOptions,
 ) -> Part:
     worst = worst_touch(points, deviations, separation)
     told = (*separation.findings, *touch_findings(worst, options.confidence))
-    return Part(deviations, replace(separation, findings=told), worst)
+    return Part(deviations, replace(separation, findings=told), worst, permutation_p)
 
 
 def pattern_model(
@@ -245,7 +253,8 @@ def _placed(
         return places_of(surface, deviations)
 
 
-def _separation(task: _Apart) -> Separation:
+def _separation(task: _Apart) -> tuple[Separation, float]:
+    """A part taken apart, and the test by shuffling: it takes longer than all else, so the workers make it too."""
     with in_file(task.file):
         apart = separate(
             task.near.places,
@@ -255,4 +264,5 @@ def _separation(task: _Apart) -> Separation:
             criterion=task.options.criterion,
             name=task.name,
         )
-    return replace(apart, findings=tuple(finding.in_file(task.file) for finding in apart.findings))
+    findings = tuple(finding.in_file(task.file) for finding in apart.findings)
+    return replace(apart, findings=findings), apart.permutation_p

@@ -140,7 +140,7 @@ def _row(part: Part) -> tuple[str, ...]:
         plain(trial.moran_i, 4),
         plain(trial.null.expected, 4),
         plain(trial.moran_p, 3),
-        plain(apart.permutation_p, 3),
+        plain(part.permutation_p, 3),
         plain(apart.geary_c, 3),
         plain(apart.expected_geary_c, 3),
         plain(trial.normality.lilliefors_p, 3),
