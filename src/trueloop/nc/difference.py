@@ -7,7 +7,7 @@ paths run nearly parallel, as those of a program and its correction do.
 """
 
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +16,14 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.nc.along import lengths_mm, points_along
 from trueloop.nc.tool_path import Array, Integers, Motion, ToolPath
 
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
 SAGITTA_MM: Final = 1e-6
 _FINEST_MM: Final = 0.01
 _MOST_POINTS: Final = 200_000
-_NEIGHBOURS: Final = 8
+_NEIGHBOURS: Final = 4
+_AT_ONCE: Final = 20_000
 _ROUNDING: Final = 1e-9
 
 
@@ -84,58 +88,106 @@ def compared_moves(path: ToolPath, rapids: bool) -> NDArray[np.intp]:
 
 
 def _pieces(path: ToolPath, moves: NDArray[np.intp], spacing_mm: float) -> _Pieces:
-    points = [
-        _points(path, int(move), length, spacing_mm)
-        for move, length in zip(moves, lengths_mm(path, moves), strict=True)
-    ]
-    counts = [len(of_move) - 1 for of_move in points]
-    return _Pieces(
-        np.concatenate([of_move[:-1] for of_move in points]),
-        np.concatenate([of_move[1:] for of_move in points]),
-        np.repeat(moves, counts),
-    )
+    """Every move in equal pieces, in order."""
+    counts = _piece_counts(path, moves, spacing_mm)
+    last = np.cumsum(counts) - 1
+    first = last - counts + 1
+    move = np.repeat(moves, counts)
+    shares = (np.arange(len(move)) - np.repeat(first, counts) + 1) / np.repeat(counts, counts)
+    end_mm = points_along(path, move, shares)
+    end_mm[last] = path.end_mm[moves]
+    start_mm = np.roll(end_mm, 1, axis=0)
+    start_mm[first] = path.start_mm[moves]
+    return _Pieces(start_mm, end_mm, move)
 
 
-def _points(path: ToolPath, move: int, length_mm: float, spacing_mm: float) -> Array:
-    """Points along a move, its ends included: (n, 3), at least two."""
-    count = max(int(np.ceil(length_mm / spacing_mm)), 1)
-    if path.motion[move] == Motion.ARC:
-        radius_mm = float(np.linalg.norm(path.start_mm[move] - path.centre_mm[move]))
-        chords = abs(path.sweep_rad[move]) * np.sqrt(radius_mm / (8 * SAGITTA_MM))
-        count = max(count, int(min(np.ceil(chords), _MOST_POINTS)))
-    return points_along(path, np.intp(move), np.linspace(0.0, 1.0, count + 1))
+def _piece_counts(path: ToolPath, moves: NDArray[np.intp], spacing_mm: float) -> NDArray[np.intp]:
+    """How many pieces each move has: none is longer than the spacing, and none of an arc further off it than told."""
+    counts = np.maximum(np.ceil(lengths_mm(path, moves) / spacing_mm), 1)
+    arcs = path.motion[moves] == Motion.ARC
+    turning = moves[arcs]
+    radius_mm = np.linalg.norm(path.start_mm[turning] - path.centre_mm[turning], axis=1)
+    chords = np.ceil(np.abs(path.sweep_rad[turning]) * np.sqrt(radius_mm / (8 * SAGITTA_MM)))
+    counts[arcs] = np.maximum(counts[arcs], np.minimum(chords, _MOST_POINTS))
+    return counts.astype(np.intp)
 
 
 def _furthest(here: _Pieces, there: _Pieces, first: bool, spacing_mm: float) -> PathDifference:
     """The point of `here` that lies furthest from `there`."""
-    from scipy.spatial import cKDTree  # heavy, and only this command needs it
-
-    points = np.concatenate([here.start_mm, here.end_mm])
-    tree = cKDTree((there.start_mm + there.end_mm) / 2)
-    _, near = tree.query(points, k=min(_NEIGHBOURS, len(there.move)))
-    near = near.reshape(len(points), -1)
-    foot = _foot(points[:, None], there.start_mm[near], there.end_mm[near])
-    at_most_mm = np.linalg.norm(points[:, None] - foot, axis=2).min(axis=1)
-    half_mm = float(np.linalg.norm(there.end_mm - there.start_mm, axis=1).max()) / 2
-    while True:
-        # Many short pieces may hide a longer one that is nearer: only what is furthest has to be known exactly.
-        at = int(at_most_mm.argmax())
-        around = np.array(tree.query_ball_point(points[at], (at_most_mm[at] + half_mm) * (1 + _ROUNDING)))
-        foot = _foot(points[at], there.start_mm[around], there.end_mm[around])
-        distance_mm = np.linalg.norm(points[at] - foot, axis=1)
-        best = int(distance_mm.argmin())
-        if distance_mm[best] >= at_most_mm[at] * (1 - _ROUNDING):
-            break
-        at_most_mm[at] = distance_mm[best]
+    points, move = _points(here)
+    others = _Others.of(there)
+    at_most_mm = np.concatenate([others.at_most_mm(part) for part in _parts(points)])
+    known, size = np.zeros(len(points), dtype=np.bool_), 1
+    # Many short pieces may hide a longer one that is nearer: only what is furthest has to be known exactly.
+    while not known[at := int(at_most_mm.argmax())]:
+        top = np.append(np.argpartition(at_most_mm, -size)[-size:], at)
+        top = np.unique(top[~known[top]])
+        at_most_mm[top] = others.distance_mm(points[top], at_most_mm[top])
+        known[top] = True
+        size = min(2 * size, _AT_ONCE // 20, len(points))
+    around, foot_mm, distance_mm = others.around(points[[at]], at_most_mm[[at]])[1:]
+    best = int(distance_mm.argmin())
     return PathDifference(
         float(distance_mm[best]),
         first,
-        int(here.move[at % len(here.move)]),
+        int(move[at]),
         _triple(points[at]),
         int(there.move[around[best]]),
-        _triple(foot[best]),
+        _triple(foot_mm[best]),
         spacing_mm,
     )
+
+
+def _points(pieces: _Pieces) -> tuple[Array, Integers]:
+    """The starts of pieces, then the ends from which the next one does not start: (n, 3), and the move of each."""
+    left = np.append((pieces.start_mm[1:] != pieces.end_mm[:-1]).any(axis=1), True)
+    return np.concatenate([pieces.start_mm, pieces.end_mm[left]]), np.append(pieces.move, pieces.move[left])
+
+
+def _parts(points: Array) -> list[Array]:
+    """So many points at once that memory does not grow with the path."""
+    return np.array_split(points, -(-len(points) // _AT_ONCE))
+
+
+@dataclass(frozen=True)
+class _Others:
+    """The pieces from which distances are measured, in a tree of their middles; `half_mm` of the longest."""
+
+    pieces: _Pieces
+    tree: "cKDTree"
+    half_mm: float
+
+    @classmethod
+    def of(cls, pieces: _Pieces) -> "_Others":
+        from scipy.spatial import cKDTree  # heavy, and only this command needs it
+
+        tree = cKDTree((pieces.start_mm + pieces.end_mm) / 2)
+        return cls(pieces, tree, float(np.linalg.norm(pieces.end_mm - pieces.start_mm, axis=1).max()) / 2)
+
+    def at_most_mm(self, points: Array) -> Array:
+        """Distances (n,) of points (n, 3) from the pieces whose middles are nearest."""
+        _, near = self.tree.query(points, k=min(_NEIGHBOURS, len(self.pieces.move)))
+        near = near.reshape(len(points), -1)
+        foot_mm = _foot(points[:, None], self.pieces.start_mm[near], self.pieces.end_mm[near])
+        nearest_mm: Array = np.linalg.norm(points[:, None] - foot_mm, axis=2).min(axis=1)
+        return nearest_mm
+
+    def distance_mm(self, points: Array, at_most_mm: Array) -> Array:
+        """Distances (n,) of points (n, 3) that are not more than those given."""
+        count, _, _, distance_mm = self.around(points, at_most_mm)
+        nearest_mm: Array = np.minimum.reduceat(distance_mm, np.cumsum(count) - count)
+        return nearest_mm
+
+    def around(self, points: Array, at_most_mm: Array) -> tuple[Integers, Integers, Array, Array]:
+        """Of points (n, 3) every piece that may be as near: how many each (n,), their index, foot (k, 3) and distance.
+
+        The middle of the nearest piece is at most half its length further away than its nearest point.
+        """
+        found = self.tree.query_ball_point(points, (at_most_mm + self.half_mm) * (1 + _ROUNDING))
+        count, index = np.array([len(of_point) for of_point in found]), np.concatenate(found).astype(np.intp)
+        point = np.repeat(points, count, axis=0)
+        foot_mm = _foot(point, self.pieces.start_mm[index], self.pieces.end_mm[index])
+        return count, index, foot_mm, np.linalg.norm(point - foot_mm, axis=1)
 
 
 def _foot(point: Array, start: Array, end: Array) -> Array:

@@ -1,15 +1,18 @@
 """How far two tool paths lie apart: known offsets, other orders and splittings, programs that cannot be compared."""
 
+import dataclasses
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.support.difference_reference import chords_of, distance_mm, largest_distance_mm
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.difference import path_difference
 from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.tool_path import Integers, Motion, ToolPath
 
 HEAD = "G21 G18 G8 G90 G94 F100\n"
 
@@ -82,3 +85,49 @@ def test_many_short_moves_do_not_hide_a_longer_one_that_is_nearer() -> None:
     short = "\n".join(f"G1 X{0.5 + k * 1e-5:.5f}" for k in range(-10, 11))
     beside = path(f"G0 X0 Y0\nG1 X1 F100\nG0 X0.4999 Y0.001\n{short}\n")
     assert path_difference(beside, beside).distance_mm < 1e-12
+
+
+def test_a_point_that_only_seems_furthest_does_not_hide_the_one_that_is() -> None:
+    """Short moves 4 µm from a point, whose line passes it at 1 µm with its middle further off; a cut lies 3 µm off."""
+    moves = "\n".join(f"G1 X{0.4999 + k * 1e-5:.5f}" for k in range(-10, 11))
+    other = f"G0 X0 Y0\nG1 X1 F100\nG0 X0.4998 Y0.005\n{moves}\n"
+    one = f"{other}G0 X0.4999 Y0.001\nG1 X0.49991\nG0 X0.1 Y0.003\nG1 X0.2\n"
+    assert path_difference(path(one), path(other)).distance_mm == pytest.approx(0.003, abs=1e-12)
+
+
+short = st.integers(-40, 40).map(lambda k: k / 200)
+lines = st.builds("G1 X{:.3f} Y{:.3f} Z{:.3f}".format, short, short, short)
+arcs = st.builds("G{} X{:.3f} Y{:.3f} R1 F50".format, st.sampled_from([2, 3]), short, short)
+cuts = st.lists(lines | arcs, min_size=1, max_size=12)
+
+
+@settings(max_examples=60)
+@given(cuts, cuts, st.integers(0, 12))
+def test_the_distance_is_that_of_every_point_from_every_piece(one: list[str], more: list[str], kept: int) -> None:
+    """Paths that begin alike, cross, double back, with moves without length and arcs of a few chords."""
+    head = "G21 G17 G90 G94 F100\n"
+    first, second = (path("\n".join(blocks), head) for blocks in (one, [*one[:kept], *more]))
+    found = path_difference(first, second)
+    assert found.distance_mm == pytest.approx(largest_distance_mm(first, second, found.spacing_mm), abs=1e-12)
+    here, there = (first, second) if found.first else (second, first)
+    at, nearest = np.array(found.position_mm), np.array(found.nearest_mm)
+    assert np.linalg.norm(at - nearest) == pytest.approx(found.distance_mm, abs=1e-12)
+    for point, of, move in ((at, here, found.move), (nearest, there, found.nearest_move)):
+        chords = chords_of(dataclasses.replace(of, motion=only(of, move)), found.spacing_mm)
+        assert distance_mm(point, chords) < 1e-9
+
+
+def only(of: ToolPath, move: int) -> Integers:
+    """Every motion but that one a rapid move."""
+    return np.where(np.arange(len(of)) == move, of.motion, Motion.RAPID)
+
+
+def test_a_path_of_more_points_than_are_looked_at_at_once() -> None:
+    """One tooth of a comb of 30,000 moves is a hundredth of a millimetre longer."""
+    teeth = [f"G1 X{k / 50:.2f} Y{(k % 2) * 0.02:.3f}" for k in range(30_000)]
+    longer = [*teeth[:20_001], "G1 X400.02 Y0.03", *teeth[20_002:]]
+    one, other = (path("\n".join(blocks)) for blocks in (teeth, longer))
+    found = path_difference(one, other)
+    assert not found.first and found.position_mm == pytest.approx((400.02, 0.03, 0.0), abs=1e-12)
+    assert found.distance_mm == pytest.approx(0.01, abs=1e-12)
+    assert path_difference(one, one).distance_mm == 0.0
