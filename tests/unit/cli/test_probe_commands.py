@@ -82,14 +82,31 @@ def test_a_calibration_over_too_small_a_range_is_printed_with_a_warning(tmp_path
     assert "between 0° and 90° ball, lobing and artefact" in said.stderr
 
 
-def test_truth_and_estimate_stand_side_by_side() -> None:
-    told = json.loads(run("simulate", JOB, "--machine", MACHINE, "--seed", "3", "--json"))
+@pytest.fixture
+def repeating(tmp_path: Path) -> Path:
+    """The virtual machine whose finish cut repeats the semi-finish cut, but for its scatter."""
+    file = tmp_path / "machine.toml"
+    file.write_text(MACHINE.read_text() + "\n[transfer]\n")
+    return file
+
+
+def test_truth_and_estimate_stand_side_by_side(repeating: Path) -> None:
+    told = json.loads(run("simulate", JOB, "--machine", repeating, "--seed", "3", "--json"))
     assert len(told["points"]) == 32 and 0.5 < told["true_residual_rms_um"] < 3.0
     assert abs(told["points"][0]["probed_um"] - told["points"][0]["semifinish_truth_um"]) < 1.5
 
 
-def test_a_study_tells_of_every_way_of_correcting() -> None:
-    told = json.loads(run("simulate", JOB, "--parts", "2", "--json"))
+def test_a_finish_cut_that_does_otherwise_leaves_more(repeating: Path) -> None:
+    """The preset's does 1 to 5 µm otherwise: that much stays on the part, whatever the touches say."""
+    alike, otherwise = (
+        json.loads(run("simulate", JOB, "--machine", machine, "--seed", "3", "--json"))["true_residual_rms_um"]
+        for machine in (repeating, MACHINE)
+    )
+    assert alike + 1.0 < otherwise < alike + 5.0
+
+
+def test_a_study_tells_of_every_way_of_correcting(repeating: Path) -> None:
+    told = json.loads(run("simulate", JOB, "--machine", repeating, "--parts", "2", "--json"))
     assert told["parts"] == 2 and told["uncorrected_rms_um"] > 20 * told["loop_rms_um"]
 
 
