@@ -1,5 +1,6 @@
 """NC programs read, run and displaced, beside what a user would pick: pygcode, gcodeparser, the Rust crate `gcode`, and
-LinuxCNC's `rs274 -g`, which reads and runs at once.
+LinuxCNC's `rs274 -g`, which reads and runs at once. The commands as a user waits for them, start to end: `nc path`
+beside rs274, `nc diff` of a program with itself beside the nearest ends of what rs274 prints, in a k-d tree.
 
 Every row says what it loses of the program, counted in the same run. rs274 prints what it does, to a pipe here: that is
 in its time. The programs: milling in 500,000 blocks, made here, and 3D_Chips, which Debian's linuxcnc-uspace installs.
@@ -8,11 +9,14 @@ in its time. The programs: milling in 500,000 blocks, made here, and 3D_Chips, w
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from benches.nc_rivals import by_trueloop, loss, rivals
 from benches.ratio import Contender, Samples, compare, process, verdict
@@ -23,7 +27,9 @@ from trueloop.nc.tool_path import Motion, ToolPath
 
 BLOCKS = 500_000
 CHIPS = Path("/usr/share/linuxcnc/ncfiles/3D_Chips.ngc")
+TRUELOOP = Path(sys.executable).with_name("trueloop")
 RS274, PARSE, RUN, WRITE = "rs274 -g", "trueloop, parse", "trueloop, parse and run", "trueloop, displaced and written"
+PATH, DIFF, NEAREST_ENDS = "trueloop nc path", "trueloop nc diff", "rs274 -g twice, nearest ends"
 PARSE_AIM_MB_S = 400.0
 ROUNDS = 3
 DIALECT = "linuxcnc"
@@ -44,6 +50,30 @@ def main() -> None:
             verdict(samples, RUN, to=RS274, at_most=1 / 50)
             verdict(samples, WRITE, to=RS274, at_most=1 / 20)
             tell_speed(samples, size_mb)
+        verdict(compare_path(made), PATH, to=RS274, at_most=1)
+        verdict(compare_diff(made), DIFF, to=NEAREST_ENDS, at_most=2)
+
+
+def compare_path(program: Path) -> Samples:
+    """`nc path` and rs274, both writing what they make to a pipe."""
+    ours = Contender(PATH, process(TRUELOOP, "nc", "path", program, "--dialect", DIALECT), "1e-9 mm, every move's line")
+    return compare("nc path", [ours, Contender(RS274, process("rs274", "-g", program), "1e-4 mm")], ROUNDS, "prints")
+
+
+def compare_diff(program: Path) -> Samples:
+    """A program with itself: `nc diff` looks between the ends of moves too, and says where."""
+    command = process(TRUELOOP, "nc", "diff", program, program, "--dialect", DIALECT)
+    contenders = [
+        Contender(DIFF, command, "everywhere along the cuts"),
+        Contender(NEAREST_ENDS, lambda: nearest_ends_mm(ends_mm(program), ends_mm(program)), "ends of moves"),
+    ]
+    return compare("nc diff of a program with itself", contenders, ROUNDS, "compares")
+
+
+def nearest_ends_mm(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """The largest distance from an end in one to the nearest in the other, both ways."""
+    trees = cKDTree(one), cKDTree(other)
+    return max(float(np.max(tree.query(ends)[0])) for tree, ends in zip(trees, (other, one), strict=True))
 
 
 def milling_program(blocks: int) -> str:
@@ -67,10 +97,15 @@ def contenders(program: Path) -> list[Contender]:
 
 def apart(program: Path) -> str:
     """How far our ends are from those that rs274 prints."""
-    told = subprocess.run(["rs274", "-g", program], capture_output=True, text=True, check=True).stdout
-    theirs_mm = np.array(re.findall(r"STRAIGHT_(?:FEED|TRAVERSE)\((\S+), (\S+), (\S+),", told), float)
+    theirs_mm = ends_mm(program)
     apart_mm = np.abs(theirs_mm - path(program).end_mm).max()
     return f"{len(theirs_mm):,} ends, {apart_mm:.1g} mm from what rs274 prints"
+
+
+def ends_mm(program: Path) -> NDArray[np.float64]:
+    """Ends of straight moves as rs274 prints them, (n, 3)."""
+    told = subprocess.run(["rs274", "-g", program], capture_output=True, text=True, check=True).stdout
+    return np.array(re.findall(r"STRAIGHT_(?:FEED|TRAVERSE)\((\S+), (\S+), (\S+),", told), float)
 
 
 def off(program: Path) -> str:
