@@ -24,6 +24,7 @@ _FINEST_MM: Final = 0.01
 _MOST_POINTS: Final = 200_000
 _NEIGHBOURS: Final = 4
 _AT_ONCE: Final = 20_000
+_STRIDES: Final = (256, 16, 1)
 _ROUNDING: Final = 1e-9
 
 
@@ -116,13 +117,13 @@ def _furthest(here: _Pieces, there: _Pieces, first: bool, spacing_mm: float) -> 
     """The point of `here` that lies furthest from `there`."""
     points, move = _points(here)
     others = _Others.of(there)
-    at_most_mm = np.concatenate([others.at_most_mm(part) for part in _parts(points)])
+    at_most_mm = _at_most_mm(points, others)
     known, size = np.zeros(len(points), dtype=np.bool_), 1
     # Many short pieces may hide a longer one that is nearer: only what is furthest has to be known exactly.
     while not known[at := int(at_most_mm.argmax())]:
         top = np.append(np.argpartition(at_most_mm, -size)[-size:], at)
         top = np.unique(top[~known[top]])
-        at_most_mm[top] = others.distance_mm(points[top], at_most_mm[top])
+        at_most_mm[top] = others.distance_mm(points[top])
         known[top] = True
         size = min(2 * size, _AT_ONCE // 20, len(points))
     around, foot_mm, distance_mm = others.around(points[[at]], at_most_mm[[at]])[1:]
@@ -144,9 +145,25 @@ def _points(pieces: _Pieces) -> tuple[Array, Integers]:
     return np.concatenate([pieces.start_mm, pieces.end_mm[left]]), np.append(pieces.move, pieces.move[left])
 
 
-def _parts(points: Array) -> list[Array]:
-    """So many points at once that memory does not grow with the path."""
-    return np.array_split(points, -(-len(points) // _AT_ONCE))
+def _at_most_mm(points: Array, others: "_Others") -> Array:
+    """Distances (n,) of points (n, 3) that the real ones do not exceed; the largest of them is near the real one.
+
+    From one point to the next the distance changes by no more than the way between them: of most points that says
+    enough, once a few are known. Far from the other path, where many pieces are nearly as near, looking is slow.
+    """
+    at_most_mm, least_mm, known = np.full(len(points), np.inf), 0.0, np.zeros(0, dtype=np.intp)
+    for stride in _STRIDES:
+        asked = np.arange(0, len(points), stride)
+        if known.size:
+            before = known[np.searchsorted(known, asked, side="right") - 1]
+            way_mm = np.linalg.norm(points[asked] - points[before], axis=1)
+            at_most_mm[asked] = np.minimum(at_most_mm[asked], at_most_mm[before] + way_mm)
+            asked = asked[(at_most_mm[asked] > least_mm) & (asked != before)]
+        for part in np.split(asked, range(_AT_ONCE, len(asked), _AT_ONCE)) if asked.size else ():
+            at_most_mm[part], at_least_mm = others.bounds_mm(points[part])
+            least_mm = max(least_mm, at_least_mm)
+        known = np.union1d(known, asked)
+    return at_most_mm
 
 
 @dataclass(frozen=True)
@@ -164,17 +181,19 @@ class _Others:
         tree = cKDTree((pieces.start_mm + pieces.end_mm) / 2)
         return cls(pieces, tree, float(np.linalg.norm(pieces.end_mm - pieces.start_mm, axis=1).max()) / 2)
 
-    def at_most_mm(self, points: Array) -> Array:
-        """Distances (n,) of points (n, 3) from the pieces whose middles are nearest."""
-        _, near = self.tree.query(points, k=min(_NEIGHBOURS, len(self.pieces.move)))
-        near = near.reshape(len(points), -1)
+    def bounds_mm(self, points: Array) -> tuple[Array, float]:
+        """Distances (n,) of points (n, 3) from the pieces whose middles are nearest, and what the largest of the real
+        distances is at least: no piece whose middle is further away is nearer than that less half its length.
+        """
+        middle_mm, near = self.tree.query(points, k=min(_NEIGHBOURS, len(self.pieces.move)))
+        near, nearest_middle_mm = near.reshape(len(points), -1), np.reshape(middle_mm, (len(points), -1))[:, 0]
         foot_mm = _foot(points[:, None], self.pieces.start_mm[near], self.pieces.end_mm[near])
         nearest_mm: Array = np.linalg.norm(points[:, None] - foot_mm, axis=2).min(axis=1)
-        return nearest_mm
+        return nearest_mm, float(nearest_middle_mm.max(initial=0.0)) - self.half_mm
 
-    def distance_mm(self, points: Array, at_most_mm: Array) -> Array:
-        """Distances (n,) of points (n, 3) that are not more than those given."""
-        count, _, _, distance_mm = self.around(points, at_most_mm)
+    def distance_mm(self, points: Array) -> Array:
+        """Distances (n,) of points (n, 3)."""
+        count, _, _, distance_mm = self.around(points, self.bounds_mm(points)[0])
         nearest_mm: Array = np.minimum.reduceat(distance_mm, np.cumsum(count) - count)
         return nearest_mm
 

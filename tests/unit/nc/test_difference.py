@@ -131,3 +131,13 @@ def test_a_path_of_more_points_than_are_looked_at_at_once() -> None:
     assert not found.first and found.position_mm == pytest.approx((400.02, 0.03, 0.0), abs=1e-12)
     assert found.distance_mm == pytest.approx(0.01, abs=1e-12)
     assert path_difference(one, one).distance_mm == 0.0
+
+
+def test_paths_that_lie_far_apart_everywhere() -> None:
+    """Two waves 5 mm apart, of more points than are looked at first: most are judged by the way to a known one."""
+    one, other = (
+        path("\n".join(f"G1 X{k / 50:.2f} Y{math.sin(k / 9) + (k == 333) * 0.1:.6f} Z{z}" for k in range(600)))
+        for z in (0, 5)
+    )
+    found = path_difference(one, other)
+    assert found.distance_mm == pytest.approx(largest_distance_mm(one, other, found.spacing_mm), abs=1e-12)
