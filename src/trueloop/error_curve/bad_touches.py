@@ -47,6 +47,10 @@ MOST: Final = 3
 LOOKED_AT: Final = 3
 """Touches of each curve that stand out most are judged by a fit of their own; the others stand out less."""
 
+WORTH_A_FIT: Final = 2.0
+"""Times the scatter by which a touch deviates from the others before it gets a fit of its own: the test asks for more
+than four, and a clean part is not to pay for a dozen fits."""
+
 GOES_ON: Final = 3.0
 """The search for a second bad touch, which may hide the first, goes on from a touch that stands out this much."""
 
@@ -162,9 +166,11 @@ def _standing_out(search: _Search, kept: NDArray[np.intp]) -> list[int]:
     if len(kept) < 2:
         return []
     picked: list[int] = []
-    for fit in search.fitted(kept).fits:
+    fitted = search.fitted(kept)
+    for fit, scatter_mm in zip(fitted.fits, fitted.scatter_mm, strict=True):
         size = np.where(np.isnan(fit.leave_one_out_mm), np.inf, np.abs(fit.leave_one_out_mm))
-        picked += [int(kept[k]) for k in fit.touches[np.argsort(-size)[:LOOKED_AT]]]
+        most = np.argsort(-size)[:LOOKED_AT]
+        picked += [int(kept[k]) for k in fit.touches[most[size[most] > WORTH_A_FIT * scatter_mm]]]
     return picked
 
 
