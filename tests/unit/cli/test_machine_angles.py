@@ -46,10 +46,13 @@ def fitted(folder: Path) -> str:
 
 
 def _write(path: Path, along: str, unit: str, per_mm: float, run: int, offset: float = 0.0) -> None:
-    """Readings that rise with X; the two runs differ by what the model cannot know, ±0.5 from station to station."""
+    """Readings that rise with X; the two runs differ by what the model cannot know, ±0.5 from station to station.
+
+    They are absolute: else each run's zero, and the slope of straightness, would be unknowns and an offset no error.
+    """
     noise = [0.5 * (-1) ** (k + run) for k in range(len(STATIONS))]
-    rows = [f"{x},{along},{per_mm * x + offset + e},{run}" for x, e in zip(STATIONS, noise, strict=True)]
-    path.write_text("\n".join([f"X_mm,along,{unit},run", *rows]))
+    rows = [f"{x},{along},{per_mm * x + offset + e},{run},yes" for x, e in zip(STATIONS, noise, strict=True)]
+    path.write_text("\n".join([f"X_mm,along,{unit},run,absolute", *rows]))
 
 
 def test_fit_and_its_page_tell_each_kind_in_its_own_unit(folder: Path, fitted: str) -> None:
