@@ -104,8 +104,8 @@ def apart(program: Path) -> str:
 
 def ends_mm(program: Path) -> NDArray[np.float64]:
     """Ends of straight moves as rs274 prints them, (n, 3)."""
-    told = subprocess.run(["rs274", "-g", program], capture_output=True, text=True, check=True).stdout
-    return np.array(re.findall(r"STRAIGHT_(?:FEED|TRAVERSE)\((\S+), (\S+), (\S+),", told), float)
+    canonical = subprocess.run(["rs274", "-g", program], capture_output=True, text=True, check=True).stdout
+    return np.array(re.findall(r"STRAIGHT_(?:FEED|TRAVERSE)\((\S+), (\S+), (\S+),", canonical), float)
 
 
 def off(program: Path) -> str:

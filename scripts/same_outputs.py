@@ -4,7 +4,7 @@
 
 BEFORE and AFTER are folders of checkouts that were set up (`make setup`). Every example and every program of the tests,
 with --corpus every real program too, goes through the commands in both; exit status, words on both streams and files
-are compared, but for the date and the name of who made a record.
+are compared, except for the date.
 """
 
 import argparse

@@ -128,11 +128,11 @@ def _held(words: str, trial: Trial, workshop: Workshop, parts: int, metal: tuple
 def _in_metal() -> dict[str, tuple[str, str]]:
     """By family: share of NIST's points inside the bands, with the prior and without."""
     each = [(part.family.name, held("", part, corrected(part))) for part in nist_parts()]
-    told = {}
+    shares = {}
     for name in dict.fromkeys(family for family, _ in each):
         all_of_it = together(name, [one for family, one in each if family == name])
-        told[name] = (f"{100 * all_of_it.inside:.1f} %", f"{100 * all_of_it.inside_without_prior:.1f} %")
-    return told
+        shares[name] = (f"{100 * all_of_it.inside:.1f} %", f"{100 * all_of_it.inside_without_prior:.1f} %")
+    return shares
 
 
 def shares(parts: int) -> str:

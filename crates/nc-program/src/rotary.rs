@@ -73,8 +73,8 @@ impl Runner<'_> {
     }
 }
 
-/// The rotary axes that a program names, but for arguments of macros, and for LinuxCNC's contours, in which their letters
-/// are corners.
+/// The rotary axes that a program names. Arguments of macros do not count, nor do LinuxCNC's contours, in which these
+/// letters are corners.
 pub fn rotary_letters(program: &Program) -> Letters {
     let (others, mut found) = (program.dialect().other_axes, Letters::default());
     let axes = || ROTARY.into_iter().chain([BY_INCREMENT]).filter(|letter| others.has(*letter));
