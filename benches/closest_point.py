@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 
 from benches.ratio import Contender, compare, compare_once, verdict
-from trueloop.formats.cad import to_kernel
-from trueloop.formats.cad_kernel import kernel
+from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.step import to_kernel
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
 from trueloop.geometry.surface_fit import fit_grid

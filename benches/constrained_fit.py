@@ -20,7 +20,7 @@ from scipy.optimize import LinearConstraint, minimize
 
 from benches.ratio import Contender, compare
 from tests.support import exact_spline, truncated_powers
-from trueloop.error_curve.spline import EndConditions, least_squares_spline
+from trueloop.turned.fit.spline import EndConditions, least_squares_spline
 
 Array = NDArray[np.float64]
 LENGTH_MM = 58.25

@@ -9,10 +9,10 @@ import numpy as np
 
 from benches.ratio import Contender, compare, verdict
 from trueloop.geometry.feature import Array
-from trueloop.machine.compiled import compile_model
-from trueloop.machine.model import Machine, MachineModel
-from trueloop.machine.standard import mill_terms
-from trueloop.machine.structure import chain_of
+from trueloop.machine.model.compiled import compile_model
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.standard import mill_terms
+from trueloop.machine.model.structure import chain_of
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 POINTS = 1_000_000

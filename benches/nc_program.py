@@ -20,10 +20,10 @@ from scipy.spatial import cKDTree
 
 from benches.nc_rivals import by_trueloop, loss, rivals
 from benches.ratio import Contender, Samples, compare, process, verdict
-from trueloop.loops.mapped_program import MapOptions, map_program
-from trueloop.nc.field import similarity_field
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.loops.machine.mapped_program import MapOptions, map_program
+from trueloop.nc.field.field import similarity_field
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 BLOCKS = 500_000
 CHIPS = Path("/usr/share/linuxcnc/ncfiles/3D_Chips.ngc")

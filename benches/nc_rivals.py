@@ -17,7 +17,7 @@ from pygcode import Line
 from pygcode.exceptions import GCodeWordStrError
 
 from benches.ratio import Contender
-from trueloop.nc.program import read_program
+from trueloop.nc.program.program import read_program
 
 ROOT = Path(__file__).parent.parent
 JUDGED_LINES = 20_000

@@ -10,9 +10,9 @@ import numpy as np
 
 from benches.ratio import Contender, compare
 from trueloop.geometry.feature import Array
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.loops.simulated import Trial, finish, measured_part, semifinish_and_probe, simulate, trial_of
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.simulated.simulated import Trial, finish, measured_part, semifinish_and_probe, simulate, trial_of
+from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.presets import nist
 from trueloop.simulator.stock import REACH_MM, sweep

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trueloop.formats.cad import read_face
+from trueloop.formats.cad.step import read_face
 
 NOMINAL = Path(__file__).parents[1] / "examples" / "surface" / "nominal.step"
 RUNS = [(command, count) for command in ("deviations", "model") for count in (100_000, 1_000_000)]

@@ -13,11 +13,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from trueloop.error_curve.fit_profile import fit_profile
-from trueloop.error_curve.options import BadTouches, FitOptions
-from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Arc, Array, contact_angle_rad
 from trueloop.geometry.profile import Profile
+from trueloop.turned.error_curve.fit_profile import fit_profile
+from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 
 SCATTER_MM = 0.0012

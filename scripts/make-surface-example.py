@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from trueloop.compensation.surface_zigzag import ZigzagOptions, program_text, zigzag
-from trueloop.formats.cad import write_surface
-from trueloop.formats.points_csv import points_to_csv
+from trueloop.formats.cad.step import write_surface
+from trueloop.formats.measurements.points_csv import points_to_csv
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.nc.dialect import dialect_named
+from trueloop.nc.program.dialect import dialect_named
 from trueloop.simulator.surface_process import published_process
+from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
 
 FOLDER = Path(__file__).parents[1] / "examples" / "surface"
 BALL_RADIUS_MM, CUTTER_RADIUS_MM, FINE_RADIUS_MM, PARTS = 2.0, 3.0, 8.0, 10

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from scripts.nist_parts import NistPart
-from trueloop.error_curve.chain import TangentPolicy
-from trueloop.error_curve.fit_profile import fit_profile
-from trueloop.error_curve.options import FitOptions
 from trueloop.geometry.feature import Array
-from trueloop.loops.correction import Correction
+from trueloop.loops.turned.correction import Correction
 from trueloop.statistics import rms
+from trueloop.turned.error_curve.fit_profile import fit_profile
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.options import FitOptions
 from trueloop.units import UM_PER_MM
 
 PUBLISHED = FitOptions(tangent_policy=TangentPolicy.PATH, knot_every=3)
@@ -28,7 +28,7 @@ What trueloop's correction would have left in the metal that NIST cut: the measu
 correction that NIST's program carried, plus trueloop's. NIST's correction is rebuilt as [6811 §3.2–3.3] says: straight
 lines on straight features, on arcs a spline with a knot at every third touch, tangent to a tangent neighbour. **Mean**
 and **RMS** are of that; **inside** is the share of touches where it lies within the predicted ±U (95 %), first with the
-prior for what differs between two cuts (`error_curve/between_cuts.py`, in force unless the job says otherwise), then
+prior for what differs between two cuts (`turned/fit/between_cuts.py`, in force unless the job says otherwise), then
 without any. The prior was set from general turning practice before these tables were held against it.
 
 """

@@ -13,10 +13,10 @@ from typing import Final
 import numpy as np
 
 from scripts.nist_parts import parts
-from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
-from trueloop.error_curve.nose_model import NoseModel, NoseTouches
-from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.statistics import rms
+from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
+from trueloop.turned.fit.nose_model import NoseModel, NoseTouches
+from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop.units import UM_PER_MM
 
 PAGE: Final = Path(__file__).parents[1] / "docs" / "nose-model.md"
@@ -31,7 +31,7 @@ PLACES: Final[dict[str, tuple[int, ...]]] = {
 HEAD: Final = """# One nose, many parts
 
 A worn tool nose errs where it is worn: the part error depends on the contact angle φ, the direction of the surface's
-normal from the spindle axis (0° an end face, 90° a cylinder). `error_curve/nose_model.py` takes it apart:
+normal from the spindle axis (0° an end face, 90° a cylinder). `turned/fit/nose_model.py` takes it apart:
 
     e = w(φ) + dX·sin φ + dZ·cos φ + what is left on a straight feature
 

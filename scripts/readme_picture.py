@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Final
 
 from tests.support.chromium import screenshot
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.report.page import page
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.report.turned.page import page
 
 PICTURE: Final = Path("docs/images/modbas2-report.png")
 SIZE_PX: Final = (1040, 1140)

@@ -20,16 +20,16 @@ import numpy as np
 from scripts.nist_bands import held, together
 from scripts.nist_parts import parts as nist_parts
 from scripts.nist_table import corrected
-from trueloop.error_curve.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.geometry.feature import Array
-from trueloop.loops.batch import run_batch
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.simulated import Trial, simulate, trial_of
-from trueloop.loops.study import Study, study
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.simulated.batch import run_batch
+from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
+from trueloop.loops.simulated.study import Study, study
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.simulator.transfer import SAME
 from trueloop.statistics import rms
+from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 
 ROOT: Final = Path(__file__).parents[1]
 PAGE: Final = ROOT / "docs" / "simulator.md"

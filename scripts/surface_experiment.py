@@ -11,8 +11,6 @@ from typing import Final
 import numpy as np
 
 from scripts.surface_truths import GRID, NEAR, SQUARE
-from trueloop.error_surface.pattern import pattern_of
-from trueloop.error_surface.separate import separate
 from trueloop.geometry.feature import Array
 from trueloop.simulator.surface_process import (
     EXTREME_MM,
@@ -23,6 +21,8 @@ from trueloop.simulator.surface_process import (
     Variation,
     published_process,
 )
+from trueloop.surface.pattern.pattern import pattern_of
+from trueloop.surface.separation.separate import separate
 
 PARTS: Final = 10
 LEFT_BY_15: Final = np.sqrt(1 - 15 * 15 / 625)

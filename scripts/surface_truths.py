@@ -5,10 +5,10 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from trueloop.error_surface.neighbourhood import Neighbourhood
-from trueloop.error_surface.places import Places
-from trueloop.error_surface.spline_surface import Size, SplineSurface
 from trueloop.geometry.feature import Array
+from trueloop.surface.separation.neighbourhood import Neighbourhood
+from trueloop.surface.separation.places import Places
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 GRID: Final = np.linspace(0.0, 1.0, 25)
 SIDE_MM: Final = 50.0

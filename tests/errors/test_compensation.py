@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from trueloop.compensation.contour import centre_pieces, shifted_contour
-from trueloop.compensation.limits import Limits
-from trueloop.compensation.read_back import check_contour
-from trueloop.compensation.shift import sampled
 from trueloop.errors import Code
-from trueloop.loops.correction import Inputs
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.program import read_program
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.program import read_program
+from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
+from trueloop.turned.compensation.limits import Limits
+from trueloop.turned.compensation.shift import sampled
+from trueloop.turned.program.read_back import check_contour
 
 JOB = Path(__file__).parents[2] / "examples" / "facetst" / "job.toml"
 NOW = datetime(2026, 1, 2, tzinfo=UTC)

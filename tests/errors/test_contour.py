@@ -8,10 +8,10 @@ from tests.support.feed_moves import cut, to
 from tests.support.profiles import NOSE_RADIUS_MM, facetst
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.nc.contour import contour_of_program
-from trueloop.nc.feed_moves import feed_moves, nose_centre_moves
-from trueloop.nc.matching import match_contour
-from trueloop.nc.program import read_program
+from trueloop.nc.match.contour import contour_of_program
+from trueloop.nc.match.matching import match_contour
+from trueloop.nc.program.feed_moves import feed_moves, nose_centre_moves
+from trueloop.nc.program.program import read_program
 
 PATH = nose_centre_path(facetst(), NOSE_RADIUS_MM).features
 COMPENSATED = b"G21 G18 G8 G90 F100\nG0 X30 Z5\nG42 G1 X20 Z5\nG1 Z-10\nM2\n"

@@ -8,14 +8,14 @@ import pytest
 
 from tests.support.profiles import modbas2
 from tests.support.touched import noise, touched
-from trueloop.error_curve.between_cuts import BetweenCuts
-from trueloop.error_curve.fit_profile import fit_profile
-from trueloop.error_curve.nose_fit import fit_nose_model, nose_touches
-from trueloop.error_curve.options import FitOptions
-from trueloop.error_curve.spline import EndConditions
 from trueloop.errors import Code, TrueloopError
-from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.profile import Profile
+from trueloop.turned.error_curve.fit_profile import fit_profile
+from trueloop.turned.fit.between_cuts import BetweenCuts
+from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
+from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.touches.error_vectors import ErrorVectors
 
 PROFILE = modbas2()
 DOME = 6

@@ -11,13 +11,13 @@ import pytest
 from tests.support.profiles import polyline
 from tests.support.solids import written
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.dxf import read_dxf
-from trueloop.formats.step_profile import read_step_profile
-from trueloop.gauging.plan import Spacing, equally_spaced
+from trueloop.formats.cad.dxf import read_dxf
+from trueloop.formats.cad.step_profile import read_step_profile
 from trueloop.geometry.feature import Arc, Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.probing.plan import Spacing, equally_spaced
 
 A, B, C, D = (10.0, 0.0), (10.0, 5.0), (8.0, 5.0), (8.0, 9.0)
 

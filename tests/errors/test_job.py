@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from trueloop.errors import Code
-from trueloop.formats.job import read_job
+from trueloop.formats.jobs.job import read_job
 
 
 def _read(text: str) -> object:

@@ -8,27 +8,27 @@ import numpy as np
 import pytest
 
 from tests.support.files import read_as_file
-from trueloop.cli.machine_correction import _require_machine
+from trueloop.cli.machine.correction import _require_machine
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.formats.control_tables import linuxcnc_comp
-from trueloop.formats.positioning_data import read_positioning
-from trueloop.machine.axis_table import AxisTable
-from trueloop.machine.history import Lag, check_lags_given
-from trueloop.machine.identify import identify
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.observations import Observations
-from trueloop.machine.planar_field import QuadrupoleField
-from trueloop.machine.plates import LeftOut, require_repeating
-from trueloop.machine.point_program import displace_points
-from trueloop.machine.position_basis import CONSTANT, PositionBasis, polynomial
-from trueloop.machine.setup import Setup, state_at
-from trueloop.machine.structure import chain_of
-from trueloop.machine.term import Part, Term
-from trueloop.machine.time_constants import at_bounds
-from trueloop.machine.validity import check_state
-from trueloop.nc.program import read_program
+from trueloop.formats.measurements.positioning_data import read_positioning
+from trueloop.formats.tables.control_tables import linuxcnc_comp
+from trueloop.machine.correct.axis_table import AxisTable
+from trueloop.machine.correct.point_program import displace_points
+from trueloop.machine.correct.setup import Setup, state_at
+from trueloop.machine.identify.identify import identify
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.identify.time_constants import at_bounds
+from trueloop.machine.model.history import Lag, check_lags_given
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT, PositionBasis, polynomial
+from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.validity import check_state
+from trueloop.machine.standards.planar_field import QuadrupoleField
+from trueloop.machine.standards.plates import LeftOut, require_repeating
+from trueloop.nc.program.program import read_program
 
 MILL = Machine("mill", chain_of("mill-gantry"))
 EXX = Term(error_name("EXX"), (Part(polynomial(0.0, 500.0, 2)),))

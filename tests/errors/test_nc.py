@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.mapped_program import map_program
-from trueloop.nc.check import check
-from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.edit import Edit, apply_edits, displace_word, set_offset
-from trueloop.nc.field import function_field, table_field
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import CoordinateState
-from trueloop.nc.translation.translate import translate
+from trueloop.loops.machine.mapped_program import map_program
+from trueloop.nc.check.check import check
+from trueloop.nc.edit.edit import Edit, apply_edits, displace_word, set_offset
+from trueloop.nc.field.field import function_field, table_field
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.tool_path import CoordinateState
+from trueloop.nc.translate.translate import translate
 
 DIAMETER_INCH = CoordinateState(inch=True, diameter=True)
 

@@ -8,13 +8,13 @@ from tests.support.files import read_as_file
 from tests.support.probing import APPROACH, STEP, plan_of
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Code
-from trueloop.formats.probe_log import read_probe_log
-from trueloop.formats.probe_toml import read_probe
-from trueloop.gauging.calibration import BallCalibration, calibrate
-from trueloop.gauging.probe_match import match_touches
-from trueloop.gauging.stylus import Stylus
+from trueloop.formats.jobs.probe_toml import read_probe
+from trueloop.formats.measurements.probe_log import read_probe_log
 from trueloop.geometry.feature import Array, Line
 from trueloop.geometry.validate import checked_profile
+from trueloop.probing.calibration import BallCalibration, calibrate
+from trueloop.probing.probe_match import match_touches
+from trueloop.probing.stylus import Stylus
 
 PLAN = plan_of(STEP, {"cylinder": 3, "face": 2})
 CENTRES = np.array([touch.contact_mm for touch in PLAN.touches])

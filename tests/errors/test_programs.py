@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.loops.mapped_program import map_program
-from trueloop.nc.check import check
-from trueloop.nc.contour import contour_of_program
-from trueloop.nc.difference import path_difference
-from trueloop.nc.edit import displace_word, set_offset
-from trueloop.nc.feed_moves import feed_moves
-from trueloop.nc.field import table_field
-from trueloop.nc.program import read_program
-from trueloop.nc.translation.translate import translate
+from trueloop.loops.machine.mapped_program import map_program
+from trueloop.nc.check.check import check
+from trueloop.nc.edit.edit import displace_word, set_offset
+from trueloop.nc.field.field import table_field
+from trueloop.nc.match.contour import contour_of_program
+from trueloop.nc.match.difference import path_difference
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.program import read_program
+from trueloop.nc.translate.translate import translate
 
 PROGRAMS: Final = sorted(Path(__file__).with_name("programs").iterdir())
 PRODUCERS: Final[dict[Code, Callable[[], object]]] = {}

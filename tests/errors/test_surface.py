@@ -13,29 +13,29 @@ import pytest
 from numpy.typing import ArrayLike
 
 from tests.support.surfaces import SQUARE, on_grid, random_surface, sphere, wavy_surface
-from trueloop.compensation.cutter import Cutter
-from trueloop.compensation.surface_program import corrected_program
-from trueloop.compensation.surface_samples import SurfaceJob
-from trueloop.compensation.surface_shift import corrected_surface
-from trueloop.compensation.surface_zigzag import ZigzagOptions, zigzag
-from trueloop.error_surface.pattern import pattern_of
-from trueloop.error_surface.places import Places
-from trueloop.error_surface.separate import of_size, separate
-from trueloop.error_surface.spline_surface import Size
 from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.formats.cad import read_face, read_faces, write_surface
-from trueloop.formats.cad_kernel import kernel
-from trueloop.formats.points_csv import points_to_csv, read_points
-from trueloop.gauging.surface_deviations import MeasuredPoints, refuse_trimmed, surface_deviations
-from trueloop.gauging.surface_sampling import sampling_advice
+from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.step import read_face, read_faces, write_surface
+from trueloop.formats.measurements.points_csv import points_to_csv, read_points
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.loops.batch import run_batch
-from trueloop.loops.surface_compare import compare
-from trueloop.loops.surface_figures import SurfaceFigures, check_support
-from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
-from trueloop.nc.program import read_program
+from trueloop.loops.inputs.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.loops.simulated.batch import run_batch
+from trueloop.loops.surface.compare import compare
+from trueloop.loops.surface.figures import SurfaceFigures, check_support
+from trueloop.nc.program.program import read_program
+from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.compensation.program import corrected_program
+from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.compensation.shift import corrected_surface
+from trueloop.surface.compensation.zigzag import ZigzagOptions, zigzag
+from trueloop.surface.deviations.deviations import MeasuredPoints, refuse_trimmed, surface_deviations
+from trueloop.surface.deviations.sampling import sampling_advice
+from trueloop.surface.pattern.pattern import pattern_of
+from trueloop.surface.separation.places import Places
+from trueloop.surface.separation.separate import of_size, separate
+from trueloop.surface.separation.spline_surface import Size
 
 SURFACE = wavy_surface()
 AT = np.linspace(0.05, 0.95, 8)

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from trueloop.error_surface.separate import Separation
 from trueloop.errors import Code, TrueloopError
-from trueloop.gauging.surface_deviations import SurfaceDeviations
-from trueloop.loops.batch import AHEAD, run_batch
-from trueloop.loops.surface import Work, deviations_of, model_of, pattern_model
-from trueloop.loops.surface_inputs import read_surface_inputs
-from trueloop.report.surface_page import surface_page
+from trueloop.loops.inputs.surface_inputs import read_surface_inputs
+from trueloop.loops.simulated.batch import AHEAD, run_batch
+from trueloop.loops.surface.surface import Work, deviations_of, model_of, pattern_model
+from trueloop.report.surface.page import surface_page
+from trueloop.surface.deviations.deviations import SurfaceDeviations
+from trueloop.surface.separation.separate import Separation
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "surface" / "surface.toml"

@@ -10,13 +10,13 @@ from scipy.special import stdtrit
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.error_curve.between_cuts import NONE, PRIOR, BetweenCuts
-from trueloop.error_curve.budget import Budget, joined
-from trueloop.loops.correction import Correction, Inputs
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.outcome import outcomes
-from trueloop.loops.process_intermittent import compensate
-from trueloop.report.page import page
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.outcome import outcomes
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.report.turned.page import page
+from trueloop.turned.error_curve.budget import Budget, joined
+from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.units import UM_PER_MM
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -16,24 +16,24 @@ from tests.support.cli import run
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import interpreted_points
 from tests.support.probing import example
-from trueloop.compensation.contour import centre_pieces, shifted_contour
-from trueloop.compensation.limits import Limits
-from trueloop.compensation.record import MARK
-from trueloop.compensation.shift import ZERO as STAYS
-from trueloop.compensation.shift import sampled
+from trueloop.domain.record import MARK
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.model_file import model_to_json
+from trueloop.formats.tables.model_file import model_to_json
 from trueloop.geometry.feature import Arc, Array, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.composed import check_composed
-from trueloop.loops.part_on_machine import PartOnMachine
-from trueloop.loops.simulated import simulate, trial_of
-from trueloop.machine.model import MachineModel, State
+from trueloop.loops.simulated.simulated import simulate, trial_of
+from trueloop.loops.turned.composed import check_composed
+from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.machine.model.model import MachineModel, State
 from trueloop.simulator.machine_error import ErrorTerm, MachineError
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
+from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
+from trueloop.turned.compensation.limits import Limits
+from trueloop.turned.compensation.shift import ZERO as STAYS
+from trueloop.turned.compensation.shift import sampled
 
 NOSE_MM = 0.8
 BALL_MM = 1.5

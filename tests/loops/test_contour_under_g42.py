@@ -13,18 +13,18 @@ import pytest
 
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.standoff import feed_moves_of, standoff_mm
-from trueloop.compensation.moves import Move
-from trueloop.compensation.read_back import require_nose_fits
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
-from trueloop.loops.correction import Correction, Inputs, Options
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.contour import contour_of_program
-from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.feed_moves import feed_moves
-from trueloop.nc.program import read_program
+from trueloop.loops.turned.correction import Correction, Inputs, Options
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.match.contour import contour_of_program
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.program import read_program
+from trueloop.turned.compensation.moves import Move
+from trueloop.turned.program.read_back import require_nose_fits
+from trueloop.turned.touches.error_vectors import ErrorVectors
 
 PROGRAMS = Path(__file__).parents[1] / "programs"
 PIN = PROGRAMS / "fanuc-lathe-compensated" / "program.nc"

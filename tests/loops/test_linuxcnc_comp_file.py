@@ -7,13 +7,13 @@ import pytest
 
 from tests.support.machines import chain_with_travel, random_model
 from trueloop.controllers.linuxcnc.session import _run, _session
-from trueloop.formats.control_tables import linuxcnc_comp
+from trueloop.formats.tables.control_tables import linuxcnc_comp
 from trueloop.geometry.feature import Array
-from trueloop.machine.axis_table import axis_table
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import segments
-from trueloop.machine.term import Part, Term
+from trueloop.machine.correct.axis_table import axis_table
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import segments
+from trueloop.machine.model.term import Part, Term
 
 MOTOR_AND_COMMAND = """loadrt sampler depth=60000 cfg=ff
 addf sampler.0 servo-thread

@@ -22,9 +22,9 @@ from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.controllers.linuxcnc.session import cut
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.virtual_machine_toml import read_virtual_machine
+from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.geometry.feature import Array
-from trueloop.loops.simulated import simulate, workshop_and_trial
+from trueloop.loops.simulated.simulated import simulate, workshop_and_trial
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.process import Repeatability
 from trueloop.simulator.transfer import SAME

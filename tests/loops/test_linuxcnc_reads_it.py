@@ -8,11 +8,11 @@ import pytest
 
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.geometry.feature import Array
-from trueloop.loops.correction import Correction
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 JOB = Path(__file__).parents[2] / "examples" / "linuxcnc" / "job.toml"
 WITHIN_MM = 0.0001

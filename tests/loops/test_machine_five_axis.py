@@ -8,13 +8,13 @@ import pytest
 from tests.support.machined_path import corrected, run_points
 from tests.support.machines import set_back_chain
 from trueloop.geometry.feature import Array
-from trueloop.machine.chain import AxisKind
-from trueloop.machine.kinematics import bed_to_work
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.position_basis import CONSTANT, polynomial
-from trueloop.machine.setup import Setup
-from trueloop.machine.structure import PRESETS
-from trueloop.machine.term import Part, Term
+from trueloop.machine.correct.setup import Setup
+from trueloop.machine.model.chain import AxisKind
+from trueloop.machine.model.kinematics import bed_to_work
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.position_basis import CONSTANT, polynomial
+from trueloop.machine.model.structure import PRESETS
+from trueloop.machine.model.term import Part, Term
 
 PART = "G21\nG1 X-50 Y20 Z5 F100\nX90 Y-70\nX20 Y60 Z-30\n"
 TOOL = (15.0, -10.0, -120.0)

@@ -6,10 +6,10 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.loops import machine_points
-from trueloop.machine.planar_field import QuadrupoleField
-from trueloop.nc.edit import Edit, apply_edits
-from trueloop.nc.program import Program, read_program
+from trueloop.loops.machine import points as machine_points
+from trueloop.machine.standards.planar_field import QuadrupoleField
+from trueloop.nc.edit.edit import Edit, apply_edits
+from trueloop.nc.program.program import Program, read_program
 
 HOLES = b"G21 G90\nG81 X100. Y0. Z-5. R2. F100\nX0. Y200.\nG80\nM30\n"
 

@@ -8,14 +8,14 @@ import pytest
 from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.mapped_program import map_program
-from trueloop.machine.model import Machine, MachineModel
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import CONSTANT, polynomial
-from trueloop.machine.setup import Setup, compensation_field
-from trueloop.machine.term import Part, Term
-from trueloop.nc.along import points_along
-from trueloop.nc.program import read_program
+from trueloop.loops.machine.mapped_program import map_program
+from trueloop.machine.correct.setup import Setup, compensation_field
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT, polynomial
+from trueloop.machine.model.term import Part, Term
+from trueloop.nc.program.along import points_along
+from trueloop.nc.program.program import read_program
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
 SETUP = Setup({1: (250.0, 0.0, -100.0)})

@@ -12,12 +12,12 @@ from tests.support.linuxcnc import Tool, interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops import program_survey
-from trueloop.loops.mapped_program import MapOptions
-from trueloop.nc.difference import path_difference
-from trueloop.nc.field import Field, affine_field, function_field, similarity_field
-from trueloop.nc.program import read_program
-from trueloop.nc.translation.translate import translate
+from trueloop.loops.machine import program_survey
+from trueloop.loops.machine.mapped_program import MapOptions
+from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
+from trueloop.nc.match.difference import path_difference
+from trueloop.nc.program.program import read_program
+from trueloop.nc.translate.translate import translate
 
 SHIFT = affine_field(np.eye(3), (0.01, 0.02, -0.003))
 TURNED = similarity_field(shift_mm=(0.013, -0.021, 0.004), rotation_rad=2e-4, scale=1.0003, about_mm=(3.0, 4.0, 0.0))

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from tests.support.cli import invoke
 from tests.support.drawn_contours import DRAWING, drawn_contours
 from tests.support.mapped import MIXED, displaced_path, mapped, path_of
-from trueloop.nc.difference import path_difference
-from trueloop.nc.field import Field, affine_field, function_field, similarity_field
-from trueloop.nc.program import read_program
+from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
+from trueloop.nc.match.difference import path_difference
+from trueloop.nc.program.program import read_program
 
 SHIFT = affine_field(np.eye(3), (0.01, 0.02, -0.003))
 TURNED = similarity_field(shift_mm=(0.013, -0.021, 0.004), rotation_rad=2e-4, scale=1.0003, about_mm=(3.0, 4.0, 0.0))

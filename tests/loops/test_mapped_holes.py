@@ -8,10 +8,10 @@ import pytest
 
 from tests.support.mapped import FREE, mapped, path_of
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops import program_survey
-from trueloop.loops.mapped_program import MapOptions
-from trueloop.nc.field import affine_field, function_field
-from trueloop.nc.tool_path import Array
+from trueloop.loops.machine import program_survey
+from trueloop.loops.machine.mapped_program import MapOptions
+from trueloop.nc.field.field import affine_field, function_field
+from trueloop.nc.program.tool_path import Array
 
 INCH_MM = 25.4
 

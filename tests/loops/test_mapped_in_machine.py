@@ -11,12 +11,12 @@ from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel, random_model
 from tests.support.mapped import mapped
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.model import Machine
-from trueloop.machine.setup import Setup
-from trueloop.machine.standard import mill_terms, turning_terms
-from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.field import Field, function_field, machine_field
-from trueloop.nc.machine_frame import field_in_machine
+from trueloop.machine.correct.setup import Setup
+from trueloop.machine.model.model import Machine
+from trueloop.machine.model.standard import mill_terms, turning_terms
+from trueloop.nc.field.field import Field, function_field, machine_field
+from trueloop.nc.field.machine_frame import field_in_machine
+from trueloop.nc.program.cutter_tool import CutterTool
 
 STRETCHED = function_field(lambda p: 1e-3 * p, "stretched")
 """1 µm a millimetre of position, along each axis."""

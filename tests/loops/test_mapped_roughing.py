@@ -12,9 +12,9 @@ from tests.support.mapped import FREE, mapped
 from tests.support.refusals import refused
 from tests.support.roughing_reference import Piece
 from trueloop.errors import Code
-from trueloop.loops.mapped_program import MapOptions
-from trueloop.nc.field import Field, affine_field, function_field
-from trueloop.nc.program import read_program
+from trueloop.loops.machine.mapped_program import MapOptions
+from trueloop.nc.field.field import Field, affine_field, function_field
+from trueloop.nc.program.program import read_program
 
 SHIFT = affine_field(np.eye(3), [0.03, 0.0, -0.02])
 ONWARD = function_field(

@@ -13,9 +13,9 @@ from tests.support.mapped import MIXED, displaced_path, mapped, path_of
 from tests.support.splines import splines
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
-from trueloop.nc.difference import path_difference
-from trueloop.nc.field import affine_field, similarity_field
-from trueloop.nc.program import read_program
+from trueloop.nc.field.field import affine_field, similarity_field
+from trueloop.nc.match.difference import path_difference
+from trueloop.nc.program.program import read_program
 
 TURNED = similarity_field(shift_mm=(0.013, -0.021, 0.0), rotation_rad=2e-4, scale=1.0003, about_mm=(3.0, 4.0, 0.0))
 HEAD = "G17 G21 G90 F100\nG0 X1 Y2 Z3\n"

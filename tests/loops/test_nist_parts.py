@@ -6,7 +6,7 @@ import pytest
 from scripts.nist_bands import Held, held, together
 from scripts.nist_parts import NistPart, parts
 from scripts.nist_table import PAGE, corrected, page, part_name
-from trueloop.loops.correction import Correction
+from trueloop.loops.turned.correction import Correction
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 

@@ -8,10 +8,10 @@ import pytest
 
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.geometry.feature import Array
-from trueloop.loops.correction import Correction
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.program import read_program
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.program import read_program
 
 JOB = Path(__file__).parents[2] / "examples" / "linuxcnc" / "job.toml"
 TOOLS = [Tool(1, nose_radius_mm=0.79375, orientation=9)]

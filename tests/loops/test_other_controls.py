@@ -9,10 +9,10 @@ import pytest
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
-from trueloop.loops.correction import Correction
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.program import read_program
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.program import read_program
 
 ROOT = Path(__file__).parents[2]
 WITHIN_MM = 0.0002

@@ -6,9 +6,9 @@ import numpy as np
 
 from scripts.nist_parts import parts
 from scripts.nist_table import write_job
-from trueloop.loops.correction import Correction
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
 
 
 def corrected(tmp_path: Path, number: str, others: tuple[str, ...]) -> Correction:

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from tests.support.standoff import feed_moves_of, standoff_mm
-from trueloop.compensation.contour import shifted_contour
-from trueloop.error_curve.between_cuts import PRIOR
-from trueloop.error_curve.options import FitOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Array
-from trueloop.loops.correction import Correction, Inputs
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion
+from trueloop.turned.compensation.contour import shifted_contour
+from trueloop.turned.fit.between_cuts import PRIOR
+from trueloop.turned.fit.options import FitOptions
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WITHIN_MM = 0.0002

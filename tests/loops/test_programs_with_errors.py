@@ -13,16 +13,16 @@ from tests.support.linuxcnc import ProgramRefusedError, interpret
 from tests.support.mapped import mapped
 from tests.support.refusals import refused
 from trueloop.cli.failure import ExitStatus
-from trueloop.compensation.surface_program import corrected_program
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.loops.machine_points import correct_points
-from trueloop.loops.process_intermittent import compensate
-from trueloop.loops.surface_inputs import read_surface_inputs
-from trueloop.machine.planar_field import QuadrupoleField
-from trueloop.nc.check import check
-from trueloop.nc.field import affine_field
-from trueloop.nc.program import read_program
-from trueloop.nc.translation.translate import translate
+from trueloop.loops.inputs.surface_inputs import read_surface_inputs
+from trueloop.loops.machine.points import correct_points
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.machine.standards.planar_field import QuadrupoleField
+from trueloop.nc.check.check import check
+from trueloop.nc.field.field import affine_field
+from trueloop.nc.program.program import read_program
+from trueloop.nc.translate.translate import translate
+from trueloop.surface.compensation.program import corrected_program
 
 SHIFTED = affine_field(np.eye(3), [0.01, 0.0, 0.01])
 OFF_BY_3_MM = "G21 G17 G90 G94 F100\nG0 X10 Y0 Z0\nG3 X0 Y13 I-10 J0\nM2\n"

@@ -6,15 +6,15 @@ from pathlib import Path
 import pytest
 
 from tests.support.refusals import refused
-from trueloop.compensation.program import Displacements, corrected_source
 from trueloop.errors import Code
-from trueloop.loops import written
-from trueloop.loops.correction import Inputs
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.edit import Edit, insert_blocks_after
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import ToolPath
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned import written
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.edit.edit import Edit, insert_blocks_after
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.turned.program.write import Displacements, corrected_source
 
 JOB = Path(__file__).parents[2] / "examples" / "linuxcnc" / "job.toml"
 DOME, CONE = b"G2 X0 Z0.03125 R[#46/2-0.3+0.03125] (dome)", b"(cone)"

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from tests.support.probing import EXAMPLES, example
-from trueloop.error_curve.between_cuts import NONE
 from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
-from trueloop.loops.simulated import Trial, calibrated, simulate, trial_of
-from trueloop.loops.study import Study, study
+from trueloop.loops.simulated.simulated import Trial, calibrated, simulate, trial_of
+from trueloop.loops.simulated.study import Study, study
 from trueloop.simulator.machine_error import ErrorTerm, MachineError
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.simulator.transfer import SAME
+from trueloop.turned.fit.between_cuts import NONE
 
 PARTS = ("facetst", "modbas2", "piecs11")
 UM = 1e-3

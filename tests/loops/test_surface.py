@@ -9,17 +9,17 @@ import pytest
 
 from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm
-from trueloop.compensation.surface_shift import corrected_surface
-from trueloop.error_surface.cells import averaged_over_cells
-from trueloop.error_surface.neighbourhood import Neighbourhood
-from trueloop.error_surface.places import Places
-from trueloop.error_surface.separate import separate
-from trueloop.formats.cad import read_face, read_faces, write_surface
-from trueloop.gauging.surface_deviations import MeasuredPoints, surface_deviations
+from trueloop.formats.cad.step import read_face, read_faces, write_surface
 from trueloop.geometry.surface_closest import closest
-from trueloop.loops.surface import Part, SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model
-from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.loops.inputs.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model
 from trueloop.simulator.surface_process import published_process
+from trueloop.surface.compensation.shift import corrected_surface
+from trueloop.surface.deviations.deviations import MeasuredPoints, surface_deviations
+from trueloop.surface.separation.cells import averaged_over_cells
+from trueloop.surface.separation.neighbourhood import Neighbourhood
+from trueloop.surface.separation.places import Places
+from trueloop.surface.separation.separate import separate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
 

@@ -8,9 +8,9 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.formats.points_csv import points_to_csv
-from trueloop.formats.surface_job import read_surface_job
-from trueloop.loops.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.formats.jobs.surface_job import read_surface_job
+from trueloop.formats.measurements.points_csv import points_to_csv
+from trueloop.loops.inputs.surface_inputs import SurfaceInputs, read_surface_inputs
 
 JOB = """name = "Wave"
 [surface]

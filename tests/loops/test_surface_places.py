@@ -9,12 +9,12 @@ import pytest
 from tests.support.refusals import refused
 from tests.support.surfaces import wavy_surface
 from trueloop.errors import Code, Place
-from trueloop.formats.points_csv import points_to_csv
-from trueloop.formats.surface_job import read_surface_job
+from trueloop.formats.jobs.surface_job import read_surface_job
+from trueloop.formats.measurements.points_csv import points_to_csv
 from trueloop.geometry.feature import Array
-from trueloop.loops.surface import model_of
-from trueloop.loops.surface_correction import correct_job
-from trueloop.loops.surface_inputs import read_surface_inputs
+from trueloop.loops.inputs.surface_inputs import read_surface_inputs
+from trueloop.loops.surface.correction import correct_job
+from trueloop.loops.surface.surface import model_of
 
 SIDE = 12
 AT = np.linspace(0.05, 0.95, SIDE)

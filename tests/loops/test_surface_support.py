@@ -10,20 +10,20 @@ import pytest
 
 from tests.support.refusals import refused
 from tests.support.surfaces import square_places, wavy_surface
-from trueloop.compensation.limits import Limits
-from trueloop.compensation.surface_shift import corrected_surface
-from trueloop.error_surface.neighbourhood import Neighbourhood
-from trueloop.error_surface.outlying_point import outlying_point
-from trueloop.error_surface.separate import of_size
-from trueloop.error_surface.spline_surface import Size, SplineSurface
 from trueloop.errors import Code
-from trueloop.formats.points_csv import points_to_csv
+from trueloop.formats.measurements.points_csv import points_to_csv
 from trueloop.geometry.feature import Array
-from trueloop.loops.surface import SurfaceModel, correct, model_of, pattern_model
-from trueloop.loops.surface_correction import correct_job
-from trueloop.loops.surface_inputs import read_surface_inputs
-from trueloop.report.surface_maps import colour_range_um
-from trueloop.report.surface_page import maps, surface_page
+from trueloop.loops.inputs.surface_inputs import read_surface_inputs
+from trueloop.loops.surface.correction import correct_job
+from trueloop.loops.surface.surface import SurfaceModel, correct, model_of, pattern_model
+from trueloop.report.surface.maps import colour_range_um
+from trueloop.report.surface.page import maps, surface_page
+from trueloop.surface.compensation.shift import corrected_surface
+from trueloop.surface.separation.neighbourhood import Neighbourhood
+from trueloop.surface.separation.outlying_point import outlying_point
+from trueloop.surface.separation.separate import of_size
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
+from trueloop.turned.compensation.limits import Limits
 
 SIDE = 17
 AT = np.linspace(0.01, 0.99, SIDE)

@@ -13,12 +13,12 @@ from tests.support.correction import example_correction, example_inputs
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import distances_mm, interpreted_points
 from trueloop.cli.summary import as_dict
-from trueloop.compensation.wear import offset_number, wear_offset
 from trueloop.geometry.feature import Array
-from trueloop.loops.correction import Correction
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.program import read_program
-from trueloop.report.page import page
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.program import read_program
+from trueloop.report.turned.page import page
+from trueloop.turned.program.wear import offset_number, wear_offset
 
 NOSE = Tool(1, nose_radius_mm=0.79375, orientation=9)
 OVERSIZE_MM = (0.012, -0.004)

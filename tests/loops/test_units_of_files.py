@@ -7,19 +7,19 @@ from pathlib import Path
 import pytest
 
 from tests.support.probing import EXAMPLES
-from trueloop.compensation.limits import Limits
-from trueloop.error_curve.between_cuts import BetweenCuts
-from trueloop.error_curve.spline import EndConditions
-from trueloop.formats.surface_job import SurfaceJobFile
-from trueloop.formats.virtual_machine_toml import read_virtual_machine
-from trueloop.loops.correction import Options
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.surface import SurfaceOptions
-from trueloop.loops.surface_inputs import options_of
+from trueloop.formats.jobs.surface_job import SurfaceJobFile
+from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.inputs.surface_inputs import options_of
+from trueloop.loops.surface.surface import SurfaceOptions
+from trueloop.loops.turned.correction import Options
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine_error import ErrorTerm
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
+from trueloop.turned.compensation.limits import Limits
+from trueloop.turned.fit.between_cuts import BetweenCuts
+from trueloop.turned.fit.spline import EndConditions
 
 COMPENSATION = """
 [compensation]

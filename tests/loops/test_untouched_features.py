@@ -8,11 +8,11 @@ import pytest
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.outcome import expected_mm, outcomes
-from trueloop.loops.process_intermittent import compensate
-from trueloop.report.page import page
-from trueloop.report.summary import headline
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.outcome import expected_mm, outcomes
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.report.turned.page import page
+from trueloop.report.turned.summary import headline
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

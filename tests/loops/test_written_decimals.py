@@ -9,10 +9,10 @@ import pytest
 
 from tests.support.cli import run
 from tests.support.mapped import FREE, mapped, path_of
-from trueloop.loops.mapped_program import MapOptions
-from trueloop.nc.field import function_field
-from trueloop.nc.program import read_program
-from trueloop.nc.translation.translate import translate
+from trueloop.loops.machine.mapped_program import MapOptions
+from trueloop.nc.field.field import function_field
+from trueloop.nc.program.program import read_program
+from trueloop.nc.translate.translate import translate
 
 EXAMPLES = Path(__file__).parents[2] / "src/trueloop/examples"
 WAVES = function_field(

@@ -10,13 +10,13 @@ import pytest
 from tests.support.chromium import console_errors, dump_dom
 from tests.support.cli import invoke
 from trueloop.diagnosis.components import Components, Inspections, error_components
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import CONSTANT
-from trueloop.machine.structure import chain_of
-from trueloop.machine.term import Part, Term
-from trueloop.report.machine_components import components_page, surface_error_diagram
-from trueloop.report.machine_positioning import drift_figure
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT
+from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import Part, Term
+from trueloop.report.machine.components import components_page, surface_error_diagram
+from trueloop.report.machine.positioning import drift_figure
 from trueloop.report.still import svg
 
 TARGETS, CYCLES = 6, 5

@@ -11,9 +11,9 @@ import pytest
 from tests.support.chromium import console_errors, dump_dom
 from tests.support.correction import example_correction
 from tests.support.report_figures import figures
-from trueloop.report.page import page
 from trueloop.report.style import Trace
-from trueloop.report.touch_table import touch_rows, touches_csv
+from trueloop.report.turned.page import page
+from trueloop.report.turned.touch_table import touch_rows, touches_csv
 
 PARTS = ("modbas2", "piecs11", "facetst")
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.support import exact_spline, truncated_powers
-from trueloop.error_curve.spline import EndConditions, SplineFit, least_squares_spline
 from trueloop.geometry.feature import Array
+from trueloop.turned.fit.spline import EndConditions, SplineFit, least_squares_spline
 
 LENGTH_MM = 58.25
 ERRORS_MM = 0.01

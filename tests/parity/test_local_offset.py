@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.linuxcnc import interpret
-from trueloop.nc.program import read_program
+from trueloop.nc.program.program import read_program
 
 PROGRAMS = {
     "offset, one axis moved, taken back": "G52 X0.1 Z0.2\nG0 Z0.5\nG52 X0 Z0\nG0 Z0.6\nG0 X2\n",

@@ -5,9 +5,9 @@ import pytest
 
 from tests.support.machines import any_model, set_back_chain
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.compiled import compile_model
-from trueloop.machine.model import State
-from trueloop.machine.structure import PRESETS
+from trueloop.machine.model.compiled import compile_model
+from trueloop.machine.model.model import State
+from trueloop.machine.model.structure import PRESETS
 
 
 @pytest.mark.parametrize("structure", PRESETS)

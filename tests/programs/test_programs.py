@@ -19,8 +19,8 @@ import pytest
 from tests.support.csv_reference import csv_lines
 from tests.support.linuxcnc import LATHE_STARTUP, interpret
 from tests.support.nc_judge import assert_same_moves
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import Motion, ToolPath, csv_text
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath, csv_text
 
 CASES = sorted(path.parent for path in Path(__file__).parent.glob("*/case.toml"))
 LINUXCNC_CASES = [case for case in CASES if case.name.startswith("linuxcnc")]

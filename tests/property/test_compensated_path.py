@@ -16,9 +16,9 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import LATHE_STARTUP, Move, ProgramRefusedError, Tool, interpret
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, Severity
-from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import ToolPath
 
 MILL_STARTUP = "G17 G21 G40 G90 G94"
 REFUSALS = {Code.NC_GOUGE, Code.NC_ENTRY}

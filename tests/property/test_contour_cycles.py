@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import ProgramRefusedError, interpret
 from tests.support.nc_judge import TOLERANCE_MM, assert_same_moves
 from trueloop.errors import Code, Severity
-from trueloop.nc.check import check
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.check.check import check
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import ToolPath
 
 STARTUP: Final = "G18 G21 G40 G90 G94"
 ROUGHING: Final = ["G71", "G71.1", "G71.2", "G72", "G72.1", "G72.2"]

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from tests.support.spelled_moves import programs
 from trueloop.errors import TrueloopError
-from trueloop.nc.dialect import DIALECTS
-from trueloop.nc.edit import Edit, apply_edits, displace_word
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.edit.edit import Edit, apply_edits, displace_word
+from trueloop.nc.program.dialect import DIALECTS
+from trueloop.nc.program.program import Program, read_program
 
 deltas_mm = st.floats(-0.2, 0.2)
 line_ends = st.sampled_from(["\n", "\r\n"])

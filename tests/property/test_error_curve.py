@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from tests.support.profiles import polyline, profiles
 from tests.support.touched import noise, tool_offsets, touched
-from trueloop.error_curve.chain import TangentPolicy
-from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.error_curve.options import BadTouches, FitOptions
-from trueloop.error_curve.spline import least_squares_spline
-from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.fit.spline import least_squares_spline
+from trueloop.turned.touches.error_vectors import ErrorVectors
 
 POLICIES = st.sampled_from(TangentPolicy)
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.unit.nc.test_turning_cycles import rows
-from trueloop.nc.program import read_program
+from trueloop.nc.program.program import read_program
 
 Row = tuple[str, float, float]
 NONE = 1e-9

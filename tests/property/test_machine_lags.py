@@ -6,13 +6,13 @@ from hypothesis import strategies as st
 
 from tests.support.machines import chain_with_travel
 from trueloop.geometry.feature import Array
-from trueloop.machine.history import Clock, History, Lag, lag_signals
-from trueloop.machine.identify import identify
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.observations import Observations
-from trueloop.machine.position_basis import CONSTANT
-from trueloop.machine.term import Part, Term
+from trueloop.machine.identify.identify import identify
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.history import Clock, History, Lag, lag_signals
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT
+from trueloop.machine.model.term import Part, Term
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
 TERM = Term(error_name("EZ0S"), (Part(), Part(CONSTANT, "late", 20.0)))

@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.nc.program import read_program
+from trueloop.nc.program.program import read_program
 
 PARAMETERS = {"D": 7, "E": 8, "H": 11, "Q": 17}
 """Letters of arguments and the parameters that they become."""

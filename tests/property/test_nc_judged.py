@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tests.support.linuxcnc import ProgramRefusedError, interpret
 from tests.support.nc_judge import assert_same_moves
-from trueloop.nc.program import read_program
+from trueloop.nc.program.program import read_program
 
 PARAMETERS = range(1, 10)
 NAMES = "abc"

@@ -5,9 +5,9 @@ import string
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.nc.dialect import DIALECTS
-from trueloop.nc.edit import Edit, apply_edits
-from trueloop.nc.program import read_program
+from trueloop.nc.edit.edit import Edit, apply_edits
+from trueloop.nc.program.dialect import DIALECTS
+from trueloop.nc.program.program import read_program
 
 numbers = st.from_regex(r"[-+]?[0-9]{1,3}(\.[0-9]{0,6})?", fullmatch=True)
 spaces = st.sampled_from(["", " ", "  ", "\t"])

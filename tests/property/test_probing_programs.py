@@ -18,12 +18,12 @@ from tests.support.probing import APPROACH, STEP, ProbeMove, example, example_pl
 from tests.support.profiles import profiles
 from trueloop.controllers.probing import WRITERS, Settings, probing_program
 from trueloop.errors import Code, TrueloopError
-from trueloop.gauging.obstacle import CHORD_MM, stock_obstacle
-from trueloop.gauging.probe_plan import ProbePlan
-from trueloop.gauging.stylus import Stylus
 from trueloop.geometry.feature import Array, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.probing.obstacle import CHORD_MM, stock_obstacle
+from trueloop.probing.probe_plan import ProbePlan
+from trueloop.probing.stylus import Stylus
 
 MICROMETRE = 1e-3
 ROUNDED_MM = 3e-4  # coordinates to 1e-5 in

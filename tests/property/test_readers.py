@@ -10,23 +10,23 @@ from hypothesis import strategies as st
 from tests.support.machines import chain_with_travel
 from tests.support.places import EXAMPLES
 from trueloop.errors import TrueloopError
-from trueloop.formats.dxf import read_dxf
-from trueloop.formats.field_csv import read_field
-from trueloop.formats.history_csv import read_drift, read_history
-from trueloop.formats.inspections_csv import read_inspections
-from trueloop.formats.job import read_job
-from trueloop.formats.machine_toml import read_machine
-from trueloop.formats.model_file import read_model
-from trueloop.formats.plate_report import read_plate_report
-from trueloop.formats.points_csv import read_points
-from trueloop.formats.positioning_data import read_positioning
-from trueloop.formats.probe_log import read_probe_log
-from trueloop.formats.probe_toml import read_probe
-from trueloop.formats.readings_csv import read_readings
-from trueloop.formats.surface_job import read_surface_job
-from trueloop.formats.touches_csv import read_touches
-from trueloop.formats.virtual_machine_toml import read_virtual_machine
-from trueloop.formats.virtual_mill_toml import read_virtual_mill
+from trueloop.formats.cad.dxf import read_dxf
+from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.machine_toml import read_machine
+from trueloop.formats.jobs.probe_toml import read_probe
+from trueloop.formats.jobs.surface_job import read_surface_job
+from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.formats.jobs.virtual_mill_toml import read_virtual_mill
+from trueloop.formats.measurements.field_csv import read_field
+from trueloop.formats.measurements.history_csv import read_drift, read_history
+from trueloop.formats.measurements.inspections_csv import read_inspections
+from trueloop.formats.measurements.plate_report import read_plate_report
+from trueloop.formats.measurements.points_csv import read_points
+from trueloop.formats.measurements.positioning_data import read_positioning
+from trueloop.formats.measurements.probe_log import read_probe_log
+from trueloop.formats.measurements.readings_csv import read_readings
+from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.formats.tables.model_file import read_model
 
 
 def _example(name: str) -> str:

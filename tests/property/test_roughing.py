@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from tests.support.columns import assert_cleared, sampled
 from tests.support.roughing_reference import Cycle, Piece, Row, cuts, gouges_mm, pattern
 from trueloop.geometry.feature import Array
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 QUADRANT: Final = ((5, 0), (4, 3), (3, 4), (0, 5))
 """Points of a circle of radius 5 whose coordinates are whole numbers."""

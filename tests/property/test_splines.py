@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import interpret
 from tests.support.nc_judge import assert_same_moves
 from tests.support.splines import splines
-from trueloop.nc.program import read_program
+from trueloop.nc.program.program import read_program
 
 
 @given(

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.unit.nc.test_turning_cycles import Row, rows
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 HALVINGS = 100
 

@@ -13,10 +13,10 @@ from tests.support.machine_moves import MachineMove, machine_moves
 from tests.support.nc_judge import assert_same_moves
 from tests.support.spelled_moves import EITHER, MILLING, TURNING, programs
 from trueloop.errors import Severity
-from trueloop.nc.dialect import DIALECTS
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion
-from trueloop.nc.translation.translate import translate
+from trueloop.nc.program.dialect import DIALECTS
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion
+from trueloop.nc.translate.translate import translate
 from trueloop.units import MM_PER_INCH
 
 PAIRS = [

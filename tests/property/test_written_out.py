@@ -12,14 +12,14 @@ from tests.support.drawn_contours import DRAWING, drawn_contours
 from tests.support.linuxcnc import interpret
 from tests.support.nc_judge import assert_same_moves, leading_somewhere
 from trueloop.geometry.feature import Array
-from trueloop.nc.along import points_along
-from trueloop.nc.composed_edits import composed
-from trueloop.nc.edit import Edit, apply_edits
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.shape_words import is_shaped
-from trueloop.nc.tool_path import ToolPath
-from trueloop.nc.translation.translate import translate
-from trueloop.nc.written_out import WrittenOut, written_out
+from trueloop.nc.edit.composed_edits import composed
+from trueloop.nc.edit.edit import Edit, apply_edits
+from trueloop.nc.edit.shape_words import is_shaped
+from trueloop.nc.expand.expand import WrittenOut, written_out
+from trueloop.nc.program.along import points_along
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.nc.translate.translate import translate
 
 SHARES = np.linspace(0.0, 1.0, 9)
 STEPS = 2.0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tests.support.nist_errors import finish_um, nist_parts, semifinish, table1
-from trueloop.error_curve.chain import TangentPolicy
-from trueloop.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.error_curve.options import FitOptions
-from trueloop.error_curve.spline import EndConditions, least_squares_spline
 from trueloop.geometry.feature import Array
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.spline import EndConditions, least_squares_spline
 from trueloop.units import UM_PER_MM
 
 DOME = slice(12, 32)

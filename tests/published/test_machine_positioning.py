@@ -10,7 +10,7 @@ from statistics import mean, stdev
 
 import pytest
 
-from trueloop.formats.positioning_data import read_positioning
+from trueloop.formats.measurements.positioning_data import read_positioning
 
 pytestmark = pytest.mark.corpus
 

@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from trueloop.geometry.feature import Array
-from trueloop.machine.drift_model import fit_drift
-from trueloop.machine.lag import lagged
+from trueloop.machine.drift.model import fit_drift
+from trueloop.machine.model.lag import lagged
 
 pytestmark = pytest.mark.corpus
 

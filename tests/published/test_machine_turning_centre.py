@@ -6,10 +6,10 @@ P is work point − tool point, so it is COMP_MTG = −E: what is added to the c
 import numpy as np
 import sympy as sp
 
-from trueloop.machine.jacobian import first_order_error_mm
-from trueloop.machine.kinematics import exact_error_mm
-from trueloop.machine.names import error_name
-from trueloop.machine.structure import chain_of
+from trueloop.machine.model.jacobian import first_order_error_mm
+from trueloop.machine.model.kinematics import exact_error_mm
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.structure import chain_of
 
 ISO = {
     "dx_x": "EXX", "dz_x": "EZX", "ey_x": "EBX",

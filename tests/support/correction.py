@@ -5,9 +5,9 @@ from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
-from trueloop.loops.correction import Correction, Inputs
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.process_intermittent import compensate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NOW = datetime(2026, 1, 31, 8, 15, tzinfo=UTC)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from trueloop.nc.tool_path import INVERSE_TIME, PER_MINUTE, PER_REVOLUTION, Motion, ToolPath
+from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, PER_REVOLUTION, Motion, ToolPath
 
 _FEED_UNITS = {INVERSE_TIME: "1/min", PER_MINUTE: "mm/min", PER_REVOLUTION: "mm/rev"}
 

@@ -6,9 +6,9 @@
 from collections.abc import Mapping
 
 from trueloop.errors import Code
-from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.dialect import DIALECTS
-from trueloop.nc.program import read_program
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.dialect import DIALECTS
+from trueloop.nc.program.program import read_program
 
 WORKS, KEPT, NOT_YET, NONE = "works", "kept", "not yet", "–"
 

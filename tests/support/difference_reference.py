@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.nc.along import lengths_mm, points_along
-from trueloop.nc.difference import SAGITTA_MM
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.match.difference import SAGITTA_MM
+from trueloop.nc.program.along import lengths_mm, points_along
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 Array = NDArray[np.float64]
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from tests.support.machines import chain_with_travel
 from trueloop.geometry.feature import Array
-from trueloop.machine.model import Machine, MachineModel
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import CONSTANT, polynomial
-from trueloop.machine.term import Part, Term
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT, polynomial
+from trueloop.machine.model.term import Part, Term
 
 CHAIN = chain_with_travel("turning")
 X_TRAVEL, Z_TRAVEL = CHAIN.axis("X").travel, CHAIN.axis("Z").travel

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from trueloop.geometry.feature import Feature, Line, Point
-from trueloop.nc.feed_moves import FeedMove
+from trueloop.nc.program.feed_moves import FeedMove
 
 
 def cut(paths: Iterable[Feature], first: int = 0, chain: int = 0) -> list[FeedMove]:

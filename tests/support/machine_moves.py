@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.geometry.feature import Array
-from trueloop.nc.program import Program
-from trueloop.nc.tool_path import Motion
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion
 
 STANDS_MM = 1e-5
 """What leads nowhere: no word says where a helix of Klartext ends, and the block after it makes up for its rounding."""

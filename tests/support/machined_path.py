@@ -10,13 +10,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tests.support.linuxcnc import Move, Tool, interpret
-from trueloop.compensation.record import MARK
+from trueloop.domain.record import MARK
 from trueloop.geometry.feature import Array
-from trueloop.loops.mapped_program import MapOptions, map_program
-from trueloop.machine.model import MachineModel, State
-from trueloop.machine.setup import Setup, compensation_field
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion
+from trueloop.loops.machine.mapped_program import MapOptions, map_program
+from trueloop.machine.correct.setup import Setup, compensation_field
+from trueloop.machine.model.model import MachineModel, State
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion
 
 STARTUP = "G17 G21 G40 G49 G54 G64 G80 G90 G91.1 G94"
 

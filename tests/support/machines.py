@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from trueloop.geometry.feature import Array
-from trueloop.machine.chain import AxisKind, Chain
-from trueloop.machine.kinematics import exact_error_mm
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.observations import Observations
-from trueloop.machine.position_basis import CONSTANT, segments
-from trueloop.machine.structure import chain_of
-from trueloop.machine.term import Part, Term, block_diagonal
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.chain import AxisKind, Chain
+from trueloop.machine.model.kinematics import exact_error_mm
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.position_basis import CONSTANT, segments
+from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import Part, Term, block_diagonal
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 

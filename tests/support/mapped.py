@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from trueloop.loops.mapped_program import MapOptions, Mapped, map_program
-from trueloop.nc.field import Field, function_field
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import ToolPath
+from trueloop.loops.machine.mapped_program import MapOptions, Mapped, map_program
+from trueloop.nc.field.field import Field, function_field
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import ToolPath
 
 FREE = MapOptions(limit_mm=np.inf, slope=np.inf)
 MIXED = function_field(
@@ -30,7 +30,7 @@ def path_of(text: str, dialect: str = "linuxcnc") -> ToolPath:
 
 def displaced_path(path: ToolPath, field: Field) -> ToolPath:
     """The cuts' points, a hundredth of a degree or 50 µm apart, displaced one by one: no fitting, no rounding."""
-    from trueloop.nc.difference import _pieces
+    from trueloop.nc.match.difference import _pieces
 
     pieces = _pieces(path, np.flatnonzero(~path.rapid), 0.05)
     ends = [points + field.displacement_mm(points) for points in (pieces.start_mm, pieces.end_mm)]

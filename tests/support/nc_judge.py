@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.linuxcnc import Move
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 TOLERANCE_MM: Final = 25.4e-9
 """1e-9 in."""

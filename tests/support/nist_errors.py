@@ -5,10 +5,10 @@ from functools import cache
 import numpy as np
 
 from scripts.nist_parts import FAMILIES, NistPart, parts, profile_of, table1_touches
-from trueloop.gauging.error_vectors import ErrorVectors
-from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop.units import UM_PER_MM
 
 MODBAS2 = next(family for family in FAMILIES if family.name == "MODBAS2")

@@ -9,17 +9,17 @@ import numpy as np
 
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Severity
-from trueloop.gauging.obstacle import stock_obstacle
-from trueloop.gauging.plan import GaugingPoints, Spacing, equally_spaced
-from trueloop.gauging.probe_plan import Approach, ProbePlan, probe_plan
-from trueloop.gauging.stylus import Stylus
 from trueloop.geometry.feature import Array, Line, Point
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.correction import Inputs
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Inputs
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion
+from trueloop.probing.obstacle import stock_obstacle
+from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
+from trueloop.probing.stylus import Stylus
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STYLUS = Stylus(1.5, 0.75, 50.0, np.pi / 4)

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from trueloop.loops.correction import Correction
-from trueloop.report import whiskers
-from trueloop.report.curves import error_curve
+from trueloop.loops.turned.correction import Correction
 from trueloop.report.style import Figure
+from trueloop.report.turned import whiskers
+from trueloop.report.turned.curves import error_curve
 
 
 def figures(correction: Correction) -> Iterator[Figure]:

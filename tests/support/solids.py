@@ -5,7 +5,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from trueloop.formats.cad_kernel import kernel
+from trueloop.formats.cad.kernel import kernel
 from trueloop.geometry.feature import Feature, Line, Point
 
 

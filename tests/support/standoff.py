@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trueloop.compensation.moves import Move
 from trueloop.geometry.feature import Array, Point
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.turned.compensation.moves import Move
 
 
 def feed_moves_of(path: ToolPath) -> list[Move]:

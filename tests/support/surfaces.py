@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from trueloop.error_surface.neighbourhood import Neighbourhood
-from trueloop.error_surface.places import Places
-from trueloop.error_surface.spline_surface import Size, SplineSurface
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion
 from trueloop.simulator.mill import MilledStock, ball_end
+from trueloop.surface.separation.neighbourhood import Neighbourhood
+from trueloop.surface.separation.places import Places
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 GRID = np.linspace(0.0, 1.0, 25)
 

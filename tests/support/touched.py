@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.gauging.error_vectors import ErrorVectors
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
+from trueloop.turned.touches.error_vectors import ErrorVectors
 
 ErrorOf = Callable[[Array, Array], Array]
 """Part error in mm from points (n, 2) and outward normals (n, 2)."""

@@ -20,16 +20,16 @@ from scripts.nist_parts import (
 )
 from tests.support.linuxcnc import Tool, interpret
 from trueloop.errors import Severity
-from trueloop.gauging.touches import Gauging, error_vectors
 from trueloop.geometry.feature import Arc
-from trueloop.loops.correction import Inputs
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.nc.check import check
-from trueloop.nc.feed_moves import feed_moves
-from trueloop.nc.matching import match_contour
-from trueloop.nc.program import read_program
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.check.check import check
+from trueloop.nc.match.matching import match_contour
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.program import read_program
 from trueloop.statistics import rms
+from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 JOBS = sorted(EXAMPLES.glob("*/job.toml"))

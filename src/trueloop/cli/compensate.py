@@ -10,7 +10,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 if TYPE_CHECKING:
-    from trueloop.loops.correction import Correction
+    from trueloop.loops.turned.correction import Correction
 
 
 @guarded
@@ -34,8 +34,8 @@ def run_job(path: Path, output: Path | None, as_json: bool) -> None:
         from trueloop.cli import summary
         from trueloop.errors import TrueloopError
         from trueloop.formats.outputs import write_all
-        from trueloop.loops.job_inputs import read_inputs
-        from trueloop.loops.process_intermittent import compensate
+        from trueloop.loops.inputs.job_inputs import read_inputs
+        from trueloop.loops.turned.process_intermittent import compensate
 
         job = read_inputs(path)
         try:
@@ -57,8 +57,8 @@ def _from_here(folder: Path) -> Path:
 
 def _contents(correction: "Correction") -> Mapping[str, bytes | None]:
     """File name to bytes, None for one that there shall not be. The record comes last: then its set is complete."""
-    from trueloop.formats.table_csv import table_to_csv
-    from trueloop.report.page import page
+    from trueloop.formats.tables.table_csv import table_to_csv
+    from trueloop.report.turned.page import page
 
     return {
         correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,

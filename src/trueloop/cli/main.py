@@ -6,11 +6,14 @@ from typing import Annotated, Final
 
 import typer
 
-from trueloop.cli import linuxcnc, machine, nc, part, probe, surface
+from trueloop.cli import linuxcnc, part, probe
 from trueloop.cli.compensate import compensate
 from trueloop.cli.demo import demo
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
+from trueloop.cli.machine import commands as machine
+from trueloop.cli.nc import commands as nc
 from trueloop.cli.simulate import simulate
+from trueloop.cli.surface import commands as surface
 
 THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Threads of numpy's and scipy's linear algebra: one, unless the user says otherwise before the start. Ours are small

@@ -46,7 +46,7 @@ def show(
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
     from trueloop.cli.profile_table import as_dict, print_profile
     from trueloop.geometry.offset import nose_centre_path
-    from trueloop.loops.job_inputs import read_part
+    from trueloop.loops.inputs.job_inputs import read_part
 
     with busy(f"reading {job}"):
         part = read_part(job)
@@ -75,9 +75,9 @@ def from_program(
     output: Output = None,
 ) -> None:
     """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
-    from trueloop.nc.contour import contour_of_program
-    from trueloop.nc.feed_moves import feed_moves
-    from trueloop.nc.rapid import boring_moves
+    from trueloop.nc.check.rapid import boring_moves
+    from trueloop.nc.match.contour import contour_of_program
+    from trueloop.nc.program.feed_moves import feed_moves
 
     with busy(f"reading {file}"):
         program = read_program_file(file, dialect, unit)
@@ -101,7 +101,7 @@ def from_dxf(
     output: Output = None,
 ) -> None:
     """Make a [part] table from a drawing: the one outline of lines and arcs in it."""
-    from trueloop.formats.dxf import read_dxf
+    from trueloop.formats.cad.dxf import read_dxf
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
@@ -129,7 +129,7 @@ def from_step(
     """Make a [part] table from a turned solid: its outside, as exact lines and arcs."""
     import math
 
-    from trueloop.formats.step_profile import read_step_profile
+    from trueloop.formats.cad.step_profile import read_step_profile
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
@@ -142,8 +142,8 @@ def from_step(
 
 def _hand_over(name: str, profile: "Profile", notes: "Sequence[str]", output: Path | None, source: Path) -> None:
     """The table with the decisions as comments, to a file or to stdout."""
+    from trueloop.formats.jobs.profile_of_job import part_table_toml
     from trueloop.formats.outputs import write_all
-    from trueloop.formats.profile_of_job import part_table_toml
 
     comments = "".join(f"# {' '.join(note.split())}\n" for note in notes)
     table = comments + part_table_toml(name, profile)

@@ -23,7 +23,7 @@ Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to wri
 @guarded
 def plan(job: Job, as_json: AsJson = False) -> None:
     """Show every touch: point, feature, contact, approach and the way there, free of collisions."""
-    from trueloop.loops.probing import read_probing
+    from trueloop.loops.inputs.probing import read_probing
 
     probing = read_probing(job)
     touches = probing.plan.touches
@@ -54,7 +54,7 @@ def program(job: Job, control: OfControl, output: Output = None) -> None:
     """Write the probing program for a control."""
     from trueloop.controllers.probing import probing_program
     from trueloop.controllers.probing.settings import settings_of
-    from trueloop.loops.probing import read_probing
+    from trueloop.loops.inputs.probing import read_probing
 
     probing = read_probing(job)
     text = probing_program(
@@ -73,7 +73,7 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place."""
-    from trueloop.loops.probing import read_logged_touches, read_probing, touches_csv
+    from trueloop.loops.inputs.probing import read_logged_touches, read_probing, touches_csv
 
     probing = read_probing(job)
     matched = read_logged_touches(probing, log, control)
@@ -99,9 +99,9 @@ def calibrate(
     """Print the table [calibration] of a probe file: effective ball radius and lobing."""
     import numpy as np
 
-    from trueloop.formats.probe_log import read_probe_log
-    from trueloop.formats.probe_toml import calibration_toml
-    from trueloop.gauging.calibration import calibrate as fit
+    from trueloop.formats.jobs.probe_toml import calibration_toml
+    from trueloop.formats.measurements.probe_log import read_probe_log
+    from trueloop.probing.calibration import calibrate as fit
 
     touched = read_probe_log(log, control, inch=inch, diameter=x_is == "diameter")
     found = fit(np.array([t.position_mm for t in touched]), radius_mm, ring=ring, lobes=lobes)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
-    from trueloop.formats.offsets_toml import OffsetTables
-    from trueloop.nc.cutter_tool import CutterTool
-    from trueloop.nc.program import Program
+    from trueloop.formats.tables.offsets_toml import OffsetTables
+    from trueloop.nc.program.cutter_tool import CutterTool
+    from trueloop.nc.program.program import Program
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="FILE", help="The NC program.")]
 DialectName = Annotated[
@@ -77,8 +77,8 @@ def read_program_file(
     """The program in its dialect, as `read_program` takes it. Raises NC-FILE and NC-DIALECT."""
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
-    from trueloop.nc.guess import guess_dialect
-    from trueloop.nc.program import read_program
+    from trueloop.nc.program.guess import guess_dialect
+    from trueloop.nc.program.program import read_program
 
     source = read_input(path, Code.NC_FILE, hint="name an NC program")
     known = guess_dialect(source, str(path)) if dialect is None else dialect
@@ -104,7 +104,7 @@ def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict
 
 def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
     """`["2=R0.4,Q3", "R5"]` as tools; anything else is a fault of the command line."""
-    from trueloop.nc.cutter_tool import CutterTool
+    from trueloop.nc.program.cutter_tool import CutterTool
 
     tools: list[CutterTool] = []
     for text in texts or ():
@@ -121,7 +121,7 @@ def tools_of(texts: Sequence[str] | None) -> "list[CutterTool]":
 
 def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, float]]:
     """`["G54=0,0,-120"]` as zeros by the number of the work offset; anything else is a fault of the command line."""
-    from trueloop.nc.work_offset import offset_number
+    from trueloop.nc.program.work_offset import offset_number
 
     offsets: dict[int, tuple[float, float, float]] = {}
     for text in texts or ():
@@ -135,7 +135,7 @@ def offsets_of(texts: Sequence[str] | None) -> dict[int, tuple[float, float, flo
 
 def tables_of(file: Path | None) -> "OffsetTables":
     """What an offsets file says, if there is one. Raises NC-FILE."""
-    from trueloop.formats.offsets_toml import OffsetTables, read_offsets
+    from trueloop.formats.tables.offsets_toml import OffsetTables, read_offsets
 
     return OffsetTables() if file is None else read_offsets(file)
 

@@ -26,8 +26,8 @@ def simulate(
 ) -> None:
     """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
     from trueloop.cli import simulated_summary as summary
-    from trueloop.loops.simulated import simulate as simulate_part
-    from trueloop.loops.simulated import workshop_and_trial
+    from trueloop.loops.simulated.simulated import simulate as simulate_part
+    from trueloop.loops.simulated.simulated import workshop_and_trial
 
     workshop, trial = workshop_and_trial(job, machine)
     if parts == 1:
@@ -38,7 +38,7 @@ def simulate(
     from rich.console import Console
     from rich.progress import Progress
 
-    from trueloop.loops.study import study
+    from trueloop.loops.simulated.study import study
 
     with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("parts", total=parts)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from trueloop.geometry.feature import Array
-from trueloop.loops.simulated import SimulatedPart
-from trueloop.loops.study import Study
+from trueloop.loops.simulated.simulated import SimulatedPart
+from trueloop.loops.simulated.study import Study
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trueloop.cli.terminal import wide_console
-from trueloop.loops.correction import Correction
-from trueloop.loops.outcome import Outcome, between_cuts_words, causes_um, outcomes
-from trueloop.report.composed import composed_words
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.outcome import Outcome, between_cuts_words, causes_um, outcomes
 from trueloop.report.style import plain, signed
-from trueloop.report.summary import expected_words, headline, kind_of_correction, offset_words, worst_of
+from trueloop.report.turned.composed import composed_words
+from trueloop.report.turned.summary import expected_words, headline, kind_of_correction, offset_words, worst_of
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
-from trueloop.machine.model import MachineModel, State
+from trueloop.machine.model.model import MachineModel, State
 
 
 @dataclass(frozen=True)

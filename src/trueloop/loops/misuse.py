@@ -2,10 +2,10 @@
 
 from datetime import datetime
 
-from trueloop.compensation.limits import Limits, check_age
-from trueloop.compensation.record import check_same_program, check_uncorrected
+from trueloop.domain.record import check_same_program, check_uncorrected
 from trueloop.errors import in_file
-from trueloop.nc.program import Program
+from trueloop.nc.program.program import Program
+from trueloop.turned.compensation.limits import Limits, check_age
 
 
 def refuse_misuse(

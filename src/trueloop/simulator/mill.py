@@ -14,8 +14,8 @@ from typing import TypeAlias
 import numpy as np
 
 from trueloop._core import CutterSweep
-from trueloop.compensation.cutter import Cutter
 from trueloop.geometry.feature import Array
+from trueloop.surface.compensation.cutter import Cutter
 
 Displacement: TypeAlias = Callable[[Array], Array]
 """Actual less commanded position of the cutter's centre: (n, 3) → (n, 3), mm."""

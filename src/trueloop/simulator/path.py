@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 
 from trueloop.geometry.feature import Arc, Array, Feature
-from trueloop.nc.feed_moves import nose_centre_moves
-from trueloop.nc.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
+from trueloop.nc.program.feed_moves import nose_centre_moves
+from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 
 LINE_STEP_MM: Final = 0.05
 CHORD_MM: Final = 2.5e-7

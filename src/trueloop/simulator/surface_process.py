@@ -5,8 +5,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.error_surface.spline_surface import Size, SplineSurface
 from trueloop.geometry.feature import Array
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 EXTREME_OF_625: Final = 3.08
 """Expected largest of 625 standard normal values: what a published ± of 625 residuals means in standard deviations."""

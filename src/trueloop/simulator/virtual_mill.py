@@ -6,12 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.compensation.cutter import contacts
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.mill import EndMill, MilledStock
 from trueloop.simulator.surface_process import SurfaceProcess, Variation
+from trueloop.surface.compensation.cutter import contacts
 
 STEP_MM: Final = 0.5
 """The cutter is displaced anew this far along a pass: errors of the process are smooth over millimetres."""

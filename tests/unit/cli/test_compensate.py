@@ -14,10 +14,10 @@ from typer.testing import Result
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.compensation.record import sha256_of
-from trueloop.loops.correction import Correction
-from trueloop.loops.job_inputs import read_inputs
-from trueloop.loops.process_intermittent import compensate
+from trueloop.domain.record import sha256_of
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 JOB = EXAMPLES / "modbas2" / "job.toml"

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tests.support.cli import output_of
-from trueloop.formats.model_file import model_to_json
-from trueloop.machine.lag import lagged
-from trueloop.machine.model import Machine, MachineModel
-from trueloop.machine.names import error_name
-from trueloop.machine.structure import chain_of
-from trueloop.machine.term import Term
+from trueloop.formats.tables.model_file import model_to_json
+from trueloop.machine.model.lag import lagged
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import Term
 
 
 def _log(path: Path, seed: int, *, offset_um: float = 0.0, warmer: float = 0.0, displacement: bool = True) -> Path:

@@ -11,8 +11,8 @@ from ezdxf.filemanagement import new
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.formats.job import PartTable, read_job
-from trueloop.formats.profile_of_job import profile_of_table
+from trueloop.formats.jobs.job import PartTable, read_job
+from trueloop.formats.jobs.profile_of_job import profile_of_table
 from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 

@@ -12,11 +12,11 @@ import pytest
 
 from tests.support.cli import run
 from trueloop.cli.failure import ExitStatus
-from trueloop.compensation.record import sha256_of
-from trueloop.formats.cad import CadFace, read_face, read_faces
-from trueloop.formats.cad_kernel import kernel
+from trueloop.domain.record import sha256_of
+from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.step import CadFace, read_face, read_faces
 from trueloop.geometry.feature import Array
-from trueloop.loops.surface_inputs import read_surface_inputs
+from trueloop.loops.inputs.surface_inputs import read_surface_inputs
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
 
@@ -302,7 +302,7 @@ def test_a_corrected_surface_that_cannot_be_trimmed_is_written_whole_and_said_to
     job, at = bored_job(tmp_path), np.linspace(1, 49, 17)
     for k in range(1, 5):
         measured(tmp_path / f"S{k}.csv", at, at, clear_mm=10.1, seed=k)
-    monkeypatch.setattr("trueloop.formats.cad.trimmed_face", lambda *_: None)
+    monkeypatch.setattr("trueloop.formats.cad.step.trimmed_face", lambda *_: None)
     said = run("surface", "compensate", job, "-o", tmp_path / "out")
     assert "corrected.step is the whole patch, not trimmed" in " ".join(said.split())
     assert read_face(tmp_path / "out" / "corrected.step").loops == ()

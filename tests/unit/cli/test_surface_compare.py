@@ -17,8 +17,8 @@ from OCP.STEPControl import STEPControl_Reader
 from tests.support.chromium import console_errors, dump_dom
 from tests.support.cli import run
 from trueloop.cli.failure import ExitStatus
-from trueloop.formats.cad_kernel import kernel
-from trueloop.formats.points_csv import points_to_csv
+from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.measurements.points_csv import points_to_csv
 from trueloop.geometry.feature import Array
 
 SIDE_MM = 40.0

@@ -10,11 +10,11 @@ from tests.support.machines import chain_with_travel, random_directions, random_
 from trueloop.diagnosis.components import Inspections, coords_actual_mm, error_components
 from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
 from trueloop.geometry.feature import Array
-from trueloop.machine.identify import identify
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.position_basis import CONSTANT
-from trueloop.machine.standard import turning_terms
-from trueloop.machine.term import Part, Term
+from trueloop.machine.identify.identify import identify
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.position_basis import CONSTANT
+from trueloop.machine.model.standard import turning_terms
+from trueloop.machine.model.term import Part, Term
 
 LATHE = Machine("lathe", chain_with_travel("turning"))
 TOOL_MM = np.array([60.0, 0.0, 35.0])

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from tests.support.surfaces import random_surface, wavy_surface
-from trueloop.compensation.limits import Limits
-from trueloop.compensation.surface_shift import corrected_surface
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.cad import CadFace, read_face, read_faces, write_surface
-from trueloop.formats.cad_kernel import kernel
-from trueloop.formats.cad_loops import Loop
-from trueloop.formats.cad_trim import distance_mm, edges_mm
+from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.loops import Loop
+from trueloop.formats.cad.step import CadFace, read_face, read_faces, write_surface
+from trueloop.formats.cad.trim import distance_mm, edges_mm
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
+from trueloop.surface.compensation.shift import corrected_surface
+from trueloop.turned.compensation.limits import Limits
 
 RNG = np.random.default_rng(71)
 HOLE, RADIUS = (0.3, 0.6), (0.1, 0.2)

@@ -23,12 +23,12 @@ from OCP.TopAbs import TopAbs_State
 
 from tests.support.solids import turned_spline, written
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats import cad
-from trueloop.formats.cad import CadFace, read_face, read_faces, read_shape
-from trueloop.formats.cad_kernel import kernel
-from trueloop.gauging.surface_deviations import MeasuredPoints, surface_deviations
+from trueloop.formats.cad import step as cad
+from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.step import CadFace, read_face, read_faces, read_shape
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface_closest import closest
+from trueloop.surface.deviations.deviations import MeasuredPoints, surface_deviations
 
 RNG = np.random.default_rng(15)
 TILTED = gp_Ax2(gp_Pnt(3.0, -7.0, 11.0), gp_Dir(0.3, -0.2, 0.9), gp_Dir(0.5, 0.6, 0.1))

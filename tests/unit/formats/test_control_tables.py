@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.support.machines import chain_with_travel, random_model
-from trueloop.formats.control_tables import CAUTION, heidenhain_cma, heidenhain_com, siemens_cec
+from trueloop.formats.tables.control_tables import CAUTION, heidenhain_cma, heidenhain_com, siemens_cec
 from trueloop.geometry.feature import Array
-from trueloop.machine.axis_table import AxisTable, axis_table
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import segments
-from trueloop.machine.term import Part, Term
+from trueloop.machine.correct.axis_table import AxisTable, axis_table
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import segments
+from trueloop.machine.model.term import Part, Term
 
 MILL = Machine("mill", chain_with_travel("mill-gantry"))
 AT = np.linspace(3.0, 497.0, 67)

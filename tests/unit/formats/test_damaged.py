@@ -9,11 +9,11 @@ from tests.property.test_readers import DXF, MODEL
 from tests.support.places import EXAMPLES
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.formats.dxf import read_dxf
-from trueloop.formats.job import read_job
-from trueloop.formats.model_file import read_model
-from trueloop.formats.surface_job import read_surface_job
-from trueloop.formats.virtual_machine_toml import read_virtual_machine
+from trueloop.formats.cad.dxf import read_dxf
+from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.surface_job import read_surface_job
+from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.formats.tables.model_file import read_model
 
 
 @pytest.fixture

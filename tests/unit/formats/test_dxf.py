@@ -13,7 +13,7 @@ from hypothesis import given
 
 from tests.support.profiles import facetst, modbas2, piecs11, profiles
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.dxf import DxfProfile, read_dxf
+from trueloop.formats.cad.dxf import DxfProfile, read_dxf
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile

@@ -11,7 +11,7 @@ from ezdxf.document import Drawing
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.formats.dxf import read_dxf
+from trueloop.formats.cad.dxf import read_dxf
 from trueloop.geometry.feature import Arc, Line
 
 SHAFT = [

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.job import Job, read_job
+from trueloop.formats.jobs.job import Job, read_job
 
 JOB = """\
 [part]

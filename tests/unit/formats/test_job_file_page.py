@@ -9,7 +9,7 @@ import pytest
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from trueloop.formats import job
+from trueloop.formats.jobs import job
 
 PAGE = (Path(__file__).parents[3] / "docs" / "job-file.md").read_text(encoding="utf-8")
 MODELS: dict[str, type[BaseModel]] = {

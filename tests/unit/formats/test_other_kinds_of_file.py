@@ -10,9 +10,9 @@ from tests.support.cli import run
 from tests.support.correction import EXAMPLES
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import read_text
-from trueloop.formats.job import read_job
-from trueloop.formats.touches_csv import read_touches
-from trueloop.loops.program_survey import survey_of
+from trueloop.formats.jobs.job import read_job
+from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.loops.machine.program_survey import survey_of
 
 TEXT = "point,nominal_x_mm,nominal_z_mm,error_um\n1,10,20,3\n"
 

@@ -10,8 +10,8 @@ from hypothesis import given
 
 from tests.support.profiles import modbas2, piecs11, profiles, turned_on
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.job import PartTable
-from trueloop.formats.profile_of_job import part_table_toml, profile_of_table
+from trueloop.formats.jobs.job import PartTable
+from trueloop.formats.jobs.profile_of_job import part_table_toml, profile_of_table
 from trueloop.geometry.feature import Arc
 from trueloop.geometry.profile import TANGENT_WITHIN_RAD, JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile

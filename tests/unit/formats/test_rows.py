@@ -10,13 +10,13 @@ import pytest
 from tests.support.machines import chain_with_travel
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.formats.field_csv import read_field
-from trueloop.formats.history_csv import read_drift, read_history
-from trueloop.formats.inspections_csv import read_inspections
-from trueloop.formats.points_csv import read_points
-from trueloop.formats.positioning_data import read_positioning
-from trueloop.formats.readings_csv import read_readings
-from trueloop.formats.touches_csv import read_touches
+from trueloop.formats.measurements.field_csv import read_field
+from trueloop.formats.measurements.history_csv import read_drift, read_history
+from trueloop.formats.measurements.inspections_csv import read_inspections
+from trueloop.formats.measurements.points_csv import read_points
+from trueloop.formats.measurements.positioning_data import read_positioning
+from trueloop.formats.measurements.readings_csv import read_readings
+from trueloop.formats.measurements.touches_csv import read_touches
 
 PLACES = ",".join(f"{kind}_{c}_mm" for kind in ("nominal", "controller", "cmm") for c in "xyz")
 

@@ -16,11 +16,11 @@ from tests.support.profiles import facetst, modbas2, piecs11, polyline
 from tests.support.refusals import refused
 from tests.support.solids import turned, turned_spline, written
 from trueloop.errors import Code
-from trueloop.formats.step_profile import read_step_profile
+from trueloop.formats.cad.step_profile import read_step_profile
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.job_inputs import read_part
+from trueloop.loops.inputs.job_inputs import read_part
 
 PROFILES = {"facetst": facetst(), "modbas2": modbas2(), "piecs11": piecs11()}
 

@@ -5,8 +5,8 @@ import io
 
 import numpy as np
 
-from trueloop.compensation.table import CorrectionTable
-from trueloop.formats.table_csv import table_to_csv
+from trueloop.formats.tables.table_csv import table_to_csv
+from trueloop.turned.compensation.table import CorrectionTable
 
 TABLE = CorrectionTable(
     feature=("neck", 'dome, "main"'),

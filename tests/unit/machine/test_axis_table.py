@@ -7,12 +7,12 @@ import pytest
 
 from tests.support.machines import chain_with_travel
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.axis_table import axis_table
-from trueloop.machine.model import Machine, MachineModel
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import CONSTANT
-from trueloop.machine.structure import chain_of
-from trueloop.machine.term import Part, Term
+from trueloop.machine.correct.axis_table import axis_table
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT
+from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import Part, Term
 
 CHAIN = chain_with_travel("mill-gantry")
 PUSHED_BY_Z = MachineModel(

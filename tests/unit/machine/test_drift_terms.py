@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.drift_model import DriftModel, Member
-from trueloop.machine.drift_terms import turned, with_drift, zeroed_at
-from trueloop.machine.history import History, signals_at_end
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.structure import chain_of
+from trueloop.machine.drift.model import DriftModel, Member
+from trueloop.machine.drift.terms import turned, with_drift, zeroed_at
+from trueloop.machine.model.history import History, signals_at_end
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.structure import chain_of
 
 TIME_S = np.arange(0.0, 7201.0, 60.0)
 WARM, SPEED = 20 + 3 * np.sin(TIME_S / 1500), np.where(TIME_S > 1800, 3000.0, 0.0)

@@ -9,17 +9,17 @@ from scipy.stats import t as student
 from tests.support.machines import chain_with_travel, random_directions
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
-from trueloop.machine.choice import Choice
-from trueloop.machine.form import Form, fit_form
-from trueloop.machine.history import Clock, History, Lag, lag_signals, signals_at_end, slope_name
-from trueloop.machine.identify import Identification, identify
-from trueloop.machine.kinematics import exact_error_mm
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.observations import Observations
-from trueloop.machine.position_basis import CONSTANT, polynomial
-from trueloop.machine.term import Part, Term
-from trueloop.machine.validity import check_state
+from trueloop.machine.identify.choice import Choice
+from trueloop.machine.identify.form import Form, fit_form
+from trueloop.machine.identify.identify import Identification, identify
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.history import Clock, History, Lag, lag_signals, signals_at_end, slope_name
+from trueloop.machine.model.kinematics import exact_error_mm
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT, polynomial
+from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.validity import check_state
 
 MILL = Machine("mill", chain_with_travel("mill-table-x"))
 COLUMN = Lag("column", "T1", 3000.0, between_s=(300.0, 20000.0))

@@ -8,13 +8,13 @@ import pytest
 
 from tests.support.forward_model import ForwardMachine, random_machine
 from trueloop.geometry.feature import Array
-from trueloop.machine.chain import Chain
-from trueloop.machine.form import Form, fit_form
-from trueloop.machine.model import Machine, State
-from trueloop.machine.observations import Observations
-from trueloop.machine.standard import five_axis_terms, frame_terms, mill_terms, turning_terms
-from trueloop.machine.structure import PRESETS, chain_of
-from trueloop.machine.term import Term
+from trueloop.machine.identify.form import Form, fit_form
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.chain import Chain
+from trueloop.machine.model.model import Machine, State
+from trueloop.machine.model.standard import five_axis_terms, frame_terms, mill_terms, turning_terms
+from trueloop.machine.model.structure import PRESETS, chain_of
+from trueloop.machine.model.term import Term
 
 TRAVEL = {
     "X": (0.0, 500.0),

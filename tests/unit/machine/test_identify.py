@@ -5,12 +5,12 @@ import pytest
 from scipy.stats import t as student
 
 from tests.support.machines import chain_with_travel, random_directions, random_model, random_state, readings
-from trueloop.machine.identify import identify
-from trueloop.machine.model import Machine, State
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import CONSTANT, polynomial, segments
-from trueloop.machine.standard import mill_terms, turning_terms
-from trueloop.machine.term import Part, Term
+from trueloop.machine.identify.identify import identify
+from trueloop.machine.model.model import Machine, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT, polynomial, segments
+from trueloop.machine.model.standard import mill_terms, turning_terms
+from trueloop.machine.model.term import Part, Term
 
 LATHE = Machine("lathe", chain_with_travel("turning"))
 MILL = Machine("mill", chain_with_travel("mill-table-x"))

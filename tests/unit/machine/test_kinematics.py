@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from trueloop.machine.chain import ZERO, Chain
-from trueloop.machine.jacobian import first_order_error_mm, influences
-from trueloop.machine.kinematics import exact_error_mm, tool_in_work_mm
-from trueloop.machine.names import error_name
-from trueloop.machine.structure import PRESETS, chain_of
+from trueloop.machine.model.chain import ZERO, Chain
+from trueloop.machine.model.jacobian import first_order_error_mm, influences
+from trueloop.machine.model.kinematics import exact_error_mm, tool_in_work_mm
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.structure import PRESETS, chain_of
 
 
 def _positions(chain: Chain, seed: int, count: int = 4) -> np.ndarray:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from trueloop.geometry.feature import Array
-from trueloop.machine.pattern_likelihood import PatternLikelihood
-from trueloop.machine.planar_field import Plate, fit_pattern
+from trueloop.machine.standards.pattern_likelihood import PatternLikelihood
+from trueloop.machine.standards.planar_field import Plate, fit_pattern
 
 PARAMETERS = np.array([80.0, 6e-3, 3e-3, 4e-3])
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from trueloop.errors import TrueloopError
-from trueloop.machine.planar_field import QuadrupoleField
-from trueloop.machine.point_program import TableField, displace_points
-from trueloop.nc.edit import apply_edits
-from trueloop.nc.field import table_field
-from trueloop.nc.program import read_program
+from trueloop.machine.correct.point_program import TableField, displace_points
+from trueloop.machine.standards.planar_field import QuadrupoleField
+from trueloop.nc.edit.edit import apply_edits
+from trueloop.nc.field.field import table_field
+from trueloop.nc.program.program import read_program
 
 FIELD = QuadrupoleField(1e-4, 0.0)
 

@@ -8,16 +8,16 @@ import pytest
 from tests.support.forward_model import ForwardMachine, random_machine
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Array
-from trueloop.machine.form import Form, fit_form
-from trueloop.machine.hold_out import compare, hold_out
-from trueloop.machine.identify import Identification, identify
-from trueloop.machine.model import Machine, MachineModel, State
-from trueloop.machine.names import error_name
-from trueloop.machine.observations import Observations, joined
-from trueloop.machine.position_basis import CONSTANT, polynomial
-from trueloop.machine.standard import frame_terms, mill_terms
-from trueloop.machine.structure import PRESETS, chain_of
-from trueloop.machine.term import Part, Term
+from trueloop.machine.identify.form import Form, fit_form
+from trueloop.machine.identify.hold_out import compare, hold_out
+from trueloop.machine.identify.identify import Identification, identify
+from trueloop.machine.identify.observations import Observations, joined
+from trueloop.machine.model.model import Machine, MachineModel, State
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT, polynomial
+from trueloop.machine.model.standard import frame_terms, mill_terms
+from trueloop.machine.model.structure import PRESETS, chain_of
+from trueloop.machine.model.term import Part, Term
 
 TRAVEL = {"X": (0.0, 500.0), "Y": (-200.0, 200.0), "Z": (-300.0, 0.0)}
 NOISE_MM, NOISE_RAD = 0.3e-3, 0.5e-6

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from trueloop.nc.along import lengths_mm, points_along, said_ends
-from trueloop.nc.program import read_program
+from trueloop.nc.program.along import lengths_mm, points_along, said_ends
+from trueloop.nc.program.program import read_program
 
 HALF = math.sqrt(0.5)
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from trueloop.errors import Code, Finding
-from trueloop.nc.check import check
-from trueloop.nc.program import read_program
-from trueloop.nc.rapid import cutting_rapids
-from trueloop.nc.tool_path import ToolPath
+from trueloop.nc.check.check import check
+from trueloop.nc.check.rapid import cutting_rapids
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import ToolPath
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 LATHE = "G21 G18 G8 G90 F100\n"
@@ -169,7 +169,7 @@ def test_an_endless_program_is_looked_at_as_long_as_it_says_something_new(monkey
         looked_at.append(len(path))
         return cutting_rapids(path)
 
-    monkeypatch.setattr("trueloop.nc.check.cutting_rapids", spied)
+    monkeypatch.setattr("trueloop.nc.check.check.cutting_rapids", spied)
     text = b"G21 G90 F100.\nG0 X0. Y0. Z0.\nN1 G1 X10.\nG3 X0. Y10. I-10.1 J0.\nG0 Y0.\nGOTO1\nM30\n"
     codes = [found.code for found in check(read_program(text, "fanuc-mill"), block_limit=300_000)]
     assert codes.count(Code.NC_LIMIT) == codes.count(Code.NC_ARC_FIT) == 1

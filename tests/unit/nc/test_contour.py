@@ -14,16 +14,16 @@ from tests.support.feed_moves import backwards, cut, to
 from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles
 from tests.support.programs import ge2000t_text, linuxcnc_text
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.job import read_job
-from trueloop.formats.profile_of_job import profile_of_table
+from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.profile_of_job import profile_of_table
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.nc.contour import ProgramContour, contour_of_program
-from trueloop.nc.feed_moves import feed_moves
-from trueloop.nc.program import read_program
-from trueloop.nc.rapid import boring_moves
+from trueloop.nc.check.rapid import boring_moves
+from trueloop.nc.match.contour import ProgramContour, contour_of_program
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.program import read_program
 
 
 def same(found: Profile, nominal: Profile, atol_mm: float) -> None:

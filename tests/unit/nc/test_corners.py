@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 LATHE = "G21\nG00 X20. Z0.\nG01 Z-10. {corner} F.1\n{leaving}\n"
 MILL = "G21 G90\nG01 X10. Y0. {corner} F100.\nX10. Y10.\n"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.dialect_table import FEATURES, KEPT, NOT_YET, WORKS, outcome, table
-from trueloop.nc.dialect import DIALECTS
+from trueloop.nc.program.dialect import DIALECTS
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "dialects.md").read_text(encoding="utf-8")
 

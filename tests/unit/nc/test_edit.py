@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.dialect import dialect_named
-from trueloop.nc.edit import (
+from trueloop.nc.edit.edit import (
     Edit,
     apply_edits,
     coordinate_text,
@@ -18,8 +17,9 @@ from trueloop.nc.edit import (
     replace_block,
     set_offset,
 )
-from trueloop.nc.program import Program, Word, read_program
-from trueloop.nc.tool_path import CoordinateState
+from trueloop.nc.program.dialect import dialect_named
+from trueloop.nc.program.program import Program, Word, read_program
+from trueloop.nc.program.tool_path import CoordinateState
 
 INCH_DIAMETER = CoordinateState(inch=True, diameter=True)
 INCH_RADIUS = CoordinateState(inch=True, diameter=False)

@@ -2,9 +2,9 @@
 
 import pytest
 
-from trueloop.nc.edit import apply_edits
-from trueloop.nc.heading import insert_heading
-from trueloop.nc.program import read_program
+from trueloop.nc.edit.edit import apply_edits
+from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.program.program import read_program
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit import (
+from trueloop.nc.edit.edit import (
     apply_edits,
     coordinate_text,
     displace_word,
@@ -11,10 +11,10 @@ from trueloop.nc.edit import (
     insert_word,
     replace_block,
 )
-from trueloop.nc.guess import guess_dialect
-from trueloop.nc.heading import insert_heading
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import CoordinateState, Motion
+from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.program.guess import guess_dialect
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.tool_path import CoordinateState, Motion
 
 STATE = CoordinateState(inch=False, diameter=False)
 

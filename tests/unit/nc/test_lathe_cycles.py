@@ -4,7 +4,7 @@ import pytest
 
 from tests.unit.nc.test_turning_cycles import START, rows, run
 from trueloop.errors import Code
-from trueloop.nc.program import read_program
+from trueloop.nc.program.program import read_program
 
 CONTOUR = "N10 G00 X20.\nG01 Z-10.\nN20 X60."
 

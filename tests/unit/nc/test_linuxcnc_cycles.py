@@ -6,8 +6,8 @@ import pytest
 
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.nc_judge import assert_same_moves
-from trueloop.nc.cutter_tool import CutterTool
-from trueloop.nc.program import read_program
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.program import read_program
 
 LATHE, MILL = "G18 G21 G8 G40 G90 G94", "G17 G21 G40 G90 G94"
 TURNS = "S100 M3 G0 X20 Z5\n"

@@ -9,8 +9,8 @@ from tests.support.cli import invoke
 from tests.support.linuxcnc import ProgramRefusedError, interpret
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, Severity
-from trueloop.nc.check import check
-from trueloop.nc.program import read_program
+from trueloop.nc.check.check import check
+from trueloop.nc.program.program import read_program
 
 MILL = "G17 G21 G40 G90 G94"
 HEAD = "G21 G90 G17 F100\nG0 X0 Y0 Z1\n"

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from tests.support.linuxcnc_programs import FOLDER, outcomes, table
-from trueloop.nc.edit import apply_edits
-from trueloop.nc.program import read_program
+from trueloop.nc.edit.edit import apply_edits
+from trueloop.nc.program.program import read_program
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "linuxcnc-programs.md").read_text(encoding="utf-8")
 

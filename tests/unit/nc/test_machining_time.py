@@ -9,10 +9,10 @@ import pytest
 
 from tests.support.cli import invoke
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.along import lengths_mm
-from trueloop.nc.machining_time import machining_time
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.program.along import lengths_mm
+from trueloop.nc.program.machining_time import machining_time
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 
 def run(text: str, dialect: str = "fanuc-lathe") -> ToolPath:

@@ -17,11 +17,11 @@ from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.nc.contour import contour_of_program
-from trueloop.nc.contour_match import ContourMatch
-from trueloop.nc.feed_moves import FeedMove, feed_moves
-from trueloop.nc.matching import match_contour
-from trueloop.nc.program import read_program
+from trueloop.nc.match.contour import contour_of_program
+from trueloop.nc.match.contour_match import ContourMatch
+from trueloop.nc.match.matching import match_contour
+from trueloop.nc.program.feed_moves import FeedMove, feed_moves
+from trueloop.nc.program.program import read_program
 
 SHARES = np.linspace(0.0, 1.0, 33)
 

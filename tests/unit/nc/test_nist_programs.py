@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code
-from trueloop.nc.check import arc_misfit_mm, check
-from trueloop.nc.edit import apply_edits
-from trueloop.nc.program import Program, read_program
+from trueloop.nc.check.check import arc_misfit_mm, check
+from trueloop.nc.edit.edit import apply_edits
+from trueloop.nc.program.program import Program, read_program
 
 pytestmark = pytest.mark.corpus
 

@@ -3,8 +3,8 @@
 import pytest
 
 from trueloop.errors import Code, Place, Severity, TrueloopError
-from trueloop.nc.dialect import DIALECTS
-from trueloop.nc.program import Program, Word, read_program
+from trueloop.nc.program.dialect import DIALECTS
+from trueloop.nc.program.program import Program, Word, read_program
 
 
 def words(text: str, dialect: str = "ge2000t") -> list[tuple[str, str, str]]:

@@ -9,15 +9,15 @@ from tests.support.machined_path import corrected
 from tests.support.machines import chain_with_travel
 from tests.support.mapped import mapped, path_of
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.machine.model import Machine, MachineModel
-from trueloop.machine.names import error_name
-from trueloop.machine.position_basis import polynomial
-from trueloop.machine.setup import Setup
-from trueloop.machine.term import Part, Term
-from trueloop.nc.field import affine_field
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import PER_MINUTE, PER_REVOLUTION
-from trueloop.nc.understood import require_known_frame, require_understood
+from trueloop.machine.correct.setup import Setup
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import polynomial
+from trueloop.machine.model.term import Part, Term
+from trueloop.nc.field.field import affine_field
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import PER_MINUTE, PER_REVOLUTION
+from trueloop.nc.program.understood import require_known_frame, require_understood
 
 FANUC = "%\nO1\nG21 G17 G90\n{}\nG00 X1. Y2. Z5.\nG01 Z-1. F100.\nX10. Y8.\nM30\n%\n"
 LATHE = "%\nO1\nG21 G18\n{}\nG00 X20. Z5.\nG01 Z-10. F0.1\nX30. Z-12.\nM30\n%\n"

@@ -3,8 +3,8 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.program import read_program
-from trueloop.nc.shape_words import require_own_shape
+from trueloop.nc.edit.shape_words import require_own_shape
+from trueloop.nc.program.program import read_program
 
 LATHE = "G18 G71 DIAMON\nG1 X10 Z0 F1\n"
 MILL = "0 BEGIN PGM A MM\n1 L X+0 Y+0 Z+0 F100\n2 L X+10\n"

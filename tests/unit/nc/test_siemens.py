@@ -3,11 +3,11 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.dialect import dialect_named
-from trueloop.nc.edit import apply_edits, coordinate_text, displace_word
-from trueloop.nc.guess import guess_dialect
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import CoordinateState
+from trueloop.nc.edit.edit import apply_edits, coordinate_text, displace_word
+from trueloop.nc.program.dialect import dialect_named
+from trueloop.nc.program.guess import guess_dialect
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.tool_path import CoordinateState
 
 RADIUS = CoordinateState(inch=False, diameter=False)
 

@@ -13,8 +13,8 @@ from tests.support.csv_reference import csv_lines
 from tests.support.linuxcnc import interpret
 from trueloop._core import nc_rows
 from trueloop.geometry.feature import Arc
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import CSV_HEADER, CoordinateState, Motion, ToolPath, csv_text
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import CSV_HEADER, CoordinateState, Motion, ToolPath, csv_text
 
 decimals = st.integers(0, 12)
 PROGRAM = b"""N10 G70 G94 T0101 M03 S1200

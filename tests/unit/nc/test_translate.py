@@ -11,10 +11,10 @@ from tests.support.linuxcnc import Tool, interpret
 from tests.support.machine_moves import machine_moves
 from tests.support.nc_judge import assert_same_moves
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.nc.dialect import DIALECTS
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.translation.controls import CONTROLS
-from trueloop.nc.translation.translate import Translation, translate
+from trueloop.nc.program.dialect import DIALECTS
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.translate.controls import CONTROLS
+from trueloop.nc.translate.translate import Translation, translate
 
 PROGRAMS = Path(__file__).parents[2] / "programs"
 WHOLE = (

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from trueloop.errors import Code
-from trueloop.nc.program import read_program
-from trueloop.nc.tool_path import Motion, ToolPath
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 Row = tuple[str, float, float]
 START = "G21\nG00 X60. Z2.\n"

@@ -3,8 +3,8 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.program import read_program
-from trueloop.nc.understood import require_known_frame
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.understood import require_known_frame
 
 TURNED = b"G21 G18\nG0 X50 Z2\nG68 X0 Z0 R30\nG1 X40 Z0 F0.1\nG69\nM30\n"
 

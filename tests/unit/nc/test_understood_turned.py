@@ -3,8 +3,8 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.program import read_program
-from trueloop.nc.understood import require_unturned
+from trueloop.nc.program.program import read_program
+from trueloop.nc.program.understood import require_unturned
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,9 @@
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.program import Unit, read_program
-from trueloop.nc.tool_path import ToolPath
-from trueloop.nc.unit import unit_of_path
+from trueloop.nc.program.program import Unit, read_program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.nc.program.unit import unit_of_path
 
 INCH_MM = 25.4
 

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.number_text import rounded_mm
-from trueloop.nc.program import Program, read_program
-from trueloop.nc.tool_path import CoordinateState, ToolPath
-from trueloop.nc.written_out import written_out
+from trueloop.nc.edit.number_text import rounded_mm
+from trueloop.nc.expand.expand import written_out
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.tool_path import CoordinateState, ToolPath
 
 
 def run(program: Program) -> ToolPath:

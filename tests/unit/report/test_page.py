@@ -9,8 +9,8 @@ from scipy.special import ndtri, stdtrit
 
 from tests.support.correction import example_correction, size_error_correction
 from tests.support.report_figures import figures
-from trueloop.loops.correction import Correction
-from trueloop.report.page import page
+from trueloop.loops.turned.correction import Correction
+from trueloop.report.turned.page import page
 
 HOSTILE = "<script>alert('x')</script> & <b>\"5\"</b> </title>"
 

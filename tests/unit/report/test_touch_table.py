@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.support.correction import example_correction
-from trueloop.error_curve.bad_touches import SuspectTouch
 from trueloop.geometry.profile import Profile
-from trueloop.report.touch_table import TouchRow, touch_rows, touches_csv, touches_table
+from trueloop.report.turned.touch_table import TouchRow, touch_rows, touches_csv, touches_table
+from trueloop.turned.error_curve.bad_touches import SuspectTouch
 
 MODBAS2 = example_correction("modbas2")
 

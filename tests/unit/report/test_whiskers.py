@@ -9,12 +9,12 @@ import pytest
 from plotly.graph_objects import Figure as PlotlyFigure
 
 from tests.support.correction import example_correction
-from trueloop.compensation.prediction import Prediction
-from trueloop.error_curve.budget import Budget
-from trueloop.loops.correction import Correction
-from trueloop.report import whiskers
-from trueloop.report.part_drawing import round_down
+from trueloop.loops.turned.correction import Correction
 from trueloop.report.style import LEFT_ON, TAKEN, Figure, Trace
+from trueloop.report.turned import whiskers
+from trueloop.report.turned.part_drawing import round_down
+from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.error_curve.budget import Budget
 
 MODBAS2 = example_correction("modbas2")
 

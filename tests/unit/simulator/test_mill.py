@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from trueloop.compensation.cutter import Cutter
 from trueloop.geometry.feature import Array
 from trueloop.simulator.mill import EndMill, MilledStock, ball_end, cusp_height_mm, raster, turn_rad
+from trueloop.surface.compensation.cutter import Cutter
 
 CUTTER = ball_end(3.0)
 UP = np.array([0.0, 0.0, 1.0])

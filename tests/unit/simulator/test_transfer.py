@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.support.probing import example
-from trueloop.formats.virtual_machine_toml import read_virtual_machine
+from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.geometry.feature import Line, contact_angle_rad
-from trueloop.loops.simulated import simulate, trial_of
+from trueloop.loops.simulated.simulated import simulate, trial_of
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import path_along

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from tests.support.surfaces import wavy_surface
-from trueloop.compensation.cutter import Cutter
-from trueloop.error_surface.spline_surface import Size, SplineSurface
 from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
@@ -15,6 +13,8 @@ from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.mill import EndMill, MilledStock, ball_end
 from trueloop.simulator.surface_process import WAVES, SurfaceProcess, Variation, published_process
 from trueloop.simulator.virtual_mill import STEP_MM, Passes, VirtualMill, passes_over
+from trueloop.surface.compensation.cutter import Cutter
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 RADIUS = 3.0
 STEP_OVER = 0.5

@@ -16,22 +16,12 @@ from trueloop.controllers.linuxcnc.session import ProbedPart, Progress, cut, pro
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.formats.probe_log import parse_probe_log
-from trueloop.gauging.calibration import BallCalibration, calibrate
-from trueloop.gauging.error_vectors import ErrorVectors
-from trueloop.gauging.obstacle import stock_obstacle
-from trueloop.gauging.plan import GaugingPoints, Spacing, equally_spaced
-from trueloop.gauging.probe_match import match_touches
-from trueloop.gauging.probe_plan import Approach, ProbePlan, probe_plan
-from trueloop.gauging.stylus import Stylus
-from trueloop.gauging.touches import Gauging, error_vectors
+from trueloop.formats.measurements.probe_log import parse_probe_log
 from trueloop.geometry.feature import Arc, Array, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.correction import Correction, Inputs
-from trueloop.loops.process_intermittent import compensate
-from trueloop.loops.simulated import (
+from trueloop.loops.simulated.simulated import (
     SimulatedPart,
     Trial,
     finish_along,
@@ -39,10 +29,20 @@ from trueloop.loops.simulated import (
     measured_part,
     random_of,
 )
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.probing.calibration import BallCalibration, calibrate
+from trueloop.probing.obstacle import stock_obstacle
+from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.probing.probe_match import match_touches
+from trueloop.probing.probe_plan import Approach, ProbePlan, probe_plan
+from trueloop.probing.stylus import Stylus
 from trueloop.simulator.path import CentrePath, path_of_positions
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.stock import Stock
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.touches import Gauging, error_vectors
 
 DIALECT: Final = "linuxcnc"
 SPINDLE_RPM: Final = 2400.0

@@ -6,7 +6,7 @@ from types import MappingProxyType
 from trueloop.controllers.probing import fanuc, ge2000t, linuxcnc, siemens
 from trueloop.controllers.probing.settings import Settings
 from trueloop.errors import Code, TrueloopError
-from trueloop.gauging.probe_plan import ProbePlan
+from trueloop.probing.probe_plan import ProbePlan
 
 Writer = Callable[[ProbePlan, Settings], str]
 

@@ -11,8 +11,8 @@ those of the Haas are from memory: try the program on air first.
 
 from trueloop.controllers.probing.settings import Settings, heading
 from trueloop.errors import Code, TrueloopError
-from trueloop.gauging.probe_plan import PlannedTouch, ProbePlan
 from trueloop.geometry.feature import Point
+from trueloop.probing.probe_plan import PlannedTouch, ProbePlan
 
 ALONG_AXIS = 1e-6
 """A normal this close to an axis is along it."""

@@ -8,7 +8,7 @@ way obstructed. That is for the latching device, by the machine's feed hold.
 """
 
 from trueloop.controllers.probing.settings import Settings, heading
-from trueloop.gauging.probe_plan import ProbePlan
+from trueloop.probing.probe_plan import ProbePlan
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:

@@ -7,7 +7,7 @@ ways between touches are plain feed moves. (G38.3 would write its end into the l
 """
 
 from trueloop.controllers.probing.settings import Settings, heading
-from trueloop.gauging.probe_plan import ProbePlan
+from trueloop.probing.probe_plan import ProbePlan
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:

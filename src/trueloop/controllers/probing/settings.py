@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from trueloop.formats.probe_toml import ProbeTable, ProgramTable
-from trueloop.gauging.probe_plan import ProbePlan
+from trueloop.formats.jobs.probe_toml import ProbeTable, ProgramTable
 from trueloop.geometry.feature import Point
+from trueloop.probing.probe_plan import ProbePlan
 from trueloop.units import MM_PER_INCH
 
 

@@ -9,8 +9,8 @@ first, with one touch at a known diameter.
 from collections.abc import Iterator
 
 from trueloop.controllers.probing.settings import Settings, heading
-from trueloop.gauging.probe_plan import ProbePlan
 from trueloop.geometry.feature import Point
+from trueloop.probing.probe_plan import ProbePlan
 
 
 def program(plan: ProbePlan, settings: Settings) -> str:

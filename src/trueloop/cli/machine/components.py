@@ -1,0 +1,55 @@
+"""`trueloop machine decompose`: the errors of a part taken apart."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.machine.options import Extrapolate, ModelOption, logs_of, signals_of
+from trueloop.cli.program_file import vector_of
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+
+@guarded
+def decompose(
+    inspections: Annotated[Path, typer.Argument(metavar="INSPECTIONS.csv", help="Touches and CMM points of one part.")],
+    model: ModelOption,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    work_zero: Annotated[str, typer.Option(metavar="X,Y,Z", help="Machine coordinates of the part's zero, mm.")],
+    cutting: Annotated[list[str], typer.Option(metavar="T1=V", help="T_CUTTING: a signal each, or LOG.csv.")],
+    probing: Annotated[list[str], typer.Option(metavar="T1=V", help="T_PROBING: a signal each, or LOG.csv.")],
+    tool: Annotated[str, typer.Option(metavar="X,Y,Z", help="Cutting tool, mm.")] = "0,0,0",
+    probe: Annotated[str, typer.Option(metavar="X,Y,Z", help="Probe stylus, mm.")] = "0,0,0",
+    compensated: Annotated[bool, typer.Option(help="The model was in force during cutting.")] = True,
+    new_frame: Annotated[bool, typer.Option(help="Take out the part coordinate system discrepancy.")] = False,
+    extrapolate: Extrapolate = None,
+) -> None:
+    """Take the errors of a part apart: what the machine did, what the process, what the model left."""
+    from trueloop.errors import in_file
+    from trueloop.formats.measurements.inspections_csv import components_csv, read_inspections
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.loops.turned.post_process import decompose_part, states_of
+    from trueloop.report.machine.components import components_page
+
+    known = read_model(model)
+    points, seen = read_inspections(inspections)
+    zero = vector_of(work_zero, "--work-zero")
+    cut = states_of(known, seen, zero, vector_of(tool, "--tool"), signals_of(known, cutting))
+    touched = states_of(known, seen, zero, vector_of(probe, "--probe"), signals_of(known, probing))
+    allowed = extrapolate or ()
+    with in_file(inspections):
+        parts, frame = decompose_part(
+            known, seen, cut, touched, compensated=compensated, new_frame=new_frame, extrapolate=allowed
+        )
+    contents = {
+        "components.csv": components_csv(points, parts).encode(),
+        "components.html": components_page(points, parts, frame).encode(),
+    }
+    write_all(out, contents.items(), inputs=(inspections, model, *logs_of([*cutting, *probing])))
+    if frame is not None:
+        typer.echo(
+            f"part frame: shift {UM_PER_MM * frame.shift_mm} µm, turn {URAD_PER_RAD * frame.turn_rad} µrad taken out"
+        )
+    typer.echo(f"{len(points)} points; written: {out / 'components.csv'}, {out / 'components.html'}")

@@ -1,0 +1,143 @@
+"""`trueloop machine fit`, `show` and `check`: a model of a machine from readings."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.machine.options import (
+    Extrapolate,
+    HistoryFile,
+    MachineFile,
+    ModelFile,
+    ReadingFiles,
+    Temperatures,
+    lag_text,
+    readings_of,
+    signals_of,
+)
+from trueloop.cli.terminal import AsJson, print_json
+
+if TYPE_CHECKING:
+    from trueloop.machine.identify.hold_out import HeldOut
+
+
+@guarded
+def fit(
+    machine: MachineFile,
+    readings: ReadingFiles,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    history: HistoryFile = None,
+    robust: Annotated[bool, typer.Option(help="Let outliers count less.")] = True,
+    as_json: AsJson = False,
+) -> None:
+    """Find the model of a machine from readings. Writes model.json and machine.html."""
+    from dataclasses import asdict
+
+    from trueloop.domain.record import sha256_of
+    from trueloop.errors import in_file
+    from trueloop.formats.jobs.machine_toml import read_machine
+    from trueloop.formats.outputs import write_all
+    from trueloop.formats.tables.model_file import model_to_json
+    from trueloop.machine.identify.form import fit_form
+    from trueloop.machine.identify.hold_out import hold_out
+    from trueloop.report.machine.page import machine_page
+
+    named, form = read_machine(machine)
+    data = readings_of(readings, named.chain, history)
+    with in_file(machine):
+        found, chosen = fit_form(named, form, data, robust=robust)
+    anew = bool(form.choices or any(lag.between_s for lag in form.lags))
+    held = hold_out(data, found, lambda others: fit_form(named, form, others, robust=robust)[0].model, anew=anew)
+    sources = (machine, *readings, *([history] if history else ()))
+    made_from = {path.name: sha256_of(path.read_bytes()) for path in sources}
+    page = machine_page(found, chosen, data.with_lags(found.model.lags), held)
+    contents = {"model.json": model_to_json(found.model, made_from).encode(), "machine.html": page.encode()}
+    write_all(out, contents.items(), inputs=sources)
+    if as_json:
+        constants = {lag.name: [lag.constant_s, lag.u_relative * lag.constant_s] for lag in found.model.lags}
+        scatter = {"scatter": found.scatter, "readings": len(data), "findings": [f.message for f in found.findings]}
+        scatter |= {"chosen": [f"{c.error}·{c.signal}" for c in chosen], "constants_s_and_u": constants}
+        print_json(scatter | {"held_out": [asdict(run) for run in held]})
+        return
+    typer.echo(f"{len(found.model.terms)} terms from {len(data)} readings; scatter {found.scatter:.3g}")
+    for taken in chosen:
+        typer.echo(f"  {taken.error} takes {taken.signal}: left out {taken.rms_without:.3g} → {taken.rms_with:.3g} RMS")
+    for lag in found.model.lags:
+        typer.echo(f"  {lag_text(lag)}")
+    for run in held:
+        for unit, left in run.by_unit.items():
+            typer.echo(
+                f"  run {run.run!r} predicted from the others: {left.rms:.2f} {unit} RMS, without {left.raw:.2f}"
+            )
+    for finding in found.findings:
+        typer.echo(str(finding), err=True)
+    typer.echo(f"written: {out / 'model.json'}, {out / 'machine.html'}")
+
+
+@guarded
+def show(
+    model: ModelFile, temperatures: Temperatures = None, extrapolate: Extrapolate = None, as_json: AsJson = False
+) -> None:
+    """Print every error of a model: its range over the travel and its largest standard uncertainty."""
+    from trueloop.errors import in_file
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.machine.model.overview import overview
+    from trueloop.machine.model.validity import check_signals
+
+    known = read_model(model)
+    signals = signals_of(known, temperatures)
+    with in_file(model):
+        check_signals(known, signals, extrapolate or ())
+        rows = overview(known, signals)
+    if as_json:
+        print_json({"terms": [row.__dict__ for row in rows], "lags": [lag.__dict__ for lag in known.lags]})
+        return
+    for lag in known.lags:
+        typer.echo(lag_text(lag))
+    for row in rows:
+        typer.echo(f"{row.error:<5} {row.least:+9.2f} to {row.most:+9.2f} {row.unit:<5} u {row.largest_u:.2f}")
+
+
+@guarded
+def check(
+    model: ModelFile,
+    readings: ReadingFiles,
+    history: HistoryFile = None,
+    limit_um: Annotated[float | None, typer.Option(help="Refuse when the RMS of the lengths is larger.")] = None,
+    limit_urad: Annotated[float | None, typer.Option(help="Refuse when the RMS of the angles is larger.")] = None,
+    extrapolate: Extrapolate = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare a model with readings it was not made from. Exit status 1 when beyond a limit."""
+    from dataclasses import asdict
+
+    from trueloop.cli.failure import ExitStatus
+    from trueloop.errors import in_file
+    from trueloop.formats.tables.model_file import read_model
+    from trueloop.machine.identify.hold_out import compare
+    from trueloop.machine.model.validity import check_state
+
+    known = read_model(model)
+    data = readings_of(readings, known.machine.chain, history).with_lags(known.lags)
+    with in_file(readings[0] if len(readings) == 1 else model):
+        check_state(known, data.state, extrapolate or ())
+    result = compare(known, data)
+    beyond = [_beyond(result, "µm", "--limit-um", limit_um), _beyond(result, "µrad", "--limit-urad", limit_urad)]
+    if as_json:
+        print_json(asdict(result))
+    else:
+        for unit, left in result.by_unit.items():
+            typer.echo(f"{left.readings} readings: {left.raw:.2f} {unit} RMS, after the model {left.rms:.2f} {unit}")
+    if any(beyond):
+        raise typer.Exit(ExitStatus.FINDINGS)
+
+
+def _beyond(result: "HeldOut", unit: str, option: str, limit: float | None) -> bool:
+    """A limit on what was not read would always pass: it is refused as a mistyped option."""
+    if limit is None:
+        return False
+    if unit not in result.by_unit:
+        raise typer.BadParameter(f"no reading is in {unit}, {limit:g} limits nothing", param_hint=option)
+    return not result.by_unit[unit].rms <= limit

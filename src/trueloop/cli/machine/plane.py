@@ -1,0 +1,169 @@
+"""`trueloop machine plates` and `points`: errors in a plane, from drilled plates, out of drilling programs."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import not_negative, positive
+from trueloop.cli.program_file import Decimals, DialectName, ProgramFile, UnitAtStart
+from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.machine.standards.planar_field import PlanarField
+    from trueloop.machine.standards.similarity import Similarity
+
+
+@guarded
+def plates(
+    reports: Annotated[list[Path], typer.Argument(metavar="REPORT.txt", help="CMM reports of drilled plates, mm.")],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FIELD.csv", help="The correction as a table of displacements."),
+    ] = None,
+    step_mm: Annotated[
+        float, typer.Option(callback=positive, help="Largest step between the nodes of the table.")
+    ] = 10.0,
+    margin_mm: Annotated[
+        float,
+        typer.Option(callback=not_negative, help="How far the table reaches beyond the holes, where it is a guess."),
+    ] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Find what drilled plates have in common: each one's own similarity, then a pattern of errors in the plane."""
+    from trueloop.errors import Code
+    from trueloop.formats.measurements.field_csv import plane_csv
+    from trueloop.formats.measurements.plate_report import read_plate_report
+    from trueloop.formats.outputs import write_all
+    from trueloop.machine.standards.planar_field import fit_pattern
+    from trueloop.machine.standards.plates import left_out, not_repeating, pattern_table
+    from trueloop.machine.standards.similarity import fit_similarity
+
+    read = [read_plate_report(path) for path in reports]
+    fits = [fit_similarity(plate.nominal_mm, plate.measured_mm) for plate in read]
+    left = []
+    with busy(f"a pattern of {sum(len(plate.nominal_mm) for plate in read)} holes on {len(read)} plates") as now:
+        pattern = fit_pattern(read)
+        now(f"plate 1 of {len(read)} by the others")
+        for one in left_out(read, [path.name for path in reports], pattern):
+            left.append(one)
+            now(f"plate {len(left) + 1} of {len(read)} by the others")
+        table = pattern_table(pattern, step_mm, margin_mm)
+    if out is not None:
+        content = plane_csv(table.x_mm, table.y_mm, table.correction_mm, left)
+        write_all(out.parent, [(out.name, content.encode())], inputs=reports)
+    after: list[float | None] = [UM_PER_MM * one.after_mm for one in left]
+    after = after or [None] * len(read)
+    why = not_repeating(left)
+    if as_json:
+        rows = [
+            {"plate": path.name, "offset_mm": fit.offset_mm, "scale": fit.scale, "rotation_rad": fit.rotation_rad}
+            | {"left_um_rms": UM_PER_MM * fit.rms_mm, "after_others_um_rms": rest}
+            for path, fit, rest in zip(reports, fits, after, strict=True)
+        ]
+        print_json({"plates": rows, "table_off_um": UM_PER_MM * table.deviation_mm, "repeats": not why, "why": why})
+        return
+    for path, fit, rest in zip(reports, fits, after, strict=True):
+        with_others = "" if rest is None else f", {rest:.2f} with the correction of the others"
+        typer.echo(f"{path.name}: {_told(fit)}; left {UM_PER_MM * fit.rms_mm:.2f} µm RMS{with_others}")
+    typer.echo(
+        f"pattern: {UM_PER_MM * pattern.spread_mm:.1f} µm over {pattern.length_mm:.0f} mm, tools "
+        f"{UM_PER_MM * pattern.tool_spread_mm:.1f} µm apart, {UM_PER_MM * pattern.noise_mm:.1f} µm that do not repeat"
+    )
+    if why:
+        typer.echo(
+            f"warning {Code.MCH_PATTERN}: {why}; `machine points` refuses the table without --unproven", err=True
+        )
+    if out is not None:
+        typer.echo(
+            f"written: {out}, {len(table.x_mm)} × {len(table.y_mm)} nodes, up to "
+            f"{UM_PER_MM * table.deviation_mm:.2f} µm off the pattern between them"
+        )
+
+
+def _told(fit: "Similarity") -> str:
+    x, y = fit.offset_mm
+    return f"offset {x:+.4f} {y:+.4f} mm, scale {fit.scale:.7f}, rotation {math.degrees(fit.rotation_rad):.4f}°"
+
+
+@guarded
+def points(
+    file: ProgramFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+    quadrupole: Annotated[
+        str | None,
+        typer.Option(
+            metavar="M,DEG", help="X and Y times 1 − M cos 2(θ − DEG), θ the point's direction from the zero."
+        ),
+    ] = None,
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            "--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, as of `plates`."
+        ),
+    ] = None,
+    all_words: Annotated[
+        bool,
+        typer.Option("--all-words", help="Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points."),
+    ] = False,
+    limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
+    unproven: Annotated[
+        bool, typer.Option("--unproven", help="Also by a table of plates whose pattern is not known to repeat.")
+    ] = False,
+    dialect: DialectName = None,
+    unit: UnitAtStart = None,
+    decimals: Decimals = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
+    from dataclasses import asdict
+
+    from trueloop.cli.program_file import read_program_file
+    from trueloop.loops.machine.points import correct_points
+
+    field, told = _field(quadrupole, table, unproven)
+    done = correct_points(
+        read_program_file(file, dialect, unit, decimals),
+        out,
+        field,
+        told,
+        all_words=all_words,
+        limit_mm=limit_um / UM_PER_MM,
+        inputs=(file, *([table] if table else ())),
+    )
+    if as_json:
+        print_json(asdict(done) | {"file": str(out)})
+        return
+    x, y = (UM_PER_MM * value for value in done.largest_mm)
+    typer.echo(f"largest correction X {x:.1f} Y {y:.1f} µm over {done.points} points; {done.edits} words changed")
+    typer.echo(f"written: {out}, record {done.record}")
+
+
+def _field(quadrupole: str | None, table: Path | None, unproven: bool) -> "tuple[PlanarField, dict[str, object]]":
+    from trueloop.formats.measurements.field_csv import read_field, read_left_out
+    from trueloop.machine.correct.point_program import TableField
+    from trueloop.machine.standards.planar_field import QuadrupoleField
+    from trueloop.machine.standards.plates import require_repeating
+
+    if (quadrupole is None) == (table is None):
+        raise typer.BadParameter("give --quadrupole or --table, one of them")
+    if table is not None:
+        from trueloop.errors import in_file
+
+        with in_file(table):
+            known = TableField(read_field(table))
+            require_repeating(None if unproven else read_left_out(table))
+        return known, known.field.told | ({"unproven": True} if unproven else {})
+    assert quadrupole is not None
+    try:
+        magnitude, degrees = (float(part) for part in quadrupole.split(","))
+    except ValueError:
+        magnitude = degrees = math.nan
+    if not (math.isfinite(degrees) and abs(magnitude) < 0.01):
+        raise typer.BadParameter(
+            f"{quadrupole!r} is not M,DEG with M below 0.01, such as 32e-6,-38.3", param_hint="--quadrupole"
+        )
+    return QuadrupoleField(magnitude, math.radians(degrees)), {"quadrupole": [magnitude, degrees]}

@@ -1,0 +1,163 @@
+"""`trueloop nc map`: a field of displacements over a program."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
+from trueloop.cli.program_file import (
+    Decimals,
+    DialectName,
+    ProgramFile,
+    Settings,
+    SkippedBlocks,
+    UnitAtStart,
+    parameters_of,
+    tables_of,
+    vector_of,
+)
+from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.units import UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.loops.machine.mapped_program import Mapped
+    from trueloop.nc.field.field import Field
+
+
+@guarded
+def map_program_file(
+    file: ProgramFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+    table: Annotated[
+        Path | None,
+        typer.Option("--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, added."),
+    ] = None,
+    shift: Annotated[str | None, typer.Option(metavar="X,Y,Z", help="Shift, mm; X on the radius.")] = None,
+    rotate: Annotated[
+        float | None, typer.Option(metavar="DEG", help="Turn about --axis, anticlockwise seen from its positive end.")
+    ] = None,
+    axis: Annotated[Literal["X", "Y", "Z"], typer.Option(help="Axis of --rotate.")] = "Z",
+    scale: Annotated[float | None, typer.Option(metavar="S", help="Scale, 1.001 for 1 mm a metre.")] = None,
+    about: Annotated[str, typer.Option(metavar="X,Y,Z", help="Centre of --rotate and --scale, mm.")] = "0,0,0",
+    tolerance_um: Annotated[
+        float, typer.Option(min=0.001, callback=positive, help="How far a block may leave the displaced path.")
+    ] = 0.5,
+    limit_um: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Largest displacement accepted.  [default: 150 for a table, else none]"),
+    ] = None,
+    slope: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Steepest change accepted, µm/mm.  [default: 40 for a table, else none]"),
+    ] = None,
+    frame: Annotated[
+        Literal["program", "machine"],
+        typer.Option(
+            help="What the field's positions are: the program's own, in the work offset in force, or the machine's, "
+            "which are program + work offset + tool offset by the file of --offsets."
+        ),
+    ] = "program",
+    offsets_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--offsets",
+            metavar="FILE",
+            help="A TOML file of work offsets and tools, for --frame machine; nothing hangs on it otherwise.",
+        ),
+    ] = None,
+    dialect: DialectName = None,
+    settings: Settings = None,
+    skipped_blocks: SkippedBlocks = False,
+    unit: UnitAtStart = None,
+    decimals: Decimals = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
+    from trueloop.loops.machine.mapped_program import MapOptions, map_program
+
+    field = _framed(_field(table, shift, rotate, axis, scale, about), frame, offsets_file)
+    usual = MapOptions()
+    none = float("inf")
+    options = MapOptions(
+        tolerance_mm=tolerance_um / UM_PER_MM,
+        limit_mm=limit_um / UM_PER_MM if limit_um is not None else usual.limit_mm if table else none,
+        slope=slope / UM_PER_MM if slope is not None else usual.slope if table else none,
+        skipped_blocks=skipped_blocks,
+        unit=unit,
+        decimals=decimals,
+    )
+    with busy(f"mapping {file}"):
+        done = map_program(
+            file,
+            out,
+            field,
+            options,
+            dialect=dialect,
+            parameters=parameters_of(settings),
+            inputs=[file for file in (table, offsets_file) if file],
+        )
+    if as_json:
+        print_json(asdict(done) | {"file": str(out)})
+        return
+    tell_mapped(file, out, done)
+
+
+def tell_mapped(file: Path, out: Path, done: "Mapped") -> None:
+    """What was done to a program, for people; what was not run is a warning on stderr."""
+    x, y, z = (UM_PER_MM * value for value in done.largest_mm)
+    typer.echo(f"largest displacement X {x:.1f} Y {y:.1f} Z {z:.1f} µm over {done.moves} moves")
+    typer.echo(f"unit at the start: {done.unit['unit']}, stated by {done.unit['stated_by']}")
+    typer.echo(f"{done.edits} edits, {done.added_blocks} blocks added to {done.blocks}")
+    if done.not_run:
+        typer.echo(
+            f"{file}:{done.first_not_run_line}: warning NC-MAP: {done.not_run} blocks with coordinates were not run "
+            "and stay as they are\n  hint: --skipped-blocks for those that start with a slash; write branches out",
+            err=True,
+        )
+    if done.turns_back_line:
+        typer.echo(
+            f"{file}:{done.turns_back_line}: warning NC-MAP: the displaced contour turns back in X or Z, and a cycle "
+            "roughs on it: a control that demands one way of G71 or G72 refuses\n"
+            "  hint: rough with the uncorrected program then, and finish with this one",
+            err=True,
+        )
+    typer.echo(f"written: {out}, record {done.record}")
+
+
+def _framed(field: "Field", frame: str, offsets_file: Path | None) -> "Field":
+    """The field as it is, or in the machine."""
+    from trueloop.nc.field.machine_frame import field_in_machine
+
+    if (frame == "machine") != (offsets_file is not None):
+        raise typer.BadParameter("--frame machine and --offsets go together", param_hint="--frame")
+    tables = tables_of(offsets_file)
+    return field_in_machine(field, tables.tools, dict(tables.work_mm)) if offsets_file else field
+
+
+def _field(
+    table: Path | None, shift: str | None, rotate: float | None, axis: str, scale: float | None, about: str
+) -> "Field":
+    import math
+
+    from trueloop.formats.measurements.field_csv import read_field
+    from trueloop.nc.field.field import similarity_field
+
+    rigid = [option for option in (shift, rotate, scale) if option is not None]
+    if bool(table) == bool(rigid):
+        raise typer.BadParameter("give --table, or some of --shift, --rotate and --scale")
+    if table is not None:
+        return read_field(table)
+    if scale is not None and not (math.isfinite(scale) and scale > 0):
+        raise typer.BadParameter(f"{scale} is no scale", param_hint="--scale")
+    if rotate is not None and not math.isfinite(rotate):
+        raise typer.BadParameter(f"{rotate} is no angle in degrees", param_hint="--rotate")
+    return similarity_field(
+        shift_mm=vector_of("0,0,0" if shift is None else shift, "--shift"),
+        rotation_rad=math.radians(rotate or 0.0),
+        axis=axis,
+        scale=1.0 if scale is None else scale,
+        about_mm=vector_of(about, "--about"),
+    )

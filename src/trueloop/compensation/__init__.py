@@ -1,1 +1,0 @@
-"""Error to correction: contour, tool offsets, table, limits and the correction record."""

@@ -1,0 +1,1 @@
+"""Values that outlive a run: they are stored, sent and read back."""

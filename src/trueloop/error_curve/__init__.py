@@ -1,1 +1,0 @@
-"""Deviation along a profile: constrained splines, lines, junctions, the nose model."""

@@ -1,0 +1,1 @@
+"""Nominal shapes from CAD: STEP and DXF."""

@@ -1,0 +1,142 @@
+"""The loops of edges that bound a face, taken from one surface and put on another with the same parameters."""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+
+from trueloop.formats.cad.kernel import kernel
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import closest_parameters
+
+Loop: TypeAlias = tuple[Array, ...]
+"""A closed chain of smooth pieces, (n, 2) each: places in order, parameters of the surface as shares in [0, 1]. The
+face is on the left.
+"""
+
+SAMPLES: Final = 129
+"""Places of a smooth piece; a spline through them is its curve."""
+ALIKE_MM: Final = 1e-7
+AT_EDGE: Final = 1e-9
+"""Shares this near to 0 or 1 are on the patch's edge."""
+
+
+def loops_of(surface: Surface, face: Any) -> tuple[Loop, ...]:
+    """The loops of a face of the kernel whose surface is given as B-spline patch; none where it is the whole patch."""
+    occ = kernel()
+    forward = occ.as_face(face.Oriented(occ.FORWARD))
+    wires = occ.Explorer(forward, occ.WIRE)
+    found: list[Loop] = []
+    while wires.More():
+        pieces = list(_pieces(forward, occ.as_wire(wires.Current())))
+        away = _turns_away(surface, occ.surface_of(forward), np.concatenate(pieces))
+        found.append(_closed([_shares(surface, forward, piece - away) for piece in pieces]))
+        wires.Next()
+    whole = len(found) == 1 and all(_along_edge(piece) for piece in found[0])
+    return () if whole else tuple(found)
+
+
+def exchanged(loops: Sequence[Loop]) -> tuple[Loop, ...]:
+    """The loops with u and v exchanged, which turns them round: the face is on the left again."""
+    return tuple(tuple(piece[::-1, ::-1] for piece in loop[::-1]) for loop in loops)
+
+
+def trimmed_face(patch: Any, surface: Surface, loops: Sequence[Loop]) -> Any:
+    """A face of the kernel: a patch, which is the surface, bounded by loops. None where the kernel finds fault."""
+    occ = kernel()
+    outer, *holes = (_wire(occ, patch, surface, loop) for loop in sorted(loops, key=_area, reverse=True))
+    made = occ.MakeFace(patch, outer.Wire(), True)
+    for hole in holes:
+        made.Add(hole.Wire())
+    face = made.Face()
+    occ.build_curves(face)
+    occ.same_parameter(face, ALIKE_MM, False)
+    return face if occ.Check(face).IsValid() else None
+
+
+def _wire(occ: Any, patch: Any, surface: Surface, loop: Loop) -> Any:
+    wire = occ.MakeWire()
+    for piece in loop:
+        wire.Add(occ.MakeEdge(_curve(occ, surface, piece), patch).Edge())
+    return wire
+
+
+def _pieces(face: Any, wire: Any) -> Iterator[Array]:
+    """Every edge of a wire in order, cut where it has corners: parameters of the face's own surface (n, 2)."""
+    walk = kernel().WireExplorer(wire, face)
+    while walk.More():
+        yield from _pieces_of(face, walk.Current())
+        walk.Next()
+
+
+def _pieces_of(face: Any, edge: Any) -> list[Array]:
+    occ = kernel()
+    curve = occ.Curve2d(edge, face)
+    ends = occ.Reals(1, curve.NbIntervals(occ.C1) + 1)
+    curve.Intervals(ends, occ.C1)
+    corners = [ends.Value(k) for k in range(ends.Lower(), ends.Upper() + 1)]
+    at = [np.linspace(low, high, SAMPLES).tolist() for low, high in pairwise(corners)]
+    pieces = [np.array([[p.X(), p.Y()] for p in map(curve.Value, along)]) for along in at]
+    return [piece[::-1] for piece in pieces[::-1]] if edge.Orientation() == occ.REVERSED else pieces
+
+
+def _turns_away(surface: Surface, own: Any, at: Array) -> Array:
+    """Whole periods of a closed surface by which a loop stands beside the patch, (2,)."""
+    found = np.zeros(2)
+    for axis, (periodic, period) in enumerate(((own.IsUPeriodic, own.UPeriod), (own.IsVPeriodic, own.VPeriod))):
+        if periodic():
+            past = (np.min(at[:, axis]) - surface.domain[axis][0]) / period()
+            found[axis] = np.floor(past + AT_EDGE) * period()
+    return found
+
+
+def _shares(surface: Surface, face: Any, at: Array) -> Array:
+    """Parameters of the face's own surface (n, 2) as shares of the patch that stands for it.
+
+    A rational patch of a cylinder or cone does not have its angles: points are then looked up, except at the patch's
+    edges, which are those of the face, and where a seam would have two places for a point.
+    """
+    occ = kernel()
+    (u0, u1), (v0, v1) = surface.domain
+    low, width = np.array([u0, v0]), np.array([u1 - u0, v1 - v0])
+    same = np.clip((at - low) / width, 0.0, 1.0)
+    own = occ.surface_of(face)
+    points = np.array([[p.X(), p.Y(), p.Z()] for p in (own.Value(u, v) for u, v in at.tolist())])
+    if np.max(np.abs(surface.point_mm(*(low + same * width).T) - points)) < ALIKE_MM:
+        return np.asarray(same)
+    found = (closest_parameters(surface, points) - low) / width
+    return np.asarray(np.where((same < AT_EDGE) | (same > 1 - AT_EDGE), same, found))
+
+
+def _closed(pieces: list[Array]) -> Loop:
+    """Each piece begins where the one before ends: files state that to a tolerance only."""
+    for before, piece in zip([pieces[-1], *pieces[:-1]], pieces, strict=True):
+        piece[0] = before[-1]
+    return tuple(pieces)
+
+
+def _along_edge(piece: Array) -> bool:
+    return any(np.ptp(side) < AT_EDGE and min(abs(side[0]), abs(1 - side[0])) < AT_EDGE for side in piece.T)
+
+
+def _area(loop: Loop) -> float:
+    u, v = np.concatenate(loop).T
+    return abs(float(np.sum(u * np.roll(v, -1) - v * np.roll(u, -1))))
+
+
+def _curve(occ: Any, surface: Surface, shares: Array) -> Any:
+    """A curve of the kernel through places: a straight line where they stand on one."""
+    (u0, u1), (v0, v1) = surface.domain
+    at = np.array([u0, v0]) + shares * np.array([u1 - u0, v1 - v0])
+    chord, ways = at[-1] - at[0], at - at[0]
+    aside = np.abs(chord[0] * ways[:, 1] - chord[1] * ways[:, 0])
+    if np.max(aside) < AT_EDGE * np.sum(chord**2):  # never where a piece closes on itself
+        at = at[[0, -1]]
+    through = occ.Points2d(1, len(at))
+    for k, (u, v) in enumerate(at.tolist(), 1):
+        through.SetValue(k, occ.Pnt2d(u, v))
+    spline = occ.Interpolate(through, False, 1e-12)
+    spline.Perform()
+    return spline.Curve()

@@ -1,0 +1,1 @@
+"""Project files of jobs, machines and simulations (TOML)."""

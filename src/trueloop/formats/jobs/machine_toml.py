@@ -1,0 +1,216 @@
+"""A machine and the form of its model as TOML: structure, travels, offsets, error terms.
+
+[machine]
+name = "VMC 3"
+structure = "mill-table-x"        # a preset, or letters: "w X b Y Z (S) t"
+
+[axes.X]
+travel_mm = [0, 500]              # travel_deg for rotary axes
+offset_mm = [0, 0, 0]             # from the frame that carries the axis to its own
+
+[terms]
+standard = "mill"                 # or "turning", "five-axis"; leave out for none
+degree = 3
+segments = 2
+both_ways = true
+datum = 0
+
+[[term]]                          # further terms, or others in the place of standard ones
+error = "EZZ"
+degree = 2
+segments = 3
+signals = { T12 = 20.0 }          # linear in T12 − 20
+choose = { T1 = 20, column = 20 } # and in those of these that matter
+most = 3                          # but in so many at the most
+
+[lags.column]                     # a signal: T3 after a first-order lag
+of = "T3"
+constant_s = [300, 14400]         # sought between these; a single number is taken as it is
+power = 1                         # 2: the square of a speed heats
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.toml_tables import Count, Finite, Located, Positive, Table, read_located
+from trueloop.machine.identify.choice import Choice
+from trueloop.machine.identify.form import Form
+from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain
+from trueloop.machine.model.history import Lag
+from trueloop.machine.model.model import Machine
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT, segments
+from trueloop.machine.model.standard import five_axis_terms, frame_terms, mill_terms, turning_terms
+from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import Part, Term
+
+STANDARDS: Final = {"mill": mill_terms, "turning": turning_terms, "five-axis": five_axis_terms}
+
+Vector = tuple[Finite, Finite, Finite]
+Degree = Annotated[int, Field(ge=0, le=5, strict=True)]
+Signals = dict[str, Finite]
+"""Reference value by signal."""
+
+
+def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] <= ends[1]:
+        raise ValueError("the first is to be the smaller one")
+    return ends
+
+
+Range = Annotated[tuple[Finite, Finite], AfterValidator(_ascending)]
+Constant = Annotated[
+    tuple[Positive, Positive],
+    BeforeValidator(lambda given: given if isinstance(given, list) else [given, given]),
+    AfterValidator(_ascending),
+]
+"""Bounds; a single number is both."""
+
+
+class MachineTable(Table):
+    """Which machine, and which axis carries which."""
+
+    name: str
+    serial: str = ""
+    structure: str
+
+
+class AxisTable(Table):
+    """One axis."""
+
+    travel_mm: Range | None = None
+    travel_deg: Range | None = None
+    offset_mm: Vector = ZERO
+
+
+class TermsTable(Table):
+    """The usual terms of a kind of machine, all of one form."""
+
+    standard: Literal["mill", "turning", "five-axis"] | None = None
+    degree: Degree = 3
+    segments: Count = 1
+    both_ways: bool = False
+    datum: Finite | None = None
+
+
+class TermTable(Table):
+    """One error's term."""
+
+    error: str
+    degree: Degree = 3
+    segments: Count = 1
+    both_ways: bool = False
+    zero_at: tuple[Finite, ...] = ()
+    signals: Signals = Field(default_factory=dict)
+    choose: Signals = Field(default_factory=dict)
+    most: Count = 4
+
+
+class LagTable(Table):
+    """A signal made of another's past."""
+
+    of: str
+    constant_s: Constant
+    power: Literal[1, 2] = 1
+
+
+class MachineFile(Table):
+    """A whole machine file."""
+
+    machine: MachineTable
+    axes: dict[str, AxisTable] = Field(default_factory=dict)
+    terms: TermsTable = TermsTable()
+    term: tuple[TermTable, ...] = ()
+    lags: dict[str, LagTable] = Field(default_factory=dict)
+
+
+def read_machine(path: Path) -> tuple[Machine, Form]:
+    """The machine and the form of its model.
+
+    Raises MCH-FILE (unreadable, a key unknown or missing), MCH-STRUCTURE, MCH-AXIS, MCH-UNIT, MCH-NAME and MCH-BASIS.
+    """
+    hint = "docs/machine.md shows every table and key of a machine file"
+    file = read_located(path, MachineFile, Code.MCH_FILE, hint=hint)
+    with file.at("machine", "structure"):
+        chain = chain_of(file.model.machine.structure)
+    changed = {}
+    for name, axis in file.model.axes.items():
+        with file.at("axes", name):
+            changed[name] = _axis(chain.axis(name), axis)
+    chain = chain.with_axes(changed)
+    machine = Machine(file.model.machine.name, chain, file.model.machine.serial)
+    terms = _terms(file, chain)
+    frame = frame_terms(chain, terms) if file.model.terms.standard else ()
+    return machine, Form(terms, _lags(file), _choices(file.model), frame)
+
+
+def _axis(axis: Axis, table: AxisTable) -> Axis:
+    rotary = axis.kind is AxisKind.ROTARY
+    travel, other = (table.travel_deg, table.travel_mm) if rotary else (table.travel_mm, table.travel_deg)
+    if other is not None:
+        right, wrong = ("travel_deg", "travel_mm") if rotary else ("travel_mm", "travel_deg")
+        raise TrueloopError(
+            Code.MCH_UNIT,
+            f"axis {axis.name} is {axis.kind.value}: its travel cannot be {wrong} = {list(other)}",
+            hint=f"give {right}",
+        )
+    low, high = travel or (-math.inf, math.inf)
+    scale = math.pi / 180 if rotary else 1.0
+    return replace(axis, travel=(scale * low, scale * high), offset_mm=table.offset_mm)
+
+
+def _terms(file: Located[MachineFile], chain: Chain) -> tuple[Term, ...]:
+    table = file.model.terms
+    found: dict[str, Term] = {}
+    if table.standard is not None:
+        with file.at("terms", "standard"):
+            standard = STANDARDS[table.standard](
+                chain, degree=table.degree, count=table.segments, datum=table.datum, both_ways=table.both_ways
+            )
+        found = {str(term.name): term for term in standard}
+    for k, own in enumerate(file.model.term):
+        with file.at("term", k, "error"):
+            _require_once(own.error, [term.error for term in file.model.term[:k]])
+            found[own.error] = _own_term(own, chain)
+    return tuple(found.values())
+
+
+def _require_once(error: str, before: Sequence[str]) -> None:
+    if error in before:
+        raise TrueloopError(
+            Code.MCH_FILE,
+            f"{error} has {before.count(error) + 1} tables [[term]]: the last would stand for all",
+            hint="one table an error: its signals, degree and travel belong into it together",
+        )
+
+
+def _own_term(table: TermTable, chain: Chain) -> Term:
+    name = error_name(table.error)
+    axis = chain.axis(name.axis)
+    parts = [Part(CONSTANT)]
+    if not name.place and table.degree > 0:
+        parts = [Part(segments(*axis.travel, table.segments, table.degree, table.zero_at))]
+    return Term(name, (*parts, *_signal_parts(table.signals)), table.both_ways)
+
+
+def _lags(file: Located[MachineFile]) -> tuple[Lag, ...]:
+    found = []
+    for name, table in file.model.lags.items():
+        low, high = table.constant_s
+        with file.at("lags", name):
+            found.append(Lag(name, table.of, math.sqrt(low * high), table.power, (low, high) if low < high else None))
+    return tuple(found)
+
+
+def _choices(file: MachineFile) -> tuple[Choice, ...]:
+    return tuple(Choice(error_name(own.error), _signal_parts(own.choose), own.most) for own in file.term if own.choose)
+
+
+def _signal_parts(table: Mapping[str, float]) -> tuple[Part, ...]:
+    return tuple(Part(CONSTANT, signal, reference) for signal, reference in table.items())

@@ -1,0 +1,136 @@
+"""The probe file (TOML): stylus, approach, how programs are written, and the calibration."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from trueloop.errors import Code
+from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
+from trueloop.probing.calibration import BallCalibration
+from trueloop.probing.probe_plan import Approach
+from trueloop.probing.stylus import Stylus
+from trueloop.units import UM_PER_MM
+
+
+class StylusTable(Table):
+    """Ball and stem; the angle from +z towards +x, along which the stem leaves the ball."""
+
+    ball_radius_mm: Positive
+    stem_radius_mm: Positive
+    stem_length_mm: Positive = 50.0
+    stem_angle_deg: Finite = 90.0
+
+
+class ApproachTable(Table):
+    """How points are approached, and how thick the bar behind the part is."""
+
+    stand_off_mm: Positive = 2.0
+    overtravel_mm: Positive = 1.0
+    margin_mm: Positive = 0.5
+    bar_radius_mm: Positive | None = None
+
+
+class ProgramTable(Table):
+    """How probing programs are written."""
+
+    unit: Literal["mm", "inch"] = "mm"
+    x_is: Literal["radius", "diameter"] = "diameter"
+    probe_feed_mm_per_min: Positive = 60.0
+    position_feed_mm_per_min: Positive = 2000.0
+    tool: Count = 9
+    work_offset: Annotated[int, Field(ge=54, le=59, strict=True)] = 54
+    log: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "touches.txt"
+    program_number: Annotated[int, Field(ge=1, le=8999, strict=True)] = 8100
+
+
+class ProbeTable(Table):
+    """What turns the probe on and off and holds the spindle: lines in the control's code, several in one text."""
+
+    on: str = ""
+    off: str = ""
+    orient: str = ""
+
+
+class CalibrationTable(Table):
+    """As `trueloop probe calibrate` prints it."""
+
+    effective_radius_mm: Positive
+    cosine_um: Finite = 0.0
+    sine_um: Finite = 0.0
+    lobes: Count = 3
+    scatter_um: NotNegative = 0.0
+    radius_u_um: NotNegative = 0.0
+    from_deg: Finite
+    to_deg: Finite
+
+
+class ProbeFile(Table):
+    """A whole probe file."""
+
+    stylus: StylusTable
+    approach: ApproachTable = ApproachTable()
+    program: ProgramTable = ProgramTable()
+    probe: ProbeTable = ProbeTable()
+    calibration: CalibrationTable | None = None
+
+
+@dataclass(frozen=True)
+class ReadProbe:
+    """A probe as values; `calibration` None when the file has none."""
+
+    stylus: Stylus
+    approach: Approach
+    bar_radius_mm: float | None
+    program: ProgramTable
+    probe: ProbeTable
+    calibration: BallCalibration | None
+
+
+def read_probe(path: Path, allowance_mm: float = 0.0) -> ReadProbe:
+    """Reads a probe file; touches are expected `allowance_mm` over the nominal surface. Raises PRB-FILE."""
+    file = read_tables(path, ProbeFile, Code.PRB_FILE, hint="docs/probing.md lists every table and key of a probe file")
+    stylus, approach = file.stylus, file.approach
+    return ReadProbe(
+        Stylus(
+            stylus.ball_radius_mm, stylus.stem_radius_mm, stylus.stem_length_mm, math.radians(stylus.stem_angle_deg)
+        ),
+        Approach(approach.stand_off_mm, approach.overtravel_mm, approach.margin_mm, allowance_mm),
+        approach.bar_radius_mm,
+        file.program,
+        file.probe,
+        None if file.calibration is None else _calibration(file.calibration),
+    )
+
+
+def calibration_toml(calibration: BallCalibration) -> str:
+    """The table that a calibration becomes in a probe file."""
+    return "\n".join(
+        [
+            "[calibration]",
+            f"effective_radius_mm = {calibration.effective_radius_mm:.6f}",
+            f"cosine_um = {calibration.cosine_mm * UM_PER_MM:.3f}",
+            f"sine_um = {calibration.sine_mm * UM_PER_MM:.3f}",
+            f"lobes = {calibration.lobes}",
+            f"scatter_um = {calibration.scatter_mm * UM_PER_MM:.3f}",
+            f"radius_u_um = {calibration.radius_u_mm * UM_PER_MM:.3f}",
+            f"from_deg = {math.degrees(calibration.lowest_rad):.1f}",
+            f"to_deg = {math.degrees(calibration.highest_rad):.1f}",
+            "",
+        ]
+    )
+
+
+def _calibration(table: CalibrationTable) -> BallCalibration:
+    return BallCalibration(
+        table.effective_radius_mm,
+        table.cosine_um / UM_PER_MM,
+        table.sine_um / UM_PER_MM,
+        table.lobes,
+        table.scatter_um / UM_PER_MM,
+        math.radians(table.from_deg),
+        math.radians(table.to_deg),
+        table.radius_u_um / UM_PER_MM,
+    )

@@ -1,0 +1,107 @@
+"""The nominal profile that a job's `[part]` table spells out, and the table that spells out a profile."""
+
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Final
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.jobs.job import FeatureTable, PartTable
+from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.profile import TANGENT_WITHIN_RAD, Junction, JunctionKind, Profile
+from trueloop.geometry.validate import checked_profile
+from trueloop.units import MM_PER_INCH
+
+MM_PER: Final = {"mm": 1.0, "inch": MM_PER_INCH}
+ROUNDED_MM: Final = 1e-3
+"""A radius may fall this much short of half the chord: both are rounded on a drawing."""
+
+UNSURE_RAD: Final = 1e-6
+"""More than rounding its ends to a picometre turns a feature by, from 2 µm of length up."""
+
+
+def profile_of_table(part: PartTable) -> Profile:
+    """The profile of `part.start` and `part.feature`, in mm with x a radius. Raises GEO errors."""
+    scale = MM_PER[part.unit]
+    x_scale = scale / 2 if part.x_is == "diameter" else scale
+    assert part.start is not None
+    points = [(x * x_scale, z * scale) for x, z in (part.start, *(feature.to for feature in part.feature))]
+    features = [
+        _feature(table, start, end, scale, x_scale)
+        for table, (start, end) in zip(part.feature, pairwise(points), strict=True)
+    ]
+    return checked_profile(features, junctions_by_design(part.junctions))
+
+
+def junctions_by_design(named: Mapping[str, str]) -> dict[tuple[str, str], JunctionKind]:
+    """`{"neck/dome": "tangent"}` of a job as pairs of feature names."""
+    pairs = {name: name.partition("/") for name in named}
+    return {(before, after): JunctionKind(named[name]) for name, (before, _, after) in pairs.items()}
+
+
+def part_table_toml(name: str, profile: Profile) -> str:
+    """A `[part]` table in mm and radii that reads back as this profile, to a picometre."""
+    lines = ["[part]", f"name = {_quoted(name)}", 'unit = "mm"', 'x_is = "radius"']
+    lines.append(f"start = {_pair(profile.features[0].start_mm)}")
+    for feature in profile.features:
+        lines += ["", "[[part.feature]]", f"name = {_quoted(feature.name)}", f"to = {_pair(feature.end_mm)}"]
+        if isinstance(feature, Arc):
+            lines += [f"centre = {_pair(feature.centre_mm)}", f'turn = "{_turn(feature)}"']
+    fixed = [
+        f'{_quoted(f"{before}/{after}")} = "{junction.kind}"'
+        for (before, after), junction in zip(pairwise(profile.names), profile.junctions, strict=True)
+        if junction.by_design or _could_read_otherwise(junction)
+    ]
+    return "\n".join([*lines, *(["", "[part.junctions]", *fixed] if fixed else []), ""])
+
+
+def _feature(table: FeatureTable, start: Point, end: Point, scale: float, x_scale: float) -> Feature:
+    if table.centre is not None:
+        centre = (table.centre[0] * x_scale, table.centre[1] * scale)
+    elif table.radius is not None:
+        centre = _centre(table, start, end, table.radius * scale)
+    else:
+        return Line(table.name, start, end)
+    return Arc(table.name, start, end, centre, _sweep_rad(table, start, end, centre))
+
+
+def _centre(table: FeatureTable, start: Point, end: Point, radius_mm: float) -> Point:
+    """The centre lies on the material's side of the chord for a convex arc of less than half a turn."""
+    (x0, z0), (x1, z1) = start, end
+    half = math.dist(start, end) / 2
+    if radius_mm < half - ROUNDED_MM or half == 0:
+        raise TrueloopError(
+            Code.GEO_ARC,
+            f"'{table.name}' has a radius of {radius_mm:.4f} mm, but its ends are {2 * half:.4f} mm apart",
+            hint="a radius is at least half the distance of start and end; x is a radius unless x_is says diameter",
+        )
+    towards_material = (table.turn == "convex") != table.more_than_half
+    away = math.sqrt(max(radius_mm**2 - half**2, 0.0)) / (2 * half) * (-1 if towards_material else 1)
+    return (x0 + x1) / 2 + away * (z1 - z0), (z0 + z1) / 2 - away * (x1 - x0)
+
+
+def _sweep_rad(table: FeatureTable, start: Point, end: Point, centre: Point) -> float:
+    from_angle, to_angle = (math.atan2(x - centre[0], z - centre[1]) for x, z in (start, end))
+    if table.turn == "convex":
+        return (from_angle - to_angle) % (2 * math.pi)
+    return -((to_angle - from_angle) % (2 * math.pi))
+
+
+def _could_read_otherwise(junction: Junction) -> bool:
+    """Whether the rounding of printed coordinates could take a corner for tangent, or the other way round."""
+    return abs(abs(junction.turn_rad) - TANGENT_WITHIN_RAD) < UNSURE_RAD
+
+
+def _turn(arc: Arc) -> str:
+    return "convex" if arc.sweep_rad > 0 else "concave"
+
+
+def _pair(point: Point) -> str:
+    x, z = (round(value, 9) + 0.0 for value in point)  # + 0.0 turns −0.0 into 0.0
+    return f"[{x!r}, {z!r}]"
+
+
+def _quoted(text: str) -> str:
+    """A TOML basic string: quotes, backslashes and control characters escaped."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if ord(c) >= 32 and ord(c) != 127 else f"\\u{ord(c):04x}" for c in escaped) + '"'

@@ -1,0 +1,229 @@
+"""The virtual machine's file (TOML): a preset, and whatever differs from it."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from trueloop.errors import Code, in_file
+from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
+from trueloop.simulator.cmm import VirtualCmm
+from trueloop.simulator.machine import VirtualMachine
+from trueloop.simulator.machine_error import REFERENCE_C, ErrorTerm, MachineError
+from trueloop.simulator.nose import Nose
+from trueloop.simulator.presets import Workshop, nist
+from trueloop.simulator.probe import VirtualProbe
+from trueloop.simulator.process import Backlash, Deflection, Repeatability
+from trueloop.simulator.transfer import Transfer
+from trueloop.units import MM_PER_M, UM_PER_MM, URAD_PER_RAD
+
+Power = Annotated[int, Field(ge=0, le=6, strict=True)]
+
+
+class NoseTable(Table):
+    """The nose: radius errors over contact angle, negative where it is worn."""
+
+    radius_mm: Positive
+    wear_angle_deg: tuple[Finite, ...] = ()
+    wear_um: tuple[Finite, ...] = ()
+
+
+class ProcessTable(Table):
+    """What does not repeat, and by how much the tool is set wrongly (x on the radius)."""
+
+    along_um: NotNegative = 0.0
+    correlation_mm: Positive = 1.0
+    cut_to_cut_um: NotNegative = 0.0
+    tool_offset_x_um: Finite = 0.0
+    tool_offset_z_um: Finite = 0.0
+
+
+class TransferTable(Table):
+    """What the finish cut does otherwise than the cuts before it: error over contact angle, negative: more taken."""
+
+    contact_angle_deg: tuple[Finite, ...] = ()
+    error_um: tuple[Finite, ...] = ()
+
+
+class DeflectionTable(Table):
+    """What gives way."""
+
+    specific_force_n_per_mm2: NotNegative = 0.0
+    tool_um_per_n: NotNegative = 0.0
+    chuck_um_per_n: NotNegative = 0.0
+    part_um_per_n_mm3: NotNegative = 0.0
+    chuck_z_mm: Finite = 0.0
+    feed_mm_per_rev: Positive = 0.127
+
+
+class BacklashTable(Table):
+    """Play of the axes, x on the radius."""
+
+    x_um: NotNegative = 0.0
+    z_um: NotNegative = 0.0
+
+
+class ErrorTermTable(Table):
+    """`um` · (x/100 mm)^i · (z/100 mm)^j · (T − 20 °C)^k, actual less commanded position."""
+
+    axis: Literal["x", "z"]
+    um: Finite
+    x_power: Power = 0
+    z_power: Power = 0
+    temperature_power: Power = 0
+
+
+class TemperatureTable(Table):
+    """How warm the machine is."""
+
+    semifinish_c: Finite = REFERENCE_C
+    probing_c: Finite = REFERENCE_C
+    finish_c: Finite = REFERENCE_C
+
+
+class ProbeTable(Table):
+    """The virtual probe."""
+
+    ball_radius_mm: Positive
+    pre_travel_um: NotNegative = 0.0
+    lobing_um: NotNegative = 0.0
+    lobes: Count = 3
+    lobing_phase_deg: Finite = 0.0
+    range_x_um: NotNegative = 0.0
+    range_z_um: NotNegative = 0.0
+    overshoot_um: NotNegative = 0.0
+    calibrated_from_deg: Finite | None = None
+    calibrated_to_deg: Finite | None = None
+
+    @model_validator(mode="after")
+    def _one_range(self) -> "ProbeTable":
+        if (self.calibrated_from_deg is None) != (self.calibrated_to_deg is None):
+            raise ValueError("`calibrated_from_deg` and `calibrated_to_deg` go together")
+        if self.calibrated_from_deg is not None and self.calibrated_to_deg is not None:
+            span_deg = self.calibrated_to_deg - self.calibrated_from_deg
+            if not 90.0 <= span_deg <= 360.0:
+                raise ValueError(f"`calibrated_to_deg` is {span_deg:g} above `calibrated_from_deg`, not 90 to 360")
+        return self
+
+    @property
+    def calibrated_rad(self) -> tuple[float, float] | None:
+        """Between which contact angles the probe is calibrated; None: those that the part asks for."""
+        if self.calibrated_from_deg is None or self.calibrated_to_deg is None:
+            return None
+        return math.radians(self.calibrated_from_deg), math.radians(self.calibrated_to_deg)
+
+
+class CmmTable(Table):
+    """The virtual coordinate measuring machine."""
+
+    frame_um: NotNegative = 0.0
+    tilt_urad: NotNegative = 0.0
+    mpe_um: NotNegative = 0.0
+    mpe_um_per_m: NotNegative = 0.0
+
+
+class VirtualMachineFile(Table):
+    """A whole file: a table that is given replaces that of the preset."""
+
+    preset: Literal["nist"] | None = None
+    nose: NoseTable | None = None
+    process: ProcessTable | None = None
+    transfer: TransferTable | None = None
+    deflection: DeflectionTable | None = None
+    backlash: BacklashTable | None = None
+    error: tuple[ErrorTermTable, ...] = ()
+    temperature: TemperatureTable = TemperatureTable()
+    probe: ProbeTable | None = None
+    cmm: CmmTable | None = None
+
+    @model_validator(mode="after")
+    def _enough(self) -> "VirtualMachineFile":
+        if self.preset is None and (self.nose is None or self.probe is None):
+            raise ValueError("without a `preset` the tables [nose] and [probe] are needed")
+        return self
+
+
+def read_virtual_machine(path: Path) -> Workshop:
+    """The workshop of a machine file. Raises SIM-FILE and SIM-NOSE."""
+    hint = "docs/simulator.md lists every table and key of a machine file"
+    file = read_tables(path, VirtualMachineFile, Code.SIM_FILE, hint=hint)
+    with in_file(path):
+        return workshop_of(file)
+
+
+def workshop_of(file: VirtualMachineFile) -> Workshop:
+    """The tables as values."""
+    base = nist() if file.preset == "nist" else None
+    machine = VirtualMachine(Nose(1.0)) if base is None else base.machine
+    if file.nose is not None:
+        angles = tuple(math.radians(angle) for angle in file.nose.wear_angle_deg)
+        wear_mm = tuple(wear / UM_PER_MM for wear in file.nose.wear_um)
+        machine = replace(machine, nose=Nose(file.nose.radius_mm, angles, wear_mm))
+    if file.process is not None:
+        machine = _with_process(machine, file.process)
+    if file.transfer is not None:
+        machine = replace(machine, transfer=_transfer(file.transfer))
+    if file.deflection is not None:
+        machine = replace(machine, deflection=_deflection(file.deflection))
+    if file.backlash is not None:
+        play = Backlash(file.backlash.x_um / UM_PER_MM, file.backlash.z_um / UM_PER_MM)
+        machine = replace(machine, backlash=play)
+    terms = tuple(
+        ErrorTerm("xz".index(t.axis), t.um / UM_PER_MM, t.x_power, t.z_power, t.temperature_power) for t in file.error
+    )
+    warm = file.temperature
+    return Workshop(
+        machine=replace(machine, error=MachineError(terms)),
+        probe=base.probe if base is not None and file.probe is None else _probe(file.probe),
+        cmm=base.cmm if base is not None and file.cmm is None else cmm_of(file.cmm or CmmTable()),
+        temperatures_c=(warm.semifinish_c, warm.probing_c, warm.finish_c),
+    )
+
+
+def _with_process(machine: VirtualMachine, table: ProcessTable) -> VirtualMachine:
+    repeatability = Repeatability(table.along_um / UM_PER_MM, table.correlation_mm, table.cut_to_cut_um / UM_PER_MM)
+    offset_mm = (table.tool_offset_x_um / UM_PER_MM, table.tool_offset_z_um / UM_PER_MM)
+    return replace(machine, tool_offset_mm=offset_mm, repeatability=repeatability)
+
+
+def _transfer(table: TransferTable) -> Transfer:
+    angles = tuple(math.radians(angle) for angle in table.contact_angle_deg)
+    return Transfer(angles, tuple(error / UM_PER_MM for error in table.error_um))
+
+
+def _deflection(table: DeflectionTable) -> Deflection:
+    return Deflection(
+        table.specific_force_n_per_mm2,
+        table.tool_um_per_n / UM_PER_MM,
+        table.chuck_um_per_n / UM_PER_MM,
+        table.part_um_per_n_mm3 / UM_PER_MM,
+        table.chuck_z_mm,
+        table.feed_mm_per_rev,
+    )
+
+
+def _probe(table: ProbeTable | None) -> VirtualProbe:
+    assert table is not None  # VirtualMachineFile._enough
+    return VirtualProbe(
+        table.ball_radius_mm,
+        table.pre_travel_um / UM_PER_MM,
+        table.lobing_um / UM_PER_MM,
+        table.lobes,
+        math.radians(table.lobing_phase_deg),
+        table.range_x_um / UM_PER_MM,
+        table.range_z_um / UM_PER_MM,
+        table.overshoot_um / UM_PER_MM,
+        table.calibrated_rad,
+    )
+
+
+def cmm_of(table: CmmTable) -> VirtualCmm:
+    """The table as values."""
+    return VirtualCmm(
+        table.frame_um / UM_PER_MM,
+        table.tilt_urad / URAD_PER_RAD,
+        table.mpe_um / UM_PER_MM,
+        table.mpe_um_per_m / UM_PER_MM / MM_PER_M,
+    )

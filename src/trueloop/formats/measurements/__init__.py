@@ -1,0 +1,1 @@
+"""What measuring devices write: touches, points, readings, logs."""

@@ -1,0 +1,71 @@
+"""Inspections of one finished part as CSV, a gauging point a row, all in part coordinates and mm.
+
+    point, nominal_x_mm … nominal_z_mm, normal_x … normal_z, controller_x_mm …, cmm_x_mm …, comp_proc_um (optional)
+
+Comment lines `# touch_u_um 0.5` and `# cmm_u_um 0.4` state standard uncertainties; 0 without.
+"""
+
+import csv
+import io
+import re
+from pathlib import Path
+from typing import Final
+
+from trueloop.diagnosis.components import Components, Inspections
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.measurements.measured_rows import read_measured, vectors
+from trueloop.formats.measurements.rows import CsvFile
+from trueloop.units import UM_PER_MM
+
+KINDS: Final = {"nominal": "_mm", "normal": "", "controller": "_mm", "cmm": "_mm"}
+VECTORS: Final = {kind: [f"{kind}_{c}{unit}" for c in "xyz"] for kind, unit in KINDS.items()}
+COMP_PROC: Final = "comp_proc_um"
+STATED: Final = ("touch_u_um", "cmm_u_um")
+STATEMENT: Final = re.compile(r"\w+\s+\d{1,9}(\.\d*)?")
+COLUMNS: Final = (
+    *("comp_mtg_cutting", "comp_mtg_probing", "comp_mtg_applied", "comp_proc"),
+    *("error_pp", "error_proc", "error_proc_resid", "error_mtg", "error_mtg_resid"),
+    *("u_error_pp", "u_error_proc", "u_error_mtg"),
+    *("detected_surface", "nominal_surface_mt", "uncompensated_nominal_surface_mt"),
+    *("gt_compensated_surface", "uncompensated_surface", "uncompensated_error"),
+)
+
+
+def read_inspections(path: Path) -> tuple[tuple[str, ...], Inspections]:
+    """Names of the points, and what was seen. Raises MCH-FILE and MCH-UNIT."""
+    file = read_measured(path)
+    rows = file.rows(("point", COMP_PROC, *(name for names in VECTORS.values() for name in names)))
+    seen = {kind: vectors(rows, names) for kind, names in VECTORS.items()}
+    touch_u_mm, cmm_u_mm = (_stated(file, name) / UM_PER_MM for name in STATED)
+    comp_mm = rows.numbers(COMP_PROC, 0.0) / UM_PER_MM
+    names = tuple(name or str(k) for k, name in enumerate(rows.texts("point"), 1))
+    places = (seen["nominal"], seen["normal"], seen["controller"], seen["cmm"])
+    return names, Inspections(*places, touch_u_mm, cmm_u_mm, comp_mm)
+
+
+def components_csv(points: tuple[str, ...], parts: Components) -> str:
+    """One row a point, µm along the outward normal."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["point", *(f"{name}_um" for name in COLUMNS)])
+    columns = [UM_PER_MM * getattr(parts, name) for name in COLUMNS]
+    for k, point in enumerate(points):
+        writer.writerow([point, *(f"{column[k]:.3f}" for column in columns)])
+    return out.getvalue()
+
+
+def _stated(file: CsvFile, name: str) -> float:
+    """What a comment line states under that name; 0 without one.
+
+    Raises MCH-FILE with the line for a comment that begins as if it stated it and does not: it would be ignored.
+    """
+    quantity = name.removesuffix("_um")
+    lines = [(line, text.lstrip("# \t")) for line, text in file.comments]
+    stated = [(line, text) for line, text in lines if text.lower().startswith(quantity)]
+    for k, (line, text) in enumerate(stated):
+        if k or not STATEMENT.fullmatch(text) or not text.startswith(name):
+            hint = f"write `# {name} 0.5`, once"
+            raise TrueloopError(
+                Code.MCH_FILE, f"{text!r} states no {name}", hint=hint, place=Place(str(file.path), line)
+            )
+    return float(stated[0][1].split()[1]) if stated else 0.0

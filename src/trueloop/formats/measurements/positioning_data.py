@@ -1,0 +1,112 @@
+"""Bidirectional positioning tests: CSV, and the assignments that ecmc's measuring scripts write.
+
+CSV: `target_mm,approach,cycle,actual_mm` (or `target_deg`, `actual_deg`), approach `up` or `down`.
+Assignments: `TGT_DATA[i]=…`, `REF_DATA_FWD[i,cycle]=…`, `REF_DATA_BWD[i,cycle]=…`, `UNIT=mm`. Each is given once.
+"""
+
+import re
+from pathlib import Path
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.input_file import read_text
+from trueloop.formats.measurements.rows import MOST, CsvKind, csv_of, number_of
+from trueloop.geometry.feature import Array
+from trueloop.machine.standards.positioning import Positioning, positioning
+from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+Numbered: TypeAlias = dict[int, float]
+"""Targets by what they go by: their number, or where they are."""
+
+Table: TypeAlias = dict[tuple[int, int], float]
+"""Positions reached by target and cycle."""
+
+Test: TypeAlias = tuple[str, Numbered, Table, Table]
+"""Unit, targets, positions reached from below and from above, in that unit."""
+
+SCALE: Final = {"mm": 1.0, "um": 1 / UM_PER_MM, "in": MM_PER_INCH, "deg": float(np.pi / 180)}
+HINT: Final = "CSV with target_mm,approach,cycle,actual_mm, or TGT_DATA/REF_DATA assignments"
+KIND: Final = CsvKind(Code.MCH_FILE, Code.MCH_FILE, Code.MCH_FILE, HINT)
+WAYS: Final = ("up", "down")
+_BEGINNING: Final = re.compile(r"\s*(TGT_DATA|REF_DATA_FWD|REF_DATA_BWD|UNIT)\b")
+_INDEX: Final = r"\[\s*(\d{1,9})\s*(?:,\s*(\d{1,9})\s*)?\]"
+_ASSIGNMENT: Final = re.compile(rf"\s*(\w+)\s*(?:{_INDEX})?\s*=\s*(\S+)\s*")
+_INDICES: Final = {"UNIT": 0, "TGT_DATA": 1, "REF_DATA_FWD": 2, "REF_DATA_BWD": 2}
+
+
+def read_positioning(path: Path) -> Positioning:
+    """Reads and analyses either format. Raises MCH-FILE for what cannot be read, MCH-DATA for an incomplete test."""
+    text = read_text(path, Code.MCH_FILE, hint=HINT)
+    unit, targets, up, down = _assignments(text, path) if "TGT_DATA" in text else _csv(text, path)
+    order = sorted(targets)
+    target = SCALE[unit] * np.array([targets[key] for key in order])
+    deviations = [SCALE[unit] * _table(actual, order) - target[:, None] for actual in (up, down)]
+    with in_file(path):
+        return positioning(target, *deviations, angular=unit == "deg")
+
+
+def _assignments(text: str, path: Path) -> Test:
+    found: dict[str, dict[tuple[int, ...], str]] = {name: {} for name in _INDICES}
+    for number, line in enumerate(text.splitlines(), 1):
+        if not (beginning := _BEGINNING.match(line)):
+            continue
+        assigned, name = _ASSIGNMENT.fullmatch(line), beginning[1]
+        index = tuple(int(k) for k in assigned.groups()[1:3] if k) if assigned else ()
+        if not assigned or len(index) != _INDICES[name] or index in found[name]:
+            why = "given twice" if index in found[name] else f"not {name} with {_INDICES[name]} indices"
+            raise _unreadable(path, number, f"{line.strip()!r} is {why}")
+        if name != "UNIT" and not abs(number_of(assigned[4])) <= MOST:
+            raise _unreadable(path, number, f"{assigned[4]!r} is no finite number")
+        found[name][index] = assigned[4]
+    unit = found["UNIT"].get((), "mm")
+    _check_unit(unit, path)
+    targets = {key: float(value) for (key,), value in found["TGT_DATA"].items()}
+    up, down = (
+        {(key, cycle): float(value) for (key, cycle), value in found[name].items()}
+        for name in ("REF_DATA_FWD", "REF_DATA_BWD")
+    )
+    return unit, targets, up, down
+
+
+def _csv(text: str, path: Path) -> Test:
+    file = csv_of(text, path, KIND)
+    units = [name.removeprefix("target_") for name in file.header if name.startswith("target_")]
+    if len(units) != 1:
+        raise file.refusal(f"{len(units)} of its {len(file.header)} columns are target_mm or the like; one is needed")
+    _check_unit(units[0], path)
+    rows = file.rows((target := f"target_{units[0]}", "approach", "cycle", actual := f"actual_{units[0]}"))
+    targets: Numbered = {}
+    tables: dict[str, Table] = {way: {} for way in WAYS}
+    columns = (rows.numbers(target), rows.texts("approach"), rows.numbers("cycle"), rows.numbers(actual))
+    for row, (at, way, cycle, reached) in enumerate(zip(*columns, strict=True)):
+        if way not in WAYS or cycle % 1:
+            raise rows.refusal(row, f"approach {way!r}, cycle {cycle:g}: not up or down and a whole number")
+        key = (round(at * SCALE[units[0]] * 1e6), int(cycle))
+        if key in tables[way]:
+            raise rows.refusal(row, f"target {at:g}, approach {way}, cycle {cycle:g} is given twice")
+        targets[key[0]] = at
+        tables[way][key] = reached
+    return units[0], targets, tables["up"], tables["down"]
+
+
+def _table(actual: Table, order: list[int]) -> Array:
+    """A row a target, a column a cycle; nan where there is none."""
+    cycles = sorted({cycle for _, cycle in actual})
+    table: Array = np.array([[actual.get((key, cycle), np.nan) for cycle in cycles] for key in order])
+    return table.reshape(len(order), len(cycles))
+
+
+def _check_unit(unit: str, path: Path) -> None:
+    if unit not in SCALE:
+        raise TrueloopError(
+            Code.MCH_UNIT,
+            f"unit {unit!r} is not one of the {len(SCALE)} known: {', '.join(SCALE)}",
+            hint="name the unit of targets and readings, the same for both",
+            place=Place(str(path)),
+        )
+
+
+def _unreadable(path: Path, line: int, why: str) -> TrueloopError:
+    return TrueloopError(Code.MCH_FILE, why, hint=HINT, place=Place(str(path), line))

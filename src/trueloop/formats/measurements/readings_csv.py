@@ -1,0 +1,189 @@
+"""Characterization readings as CSV, one reading a row; columns carry their unit.
+
+X_mm, Y_mm …, A_deg …   axis positions as commanded; axes left out stand at 0
+travel_X …              + or − (or 1, −1): the way the axis came; empty or left out: unknown
+along                   X Y Z: the reading is a displacement along it; A B C: a rotation about it
+along_x, along_y, along_z   instead of `along`: a direction, for instance of a ball bar from its centre to the tool
+reading_um | reading_mm | reading_urad     actual − commanded, tool as seen from the work
+u_um | u_urad           standard uncertainty, if known
+tool_x_mm, tool_y_mm, tool_z_mm   point of measurement from the frame of the last axis that carries the tool
+run                     what was measured in one go
+absolute                no (or empty, or no column): the instrument was zeroed, a straightedge laid by eye, for the run;
+                        slope: against a square or the spindle, the zero alone is open; yes: nothing is
+NAME_degC, NAME_rpm     signals, under NAME
+note                    anything; no other columns
+time_s                  when it was read, for lags; where no history is given the rows themselves are one
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.measurements.measured_rows import (
+    SIGNAL_UNITS,
+    read_measured,
+    signals_in,
+    units_in,
+    vectors,
+    wrong_unit,
+)
+from trueloop.formats.measurements.rows import CsvFile, Rows
+from trueloop.geometry.feature import Array
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.model.chain import Axis, AxisKind, Chain
+from trueloop.machine.model.history import Clock, History, logged, units_of
+from trueloop.machine.model.model import State
+from trueloop.machine.model.names import COMPONENTS
+from trueloop.machine.model.validity import outside
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+READING: Final = {"reading_um": 1 / UM_PER_MM, "reading_mm": 1.0, "reading_urad": 1 / URAD_PER_RAD}
+UNCERTAINTY: Final = {"u_um": 1 / UM_PER_MM, "u_mm": 1.0, "u_urad": 1 / URAD_PER_RAD}
+ALONG: Final = ("along_x", "along_y", "along_z")
+TOOL: Final = ("tool_x_mm", "tool_y_mm", "tool_z_mm")
+OTHERS: Final = ("along", *ALONG, *TOOL, "run", "time_s", "absolute")
+POSITION: Final = re.compile(r"[A-Z]_(mm|deg)")
+ABSOLUTE: Final = {"": (True, True), "no": (True, True), "slope": (True, False), "yes": (False, False)}
+"""Whether a reading's zero and its slope are its run's own."""
+
+WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
+
+Flags: TypeAlias = np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+
+def read_readings(path: Path, chain: Chain, history: History | None = None) -> Observations:
+    """Readings of a file in its order; signals that it lacks come from `history`, on the same clock.
+
+    Raises MCH-FILE, MCH-UNIT (other units, or two of one kind), MCH-AXIS, MCH-TRAVEL for positions beyond travel,
+    MCH-HISTORY for readings outside the history.
+    """
+    rows = _rows(read_measured(path), chain)
+    clock = _clock(rows, history)
+    along, is_angle = _along(rows)
+    reading, u = _readings(rows, is_angle)
+    return Observations(
+        _state(rows, chain, logged(clock) if history and clock else {}),
+        along,
+        reading,
+        is_angle,
+        u,
+        tuple(run or path.stem for run in rows.texts("run")),
+        np.array(rows.lines),
+        clock,
+        {**units_of(clock), **units_in(rows)},
+        *_own(rows),
+    )
+
+
+def _rows(file: CsvFile, chain: Chain) -> Rows:
+    """Raises MCH-AXIS for positions of an axis that the machine lacks, MCH-FILE for other columns not known."""
+    for name in file.header:
+        if POSITION.fullmatch(name) and name[0] not in chain.order:
+            with in_file(file.path, 1):
+                chain.axis(name[0])
+    axes = [name for axis in chain.order for name in (_position_column(chain, axis)[0], f"travel_{axis}")]
+    return file.rows([*axes, *READING, *UNCERTAINTY, *OTHERS], SIGNAL_UNITS)
+
+
+def _state(rows: Rows, chain: Chain, past: Mapping[str, Array]) -> State:
+    """Where the axes stand, which way they came, and at which signals."""
+    positions = {}
+    for axis in chain.order:
+        name, scale = _position_column(chain, axis)
+        if name in rows.header:
+            positions[axis] = rows.numbers(name) * scale
+            _check_reach(chain.axis(axis), positions[axis], rows)
+    return State(
+        np.broadcast_to(chain.positions(positions), (len(rows), len(chain.order))),
+        np.stack([_ways(rows, f"travel_{name}") for name in chain.order], axis=-1),
+        {**past, **signals_in(rows)},
+        vectors(rows, TOOL, 0.0),
+    )
+
+
+def _readings(rows: Rows, is_angle: Flags) -> tuple[Array, Array]:
+    """Readings and their standard uncertainties, mm or rad. Raises MCH-UNIT where lengths and angles are mixed up."""
+    given = [name for name in READING if name in rows.header]
+    if len(given) != 1:
+        raise wrong_unit(rows.path, f"{len(given)} columns of {', '.join(READING)}; one is needed")
+    reading, count = given[0], len(rows)
+    uncertainties = [name for name in UNCERTAINTY if name in rows.header]
+    for name in uncertainties:
+        if ("rad" in name) != ("rad" in reading) or len(uncertainties) > 1:
+            told = " and ".join(uncertainties)
+            raise wrong_unit(rows.path, f"{count} readings are in {reading}, their standard uncertainty in {told}")
+    if not np.all(is_angle == (reading == "reading_urad")):
+        why = f"{int(is_angle.sum())} of {count} rows are rotations, but the readings are in {reading}"
+        raise wrong_unit(rows.path, why)
+    values = rows.numbers(reading) * READING[reading]
+    if not uncertainties:
+        return values, np.full(count, np.nan)
+    return values, rows.numbers(uncertainties[0]) * UNCERTAINTY[uncertainties[0]]
+
+
+def _check_reach(axis: Axis, position: Array, rows: Rows) -> None:
+    """Raises MCH-TRAVEL with the line."""
+    for k in np.flatnonzero(outside(position, axis.travel))[:1]:
+        low, high = map(axis.shown, axis.travel)
+        raise TrueloopError(
+            Code.MCH_TRAVEL,
+            f"{axis.name} stands at {axis.shown(position[k])}, its travel is {low} to {high}",
+            hint="positions are those the control shows, in machine coordinates; travel stands in the machine file",
+            place=Place(str(rows.path), rows.lines[k]),
+        )
+
+
+def _clock(rows: Rows, history: History | None) -> Clock | None:
+    """Without a history the rows themselves are one: several readings at a time are one row of it."""
+    if history is None and "time_s" not in rows.header:
+        return None
+    time_s = rows.numbers("time_s")
+    if history is None:
+        ascending, first = np.unique(time_s, return_index=True)
+        history = History(ascending, {name: values[first] for name, values in signals_in(rows).items()}, units_in(rows))
+    return Clock(time_s, np.zeros(len(time_s), dtype=np.intp), (history,))
+
+
+def _position_column(chain: Chain, axis: str) -> tuple[str, float]:
+    if chain.axis(axis).kind is AxisKind.ROTARY:
+        return f"{axis}_deg", math.pi / 180
+    return f"{axis}_mm", 1.0
+
+
+def _along(rows: Rows) -> tuple[Array, Flags]:
+    """Unit directions, (n, 3), and which are axes of rotation."""
+    if set(ALONG) <= set(rows.header):
+        given = vectors(rows, ALONG)
+        length = np.linalg.norm(given, axis=1, keepdims=True)
+        for row in np.flatnonzero(length == 0)[:1]:
+            raise rows.refusal(int(row), "a direction of length 0")
+        return given / length, np.zeros(len(rows), dtype=bool)
+    letters = rows.texts("along")
+    for row, letter in enumerate(letters):
+        if len(letter) != 1 or letter not in COMPONENTS:
+            raise rows.refusal(row, f"along is {letter!r}, not one of X Y Z A B C")
+    component = np.array([COMPONENTS.index(letter) for letter in letters])
+    return np.eye(3)[component % 3], component >= 3
+
+
+def _own(rows: Rows) -> tuple[Flags, Flags]:
+    """Which readings have a zero, and which a slope, of their run's own."""
+    texts = rows.texts("absolute")
+    for row, text in enumerate(texts):
+        if text not in ABSOLUTE:
+            raise rows.refusal(row, f"absolute is {text!r}, not yes, slope or no", "absolute")
+    zero, slope = np.array([ABSOLUTE[text] for text in texts], dtype=bool).T
+    return zero, slope
+
+
+def _ways(rows: Rows, name: str) -> Array:
+    texts = rows.texts(name)
+    for row, text in enumerate(texts):
+        if text not in WAYS:
+            raise rows.refusal(row, f"{name} is {text!r}, not + or -", name)
+    return np.array([WAYS[text] for text in texts])

@@ -1,0 +1,75 @@
+"""Touches as CSV: `point`, `feature` (optional), a nominal point, and a measured point or an error.
+
+Columns carry their unit: `nominal_x_mm`, `nominal_x_in`, `nominal_x_diameter_mm`, `nominal_x_diameter_in`,
+`nominal_z_mm`, `nominal_z_in`; the same with `measured_`; or `error_um`, `error_mm`, `error_in`. Lines beginning with
+`#` are comments. Separator comma, semicolon or tab, found from the header; a decimal comma needs the semicolon or tab.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from trueloop.errors import Code
+from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, read_csv
+from trueloop.geometry.feature import Point
+from trueloop.turned.touches.touch import Touch
+from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+LENGTH_MM: Final = {"um": 1 / UM_PER_MM, "mm": 1.0, "in": MM_PER_INCH}
+X_SUFFIXES: Final = {
+    "x_mm": 1.0,
+    "x_in": MM_PER_INCH,
+    "x_diameter_mm": 0.5,
+    "x_diameter_in": MM_PER_INCH / 2,
+}
+Z_SUFFIXES: Final = {"z_mm": 1.0, "z_in": MM_PER_INCH}
+ERROR_COLUMNS: Final = {f"error_{unit}": factor for unit, factor in LENGTH_MM.items()}
+
+HINT: Final = (
+    "`gauging.touches` in the job names a CSV file in UTF-8, relative to the job: point,feature,nominal_x_mm, …"
+)
+KIND: Final = CsvKind(Code.TCH_FILE, Code.TCH_COLUMN, Code.TCH_NUMBER, HINT)
+KNOWN: Final = (
+    *("point", "feature", *ERROR_COLUMNS),
+    *(prefix + name for prefix in ("nominal_", "measured_") for name in (*X_SUFFIXES, *Z_SUFFIXES)),
+)
+
+
+def read_touches(path: Path) -> list[Touch]:
+    """Touches of a CSV file in its order. Raises TCH errors with line (and column) of what cannot be read."""
+    file = read_csv(path, KIND)
+    rows = file.rows(KNOWN)
+    nominal, measured = (_points(file, rows, prefix) for prefix in ("nominal_", "measured_"))
+    errors = _column(file, rows, "", ERROR_COLUMNS)
+    if "point" not in rows.header or nominal is None or (measured is None and errors is None):
+        raise file.refusal(
+            f"the header {list(rows.header)} does not say point, nominal x and z, and measured x and z or an error",
+            hint="for instance: point,feature,nominal_x_mm,nominal_z_mm,error_um",
+        )
+    return [
+        Touch(
+            point=point,
+            nominal_mm=nominal[k],
+            feature=feature or None,
+            measured_mm=None if measured is None else measured[k],
+            error_mm=None if errors is None else errors[k],
+            line=rows.lines[k],
+        )
+        for k, (point, feature) in enumerate(zip(rows.texts("point"), rows.texts("feature"), strict=True))
+    ]
+
+
+def _points(file: CsvFile, rows: Rows, prefix: str) -> list[Point] | None:
+    """Points (x, z) in mm, x a radius; None where the file has none of that kind."""
+    x, z = (_column(file, rows, prefix, suffixes) for suffixes in (X_SUFFIXES, Z_SUFFIXES))
+    return None if x is None or z is None else list(zip(x, z, strict=True))
+
+
+def _column(file: CsvFile, rows: Rows, prefix: str, factors: Mapping[str, float]) -> list[float] | None:
+    """The values in mm of the one column that says it, in whichever unit; None where none does."""
+    found = [(prefix + name, factor) for name, factor in factors.items() if prefix + name in rows.header]
+    if len(found) > 1:
+        why = f"{found[0][0]!r} and {found[1][0]!r} say the same thing in {len(found)} columns"
+        raise file.refusal(why, hint="keep one of them")
+    values: list[float] | None = (rows.numbers(found[0][0]) * found[0][1]).tolist() if found else None
+    return values

@@ -1,0 +1,1 @@
+"""Tables for controls and stored models."""

@@ -1,0 +1,87 @@
+"""Compensation tables as controls read them.
+
+LinuxCNC's COMP_FILE is tested in LinuxCNC: the motor goes where the error is undone. For Siemens and Heidenhain names
+and layout are those of their manuals. With which sign those controls apply a value the manuals do not say of these
+tables (of Siemens' other one, ENC_COMP, that a positive value moves the axis in the negative direction). Values here
+are meant to be added to the command; the files say that this has to be tried, and `opposite` turns all signs round.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.machine.correct.axis_table import AxisTable
+
+LINUXCNC_MOST = 256
+
+
+def linuxcnc_comp(table: AxisTable) -> str:
+    """COMP_FILE of COMP_FILE_TYPE 0: nominal, actual forward, actual reverse; 256 rows at most, ascending.
+
+    Its joint only: raises MCH-TABLE for an error of another axis. It switches BACKLASH off.
+    """
+    if table.input_axis != table.output or len(table.position_mm) > LINUXCNC_MOST:
+        raise TrueloopError(
+            Code.MCH_TABLE,
+            f"a COMP_FILE holds {LINUXCNC_MOST} rows of an axis' own error, not {len(table.position_mm)} rows of "
+            f"{table.output} as a function of {table.input_axis}",
+            hint="correct the program instead: `trueloop machine compensate`",
+        )
+    actual = (table.position_mm + table.forward_mm, table.position_mm + table.reverse_mm)
+    rows = zip(table.position_mm, *actual, strict=True)
+    return "".join(f"{nominal:.6f} {forward:.6f} {reverse:.6f}\n" for nominal, forward, reverse in rows)
+
+
+def siemens_cec(table: AxisTable, number: int = 0, *, opposite: bool = False) -> str:
+    """CEC tables: values −E; one table where both ways agree, else one for each way of travel. End values hold outside.
+
+    Axis names are placeholders of the control's geometry axes: AX1 for X, AX2 for Y, AX3 for Z.
+    """
+    ways = [(1, table.forward_mm), (-1, table.reverse_mm)] if _both_ways(table) else [(0, table.forward_mm)]
+    sign = 1.0 if opposite else -1.0
+    lines = ["%_N_NC_CEC_INI", *(f"; {words}" for words in CAUTION), "CHANDATA(1)"]
+    for k, (direction, values) in enumerate(ways, number):
+        step = float(table.position_mm[1] - table.position_mm[0])
+        lines += [f"$AN_CEC[{k},{n}]={sign * value:.6f}" for n, value in enumerate(values)]
+        lines += [
+            f"$AN_CEC_INPUT_AXIS[{k}]=(AX{'XYZ'.index(table.input_axis) + 1})",
+            f"$AN_CEC_OUTPUT_AXIS[{k}]=(AX{'XYZ'.index(table.output) + 1})",
+            f"$AN_CEC_STEP[{k}]={step:.6f}",
+            f"$AN_CEC_MIN[{k}]={table.position_mm[0]:.6f}",
+            f"$AN_CEC_MAX[{k}]={table.position_mm[-1]:.6f}",
+            f"$AN_CEC_DIRECTION[{k}]={direction}",
+            f"$AN_CEC_MULT_BY_TABLE[{k}]=0",
+            f"$AN_CEC_IS_MODULO[{k}]=0",
+        ]
+    return "\n".join([*lines, "M17", ""])
+
+
+CAUTION: Final = (
+    "The sign with which the control applies these values was not tried: they are meant to be added to the command.",
+    "Move one axis to where its value is largest, with the table on and off, before the table is trusted.",
+)
+
+
+def heidenhain_com(table: AxisTable, *, opposite: bool = False) -> str:
+    """A .COM table: AXISPOS from the machine's datum, and −E on the way forward in the column of the corrected axis.
+
+    BACKLASH holds the values of the way back where they differ: those "measured in the negative direction of traverse".
+    """
+    sign = 1.0 if opposite else -1.0
+    names = ["NR", "AXISPOS", *(["BACKLASH"] if _both_ways(table) else []), table.output]
+    lines = ["BEGIN TRY-SIGN-FIRST.COM MM", "".join(f"{name:<12}" for name in names).rstrip()]
+    for n, position in enumerate(table.position_mm):
+        back = [f"{sign * table.reverse_mm[n]:+.5f}"] if _both_ways(table) else []
+        cells = [f"{n}", f"{position:+.4f}", *back, f"{sign * table.forward_mm[n]:+.5f}"]
+        lines.append("".join(f"{cell:<12}" for cell in cells).rstrip())
+    return "\n".join([*lines, "[END]", ""])
+
+
+def heidenhain_cma(input_axis: str, com_file: str) -> str:
+    """A .CMA file with one active line: the .COM table in the column of the axis whose position it runs over."""
+    return f"BEGIN TRUELOOP.CMA\nNR      ACTIVE  {input_axis}\n0       *       {com_file}\n[END]\n"
+
+
+def _both_ways(table: AxisTable) -> bool:
+    return not np.allclose(table.forward_mm, table.reverse_mm, atol=5e-7)

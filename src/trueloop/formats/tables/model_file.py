@@ -1,0 +1,102 @@
+"""A machine model as JSON: mm, rad, and the units of its signals. What is written is read back bit for bit."""
+
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from trueloop.formats.json_file import read_json
+from trueloop.machine.model.chain import Axis, AxisKind, Chain
+from trueloop.machine.model.history import Lag
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import PositionBasis
+from trueloop.machine.model.term import Part, Term
+
+FORMAT: Final = "trueloop machine model 2"
+"""Format 1 counted the arms of a table's angular errors from the table itself: its coefficients mean something else."""
+
+HINT: Final = "make one with `trueloop machine fit`; a model of format 1 has to be fitted again from its readings"
+
+
+def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
+    """The model as text; `made_from` names the files it was found from, with their sha256."""
+    content = {
+        "format": FORMAT,
+        "machine": {
+            "name": model.machine.name,
+            "serial": model.machine.serial,
+            "work": [_axis(axis) for axis in model.machine.chain.work],
+            "tool": [_axis(axis) for axis in model.machine.chain.tool],
+        },
+        "made_from": made_from,
+        "identified": {name: list(known) for name, known in model.identified.items()},
+        "terms": [
+            {"error": str(t.name), "both_ways": t.both_ways, "parts": [_part(p) for p in t.parts]} for t in model.terms
+        ],
+        "lags": [_lag(lag) for lag in model.lags],
+        "units": dict(model.units),
+        "coefficients": model.coefficients.tolist(),
+        "covariance": model.covariance.tolist(),
+    }
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def read_model(path: Path) -> MachineModel:
+    """Reads a model file. Raises MCH-FILE for what is none."""
+    return read_json(path, FORMAT, _model, hint=HINT)
+
+
+def _model(content: dict[str, Any]) -> MachineModel:
+    named = content["machine"]
+    work, tool = (tuple(_read_axis(axis) for axis in named[side]) for side in ("work", "tool"))
+    machine = Machine(named["name"], Chain(work, tool), named["serial"])
+    terms = tuple(
+        Term(error_name(t["error"]), tuple(_read_part(p) for p in t["parts"]), t["both_ways"]) for t in content["terms"]
+    )
+    coefficients, covariance = (np.array(content[name], dtype=np.float64) for name in ("coefficients", "covariance"))
+    lags = tuple(Lag(between_s=_pair(lag.pop("between_s")), **lag) for lag in content.get("lags", []))
+    size = sum(term.size for term in terms)
+    if coefficients.shape != (size,) or covariance.shape != (size + len(lags),) * 2:
+        raise ValueError(f"{size} coefficients are needed, {coefficients.shape} and {covariance.shape} are there")
+    if not (np.isfinite(coefficients).all() and np.isfinite(covariance).all()):
+        raise ValueError(f"some of {size} coefficients and their covariance are no numbers")
+    identified = {name: (float(low), float(high)) for name, (low, high) in content["identified"].items()}
+    units = {str(name): str(unit) for name, unit in content.get("units", {}).items()}
+    return MachineModel(machine, terms, coefficients, covariance, identified, lags, units)
+
+
+def _lag(lag: Lag) -> dict[str, Any]:
+    return {**lag.__dict__, "between_s": lag.between_s and list(lag.between_s)}
+
+
+def _pair(ends: list[float] | None) -> tuple[float, float] | None:
+    if not ends:
+        return None
+    low, high = map(float, ends)
+    return low, high
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    travel = [None if np.isinf(end) else end for end in axis.travel]
+    offset = list(axis.offset_mm)
+    return {"name": axis.name, "kind": axis.kind, "number": axis.number, "offset_mm": offset, "travel": travel}
+
+
+def _read_axis(content: dict[str, Any]) -> Axis:
+    low, high = content["travel"]
+    x, y, z = content["offset_mm"]
+    travel = (-np.inf if low is None else low, np.inf if high is None else high)
+    return Axis(content["name"], AxisKind(content["kind"]), content["number"], (x, y, z), travel)
+
+
+def _part(part: Part) -> dict[str, Any]:
+    basis = part.basis
+    shape = {"breaks": list(basis.breaks), "degree": basis.degree, "zero_at": list(basis.zero_at)}
+    return shape | {"signal": part.signal, "reference": part.reference}
+
+
+def _read_part(content: dict[str, Any]) -> Part:
+    basis = PositionBasis(tuple(content["breaks"]), content["degree"], tuple(content["zero_at"]))
+    return Part(basis, content["signal"], content["reference"])

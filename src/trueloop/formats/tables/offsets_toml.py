@@ -1,0 +1,87 @@
+"""The offsets file (TOML): work offsets and the tool table of a machine, as its control has them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.toml_tables import Count, Finite, Located, NotNegative, Table, read_located
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.work_offset import offset_number
+
+
+@dataclass(frozen=True)
+class OffsetTables:
+    """Tools, and where the zeros of work offsets are in machine coordinates (x, y, z), mm, x a radius, by number."""
+
+    tools: tuple[CutterTool, ...] = ()
+    work_mm: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+
+
+class WorkTable(Table):
+    """A work offset by name: G54, G59.1, G54.1P2, G505."""
+
+    name: str
+    x_radius_mm: Finite = 0.0
+    y_mm: Finite = 0.0
+    z_mm: Finite = 0.0
+
+
+class ToolTable(Table):
+    """A tool; x is half of what a control shows that counts diameters."""
+
+    number: Count
+    edge: Count | None = None
+    radius_mm: NotNegative
+    tip: Annotated[int, Field(ge=0, le=9, strict=True)] | None = None
+    length_mm: Finite | None = None
+    x_radius_mm: Finite | None = None
+    z_mm: Finite | None = None
+    wear_x_radius_mm: Finite | None = None
+    wear_z_mm: Finite | None = None
+
+
+class OffsetsFile(Table):
+    """A whole offsets file."""
+
+    work: tuple[WorkTable, ...] = ()
+    tool: tuple[ToolTable, ...] = ()
+
+
+def read_offsets(path: Path) -> OffsetTables:
+    """Reads an offsets file. Raises NC-FILE, with the line, for anything wrong with it."""
+    found = read_located(path, OffsetsFile, Code.NC_FILE, hint="its keys are in docs/cli.md")
+    work = [_numbered(found, index, table) for index, table in enumerate(found.model.work)]
+    for name, numbers in (
+        ("work", [number for number, _ in work]),
+        ("tool", [(tool.number, tool.edge) for tool in found.model.tool]),
+    ):
+        for index in _repeated(numbers):
+            with found.at(name, index):
+                raise TrueloopError(Code.NC_FILE, f"{name} {index + 1} of the file is given before", hint="keep one")
+    return OffsetTables(tuple(map(_tool, found.model.tool)), tuple(work))
+
+
+def _numbered(found: Located[OffsetsFile], index: int, table: WorkTable) -> tuple[int, tuple[float, float, float]]:
+    number = offset_number(table.name)
+    if number is None:
+        with found.at("work", index, "name"):
+            hint = "write it as G54, G59.1, G54.1P2 or G505"
+            raise TrueloopError(Code.NC_FILE, f"{table.name!r} is no work offset", hint=hint)
+    return number, (table.x_radius_mm, table.y_mm, table.z_mm)
+
+
+def _repeated(numbers: Sequence[object]) -> Iterator[int]:
+    return (index for index, number in enumerate(numbers) if number in numbers[:index])
+
+
+def _tool(table: ToolTable) -> CutterTool:
+    """Geometry and wear add up; with none of them the table is not known."""
+    given = [(table.x_radius_mm, table.wear_x_radius_mm), (table.z_mm, table.wear_z_mm)]
+    known = any(value is not None for pair in given for value in pair)
+    x, z = (sum(value or 0.0 for value in pair) for pair in given)
+    offset_mm = (x, 0.0, z) if known else None
+    return CutterTool(table.radius_mm, table.tip, table.number, table.length_mm, offset_mm, table.edge)

@@ -1,1 +1,0 @@
-"""What the touches mean: error vectors along the nominal normal, with their uncertainty."""

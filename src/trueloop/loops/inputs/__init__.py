@@ -1,0 +1,1 @@
+"""Inputs of the loops, read from the files that a job names."""

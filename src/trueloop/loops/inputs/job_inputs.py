@@ -1,0 +1,278 @@
+"""A job file and the files it names, read into the values that the loop works on.
+
+Whatever is refused names the file it stands in: numerics know nothing of files, this module does.
+"""
+
+import getpass
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from trueloop.domain.record import check_uncorrected
+from trueloop.errors import Code, in_file
+from trueloop.formats.input_file import read_input
+from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, read_job
+from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
+from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.validate import checked_profile
+from trueloop.loops.inputs.machine_inputs import read_part_on_machine
+from trueloop.loops.inputs.sources import Sources
+from trueloop.loops.turned.commanded import Run
+from trueloop.loops.turned.correction import Inputs, Options
+from trueloop.nc.check.rapid import boring_moves
+from trueloop.nc.match.contour import contour_of_program
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.understood import require_understood
+from trueloop.turned.compensation.limits import Limits
+from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
+from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
+from trueloop.turned.fit.nose_model import NoseModel
+from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
+
+
+@dataclass(frozen=True)
+class ReadJob:
+    """A job as values, and what it was read from: `files` are all inputs, `finish` the program to be corrected."""
+
+    inputs: Inputs
+    finish: Path
+    files: tuple[Path, ...]
+    output_folder: Path
+    job: Path
+    touches: Path
+    finish_touches: Path | None = None
+
+    def file_behind(self, code: Code) -> Path:
+        """Where to look for the cause of a refusal that names no file: the touches, unless it is about another."""
+        if code is Code.TCH_SIGN and self.finish_touches is not None:
+            return self.finish_touches
+        if code is Code.CMP_AGE or code.startswith("MCH-"):
+            return self.job
+        return self.finish if code.startswith("NC-") or code is Code.CMP_READ_BACK else self.touches
+
+
+@dataclass(frozen=True)
+class ReadPart:
+    """A job's nominal profile and tool, and the files they were read from."""
+
+    name: str
+    profile: Profile
+    nose_radius_mm: float
+    files: tuple[Path, ...]
+
+
+def read_part(path: Path) -> ReadPart:
+    """The part of a job alone: its touches need not exist yet."""
+    sources = Sources(path.parent)
+    job = read_job(sources.file(path.name))
+    program = _program(sources, path, job, job.programs.finish) if job.part.from_program else None
+    profile = _profile(sources, path, job, program)
+    return ReadPart(job.part.name, profile, _nose_radius_mm(job), sources.files)
+
+
+@dataclass(frozen=True)
+class ReadFinish:
+    """A job's part, its finish program, and how that is run."""
+
+    part: ReadPart
+    program: Program
+    run: Run
+
+
+def read_finish(path: Path) -> ReadFinish:
+    """The finish program of a job and what it is meant to cut: its touches need not exist yet."""
+    sources = Sources(path.parent)
+    job = read_job(sources.file(path.name))
+    program, given = _program(sources, path, job, job.programs.finish), job.programs
+    profile = _profile(sources, path, job, program)
+    part = ReadPart(job.part.name, profile, _nose_radius_mm(job), sources.files)
+    run = Run(given.parameters, given.execute_deleted_blocks, given.finish_lines)
+    return ReadFinish(part, program, run)
+
+
+def read_inputs(path: Path) -> ReadJob:
+    """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in.
+
+    CMP-TWICE before anything else of the finish program: a profile taken from a corrected one would be no nominal.
+    """
+    sources = Sources(path.parent)
+    job = read_job(sources.file(path.name))
+    _require_uncorrected(path, job)
+    program = _program(sources, path, job, job.programs.finish)
+    profile = _profile(sources, path, job, program)
+    touches = sources.file(job.gauging.touches)
+    finish_touches = sources.file(job.gauging.finish_touches) if job.gauging.finish_touches else None
+    nose = _nose(sources, job)
+    machine = None
+    if job.machine is not None:
+        machine = read_part_on_machine(sources, path, job.machine, job.gauging.ball_radius_mm)
+    inputs = Inputs(
+        part=job.part.name,
+        profile=profile,
+        nose_radius_mm=_nose_radius_mm(job),
+        program=program,
+        touches=_touches(touches, job, profile),
+        options=_options(job),
+        semifinish=_program(sources, path, job, job.programs.semifinish) if job.programs.semifinish else None,
+        allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
+        parameters=job.programs.parameters,
+        execute_deleted_blocks=job.programs.execute_deleted_blocks,
+        lines=job.programs.finish_lines,
+        measured_at=job.gauging.measured_at,
+        program_sha256=job.gauging.program_sha256,
+        finish_touches=_touches(finish_touches, job, profile) if finish_touches else None,
+        nose=nose,
+        machine=machine,
+        inputs_sha256=sources.sha256,
+        made_by=user_name(),
+    )
+    return ReadJob(
+        inputs=inputs,
+        finish=path.parent / job.programs.finish,
+        files=sources.files,
+        output_folder=path.parent / job.output.folder,
+        job=path,
+        touches=touches,
+        finish_touches=finish_touches,
+    )
+
+
+def _require_uncorrected(path: Path, job: Job) -> None:
+    finish = path.parent / job.programs.finish
+    source = read_input(finish, Code.NC_FILE, hint=PROGRAM_HINT)
+    with in_file(finish):
+        check_uncorrected(source)
+
+
+def _program(sources: Sources, path: Path, job: Job, name: Path) -> Program:
+    file = sources.file(name)
+    source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
+    with in_file(path):
+        program = read_program(source, job.programs.dialect, str(file), job.programs.unit, job.programs.decimals)
+        if not job.programs.accept_unknown_words:
+            require_understood(program)
+        return program
+
+
+def _profile(sources: Sources, path: Path, job: Job, program: Program | None) -> Profile:
+    part, by_design = job.part, junctions_by_design(job.part.junctions)
+    if part.from_program:
+        assert program is not None
+        with in_file(sources.file(job.programs.finish)):
+            skipped_blocks = job.programs.execute_deleted_blocks
+            tool_path = program.run(job.programs.parameters, skipped_blocks=skipped_blocks, roughing=False)
+            moves, boring = feed_moves(tool_path), boring_moves(tool_path)
+            features = contour_of_program(moves, _nose_radius_mm(job), boring=boring).profile.features
+    elif part.dxf is not None:
+        # ezdxf takes long to import, and most jobs have no drawing.
+        from trueloop.formats.cad.dxf import read_dxf
+
+        unit = part.unit if "unit" in part.model_fields_set else None
+        features = read_dxf(
+            sources.file(part.dxf), layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline
+        ).features
+    elif part.step is not None:
+        from trueloop.formats.cad.step_profile import read_step_profile  # slow to import
+
+        low, high = part.step_from_z_mm, part.step_to_z_mm
+        features = read_step_profile(
+            sources.file(part.step),
+            turned_round=part.step_turned_round,
+            from_z_mm=-math.inf if low is None else low,
+            to_z_mm=math.inf if high is None else high,
+        ).features
+    else:
+        with in_file(path):
+            return profile_of_table(part)
+    with in_file(path):
+        return checked_profile(features, by_design)
+
+
+def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:
+    gauging = Gauging(
+        ball_radius_mm=job.gauging.ball_radius_mm,
+        allowance_mm=job.gauging.measured_allowance_mm,
+        range_x_mm=job.gauging.repeatability_diameter_um / UM_PER_MM,
+        range_z_mm=job.gauging.repeatability_face_um / UM_PER_MM,
+        z_reference=job.gauging.z_reference,
+    )
+    with in_file(file):
+        return error_vectors(profile, read_touches(file), gauging)
+
+
+def _nose(sources: Sources, job: Job) -> NoseModel | None:
+    """The nose as the jobs of other parts know it that were cut with the same edge."""
+    parts = []
+    for name in job.compensation.nose_from:
+        file, others = sources.file(name), sources.beside(name)
+        other = read_job(file)
+        if other.part.from_program:
+            _require_uncorrected(file, other)
+        program = _program(others, file, other, other.programs.finish) if other.part.from_program else None
+        profile = _profile(others, file, other, program)
+        touches = _touches(others.file(other.gauging.touches), other, profile)
+        parts.append(nose_touches(other.part.name, profile, touches))
+    return fit_nose_model(parts) if parts else None
+
+
+def _options(job: Job) -> Options:
+    given = job.compensation
+    return Options(
+        weight=given.weight,
+        junctions=given.junctions,
+        knot_every=given.knot_every,
+        knot_every_on={name: fit.knot_every for name, fit in given.features.items() if fit.knot_every is not None},
+        prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
+        bad_touches=given.bad_touches,
+        repeatability_mm=None if given.repeatability_um is None else given.repeatability_um / UM_PER_MM,
+        between_cuts=_between_cuts(given),
+        chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,
+        arcs=given.arcs,
+        errors_follow=given.errors_follow,
+        limits=Limits(
+            correction_mm=given.max_correction_um / UM_PER_MM,
+            slope=given.max_slope_um_per_mm / UM_PER_MM,
+            scatter_mm=given.max_scatter_um / UM_PER_MM,
+            age_hours=given.max_age_hours,
+        ),
+        offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
+        tool=job.tool.number,
+        by=given.by,
+    )
+
+
+def _between_cuts(given: CompensationTable) -> BetweenCuts:
+    """What the job says of how cuts differ; the prior where it says nothing."""
+    common_um, along_um = given.cut_to_cut_um, given.cut_to_cut_along_um
+    if common_um is None and along_um is None:
+        return PRIOR
+    source = "stated in the job" if common_um or along_um else NONE.source
+    return BetweenCuts((common_um or 0.0) / UM_PER_MM, (along_um or 0.0) / UM_PER_MM, source)
+
+
+def _ends(fit: FeatureFitTable) -> EndConditions:
+    given = (fit.start_um, fit.start_slope_um_per_mm, fit.end_um, fit.end_slope_um_per_mm)
+    return EndConditions(*(None if number is None else number / UM_PER_MM for number in given))
+
+
+def _nose_radius_mm(job: Job) -> float:
+    if job.tool.nose_radius_in is not None:
+        return job.tool.nose_radius_in * MM_PER_INCH
+    assert job.tool.nose_radius_mm is not None
+    return job.tool.nose_radius_mm
+
+
+def user_name() -> str:
+    """Who runs this, as far as the system knows."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return "unknown"

@@ -1,0 +1,117 @@
+"""From a job to its probing plan, and from what a control logged to touches that the job can be corrected by."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.jobs.job import Job, read_job
+from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
+from trueloop.formats.measurements.probe_log import read_probe_log
+from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.geometry.feature import Array
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.geometry.profile import Profile
+from trueloop.loops.inputs.job_inputs import ReadPart, read_part
+from trueloop.probing.obstacle import stock_obstacle
+from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.probing.probe_match import MatchedTouches, match_touches, renamed
+from trueloop.probing.probe_plan import ProbePlan, probe_plan
+from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.units import UM_PER_MM
+
+REPORTING_SURFACES: Final = ("renishaw",)
+"""Controls whose probing macros take the ball off by themselves."""
+CLEAR_OF_ENDS: Final = 1.0
+"""The first and last point of a feature lie this many ball radii from what the nose reaches of it."""
+
+
+@dataclass(frozen=True)
+class ProbingJob:
+    """A job's part, its probe, the plan that touches it, the probe's file; `files` are all that was read."""
+
+    part: ReadPart
+    probe: ReadProbe
+    plan: ProbePlan
+    probe_file: Path
+    files: tuple[Path, ...]
+
+
+def read_probing(path: Path) -> ProbingJob:
+    """Reads a job and its probe file, places the points and plans the ways. Raises JOB, GEO, TCH and PRB errors."""
+    job, part = read_job(path), read_part(path)
+    if job.gauging.probe is None:
+        raise TrueloopError(
+            Code.PRB_FILE,
+            "the job names no probe: `gauging.probe` is missing",
+            hint="write a probe file (docs/probing.md) and name it in the job's table [gauging]",
+            place=Place(str(path)),
+        )
+    probe_file = path.parent / job.gauging.probe
+    probe = read_probe(probe_file, job.programs.semifinish_allowance_mm or 0.0)
+    obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
+    with in_file(path):
+        points, names = _points(path, job, part, probe)
+        plan = probe_plan(part.profile, points, obstacle, probe.stylus, probe.approach, names)
+    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file))
+
+
+def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
+    """The touches of a log as part errors of the job's plan. Raises PRB errors that name the log and its line."""
+    program = probing.probe.program
+    logged = read_probe_log(log, control, inch=program.unit == "inch", diameter=program.x_is == "diameter")
+    surfaces = control in REPORTING_SURFACES
+    with in_file(log if surfaces or probing.probe.calibration is not None else probing.probe_file):
+        matched = match_touches(
+            probing.plan,
+            [touch.position_mm for touch in logged],
+            [touch.line for touch in logged],
+            probing.probe.calibration,
+            reports_surface=surfaces,
+        )
+    return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
+
+
+def touches_csv(matched: MatchedTouches) -> str:
+    """The touches as the job's CSV: errors are part errors, whatever the job says of ball and allowance."""
+    lines = ["point,feature,nominal_x_mm,nominal_z_mm,error_um"]
+    for touch in matched.touches:
+        assert touch.error_mm is not None
+        x, z = touch.nominal_mm
+        lines.append(
+            f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * UM_PER_MM:.3f}"
+        )
+    return "\n".join([*lines, ""])
+
+
+def _points(path: Path, job: Job, part: ReadPart, probe: ReadProbe) -> tuple[GaugingPoints, list[str]]:
+    """From the counts and spacing in the job, or, without any, where the job's touches are."""
+    profile = part.profile
+    if job.gauging.points or job.gauging.spacing_mm is not None:
+        reachable = nose_centre_path(profile, part.nose_radius_mm).reachable_mm
+        points = equally_spaced(profile, _spacings(job, profile, reachable, probe), reachable)
+        return points, [str(k + 1) for k in range(len(points.arc_length_mm))]
+    file = path.parent / job.gauging.touches
+    with in_file(file):
+        vectors = error_vectors(profile, read_touches(file), Gauging())
+    points = GaugingPoints(vectors.feature_index, vectors.arc_length_mm, vectors.nominal_mm, vectors.outward_normal)
+    return points, list(vectors.point)
+
+
+def _spacings(job: Job, profile: Profile, reachable_mm: Array, probe: ReadProbe) -> dict[str, Spacing]:
+    margin = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
+    unknown = [name for name in job.gauging.points if name not in profile.names]
+    spacings = {name: Spacing(1) for name in unknown}  # refused, with its name, by `equally_spaced`
+    for name, (low, high) in zip(profile.names, reachable_mm, strict=True):
+        count = job.gauging.points.get(name)
+        if count is None and job.gauging.spacing_mm is not None:
+            room = float(high - low) - 2 * margin
+            count = max(1, math.ceil(room / job.gauging.spacing_mm) + 1) if room > 0 else None
+        if count is not None:
+            spacings[name] = Spacing(count, margin, margin)
+    return spacings
+
+
+def _cell(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\r\n') else text

@@ -1,0 +1,64 @@
+"""A program file whose contours are drawn with less than every point, written out before a field is applied to it."""
+
+import re
+from collections.abc import Collection, Mapping
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.edit.shape_words import ANGLED, SHAPE, TURNS
+from trueloop.nc.expand.expand import WrittenOut, written_out
+from trueloop.nc.expand.splines import gives_spline
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.nc.program.understood import require_sound
+
+_SHAPING: Final = re.compile(
+    rb",[ \t]*[RCA]|RND|CHF|CHR|ANG|A[RP]|RP|\bC[TP]|\bLP|CIP|[PI][AR][-+ \t\d]|A[ \t]*[-+\d.#]|[@^]", re.IGNORECASE
+)
+"""What a block may have whose words shape its move beside its end; it may match more."""
+
+
+_SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b"G", b"g"))
+"""Splines of LinuxCNC, G5 to G5.2; they may match more. One that minds no case takes four times as long."""
+
+
+def has_shapes(letters: Collection[str], dialect: str) -> bool:
+    """Whether words of these letters shape moves beside their ends."""
+    shapes = SHAPE - {TURNS} | ({"A"} if dialect.startswith(ANGLED) else set())
+    return dialect != "linuxcnc" and bool(shapes & set(letters))
+
+
+def written_out_file(
+    program: Program, parameters: Mapping[str, float], *, skipped_blocks: bool
+) -> tuple[Program, WrittenOut]:
+    """The whole program, and written out. Raises what running it strictly does, and NC-EDIT."""
+
+    def run(program: Program) -> ToolPath:
+        return program.run(parameters, skipped_blocks=skipped_blocks, roughing=False)
+
+    path = run(program)
+    require_sound(path)
+    blocks = np.zeros(program.block_count, dtype=np.bool_)
+    blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
+    wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)
+    done = written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)
+    if program.dialect.name == "linuxcnc":
+        with done.in_lines_of(program):
+            _require_no_spline(done.program)
+    return program, done
+
+
+def _require_no_spline(program: Program) -> None:
+    """Refuses a spline that was not written out, as one without any length: its end would stay where it was."""
+    for start in sorted(found.start() for code in _SPLINE for found in code.finditer(program.source)):
+        block = program.block(program.core.block_at(start))
+        if gives_spline(program, block):
+            text = program.source[block.start : block.end].decode("latin-1").strip()
+            raise TrueloopError(
+                Code.NC_EDIT,
+                f"{text[:60]!r} cannot be written out as explicit moves: it is not run, or goes nowhere",
+                hint="take the block out",
+                place=program.place(start),
+            )

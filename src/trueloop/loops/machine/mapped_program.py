@@ -1,0 +1,241 @@
+"""A field applied to a program, in streaming: read, displaced and written some lines at a time.
+
+Memory does not grow with the program; only programs with loops, calls or contours by number are held whole, since
+their blocks may run in any order, and those with corners and the like, which are written out first.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from trueloop._core import NcMapper
+from trueloop.domain.record import mark_of_field, record_id
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.outputs import Named, write_all, written_as_it_comes
+from trueloop.loops.machine.drawn_program import written_out_file
+from trueloop.loops.machine.program_survey import Survey, lines_of, survey_of
+from trueloop.nc.edit.edit import apply_edits
+from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.expand.expand import WrittenOut
+from trueloop.nc.field.field import Field
+from trueloop.nc.program.cutter_tool import tool_rows
+from trueloop.nc.program.dialect import dialect_named
+from trueloop.nc.program.program import Program, Unit, contradicted, no_parameter, read_program
+from trueloop.nc.program.unit import unit_told
+
+HEAD: Final = 1 << 12
+"""Bytes of a written program among which the lines are that have to be first."""
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """How a field is applied.
+
+    tolerance_mm: how far the written path may leave the displaced one, rounding to the control's resolution not
+    counted. limit_mm: largest displacement along an axis. slope: largest change of the displacement in a cut over its
+    length, mm/mm. skipped_blocks: displace the blocks that start with a slash as well. unit: what is in force at the
+    program's start, where it does not state it. decimals: how many are written at least, beside those that the control
+    resolves and those that the program has.
+    """
+
+    tolerance_mm: float = 0.0005
+    limit_mm: float = 0.150
+    slope: float = 0.040
+    skipped_blocks: bool = False
+    unit: Unit | None = None
+    decimals: int = 0
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """What was done. `not_run` blocks have coordinates that stay as they were: skipped, or in a branch not taken.
+
+    `turns_back_line` is where a contour that is roughed as well does not run on any more; 0 where none does so.
+    `unit`: the one in force at the first length, and what says so; see `trueloop.nc.program.unit`.
+    """
+
+    record: str
+    dialect: str
+    source_sha256: str
+    blocks: int
+    moves: int
+    edits: int
+    added_blocks: int
+    largest_mm: tuple[float, float, float]
+    not_run: int
+    first_not_run_line: int
+    unit: dict[str, str]
+    turns_back_line: int = 0
+
+
+def map_program(
+    source: Path,
+    target: Path,
+    field: Field,
+    options: MapOptions = MapOptions(),
+    *,
+    dialect: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Sequence[Path] = (),
+    beside: Callable[[Mapped], Sequence[Named]] | None = None,
+) -> Mapped:
+    """Writes `source` to `target` with the field's displacement added to every position.
+
+    Words keep their style, expressions get a term, increments carry the rounding on, and a move that the displaced
+    path leaves by more than the tolerance becomes several. Rapid moves go straight to the displaced end. Touches, and
+    positions in machine coordinates, stay; so does an axis until a position names it, since nobody knows where it
+    stands. A comment says that the program is corrected and from what. `inputs` are further files that must not be
+    overwritten; `beside` gives files that are written with the program, into its folder.
+
+    Raises NC-FILE, NC-DIALECT, NC-UNIT, CMP-TWICE (corrected before), CMP-SIZE, CMP-SLOPE, NC-FIELD (not known at a
+    position), NC-MAP (a block run several times at different places, a cut before every axis has a position or while a
+    rotary axis stands turned, …), NC-OPAQUE (a cycle other than drilling) and what reading and running the program
+    raise; nothing is written then.
+    """
+    survey, values = survey_of(source, dialect), dict(parameters or {})
+    _require_followed(source, survey, field)
+    mapper = _mapper(field, survey, options, values)
+    text = _text(source, survey, options, values)
+    identity = record_id({"program": survey.sha256}, {"field": field.told, "parameters": values, **vars(options)})
+    mark = _mark(identity, survey, values)
+    with written_as_it_comes(target, inputs=(source, *inputs)) as out:
+        written = filter(None, _pieces(source, mapper, text))
+        out.write(_marked(next(written, b""), mark, survey.dialect))
+        out.writelines(written)
+        done = _told(mapper, text, identity, survey, options.unit)
+        _require_agreed(source, mapper, text, options.unit)
+        if beside is not None:
+            write_all(target.parent, beside(done), inputs=(source, *inputs))
+    return done
+
+
+def _require_followed(source: Path, survey: Survey, field: Field) -> None:
+    # o: an axis that Sinumerik calls by a letter and a number, A1.
+    if turning := sorted({*field.still, *("o" if field.still else "")} & survey.letters.keys()):
+        axis = "an axis with a number" if turning[0] == "o" else turning[0]
+        raise TrueloopError(
+            Code.NC_MAP,
+            f"{axis} turns in this program, which the field takes to stand still",
+            hint="leave the word out, say with --at where the axis stands, and correct one program a position",
+            place=Place(str(source), survey.letters[turning[0]]),
+        )
+    if field.of_machine and survey.sets_offset is not None:
+        raise TrueloopError(
+            Code.MCH_FRAME,
+            f"G10 sets an offset in line {survey.sets_offset}: where the zero lies then is not what the set-up says",
+            hint="take the block out, give the offset with --work-zero, --tool or --offsets, and set it at the control",
+            place=Place(str(source), survey.sets_offset),
+        )
+    if field.of_machine and field.tools is None and survey.sets_register and survey.goes_to_machine:
+        raise TrueloopError(
+            Code.MCH_FRAME,
+            f"the position register is set in line {survey.sets_register}, and line {survey.goes_to_machine} goes to a "
+            "place of the machine: what that is called hangs on the control's offset of the tool",
+            hint="give the control's tables with --offsets",
+            place=Place(str(source), survey.sets_register),
+        )
+
+
+def _mark(identity: str, survey: Survey, parameters: Mapping[str, float]) -> str:
+    """The comment of a corrected program: what holds for some values of parameters only says so."""
+    given = ", ".join(f"{name}={value!r}" for name, value in sorted(parameters.items()))
+    only = f", holds for {given} only" if given else ""
+    return dialect_named(survey.dialect).comment(mark_of_field(identity, survey.sha256) + only)
+
+
+def _mapper(field: Field, survey: Survey, options: MapOptions, parameters: Mapping[str, float]) -> NcMapper:
+    try:
+        return NcMapper(
+            field.core,
+            survey.dialect,
+            list(parameters.items()),
+            options.skipped_blocks,
+            survey.jumps,
+            survey.named,
+            survey.comma,
+            options.tolerance_mm,
+            options.limit_mm,
+            options.slope,
+            tool_rows(field.tools or ()),
+            list(field.work_mm.items()),
+            None if options.unit is None else options.unit == "inch",
+            survey.rotary,
+            max(survey.decimals, options.decimals),
+        )
+    except ValueError as refused:
+        raise no_parameter(str(refused), survey.dialect) from None
+
+
+def _pieces(source: Path, mapper: NcMapper, text: "_Text") -> Iterator[bytes]:
+    try:
+        for chunk in text.chunks:
+            yield _accepted(source, mapper.push(chunk))
+        yield _accepted(source, mapper.finish())
+    except TrueloopError as error:
+        # Where the field itself refused, the block that asked it is where to look.
+        line = error.place.line or mapper.failed_at[0]
+        column = error.place.column if error.place.line is not None else mapper.failed_at[1]
+        place = Place(str(source), text.line_of(line), None if text.drawn else column)
+        raise TrueloopError(error.code, error.message, hint=error.hint, place=place, override=error.override) from error
+
+
+@dataclass(frozen=True)
+class _Text:
+    """What is mapped, in pieces: the file itself, or its `program` written out where it is `drawn` with less."""
+
+    chunks: Iterable[bytes]
+    drawn: tuple[Program, WrittenOut] | None = None
+
+    @property
+    def added_blocks(self) -> int:
+        """How many blocks writing it out has added."""
+        return self.drawn[1].program.block_count - self.drawn[0].block_count if self.drawn else 0
+
+    def line_of(self, line: int) -> int:
+        """The line of the file that a line of the text comes from."""
+        return self.drawn[1].source_line(self.drawn[0], line) if self.drawn else line
+
+
+def _text(source: Path, survey: Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
+    if not survey.drawn:
+        return _Text(lines_of(source))
+    program = read_program(source.read_bytes(), survey.dialect, str(source), options.unit, options.decimals)
+    drawn = written_out_file(program, values, skipped_blocks=options.skipped_blocks)
+    return _Text([drawn[1].program.source], drawn)
+
+
+def _told(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: Unit | None) -> Mapped:
+    blocks, moves, edits, added, largest, not_run, first, turns_back, stated = mapper.summary()
+    stated = stated and (text.line_of(stated[0]), stated[1])
+    new = text.added_blocks
+    edits += len(text.drawn[1].edits) if text.drawn else 0
+    first = text.line_of(first) if not_run else first
+    turns_back = text.line_of(turns_back) if turns_back else 0
+    unit = unit_told(given, stated)
+    dialect, sha256 = survey.dialect, survey.sha256
+    return Mapped(
+        identity, dialect, sha256, blocks - new, moves, edits, added + new, largest, not_run, first, unit, turns_back
+    )
+
+
+def _require_agreed(source: Path, mapper: NcMapper, text: _Text, given: Unit | None) -> None:
+    *_, stated = mapper.summary()
+    at = stated and (text.line_of(stated[0]) - 1, stated[1])
+    for found in contradicted(given, at, str(source)):
+        raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+
+
+def _accepted(source: Path, done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:
+    written, refusal = done
+    if refusal is not None:
+        code, message, hint, line, column = refusal
+        raise TrueloopError(Code(code), message, hint=hint, place=Place(str(source), line, column))
+    return written
+
+
+def _marked(written: bytes, comment: str, dialect: str) -> bytes:
+    """The first piece of a written program with the mark behind the lines that have to be first."""
+    end = written.find(b"\n", HEAD) + 1 or len(written)
+    head = read_program(written[:end], dialect)
+    return apply_edits(head, [insert_heading(head, [comment])]) + written[end:]

@@ -1,0 +1,78 @@
+"""A drilling program corrected by errors in the plane: its words displaced, marked, written."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from trueloop.domain.record import check_uncorrected, mark_of_field, record_id, sha256_of
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.formats.outputs import write_all
+from trueloop.machine.correct.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
+from trueloop.machine.standards.planar_field import PlanarField
+from trueloop.nc.edit.edit import apply_edits
+from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.understood import FROM_OUTSIDE, require_sound
+from trueloop.turned.program.read_back import not_as_intended
+from trueloop.units import UM_PER_MM
+
+
+def _require_read(program: Program) -> None:
+    """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is."""
+    for found in program.findings:
+        if found.code is Code.NC_WORD and found.message[:2].upper() in ('"X', '"Y'):
+            raise TrueloopError(found.code, found.message, hint="write the coordinate as a number", place=found.place)
+
+
+@dataclass(frozen=True)
+class CorrectedPoints:
+    """What was done: points and words, and the largest correction of X and of Y in mm."""
+
+    record: str
+    source_sha256: str
+    points: int
+    edits: int
+    largest_mm: tuple[float, float]
+
+
+def correct_points(
+    program: Program,
+    target: Path,
+    field: PlanarField,
+    told: dict[str, object],
+    *,
+    all_words: bool = False,
+    limit_mm: float = 0.150,
+    inputs: Sequence[Path] = (),
+) -> CorrectedPoints:
+    """Writes the program with −E at every X and Y word; `told` identifies the field in its mark.
+
+    With `all_words` those words too that set coordinate systems or name places of the machine, but for dwells and the
+    centre of a rotation. Raises CMP-TWICE (corrected before), the program's own errors apart from those that values and
+    programs from outside would mend, CMP-SIZE (a correction beyond the limit), CMP-READ-BACK, MCH-PROGRAM and what the
+    field raises; nothing is written then.
+    """
+    path, left_alone = Path(program.file or target), IN_NO_CASE if all_words else NO_POSITIONS
+    with in_file(path):
+        check_uncorrected(program.source)
+        require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
+        _require_read(program)
+        found = displace_points(program, field, left_alone)
+    for axis, size in zip("XY", found.largest_mm, strict=True):
+        if size > limit_mm:
+            raise TrueloopError(
+                Code.CMP_SIZE,
+                f"a correction of {axis} by {UM_PER_MM * size:.1f} µm is larger than {UM_PER_MM * limit_mm:g} µm",
+                hint="check the unit and the sign of the field",
+                place=program.place(found.largest_at),
+                override=f"--limit-um {math.ceil(UM_PER_MM * size)}",
+            )
+    digest = sha256_of(program.source)
+    identity = record_id({"program": digest}, {"field": told, "all_words": all_words})
+    mark = program.dialect.comment(mark_of_field(identity, digest))
+    written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
+    for line, off in off_mm(program.rewritten(written), found.wanted_mm, left_alone):
+        raise not_as_intended(f"line {line} of the written program stands {off * UM_PER_MM:.2f} µm from where it shall")
+    write_all(target.parent, [(target.name, written)], inputs=inputs)
+    return CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)

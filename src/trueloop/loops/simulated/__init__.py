@@ -1,0 +1,1 @@
+"""The loops on a virtual machine, whose errors are known."""

@@ -1,0 +1,281 @@
+"""The process-intermittent loop on the virtual machine: semi-finish, probe, compensate, finish, measure.
+
+The simulator knows the truth; the loop under trial sees only what the control reports. Truth and estimate stand side by
+side in the result.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.probing.calibration import BallCalibration, calibrate
+from trueloop.probing.obstacle import stock_obstacle
+from trueloop.probing.plan import GaugingPoints
+from trueloop.probing.probe_match import match_touches
+from trueloop.probing.probe_plan import Approach, ProbePlan, probing_moves, require_ball_fits
+from trueloop.probing.stylus import Stylus
+from trueloop.simulator.machine import VirtualMachine
+from trueloop.simulator.path import CentrePath, path_along, paths_of_program
+from trueloop.simulator.presets import Workshop, nist
+from trueloop.simulator.probe import VirtualProbe
+from trueloop.simulator.stock import Stock
+from trueloop.statistics import rms
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.touches import Gauging, error_vectors
+
+SPHERE_RADIUS_MM: Final = 12.5
+SPHERE_CENTRE_MM: Final = (120.0, 0.0)
+CALIBRATION_MARGIN_RAD: Final = math.radians(45.0)
+LEAST_CALIBRATED_RAD: Final = math.pi
+"""A shop touches the sphere well beyond the part's directions: over a quarter of it alone, its centre, the ball and the
+lobing can hardly be told apart."""
+DIRECTIONS: Final = 33
+REPEATS: Final = 5
+NOSE_WITHIN_MM: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class SimulatedPart:
+    """One part that went through the loop; arrays of shape (n,), part errors in mm, positive = material left on.
+
+    `semifinish_truth_mm` and `finish_truth_mm` are the true errors at the gauging points, the first over the
+    semi-finish contour; `touches` what the loop saw; `cmm_mm` what the measuring machine says of the finished part.
+    """
+
+    correction: Correction
+    touches: ErrorVectors
+    semifinish_truth_mm: Array
+    finish_truth_mm: Array
+    cmm_mm: Array
+    finished: Stock
+
+    @property
+    def predicted_mm(self) -> Array:
+        """What the loop said the finish cut would leave."""
+        return self.correction.prediction.after_mm
+
+    @property
+    def residual_rms_mm(self) -> float:
+        """RMS of the true residual."""
+        return rms(self.finish_truth_mm)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A job ready to be simulated: what the loop will be given, but for the touches, which are made anew.
+
+    `inputs.touches` says where to touch. `rough`, `semifinish` and `finish` are the commanded paths
+    of the nose centre.
+    """
+
+    inputs: Inputs
+    z_reference: str | None
+    rough: tuple[CentrePath, ...]
+    semifinish: tuple[CentrePath, ...]
+    finish: tuple[CentrePath, ...]
+
+
+def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial]:
+    """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH, SIM and PRB errors."""
+    read, z_reference = read_inputs(job), read_job(job).gauging.z_reference
+    workshop = nist() if machine is None else read_virtual_machine(machine)
+    if read.inputs.allowance_mm <= 0.0:
+        raise TrueloopError(
+            Code.SIM_ALLOWANCE,
+            f"the semi-finish cut leaves {read.inputs.allowance_mm} mm: the finish cut would have nothing to cut",
+            hint="say `semifinish_allowance_mm` in the job's table [programs]",
+            place=Place(str(job)),
+        )
+    nose_mm = workshop.machine.nose.radius_mm
+    if abs(nose_mm - read.inputs.nose_radius_mm) > NOSE_WITHIN_MM:
+        raise TrueloopError(
+            Code.SIM_NOSE,
+            f"the machine's nose has a radius of {nose_mm:.4f} mm, the job's {read.inputs.nose_radius_mm:.4f} mm",
+            hint="give the machine file a table [nose] with the job's radius; its errors belong into the wear",
+            place=Place(str(machine) if machine is not None else str(job)),
+        )
+    trial = trial_of(replace(read.inputs, measured_at=None), z_reference)
+    with in_file(job):
+        _require_ball_fits(trial, workshop.probe)
+    return workshop, trial
+
+
+def _require_ball_fits(trial: Trial, probe: VirtualProbe) -> None:
+    plan = _plan(trial, probe)
+    obstacle = stock_obstacle(trial.inputs.profile, trial.inputs.allowance_mm)
+    for touch in plan.touches:
+        require_ball_fits(touch, obstacle, plan.stylus)
+
+
+def trial_of(inputs: Inputs, z_reference: str | None = None) -> Trial:
+    """Runs the job's programs once: every part of a study is cut along the same commanded paths.
+
+    The rough cut leaves one more allowance than the semi-finish cut. Without a semi-finish program
+    the semi-finish path is that of the profile itself, the allowance off.
+    """
+    profile, nose_mm, allowance_mm = inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm
+    rough = path_along(nose_centre_path(profile, nose_mm + 2 * allowance_mm).features)
+    semifinish = (
+        paths_of_program(_run(inputs, inputs.semifinish))
+        if inputs.semifinish is not None
+        else (path_along(nose_centre_path(profile, nose_mm + allowance_mm).features),)
+    )
+    return Trial(inputs, z_reference, (rough,), semifinish, paths_of_program(_run(inputs, inputs.program)))
+
+
+def simulate(trial: Trial, workshop: Workshop, seed: int = 0) -> SimulatedPart:
+    """One part through the whole loop. The same seed gives the same part, however it is corrected."""
+    semifinished, touches = semifinish_and_probe(trial, workshop, seed)
+    correction = compensate(replace(trial.inputs, touches=touches))
+    finished = finish(trial, workshop, correction, semifinished, seed)
+    return measured_part(trial, workshop, correction, touches, semifinished, finished, seed)
+
+
+def semifinish_and_probe(trial: Trial, workshop: Workshop, seed: int) -> tuple[Stock, ErrorVectors]:
+    """The semi-finished part and what the loop gets to see of it."""
+    rng, machine = random_of(seed, 0), workshop.machine
+    semifinish_c, probing_c, _ = workshop.temperatures_c
+    roughed = machine.cut(Stock(), trial.rough, rng, semifinish_c)
+    semifinished = machine.cut(roughed, trial.semifinish, rng, semifinish_c)
+    return semifinished, probe_part(trial, workshop, semifinished, rng, probing_c)
+
+
+def finish(trial: Trial, workshop: Workshop, correction: Correction, semifinished: Stock, seed: int) -> Stock:
+    """The part cut with the corrected program, or with the given one and tool offsets where these are enough."""
+    machine = finishing_machine(workshop, correction)
+    return finish_along(workshop, machine, corrected_paths(trial, correction), semifinished, seed)
+
+
+def finishing_machine(workshop: Workshop, correction: Correction) -> VirtualMachine:
+    """The machine with the tool offsets of the correction, where these take the place of a changed contour."""
+    machine = workshop.machine
+    if not correction.decision.by_offset:
+        return machine
+    return _offset(machine, correction.decision.offset_mm)
+
+
+def finish_along(
+    workshop: Workshop, machine: VirtualMachine, paths: Sequence[CentrePath], semifinished: Stock, seed: int
+) -> Stock:
+    """The finish cut along any paths, with what it does otherwise; its random errors depend on the seed alone."""
+    return machine.cut(semifinished, paths, random_of(seed, 1), workshop.temperatures_c[2], machine.transfer)
+
+
+def probe_part(
+    trial: Trial, workshop: Workshop, stock: Stock, rng: np.random.Generator, temperature_c: float
+) -> ErrorVectors:
+    """What the loop gets to see: the touches of a semi-finished part, by a probe that was calibrated just before.
+
+    The control's log is matched with the plan as one of a real control. Raises PRB-MISSED for a point where no part is.
+    """
+    asked, probe, profile = trial.inputs.touches, workshop.probe, trial.inputs.profile
+    calibration = calibrated(workshop, rng, asked.outward_normal)
+    plan = _plan(trial, probe)
+    at = asked.nominal_mm + plan.approach.allowance_mm * asked.outward_normal
+    reported = probe.touch(stock, at, asked.outward_normal, rng, workshop.machine.error, temperature_c)
+    ends = np.array([touch.target_mm for touch in plan.touches])
+    beyond = np.einsum("ij,ij->i", reported - ends, asked.outward_normal) < 0.0
+    logged = np.where(beyond[:, None], ends, reported)
+    try:
+        matched = match_touches(plan, [(x, z) for x, z in logged.tolist()], range(len(logged)), calibration)
+    except TrueloopError as refused:  # there is no file whose line could be named
+        raise TrueloopError(refused.code, refused.message, hint=refused.hint) from refused
+    gauging = Gauging(range_x_mm=probe.range_x_mm, range_z_mm=probe.range_z_mm, z_reference=trial.z_reference)
+    return error_vectors(profile, [replace(touch, line=None) for touch in matched.touches], gauging)
+
+
+def _plan(trial: Trial, probe: VirtualProbe) -> ProbePlan:
+    """The probing moves; a virtual stylus is its ball, so there are no ways to be kept clear."""
+    asked, stylus = trial.inputs.touches, Stylus(probe.ball_radius_mm, 0.0)
+    approach = Approach(allowance_mm=trial.inputs.allowance_mm)
+    points = GaugingPoints(asked.feature_index, asked.arc_length_mm, asked.nominal_mm, asked.outward_normal)
+    moves = probing_moves(trial.inputs.profile, points, stylus, approach, asked.point)
+    return ProbePlan(moves, moves[0].start_mm, (), stylus, approach)
+
+
+def calibrated(workshop: Workshop, rng: np.random.Generator, outward_normal: Array) -> BallCalibration:
+    """The probe after touching a calibration sphere, every direction five times.
+
+    Those that the machine file states, or those of the part and a margin beyond.
+    """
+    low, high = workshop.probe.calibrated_rad or _directions_of(contact_angle_rad(outward_normal))
+    angles = np.repeat(np.linspace(low, high, DIRECTIONS), REPEATS)
+    centres = workshop.probe.touch_sphere(SPHERE_CENTRE_MM, SPHERE_RADIUS_MM, angles, rng)
+    return calibrate(centres, SPHERE_RADIUS_MM, lobes=workshop.probe.lobes)
+
+
+def _directions_of(part_rad: Array) -> tuple[float, float]:
+    """From where to where a shop calibrates for a part that is touched at these contact angles."""
+    low, high = float(part_rad.min()) - CALIBRATION_MARGIN_RAD, float(part_rad.max()) + CALIBRATION_MARGIN_RAD
+    wider = max(LEAST_CALIBRATED_RAD - (high - low), 0.0) / 2
+    return low - wider, high + wider
+
+
+def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, ...]:
+    """The commanded paths of the program that finishes the part: the corrected one, or the given one with an offset."""
+    if correction.decision.by_offset:
+        return trial.finish
+    written = trial.inputs.program.rewritten(correction.corrected_program)
+    return paths_of_program(_run(trial.inputs, written))
+
+
+def measured_part(
+    trial: Trial,
+    workshop: Workshop,
+    correction: Correction,
+    touches: ErrorVectors,
+    semifinished: Stock,
+    finished: Stock,
+    seed: int,
+) -> SimulatedPart:
+    """Truth and measurement of a part that has been finished."""
+    plan = trial.inputs.touches
+    before = true_errors_mm(trial, semifinished, trial.inputs.allowance_mm)
+    after = true_errors_mm(trial, finished)
+    cmm = workshop.cmm.measure(finished, plan.nominal_mm, plan.outward_normal, random_of(seed, 2))
+    return SimulatedPart(correction, touches, before, after, _from_reference(trial, cmm), finished)
+
+
+def true_errors_mm(trial: Trial, stock: Stock, allowance_mm: float = 0.0) -> Array:
+    """True part errors at the gauging points, (n,), over what was to be left on."""
+    plan = trial.inputs.touches
+    at = plan.nominal_mm + allowance_mm * plan.outward_normal
+    return _from_reference(trial, stock.height_mm(at, plan.outward_normal))
+
+
+def _from_reference(trial: Trial, error_mm: Array) -> Array:
+    """Errors with the part's z taken from the reference point, where the job has one."""
+    if trial.z_reference is None:
+        return error_mm
+    k = trial.inputs.touches.point.index(trial.z_reference)
+    facing = trial.inputs.touches.outward_normal[:, 1]
+    relative: Array = error_mm - facing / facing[k] * error_mm[k]
+    return relative
+
+
+def random_of(seed: int, stage: int) -> np.random.Generator:
+    """Random numbers of one stage of a part: 0 up to probing, 1 the finish cut, 2 the measuring machine."""
+    return np.random.default_rng([seed, stage])
+
+
+def _offset(machine: VirtualMachine, offset_mm: tuple[float, float]) -> VirtualMachine:
+    x, z = machine.tool_offset_mm
+    return replace(machine, tool_offset_mm=(x + offset_mm[0], z + offset_mm[1]))
+
+
+def _run(inputs: Inputs, program: Program) -> ToolPath:
+    return program.run(inputs.parameters, skipped_blocks=inputs.execute_deleted_blocks, roughing=False)

@@ -1,0 +1,1 @@
+"""The loop of a surface over many parts."""

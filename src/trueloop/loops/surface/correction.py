@@ -1,0 +1,100 @@
+"""A surface's job from its inputs to the correction and the record of it: refused where it must not be applied."""
+
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+
+from trueloop import __version__
+from trueloop.domain.record import Record, check_uncorrected, record_id
+from trueloop.errors import in_file
+from trueloop.loops.inputs.surface_inputs import SurfaceInputs
+from trueloop.loops.misuse import refuse_misuse
+from trueloop.loops.surface.figures import check_support, headline, support_record
+from trueloop.loops.surface.scatter import check_surface_scatter
+from trueloop.loops.surface.surface import HERE, SurfaceCorrection, SurfaceModel, Work, correct, model_of, pattern_model
+from trueloop.units import UM_PER_MM
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedCorrection:
+    """A correction, its record, and notes on what could not be checked."""
+
+    correction: SurfaceCorrection
+    record: Record
+    notes: tuple[str, ...]
+
+
+def correct_job(inputs: SurfaceInputs, *, work: Work = HERE, now: datetime | None = None) -> RecordedCorrection:
+    """The correction of a job. Raises SRF, NC and CMP errors for what cannot or must not be corrected."""
+    now = now or datetime.now(UTC)
+    notes = _refuse_misuse(inputs, now)
+    parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
+    with in_file(inputs.job):
+        model = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
+    check_support(model.figures, inputs.options.least_supported)
+    check_surface_scatter(model, inputs.options.limits)
+    options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
+    identity = record_id(dict(inputs.sha256), options)
+    correction = correct(model, inputs.program, inputs.cutter, identity)
+    record = Record(
+        id=identity,
+        made_at=now.isoformat(timespec="seconds"),
+        made_by=inputs.made_by,
+        trueloop_version=__version__,
+        inputs_sha256=dict(inputs.sha256),
+        options=options | ({"unit": correction.program.unit} if correction.program else {}),
+        model=_model_record(model),
+        decision=_decision(correction),
+        changes=correction.program.changes if correction.program else [],
+    )
+    return RecordedCorrection(correction, record, tuple(notes))
+
+
+def _refuse_misuse(inputs: SurfaceInputs, now: datetime) -> list[str]:
+    """Never a surface or program twice, never another program's parts, never old ones."""
+    with in_file(inputs.nominal):
+        check_uncorrected(inputs.nominal.read_bytes(), "surface")
+    limits = inputs.options.limits
+    return refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, limits)
+
+
+def _model_record(model: SurfaceModel) -> dict[str, object]:
+    """The pattern with its control values, and what the tests said of every part."""
+    pattern = model.pattern
+    return {
+        "size": asdict(pattern.size),
+        "control_size": asdict(pattern.mean.size),
+        "control_um": (pattern.mean.coefficients_mm * UM_PER_MM).tolist(),
+        "random_sigma_um": pattern.sigma_mm * UM_PER_MM,
+        "not_followed_um": pattern.missed_mm * UM_PER_MM,
+        "support": support_record(model.figures, pattern),
+        "outlying": [odd.name for odd in pattern.outlying],
+        "parts": [
+            {
+                "name": part.deviations.name,
+                "alignment": part.deviations.alignment.kind,
+                "left_with_datums": list(part.deviations.alignment.left),
+                "size": asdict(part.separation.chosen.size),
+                "moran_p": part.separation.chosen.moran_p,
+                "lilliefors_p": part.separation.chosen.normality.lilliefors_p,
+            }
+            for part in model.parts
+        ],
+        "findings": [f"{finding.code}: {finding.message}" for finding in model.findings],
+    }
+
+
+def _decision(correction: SurfaceCorrection) -> list[str]:
+    pattern, figures = correction.model.pattern, correction.model.figures
+    told = [
+        f"the pattern of {pattern.parts} parts is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, mean "
+        f"over the face)",
+        *([headline(figures)] if headline(figures) else []),
+        f"the surface is moved by up to {correction.surface.largest_shift_mm * UM_PER_MM:.2f} µm, refitted to "
+        f"{correction.surface.worst_mm * UM_PER_MM:.3f} µm",
+    ]
+    if correction.program is not None:
+        told.append(
+            f"{correction.program.cutting_moves} moves of the program follow, with {correction.program.new_blocks} "
+            f"blocks put in"
+        )
+    return told

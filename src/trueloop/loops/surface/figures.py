@@ -1,0 +1,141 @@
+"""A pattern in figures, over the face that exists: what trimming cut away counts nowhere."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.surface.pattern.pattern import Pattern
+from trueloop.surface.pattern.support import SAMPLES, between
+from trueloop.units import UM_PER_MM
+
+Trim: TypeAlias = Callable[[Array, Array], np.ndarray]
+OnFace: TypeAlias = Callable[[Array, Array], np.ndarray]
+
+PLACES: Final = 61
+"""Places a side that the figures are made of."""
+TOLD: Final = 0.001
+"""A smaller share of the face without support is not told: the last row of points never stands on the edge."""
+
+
+@dataclass(frozen=True)
+class SurfaceFigures:
+    """Of the face as it is: the largest correction before weighting, the mean half-widths (95 %) for the pattern and
+    for what a next part keeps; the share of its area that no measurement supports, and the largest half-width there
+    with its place (x, y, z).
+    """
+
+    largest_mm: float
+    uncertainty_mm: float
+    next_part_mm: float
+    unsupported: float = 0.0
+    unsupported_u_mm: float = 0.0
+    unsupported_at_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def on_face(surface: Surface, trim: Trim | None) -> OnFace:
+    """Which pairs of parameters in [0, 1] lie on the face: all of them where nothing is cut away."""
+    (u0, u1), (v0, v1) = surface.domain
+
+    def there(u: Array, v: Array) -> np.ndarray:
+        return np.ones(len(u), bool) if trim is None else ~trim(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v)
+
+    return there
+
+
+def square(count: int) -> tuple[Array, Array, Array]:
+    """Parameters of a square grid: one direction, and those of all pairs, a row after the other."""
+    at = np.linspace(0.0, 1.0, count)
+    return at, np.repeat(at, count), np.tile(at, count)
+
+
+def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigures:
+    """The figures of a pattern on the places of the face that are `there`."""
+    at, u, v = square(PLACES)
+    inside = there(u, v)
+    largest = float(np.max(np.abs(pattern.mean.grid_mm(at, at)).ravel()[inside], initial=0.0))
+    unsure, kept = (
+        float(np.mean(values.ravel()[inside])) if np.any(inside) else 0.0
+        for values in (pattern.uncertainty_grid_mm(at, at), pattern.next_part_grid_mm(at, at))
+    )
+    if pattern.support is None:
+        return SurfaceFigures(largest, unsure, kept)
+    at, u, v = square(SAMPLES)
+    inside = there(u, v)
+    area = np.where(inside, _area(surface, u, v), 0.0)
+    bare = inside & ~pattern.support.supported.ravel()
+    unsure_mm = np.where(bare, pattern.uncertainty_grid_mm(at, at).ravel(), 0.0)
+    worst = int(np.argmax(unsure_mm))
+    (u0, u1), (v0, v1) = surface.domain
+    x, y, z = surface.point_mm(u0 + (u1 - u0) * u[[worst]], v0 + (v1 - v0) * v[[worst]])[0].tolist()
+    share = float(np.sum(area[bare]) / np.sum(area)) if np.any(inside) else 0.0
+    return SurfaceFigures(largest, unsure, kept, share, float(unsure_mm[worst]), (x, y, z))
+
+
+def unsupported_at(pattern: Pattern, u: Array, v: Array) -> np.ndarray:
+    """Which pairs of parameters in [0, 1] no measurement supports."""
+    if pattern.support is None:
+        return np.zeros(np.shape(u), bool)
+    return np.asarray(between(1.0 - pattern.support.supported, np.ravel(u), np.ravel(v)) > 0.5).reshape(np.shape(u))
+
+
+def headline(figures: SurfaceFigures) -> str:
+    """The share of the face without support, in words; empty where that is none to speak of."""
+    if figures.unsupported < TOLD:
+        return ""
+    return (
+        f"{100 * figures.unsupported:.1f} % of the face is not supported by measurements: correction faded to what the "
+        f"pattern around tells, known there to ± {figures.unsupported_u_mm * UM_PER_MM:.1f} µm (95 %) at worst"
+    )
+
+
+def support_findings(figures: SurfaceFigures) -> Iterator[Finding]:
+    """A warning where a part of the face is not supported."""
+    if told := headline(figures):
+        x, y, z = figures.unsupported_at_mm
+        at = f"near x {x:.3f}, y {y:.3f}, z {z:.3f} mm"
+        hint = (
+            "measure there as well: far from any point, in lengths of the pattern's waves, the face stays as programmed"
+        )
+        yield Finding(Severity.WARNING, Code.SRF_SUPPORT, f"{told}, {at}", hint)
+
+
+def check_support(figures: SurfaceFigures, least: float) -> None:
+    """Refuses a correction of a face of which measurements support less than a share. Raises SRF-SUPPORT."""
+    if 1 - figures.unsupported < least:
+        x, y, z = figures.unsupported_at_mm
+        raise TrueloopError(
+            Code.SRF_SUPPORT,
+            f"measurements support {100 * (1 - figures.unsupported):.1f} % of the face; {100 * least:g} % is the "
+            f"least; they say least near x {x:.3f}, y {y:.3f}, z {z:.3f} mm",
+            hint="measure the whole face, with points no farther apart than a quarter of the pattern's waves",
+            override="compensation.min_supported_percent in the job",
+        )
+
+
+def support_record(figures: SurfaceFigures, pattern: Pattern) -> dict[str, object]:
+    """How far measurements support the pattern over the face, and the process that this is judged by."""
+    told: dict[str, object] = {"unsupported_percent": 100 * figures.unsupported}
+    if pattern.support is None:
+        return told
+    process = pattern.support.process
+    return told | {
+        "largest_u95_um": figures.unsupported_u_mm * UM_PER_MM,
+        "largest_u95_at_mm": list(figures.unsupported_at_mm),
+        "waves_um": process.waves_mm2**0.5 * UM_PER_MM,
+        "waves_mm": list(process.waves_mm),
+        "form_um": process.form_mm2**0.5 * UM_PER_MM,
+        "form_mm": list(process.form_mm),
+        "noise_of_mean_um": process.noise_mm2**0.5 * UM_PER_MM,
+    }
+
+
+def _area(surface: Surface, u: Array, v: Array) -> Array:
+    """Of the surface at pairs of parameters in [0, 1], in proportion."""
+    (u0, u1), (v0, v1) = surface.domain
+    at = surface.partials(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v)
+    return np.asarray(np.linalg.norm(np.cross(at.du, at.dv), axis=1))

@@ -1,0 +1,268 @@
+"""From measured parts to a corrected surface and a corrected program."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from trueloop.errors import Finding, in_file
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.loops.simulated.batch import Item, Result, run_batch
+from trueloop.loops.surface.figures import OnFace, SurfaceFigures, Trim, figures_of, on_face, support_findings
+from trueloop.loops.surface.touches import WorstTouch, touch_findings, worst_touch
+from trueloop.nc.program.program import Program
+from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
+from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.compensation.shift import CorrectedSurface, corrected_surface
+from trueloop.surface.deviations.alignment import SETUP_MM
+from trueloop.surface.deviations.deviations import MeasuredPoints, SurfaceDeviations, refuse_trimmed, surface_deviations
+from trueloop.surface.pattern.part_maps import PartMaps, part_maps
+from trueloop.surface.pattern.pattern import Pattern, parts_needed, pattern_of
+from trueloop.surface.separation.cells import averaged_over_cells
+from trueloop.surface.separation.neighbourhood import Neighbourhood
+from trueloop.surface.separation.places import Places, places_of, same_places
+from trueloop.surface.separation.separate import Separation, separate
+from trueloop.turned.compensation.limits import Limits
+
+
+@dataclass(frozen=True)
+class SurfaceOptions:
+    """How parts are compared with the nominal, how deviations are taken apart, how much is corrected.
+
+    `exclude` names parts that stay out of the pattern; `target_mm` is the uncertainty that the number of parts is
+    judged by; `cells` averages scans over a grid; `least_supported` is the share of the face that measurements have to
+    support.
+    """
+
+    best_fit: bool = False
+    farthest_mm: float = 1.0
+    setup_mm: float = SETUP_MM
+    criterion: str = "likelihood"
+    confidence: float = 0.99
+    exponent: float = 3.0
+    cells: tuple[int, int] | None = None
+    exclude: tuple[str, ...] = ()
+    target_mm: float = 1e-3
+    weight: float = 1.0
+    least_supported: float = 0.5
+    tolerance_mm: float = 1e-4
+    limits: Limits = field(default_factory=Limits)
+
+
+@dataclass(frozen=True)
+class Work:
+    """Where parts are worked off (`run_batch`), and who is told how far it is: `told`("deviations: 3 of 10 parts")."""
+
+    workers: int = 1
+    scheduler: str | None = None
+    told: Callable[[str], object] = str
+
+    def done(self, work: Callable[[Item], Result], items: Sequence[Item], what: str) -> Iterator[Result]:
+        """Results in the order of the items."""
+        results = run_batch(work, items, workers=self.workers, scheduler=self.scheduler)
+        for k in range(len(items)):
+            self.told(f"{what}: {k} of {len(items)} parts")
+            yield next(results)
+
+
+HERE: Final = Work()
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One part: its deviations, what is deterministic and random in them, and its worst touch.
+
+    `permutation_p`: of the test for spatial randomness by shuffling, made where the part is worked off.
+    """
+
+    deviations: SurfaceDeviations
+    separation: Separation
+    worst: WorstTouch
+    permutation_p: float
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was noticed in its points and in what is left of them."""
+        return (*self.deviations.findings, *self.separation.findings)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceModel:
+    """All parts, their pattern, and how many parts would be needed for the uncertainty aimed at; `on_face` says which
+    pairs of parameters in [0, 1] are on the face that exists, and `figures` are of those.
+    """
+
+    surface: Surface
+    options: SurfaceOptions
+    parts: tuple[Part, ...]
+    pattern: Pattern
+    parts_needed: int
+    figures: SurfaceFigures
+    on_face: OnFace
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was noticed in the parts and between them."""
+        own = [finding for part in self.parts for finding in part.findings]
+        return (*support_findings(self.figures), *own, *self.pattern.findings)
+
+
+def maps_of(model: SurfaceModel) -> list[tuple[PartMaps, Array]]:
+    """The maps of every part of the model, with the outward normals at its places."""
+    (u0, u1), (v0, v1) = model.surface.domain
+    found = []
+    for part in model.parts:
+        apart = part.separation
+        normal = model.surface.normal(u0 + (u1 - u0) * apart.places.u, v0 + (v1 - v0) * apart.places.v)
+        found.append((part_maps(model.pattern, apart, part.deviations.name, model.options.weight), normal))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCorrection:
+    """The corrected surface, and the corrected program where one was given."""
+
+    model: SurfaceModel
+    surface: CorrectedSurface
+    program: CorrectedProgram | None
+
+
+def deviations_of(
+    surface: Surface,
+    parts: Sequence[MeasuredPoints],
+    options: SurfaceOptions,
+    *,
+    trim: Trim | None = None,
+    work: Work = HERE,
+) -> Iterator[SurfaceDeviations]:
+    """Deviations of every part, one after the other.
+
+    trim: which places (u, v) of the surface are cut away; the CAD kernel, which knows, stays in this process.
+    """
+    tasks = [_Task(surface, points, options) for points in parts]
+    for points, deviations in zip(parts, work.done(_deviations, tasks, "deviations"), strict=True):
+        if trim is not None:
+            refuse_trimmed(points, deviations, trim)
+        yield deviations
+
+
+def model_of(
+    surface: Surface,
+    parts: Sequence[MeasuredPoints],
+    options: SurfaceOptions,
+    *,
+    trim: Trim | None = None,
+    work: Work = HERE,
+) -> list[Part]:
+    """Every part's deviations, taken apart. Parts measured at the same places of a grid share their neighbourhood."""
+    found = list(deviations_of(surface, parts, options, trim=trim, work=work))
+    placed = [_placed(surface, points, deviations, options) for points, deviations in zip(parts, found, strict=True)]
+    shared = same_places([places for places, _ in placed])
+    near = [Neighbourhood(places, options.exponent) for places in dict.fromkeys(shared)]
+    of = {id(n.places): n for n in near}
+    tasks = [
+        _Apart(of[id(places)], errors, options, points.name, points.file)
+        for places, (_, errors), points in zip(shared, placed, parts, strict=True)
+    ]
+    apart = work.done(_separation, tasks, "what repeats")
+    # What comes back from another process has places of its own: those of this one are put back, to be shared again.
+    return [
+        _part(points, deviations, replace(separation, near=task.near), permutation_p, options)
+        for points, deviations, (separation, permutation_p), task in zip(parts, found, apart, tasks, strict=True)
+    ]
+
+
+def _part(
+    points: MeasuredPoints,
+    deviations: SurfaceDeviations,
+    separation: Separation,
+    permutation_p: float,
+    options: SurfaceOptions,
+) -> Part:
+    worst = worst_touch(points, deviations, separation)
+    told = (*separation.findings, *touch_findings(worst, options.confidence))
+    return Part(deviations, replace(separation, findings=told), worst, permutation_p)
+
+
+def pattern_model(
+    surface: Surface, parts: Sequence[Part], options: SurfaceOptions, *, trim: Trim | None = None
+) -> SurfaceModel:
+    """The machining pattern of the parts that are not excluded. Raises SRF-PARTS for too few.
+
+    trim: which places (u, v) of the surface are cut away, as in `deviations_of`.
+    """
+    kept = [part for part in parts if part.deviations.name not in options.exclude]
+    names = [part.deviations.name for part in kept]
+    pattern = pattern_of([part.separation for part in kept], names, confidence=options.confidence)
+    there, needed = on_face(surface, trim), parts_needed(pattern, options.target_mm)
+    return SurfaceModel(surface, options, tuple(kept), pattern, needed, figures_of(surface, pattern, there), there)
+
+
+def correct(
+    model: SurfaceModel, program: Program | None = None, job: SurfaceJob | None = None, record_id: str = ""
+) -> SurfaceCorrection:
+    """The surface corrected by −w times the pattern, and the program that cuts it."""
+    options = model.options
+    corrected = corrected_surface(
+        model.surface,
+        model.pattern.mean,
+        weight=options.weight,
+        tolerance_mm=options.tolerance_mm,
+        limits=options.limits,
+        there=model.on_face,
+    )
+    written = None
+    if program is not None and job is not None:
+        written = corrected_program(program, model.surface, corrected.surface, job, record_id)
+    return SurfaceCorrection(model, corrected, written)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    surface: Surface
+    points: MeasuredPoints
+    options: SurfaceOptions
+
+
+@dataclass(frozen=True, eq=False)
+class _Apart:
+    near: Neighbourhood
+    errors_mm: Array
+    options: SurfaceOptions
+    name: str
+    file: str | None
+
+
+def _deviations(task: _Task) -> SurfaceDeviations:
+    options = task.options
+    return surface_deviations(
+        task.surface,
+        task.points,
+        fit=options.best_fit,
+        farthest_mm=options.farthest_mm,
+        setup_mm=options.setup_mm,
+    )
+
+
+def _placed(
+    surface: Surface, points: MeasuredPoints, deviations: SurfaceDeviations, options: SurfaceOptions
+) -> tuple[Places, Array]:
+    with in_file(points.file):
+        if options.cells is not None:
+            return averaged_over_cells(surface, deviations, options.cells)
+        return places_of(surface, deviations)
+
+
+def _separation(task: _Apart) -> tuple[Separation, float]:
+    """A part taken apart, and the test by shuffling: it takes longer than all else, so the workers make it too."""
+    with in_file(task.file):
+        apart = separate(
+            task.near.places,
+            task.errors_mm,
+            near=task.near,
+            confidence=task.options.confidence,
+            criterion=task.options.criterion,
+            name=task.name,
+        )
+    findings = tuple(finding.in_file(task.file) for finding in apart.findings)
+    return replace(apart, findings=findings), apart.permutation_p

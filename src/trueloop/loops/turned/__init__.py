@@ -1,0 +1,1 @@
+"""The loops of a turned part: process-intermittent and post-process."""

@@ -1,0 +1,157 @@
+"""What the programs command of the part: the contour's own deviation d from the nominal, before any error.
+
+What is corrected is what was commanded: if the semi-finish program's contour itself stands off the nominal (a mock
+error, a slip), the touches contain it, and the process must not be blamed for it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.errors import in_file
+from trueloop.geometry.feature import Array, Feature
+from trueloop.geometry.profile import Profile
+from trueloop.nc.match.contour_match import ContourMatch
+from trueloop.nc.match.matching import match_contour
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.path_mode import path_mode_findings
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.nc.program.understood import require_known_frame, require_sound, require_unturned
+from trueloop.turned.compensation.shift import ZERO, Shift, sampled
+from trueloop.turned.compensation.targets import Cut
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.units import UM_PER_MM
+
+SAMPLES = 257
+
+
+@dataclass(frozen=True)
+class Run:
+    """How programs are run and read, roughing left out: parameters by name, whether blocks with a slash are executed,
+    and which lines (from, to) of the finish program hold the finish pass, where that is not
+    obvious.
+    """
+
+    parameters: Mapping[str, float]
+    execute_deleted_blocks: bool = False
+    lines: tuple[int, int] | None = None
+
+    def driven(self, program: Program, nose_radius_mm: float) -> ToolPath:
+        """The nose centre's path as the control drives it under G41 and G42; what keeps it from that, as findings."""
+        nose, skipped_blocks = CutterTool(nose_radius_mm, tip=0), self.execute_deleted_blocks
+        return program.run(self.parameters, skipped_blocks=skipped_blocks, tools=[nose], strict=False, roughing=False)
+
+    def of(self, program: Program) -> ToolPath:
+        """The tool path of a program. Raises NC errors with the program's file named."""
+        with in_file(program.file):
+            path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
+            require_known_frame(path)  # first: read with the wrong X, arcs are none
+            require_sound(path)
+            return path
+
+
+@dataclass(frozen=True)
+class Commanded:
+    """The finish program run and matched, with the deviations that matter by feature.
+
+    `finish` is what the finish program's contour stands off the nominal by. `rounding` is that of it which is no more
+    than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
+    surface that was touched was commanded to stand off by; zero where that is rounding.
+    """
+
+    path: ToolPath
+    match: ContourMatch
+    finish: tuple[Shift, ...]
+    rounding: tuple[Shift, ...]
+    measured: tuple[Shift, ...]
+    resolution_mm: float
+    notes: tuple[str, ...]
+
+    @property
+    def cuts(self) -> tuple[Cut, ...]:
+        """The moves that cut the contour, in program order."""
+        cuts = [
+            Cut(m.move.index, i, m.start_mm, m.end_mm)
+            for i, feature in enumerate(self.match.features)
+            for m in feature.moves
+        ]
+        return tuple(sorted(cuts, key=lambda cut: cut.move))
+
+    def measured_at(self, touches: ErrorVectors) -> Array:
+        """The commanded deviation at each touch, (n,)."""
+        pairs = zip(touches.feature_index, touches.arc_length_mm, strict=True)
+        return np.array([float(self.measured[int(i)].value_mm(s)) for i, s in pairs])
+
+
+def commanded(
+    program: Program, semifinish: Program | None, profile: Profile, nose_radius_mm: float, allowance_mm: float, run: Run
+) -> Commanded:
+    """Runs the programs and lays them on the profile. Raises NC errors of running and matching.
+
+    Without a semi-finish program the finish program's own deviation is taken for that of the measured surface.
+    """
+    path = run.of(program)
+    match = _matched(program, path, profile, nose_radius_mm, 0.0, run.lines)
+    other = match
+    if semifinish is not None:
+        other = _matched(semifinish, run.of(semifinish), profile, nose_radius_mm, allowance_mm)
+    resolution_mm = _resolution_mm(program, path, match)
+    with in_file(program.file):
+        require_unturned(path, [m.move.index for feature in match.features for m in feature.moves])
+    finish, measured = _deviations(match), _deviations(other)
+    slips = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, finish, strict=True)]
+    meant = [_peak_mm(f, d) > resolution_mm for f, d in zip(profile.features, measured, strict=True)]
+    return Commanded(
+        path=path,
+        match=match,
+        finish=finish,
+        rounding=tuple(ZERO if real else d for d, real in zip(finish, slips, strict=True)),
+        measured=tuple(d if real else ZERO for d, real in zip(measured, meant, strict=True)),
+        resolution_mm=resolution_mm,
+        notes=(
+            *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
+            *_notes(profile, finish, slips, "finish"),
+            *(_notes(profile, measured, meant, "semi-finish") if semifinish is not None else ()),
+        ),
+    )
+
+
+def _matched(
+    program: Program,
+    path: ToolPath,
+    profile: Profile,
+    nose_radius_mm: float,
+    allowance_mm: float,
+    lines: tuple[int, int] | None = None,
+) -> ContourMatch:
+    with in_file(program.file):
+        return match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
+
+
+def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:
+    return program.dialect.step_mm(bool(path.inch[match.features[0].moves[0].move.index]))
+
+
+def _deviations(match: ContourMatch) -> tuple[Shift, ...]:
+    """Sampled: exact on lines, and good to the square of the spacing on arcs, where it is rounding or a slip."""
+    shifts = []
+    for feature in match.features:
+        s = np.linspace(0.0, feature.feature.length_mm, SAMPLES)
+        shifts.append(sampled(s, feature.deviation_mm(s)))
+    return tuple(shifts)
+
+
+def _peak_mm(feature: Feature, deviation: Shift) -> float:
+    return float(np.max(np.abs(deviation.value_mm(np.linspace(0.0, feature.length_mm, SAMPLES)))))
+
+
+def _notes(profile: Profile, deviations: tuple[Shift, ...], real: list[bool], program: str) -> list[str]:
+    return [
+        f"The {program} program's own contour stands up to {_peak_mm(feature, deviation) * UM_PER_MM:.1f} µm off the "
+        f"nominal on {feature.name}: that is not blamed on the process."
+        for feature, deviation, it_is in zip(profile.features, deviations, real, strict=True)
+        if it_is
+    ]

@@ -1,0 +1,106 @@
+"""COMP_MTG and COMP_PROC as one correction: P_commanded = P_nominal + COMP_MTG(T_cutting, P) + COMP_PROC(s).
+
+COMP_MTG is taken where COMP_PROC sends the tool: P + COMP_PROC + COMP_MTG(P + COMP_PROC), so that what remains of a
+known E is its change over the correction's own size.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop.domain.record import MARKED
+from trueloop.geometry.feature import Array
+from trueloop.loops.turned.part_on_machine import InMachine
+from trueloop.nc.program.program import Program
+from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.compensation.displaced import Displacement, magnitude
+from trueloop.turned.compensation.limits import Limits, check_limits
+from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What the machine did to touches and to the surface that was touched, along the normals, (n,), mm.
+
+    `touches`: part errors as they are, E(T_probing) added to what the control reported. `reported_mm`: that without.
+    `cut_in_mm`: E of the cut before, which the touched surface carries; it is no error of the process.
+    """
+
+    touches: ErrorVectors
+    reported_mm: Array
+    cut_in_mm: Array
+
+
+def surface_of(
+    machine: InMachine, reported: ErrorVectors, semifinish: Program | None, nose_radius_mm: float, allowance_mm: float
+) -> Surface:
+    """Touches of a part that stands in a machine, its errors taken out of them.
+
+    COORDS_ACTUAL = COORDS_CONTROLLER − COMP_MTG(T_probing, COORDS_CONTROLLER), normal component, for touches taken on
+    the machine. What a reference point makes zero stays zero: its share is taken off all others.
+    """
+    part, normal = machine.part, reported.outward_normal
+    surface_mm = reported.nominal_mm + allowance_mm * normal
+    probed, cut_in = np.zeros(len(normal)), np.zeros(len(normal))
+    if part.touched_on == "machine":
+        ball_mm = surface_mm + part.ball_radius_mm * normal
+        probed = _along(machine.probing.error_mm(ball_mm, -np.sign(np.round(normal, 9))), normal)
+    if part.semifinish_cut == "uncompensated" or (semifinish is not None and MARKED.search(semifinish.source)):
+        cut_in = _along(machine.semifinishing.error_mm(surface_mm + nose_radius_mm * normal, machine.travel), normal)
+    actual = replace(reported, error_mm=reported.error_mm + _from_reference(reported, probed))
+    return Surface(actual, reported.error_mm, _from_reference(reported, cut_in))
+
+
+def check_composed(
+    pieces: Sequence[CentrePiece],
+    corrections: Sequence[Shift],
+    displacements: tuple[Displacement, Displacement],
+    limits: Limits,
+) -> None:
+    """Refuses COMP_MTG, or its sum with COMP_PROC, where it is too large or too steep: CMP-SIZE, CMP-SLOPE.
+
+    `displacements` of the corrected path: COMP_MTG alone, and with it what of COMP_PROC is no shift of a feature.
+    """
+    alone, whole = displacements
+    mtg = [magnitude(piece.shifted, None, alone) for piece in pieces]
+    both = [magnitude(piece.shifted, own, whole) for piece, own in zip(pieces, corrections, strict=True)]
+    check_limits(pieces, mtg, limits, "COMP_MTG")
+    check_limits(pieces, both, limits, "the composed correction")
+
+
+def comp_mtg_at(machine: InMachine, touches: ErrorVectors, process_mm: Array, nose_radius_mm: float) -> Array:
+    """COMP_MTG along the normal where the nose cuts the touched places, moved by COMP_PROC (n,) already, (n,)."""
+    normal = touches.outward_normal
+    return _along(machine.comp_mtg_mm(touches.nominal_mm + (nose_radius_mm + process_mm)[:, None] * normal), normal)
+
+
+def model_u_mm(machine: InMachine, touches: ErrorVectors, nose_radius_mm: float) -> Array:
+    """Standard uncertainty of the next cut's error from that of the model's coefficients, (n,).
+
+    With δ(T) = E true − E modelled, the finished part keeps δ(cutting) − δ(semifinish), + δ(probing) of touches taken
+    on the machine: equal temperatures leave one δ of three.
+    """
+    normal, nominal = touches.outward_normal, touches.nominal_mm
+    at_mm = nominal + nose_radius_mm * normal
+    rows = machine.finishing.sensitivities(at_mm, machine.travel, normal)
+    rows = rows - machine.semifinishing.sensitivities(at_mm, machine.travel, normal)
+    if machine.part.touched_on == "machine":
+        ball_mm = nominal + machine.part.ball_radius_mm * normal
+        rows = rows + machine.probing.sensitivities(ball_mm, -np.sign(np.round(normal, 9)), normal)
+    variance = np.einsum("nj,jk,nk->n", rows, machine.part.model.covariance, rows)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def _along(vectors: Array, normal: Array) -> Array:
+    return np.asarray(np.einsum("ij,ij->i", vectors, normal))
+
+
+def _from_reference(touches: ErrorVectors, along_mm: Array) -> Array:
+    """The same with the part's z taken from the reference point, where there is one [6811 §5.1]."""
+    reference = np.flatnonzero(touches.at_reference)
+    if not len(reference):
+        return along_mm
+    k, facing = reference[0], touches.outward_normal[:, 1]
+    return np.asarray(along_mm - facing / facing[k] * along_mm[k])

@@ -1,0 +1,174 @@
+"""What one process-intermittent correction is made from, and what it is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from trueloop.domain.record import Record
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.nc.program.program import Program
+from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.compensation.limits import Limits
+from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.shift import Shift, ShiftFunction
+from trueloop.turned.compensation.table import CorrectionTable
+from trueloop.turned.error_curve.budget import Budget
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.fit.between_cuts import PRIOR, BetweenCuts
+from trueloop.turned.fit.nose_model import NoseModel
+from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.program.wear import WearOffset
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
+
+    `errors_follow` is "place", or "nose" where a nose's wear is known to make the error: see `compensation.lean`.
+    `by`: "auto", or "contour" or "offset" where the user chooses what carries the correction.
+    Those of the fit are as in `FitOptions`; `between_cuts` and `repeatability_mm` change the predicted bands and no
+    correction.
+    """
+
+    weight: float = 1.0
+    junctions: str = "part"
+    knot_every: int | None = None
+    knot_every_on: Mapping[str, int] = field(default_factory=dict)
+    prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
+    bad_touches: str = "leave-out"
+    repeatability_mm: float | None = None
+    between_cuts: BetweenCuts = PRIOR
+    chord_tolerance_mm: float = 0.0005
+    arcs: str = "auto"
+    errors_follow: str = "place"
+    limits: Limits = field(default_factory=Limits)
+    offset_is_diameter: bool | None = None
+    tool: int | None = None
+    by: str = "auto"
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """One job, read: shapes, programs and touches as values. `inputs_sha256` names what they were read from."""
+
+    part: str
+    profile: Profile
+    nose_radius_mm: float
+    program: Program
+    touches: ErrorVectors
+    options: Options
+    semifinish: Program | None = None
+    allowance_mm: float = 0.0
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    execute_deleted_blocks: bool = False
+    lines: tuple[int, int] | None = None
+    measured_at: datetime | None = None
+    program_sha256: str | None = None
+    finish_touches: ErrorVectors | None = None
+    nose: NoseModel | None = None
+    machine: PartOnMachine | None = None
+    inputs_sha256: Mapping[str, str] = field(default_factory=dict)
+    made_by: str = ""
+
+
+@dataclass(frozen=True)
+class Composed:
+    """What of a correction is the machine's, at the touches along their normals, (n,), mm.
+
+    `reported_mm` is what the control said of the touches, before E(T_probing) was added; `cut_in_mm` is E of the cut
+    that made the touched surface; `comp_mtg_mm` and `comp_proc_mm` are the components of the correction.
+    """
+
+    reported_mm: Array
+    cut_in_mm: Array
+    comp_mtg_mm: Array
+    comp_proc_mm: Array
+
+
+@dataclass(frozen=True)
+class Correction:
+    """Everything one correction is made of and was made from: what the report shows and the files hold.
+
+    `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
+    corrected one does; `by_offset` for which features a constant offset takes the place of their error curve;
+    `commanded` and `corrected` are the nose-centre paths of both. `offsets_program` is None where only the contour can
+    be corrected; the notes say why. Where the correction is an offset and there is no such variant, the program is run
+    as given, and `wear`, which is known in every case, is entered at the control. `source_name` is the file name of the
+    given program.
+    """
+
+    part: str
+    profile: Profile
+    nose_radius_mm: float
+    touches: ErrorVectors
+    options: Options
+    model: ProfileErrorModel
+    decision: Decision
+    commanded_shift: tuple[Shift, ...]
+    corrected_shift: tuple[Shift, ...]
+    by_offset: tuple[bool, ...]
+    unasked_u_mm: tuple[ShiftFunction, ...]
+    commanded: tuple[CentrePiece, ...]
+    corrected: tuple[CentrePiece, ...]
+    prediction: Prediction
+    source_program: bytes
+    corrected_program: bytes
+    offsets_program: bytes | None
+    dialect: str
+    source_name: str
+    wear: WearOffset
+    table: CorrectionTable
+    record: Record
+    notes: tuple[str, ...]
+    composed: Composed | None = None
+
+    @property
+    def left_by_offset_mm(self) -> Array:
+        """What the tool offset alone is expected to leave at the touches, (n,), as `prediction.after_mm`."""
+        vectors = self.model.vectors
+        machine_mm = -self.composed.comp_mtg_mm if self.composed is not None else 0.0
+        return np.asarray(vectors.error_mm + machine_mm + vectors.outward_normal @ np.array(self.decision.offset_mm))
+
+    @property
+    def commanded_mm(self) -> Array:
+        """What of the errors at the touches was commanded by the program that cut them, (n,)."""
+        cut_in_mm = self.composed.cut_in_mm if self.composed is not None else 0.0
+        return np.asarray(self.touches.error_mm - cut_in_mm - self.model.vectors.error_mm)
+
+    @property
+    def ending(self) -> str:
+        """That of the programs' file names."""
+        return Path(self.source_name).suffix
+
+    @property
+    def runs_as_given(self) -> bool:
+        """Whether the given program is run, with `wear` entered at the control."""
+        return self.decision.by_offset and self.offsets_program is None
+
+    @property
+    def corrected_name(self) -> str:
+        """File name of the corrected program."""
+        return f"corrected{self.ending}"
+
+    @property
+    def offsets_name(self) -> str:
+        """File name of the variant that changes tool offsets alone."""
+        return f"offsets{self.ending}"
+
+    def next_cut(self, index: int, arc_length_mm: Array) -> Budget:
+        """Uncertainty of the next cut's error about the curve of feature `index`."""
+        return self.model.curves[index].budget(arc_length_mm).with_more(self.unasked_u_mm[index](arc_length_mm))
+
+    @property
+    def name_to_run(self) -> str:
+        """The one to finish with: the tool-offset variant where an offset takes the correction."""
+        if self.runs_as_given:
+            return self.source_name
+        return self.offsets_name if self.decision.by_offset else self.corrected_name

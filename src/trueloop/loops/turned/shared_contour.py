@@ -1,0 +1,39 @@
+"""A contour that a roughing cycle runs on as well: what a user should know before it is corrected."""
+
+from typing import Final
+
+import numpy as np
+
+from trueloop.nc.program.program import Block, Program
+from trueloop.nc.program.tool_path import Array
+
+CONTROLS: Final = ("fanuc-lathe", "haas-lathe")
+ROUGHING: Final = (71.0, 72.0, 73.0)
+
+
+def shared_contour_notes(program: Program, first_block: int, x_before_mm: Array, x_after_mm: Array) -> list[str]:
+    """Says which roughing cycle shares the contour that begins at that block, and what it may object to.
+
+    The contour's ends in x (n,), before and after correcting.
+    """
+    if not program.dialect.name.startswith(CONTROLS):
+        return []
+    cycles = [block.line for block in program.blocks if block.index < first_block and _roughs(block)]
+    if not cycles:
+        return []
+    notes = [f"The roughing cycle of line {cycles[-1]} runs on the blocks of the contour: its passes move with it."]
+    if _runs_one_way(x_before_mm) and not _runs_one_way(x_after_mm):
+        notes.append(
+            "The corrected contour does not rise throughout in X any more: a control that demands this of G71 refuses "
+            "to rough on it. Rough with the uncorrected program then, and finish with this one."
+        )
+    return notes
+
+
+def _roughs(block: Block) -> bool:
+    letters = {word.letter for word in block.words}
+    return {"P", "Q"} <= letters and any(word.letter == "G" and word.value in ROUGHING for word in block.words)
+
+
+def _runs_one_way(x: Array) -> bool:
+    return bool(np.all(np.diff(x) >= 0) or np.all(np.diff(x) <= 0))

@@ -1,0 +1,163 @@
+"""The corrected program, written, read back and compared with what was intended."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop.domain.record import ChangedWord, marks_of_record
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.commanded import Commanded, Run
+from trueloop.loops.turned.shared_contour import shared_contour_notes
+from trueloop.nc.edit.composed_edits import composed
+from trueloop.nc.edit.edit import Edit, apply_edits
+from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.expand.expand import written_out
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Integers, Motion, ToolPath
+from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.compensation.moves import between
+from trueloop.turned.compensation.targets import Fitting, Replacement, bent_lines, end_shifts, replaced_arcs
+from trueloop.turned.program.read_back import (
+    check_contour,
+    check_rapids,
+    check_rest,
+    check_way,
+    farthest_mm,
+    move_of,
+    require_nose_fits,
+)
+from trueloop.turned.program.write import Displacements, changes, corrected_source, displacements, led_in
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+ROUNDING_STEPS = 2.0
+"""How many steps of the control's resolution rounding may add: half a step on either axis, at both ends of a move."""
+
+
+@dataclass(frozen=True)
+class Writing:
+    """What is written into: the finish program as run and matched, and the marks that the result carries."""
+
+    program: Program
+    told: Commanded
+    run: Run
+    record_id: str
+    fitting: Fitting
+    composed: str = ""
+
+    @property
+    def mark(self) -> Edit:
+        """The comment block by which a corrected program is known."""
+        values = " ".join(f"{name}={value!r}" for name, value in self.run.parameters.items())
+        lines = marks_of_record(self.record_id, self.program.source)
+        if self.composed:
+            lines.append(self.composed)
+        if values:
+            lines.append(f"holds for {values} only")
+        return insert_heading(self.program, [self.program.dialect.comment(line) for line in lines])
+
+    def with_edits(self, edits: Sequence[Edit]) -> bytes:
+        """The source with edits and mark."""
+        return apply_edits(self.program, [self.mark, *edits])
+
+    def reread(self, source: bytes) -> Program:
+        """A written program read again, as a control would."""
+        return self.program.rewritten(source)
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What the control makes of a contour under G41 or G42: the nose radius, and where its centre shall run."""
+
+    nose_radius_mm: float
+    pieces: Sequence[CentrePiece]
+
+    def along(self, contour: Sequence[CentrePiece]) -> list[CentrePiece]:
+        """The pieces as far as the nose touches their own feature of the contour, corners of the contour being turned.
+
+        Without the last nose radius at the profile's free ends, where ways in and out have a say.
+        """
+        pieces = [
+            replace(piece, start_mm=max(piece.start_mm, own.start_mm), end_mm=min(piece.end_mm, own.end_mm))
+            for piece, own in zip(self.pieces, contour, strict=True)
+        ]
+        pieces[0] = replace(pieces[0], start_mm=pieces[0].start_mm + self.nose_radius_mm)
+        pieces[-1] = replace(pieces[-1], end_mm=pieces[-1].end_mm - self.nose_radius_mm)
+        return [piece for piece in pieces if piece.end_mm > piece.start_mm]
+
+
+def write_contour(
+    writing: Writing,
+    profile: Profile,
+    touches: ErrorVectors,
+    before: Sequence[CentrePiece],
+    after: Sequence[CentrePiece],
+    driven: Driven | None = None,
+) -> tuple[bytes, list[ChangedWord], list[str]]:
+    """The program with its contour displaced from `before` to `after`, what changed, and what to know of it.
+
+    Raises CMP errors if reading it back says so; with `driven` also if compensating it as the control does.
+    """
+    told, run = writing.told, writing.run
+    targets = _targets(writing, profile, touches, before, after)
+    explicit = written_out(writing.program, told.path, range(targets.first, targets.last + 2), run.of)
+    old = explicit.path
+    targets = targets.off(told.path.end_mm - old.end_mm)
+    with explicit.in_lines_of(writing.program):
+        edits = composed(writing.program.source, explicit.edits, corrected_source(explicit.program, old, targets))
+    source = writing.with_edits(edits)
+    path = run.of(writing.reread(source))
+    check_rest(old, path, targets.first, targets.last)
+    check_rapids(profile, old, path, targets.last)
+    span = targets.first + 1, len(path) - 1 - (len(old) - 1 - targets.last)
+    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * told.resolution_mm
+    check_contour(path, span, after, tolerance_mm)
+    largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
+    moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
+    check_way(old, path, moves, written, largest_mm + tolerance_mm)
+    if driven is not None:
+        compensated = run.driven(writing.reread(source), driven.nose_radius_mm)
+        require_nose_fits(compensated, path.line[[*span]])
+        check_contour(compensated, _of_blocks(compensated, path.block[[*span]]), driven.along(after), tolerance_mm)
+    first, last = targets.first, targets.last
+    x_before, x_after = old.end_mm[first : last + 1, 0], path.end_mm[span[0] - 1 : span[1] + 1, 0]
+    notes = shared_contour_notes(writing.program, int(told.path.block[first]), x_before, x_after)
+    return source, changes(writing.program, edits), notes
+
+
+def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
+    """First and last move of a range of blocks."""
+    moves = np.flatnonzero((path.block >= blocks[0]) & (path.block <= blocks[1]))
+    return int(moves[0]), int(moves[-1])
+
+
+def _targets(
+    writing: Writing,
+    profile: Profile,
+    touches: ErrorVectors,
+    before: Sequence[CentrePiece],
+    after: Sequence[CentrePiece],
+) -> Displacements:
+    told, cuts = writing.told, writing.told.cuts
+    start, shifts = end_shifts(cuts, before, after)
+    is_arc = np.flatnonzero(told.path.motion == Motion.ARC)
+    touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
+    fitting = writing.fitting
+    bent = bent_lines(cuts, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
+    arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
+    targets = displacements(start, shifts, arcs, [move.index for move in told.match.run_out])
+    edges = [move.index for move in told.match.between if move.index in is_arc]
+    return led_in(told.path, Displacements(targets.ends, {**targets.arcs, **_edge_arcs(told, edges, targets.ends)}))
+
+
+def _edge_arcs(told: Commanded, edges: Sequence[int], ends: Mapping[int, Array]) -> dict[int, Replacement]:
+    """Arcs that turn the nose about an edge, between their neighbours' displaced ends."""
+    path = told.path
+    replaced: dict[int, Replacement] = {}
+    for k in edges:
+        old = move_of(path, k)
+        start, end = np.asarray(old.start_mm) + ends[k - 1], np.asarray(old.end_mm) + ends[k]
+        moved = between(old, (float(start[0]), float(start[1])), (float(end[0]), float(end[1])))
+        replaced[k] = Replacement(k, (moved,))
+    return replaced

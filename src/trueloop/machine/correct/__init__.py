@@ -1,0 +1,1 @@
+"""Corrections by the machine model: axis tables, set-ups, displaced points of programs."""

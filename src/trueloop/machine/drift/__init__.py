@@ -1,0 +1,1 @@
+"""Thermal drift of one point as a function of temperatures and speeds."""

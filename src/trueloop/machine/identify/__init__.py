@@ -1,0 +1,1 @@
+"""Error terms from measurements: choice of terms, robust fit, zeros of runs, held-out data."""

@@ -1,0 +1,130 @@
+"""How a model does on readings it was not made from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.identify.identify import Identification, values_weight, weighted_rows
+from trueloop.machine.identify.observations import Observations
+from trueloop.machine.identify.run_zeros import orthonormal, slope_columns, without, zero_columns
+from trueloop.machine.model.model import MachineModel
+from trueloop.statistics import rms
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+Rows = NDArray[np.bool_]
+
+SPARED = 1e-7
+"""Share of what all runs say of some combination of terms that has to be left when a run is taken out."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """Of readings of one kind: RMS of the readings, RMS and largest of reading − model; all in one unit.
+
+    All without the runs' own zeros and slopes, where those are not known.
+    """
+
+    readings: int
+    raw: float
+    rms: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Of one run, lengths and angles apart; None where it has no reading of the kind."""
+
+    run: str
+    length_mm: Left | None
+    angle_rad: Left | None
+
+    @property
+    def by_unit(self) -> dict[str, Left]:
+        """What there is, as it is told: in µm, in µrad."""
+        kinds = (("µm", self.length_mm, UM_PER_MM), ("µrad", self.angle_rad, URAD_PER_RAD))
+        return {unit: _scaled(left, scale) for unit, left, scale in kinds if left}
+
+
+def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldOut:
+    """A model against readings, what is left of them by their runs' own zeros and slopes taken out."""
+    chain = model.machine.chain
+    opened = np.hstack([zero_columns(readings), slope_columns(chain, readings)])
+    both = np.column_stack([readings.reading, readings.reading - readings.with_lags(model.lags).predicted(model)])
+    return _held(run, without(opened, both), readings.is_angle)
+
+
+def _held(run: str, both: Array, angle: Rows) -> HeldOut:
+    raw, rest = both.T
+    length_mm, angle_rad = (_left(raw[rows], rest[rows]) for rows in (~angle, angle))
+    return HeldOut(run, length_mm, angle_rad)
+
+
+def hold_out(
+    readings: Observations, found: Identification, refit: Callable[[Observations], MachineModel], *, anew: bool = False
+) -> tuple[HeldOut, ...]:
+    """Each run predicted from all others, with the weights that readings have in `found`; nothing for a single run.
+
+    The readings of a run are taken out of the normal equations of all. Where the others cannot determine every term,
+    and for every run with `anew` (for models that are not linear, or choose), the model is fitted to them. Runs
+    without which that fails too are left out of the report.
+    """
+    runs = list(dict.fromkeys(readings.run))
+    if len(runs) < 2:
+        return ()
+    predicted = None if anew else _Downdated(found, readings)
+    judged = []
+    for run in runs:
+        own = np.array([name == run for name in readings.run])
+        left = predicted and predicted.without_rows(own, run)
+        judged.append(left or _refitted(readings, own, run, refit))
+    return tuple(left for left in judged if left)
+
+
+def _refitted(
+    readings: Observations, own: Rows, run: str, refit: Callable[[Observations], MachineModel]
+) -> HeldOut | None:
+    try:
+        return compare(refit(readings.only(~own)), readings.only(own), run)
+    except TrueloopError:
+        return None
+
+
+class _Downdated:
+    """The weighted readings in an orthonormal basis q of the model's columns, zeros and slopes of runs taken out."""
+
+    def __init__(self, found: Identification, readings: Observations) -> None:
+        machine = found.model.machine
+        whole = readings.with_lags(found.model.lags)
+        rows, values, _ = weighted_rows(machine, found.model.terms, whole)
+        root = np.sqrt(found.share)
+        self.readings, self.weight = readings, values_weight(readings) * root
+        self.opened = np.hstack([zero_columns(readings), slope_columns(machine.chain, readings)])
+        opened = self.opened * self.weight[:, None]
+        self.q = orthonormal(without(opened, rows * root[:, None]))
+        self.values = without(opened, values * root)
+        self.right = self.q.T @ self.values
+
+    def without_rows(self, own: Rows, run: str) -> HeldOut | None:
+        """What the others leave of the rows `own`; None where they do not determine the model."""
+        q, values = self.q[own], self.values[own]
+        strength, directions = np.linalg.eigh(np.eye(q.shape[1]) - q.T @ q)
+        if strength[0] < SPARED:
+            return None
+        solution = directions @ ((directions.T @ (self.right - q.T @ values)) / strength)
+        rest = (values - q @ solution) / self.weight[own]
+        both = without(self.opened[own], np.column_stack([self.readings.reading[own], rest]))
+        return _held(run, both, self.readings.is_angle[own])
+
+
+def _left(raw: Array, rest: Array) -> Left | None:
+    if not len(raw):
+        return None
+    return Left(len(raw), rms(raw), rms(rest), float(np.abs(rest).max()))
+
+
+def _scaled(left: Left, scale: float) -> Left:
+    return replace(left, raw=scale * left.raw, rms=scale * left.rms, largest=scale * left.largest)

@@ -1,0 +1,204 @@
+"""Identification: the coefficients of error terms from readings, by weighted least squares, with their covariance."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.identify.collinearity import collinear_findings
+from trueloop.machine.identify.observations import Observations, ranges
+from trueloop.machine.identify.robust import least_squares, robust_solution
+from trueloop.machine.identify.run_zeros import constants_of, determined_zeros, slope_columns, without, zero_columns
+from trueloop.machine.identify.time_constants import at_bounds, sought_constants, with_lag_covariance
+from trueloop.machine.model.history import Lag, lag_units, slope_name
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.term import Term, block_diagonal
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+LAG_ROUNDS = 5
+"""Outliers named, time constants sought without them, outliers named anew …, until they are the same."""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """The model and how well it stands: residuals = reading − model − the runs' own zeros and slopes, mm or rad, and
+    their scatter in units of u.
+
+    `scatter` is the standard deviation of unit weight: 1 when `standard_u` was right, the standard deviation of the
+    readings themselves when none was given. `share` are the weights that outliers were given, 1 for the others.
+    """
+
+    model: MachineModel
+    residual: Array
+    scatter: float
+    degrees_of_freedom: int
+    outlier: NDArray[np.bool_]
+    share: Array
+    findings: tuple[Finding, ...]
+
+
+def identify(
+    machine: Machine, terms: Sequence[Term], readings: Observations, *, robust: bool = True, lags: Sequence[Lag] = ()
+) -> Identification:
+    """The coefficients that minimise Σ ρ((reading − zero and slope of its run − model)/u), subject to the terms' zeros.
+
+    ρ is Huber's with `robust`, else the square. Covariance s²(AᵀWA)⁻¹ with s from the residuals (for Huber's weights
+    with the correction of Huber 1981 §7.6). Raises MCH-DATA for an axis without data, MCH-COLLINEAR for parameters
+    that the readings cannot tell apart at all; pairs that they hardly tell apart come as findings.
+    """
+    terms = tuple(terms)
+    if sum(term.size for term in terms) == 0:
+        raise _too_few(0, len(readings))
+    _check_axes_have_data(machine, terms, readings)
+    lags = tuple(lag for lag in lags if any(lag.name in term.needs() for term in terms))
+    found = _with_given_lags(machine, terms, readings.with_lags(lags), robust, lags)
+    for _ in range(LAG_ROUNDS if any(lag.between_s for lag in lags) else 0):
+        lags = _found_lags(machine, terms, readings.only(~found.outlier), lags)
+        before, found = found, _with_given_lags(machine, terms, readings.with_lags(lags), robust, lags)
+        if np.array_equal(before.outlier, found.outlier):
+            break
+    return found
+
+
+def _found_lags(
+    machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: tuple[Lag, ...]
+) -> tuple[Lag, ...]:
+    return sought_constants(
+        lags,
+        lambda tried: _badness(machine, terms, readings.with_lags(tried)),
+        lambda tried: _lag_step(machine, terms, readings.with_lags(tried), tried),
+    )
+
+
+def _with_given_lags(
+    machine: Machine, terms: tuple[Term, ...], readings: Observations, robust: bool, lags: tuple[Lag, ...]
+) -> Identification:
+    rows, values, free = weighted_rows(machine, terms, readings)
+    opened = unknown_columns(machine, terms, readings)
+    if len(rows) <= rows.shape[1] + opened.shape[1]:
+        raise _too_few(rows.shape[1] + opened.shape[1], len(rows))
+    findings = _collinear(terms, rows, opened) + at_bounds(lags)
+    whole, covariance, scatter, share, outlier = robust_solution(np.hstack([rows, opened]), values, robust)
+    solution, covariance = whole[: rows.shape[1]], covariance[: rows.shape[1], : rows.shape[1]]
+    slopes = [slope_name(lag) for lag in lags]
+    identified = {name: known for name, known in ranges(machine.chain, readings).items() if name not in slopes}
+    units = {**readings.units, **lag_units(lags, readings.units)}
+    model = MachineModel(machine, terms, free @ solution, free @ covariance @ free.T, identified, lags, units)
+    residual = (values - np.hstack([rows, opened]) @ whole) / values_weight(readings)
+    findings += _outlier_findings(readings, residual, outlier)
+    freedom = len(rows) - len(whole)
+    if lags:
+        weighted = readings.lag_slopes(model) * values_weight(readings)[:, None]
+        model = with_lag_covariance(model, without(opened, rows), free, scatter, without(opened, weighted))
+        freedom -= sum(lag.between_s is not None for lag in lags)
+    return Identification(model, residual, scatter, freedom, outlier, share, tuple(findings))
+
+
+def weighted_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array, Array]:
+    """(rows, values, free): rows · solution ≈ values, coefficients = free · solution."""
+    weight = values_weight(readings)
+    free = block_diagonal([term.admissible() for term in terms])
+    return (readings.design(machine.chain, terms) @ free) * weight[:, None], readings.reading * weight, free
+
+
+def closed_rows(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> tuple[Array, Array]:
+    """(rows, values) as `weighted_rows`, what zeros and slopes of the runs explain taken out of both."""
+    rows, values, _ = weighted_rows(machine, terms, readings)
+    opened = unknown_columns(machine, terms, readings)
+    return without(opened, rows), without(opened, values)
+
+
+def unknown_columns(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> Array:
+    """Weighted columns of the runs' own zeros and slopes, those left out that constants of the model stand for."""
+    weight = values_weight(readings)[:, None]
+    zeros, constants = zero_columns(readings) * weight, constants_of(terms)
+    if constants:
+        zeros = determined_zeros(zeros, weighted_rows(machine, constants, readings)[0])
+    return np.hstack([zeros, slope_columns(machine.chain, readings) * weight])
+
+
+def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Finding]:
+    """As `collinear_findings` of what the runs' own zeros and slopes leave; a refusal that they cause says so."""
+    if opened.shape[1] == 0:
+        return collinear_findings(terms, rows)
+    try:
+        return collinear_findings(terms, without(opened, rows), rows)
+    except TrueloopError as error:
+        collinear_findings(terms, rows)
+        raise TrueloopError(
+            error.code,
+            f"{error.message}, beside {opened.shape[1]} zeros and slopes of runs, which are not known",
+            hint="mark what was read against a square, the spindle or a common zero: column absolute, slope or yes; "
+            "or measure diagonals",
+        ) from error
+
+
+def _badness(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> float:
+    """Weighted sum of squares that the best coefficients leave."""
+    rows, values = closed_rows(machine, terms, readings)
+    rest = values - rows @ least_squares(rows, values)
+    return float(rest @ rest)
+
+
+def _lag_step(machine: Machine, terms: tuple[Term, ...], readings: Observations, lags: tuple[Lag, ...]) -> Array:
+    """Change of the ln τ that are sought, coefficients and they made linear together."""
+    plain, values, free = weighted_rows(machine, terms, readings)
+    opened = unknown_columns(machine, terms, readings)
+    rows, values = without(opened, plain), without(opened, values)
+    solution = least_squares(rows, values)
+    model = MachineModel(machine, terms, free @ solution, np.zeros((0, 0)), lags=lags)
+    slopes = without(opened, readings.lag_slopes(model) * values_weight(readings)[:, None])
+    both = np.hstack([rows, slopes[:, [k for k, lag in enumerate(lags) if lag.between_s]]])
+    step = np.linalg.lstsq(both, values - rows @ solution, rcond=None)[0]
+    return np.asarray(step[rows.shape[1] :], dtype=np.float64)
+
+
+def values_weight(readings: Observations) -> Array:
+    """1/u where u is known; else 1 for all alike, angles scaled so that 1 µrad counts as 1 µm."""
+    if np.all(np.isfinite(readings.standard_u)):
+        inverse: Array = 1.0 / readings.standard_u
+        return inverse
+    return np.where(readings.is_angle, URAD_PER_RAD / UM_PER_MM, 1.0)
+
+
+def _check_axes_have_data(machine: Machine, terms: tuple[Term, ...], readings: Observations) -> None:
+    """A term whose axis stood still all the time cannot be found."""
+    for term in terms:
+        if term.name.axis not in machine.chain.order or all(part.basis.size == 1 for part in term.parts):
+            continue
+        axis = machine.chain.axis(term.name.axis)
+        position = readings.state.positions[:, machine.chain.order.index(axis.name)]
+        if np.ptp(position) == 0.0:
+            raise TrueloopError(
+                Code.MCH_DATA,
+                f"{term.name}: axis {axis.name} stands at {axis.shown(position[0])} in all {len(readings)} readings",
+                hint=f"measure along {axis.name}, or leave {term.name} out of the model",
+            )
+
+
+def _too_few(parameters: int, count: int) -> TrueloopError:
+    return TrueloopError(
+        Code.MCH_DATA,
+        f"{count} readings cannot determine {parameters} parameters",
+        hint="measure more positions, or name at least one term and give each fewer segments",
+    )
+
+
+def _outlier_findings(readings: Observations, residual: Array, outlier: NDArray[np.bool_]) -> list[Finding]:
+    found = []
+    for k in np.flatnonzero(outlier):
+        size, unit = (residual[k] * URAD_PER_RAD, "µrad") if readings.is_angle[k] else (residual[k] * UM_PER_MM, "µm")
+        line = int(readings.line[k]) if len(readings.line) else None
+        found.append(
+            Finding(
+                Severity.WARNING,
+                Code.MCH_OUTLIER,
+                f"reading {k + 1} of run {readings.run[k]!r} is {size:+.2f} {unit} off the model",
+                hint="a slipped reading: look at the instrument's record of that run, or measure it again",
+                place=Place(line=line),
+            )
+        )
+    return found

@@ -1,0 +1,120 @@
+"""Kinematic chain: which axis carries which, from the bed to the work and from the bed to the tool.
+
+Coordinates are those of the control: a larger X moves the tool towards +X *as seen from the work*, whichever of the
+two moves (ISO 841: an axis that carries the work moves the other way). Lengths in mm, angles in rad.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.model.names import COMPONENTS, ROTATIONS, ErrorName
+
+Vector = tuple[float, float, float]
+ZERO: Final[Vector] = (0.0, 0.0, 0.0)
+
+
+class AxisKind(StrEnum):
+    """A spindle turns at speed: it has a place, which drifts, and no commanded position."""
+
+    LINEAR = "linear"
+    ROTARY = "rotary"
+    SPINDLE = "spindle"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One joint. `number` is the machine direction 0, 1, 2 along or about which it moves.
+
+    `offset_mm` leads from the frame that carries the axis to the axis' own frame, at the axis' zero. The arms of the
+    rotational errors are counted from that frame, of an axis that carries the tool as it has moved, of one that carries
+    the work as it stands on what carries it (`kinematics.py`): so it says where the angular error was defined.
+    `travel` is in mm or rad, in control coordinates.
+    """
+
+    name: str
+    kind: AxisKind
+    number: int
+    offset_mm: Vector = ZERO
+    travel: tuple[float, float] = (-np.inf, np.inf)
+
+    def shown(self, position: float) -> str:
+        """A position for people: `12.5 mm`, `30°`."""
+        return f"{position:g} mm" if self.kind is AxisKind.LINEAR else f"{np.degrees(position):g}°"
+
+    def errors(self) -> tuple[ErrorName, ...]:
+        """Every error the axis can have: six of its motion (not for a spindle), and those of its place.
+
+        A linear axis has a direction only, so two angles; a rotary axis a line in space and the angle of its zero, so
+        five; a spindle its growth along that line too. A spindle's angle matters where it is oriented.
+        """
+        motion = [] if self.kind is AxisKind.SPINDLE else [ErrorName(c, self.name) for c in COMPONENTS]
+        if self.kind is AxisKind.LINEAR:
+            place = [c for c in ROTATIONS if ROTATIONS.index(c) != self.number]
+        else:
+            spindle = self.kind is AxisKind.SPINDLE
+            place = [c for k, c in enumerate(COMPONENTS) if spindle or k != self.number]
+        return tuple(motion + [ErrorName(c, self.name, place=True) for c in place])
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The axes that carry the work and those that carry the tool, each counted from the bed outwards."""
+
+    work: tuple[Axis, ...]
+    tool: tuple[Axis, ...]
+
+    def __post_init__(self) -> None:
+        names = [axis.name for axis in self.axes]
+        if len(set(names)) != len(names) or not names:
+            raise TrueloopError(
+                Code.MCH_STRUCTURE,
+                f"{len(names)} axes have the names {names}: a chain needs one at least, each name once",
+                hint="name the tool spindle S where a rotary axis is called C",
+            )
+
+    @property
+    def order(self) -> tuple[str, ...]:
+        """Names of the axes that have a commanded position, in the order of position arrays: X Y Z A B C U V W."""
+        moving = [axis.name for axis in self.axes if axis.kind is not AxisKind.SPINDLE]
+        return tuple(sorted(moving, key="XYZABCUVW".find))
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """All axes, the work's first."""
+        return self.work + self.tool
+
+    def axis(self, name: str) -> Axis:
+        """The axis of that name. Raises MCH-AXIS."""
+        for axis in self.axes:
+            if axis.name == name:
+                return axis
+        raise TrueloopError(
+            Code.MCH_AXIS,
+            f"the machine has no axis {name!r}; it has {len(self.axes)}: {' '.join(a.name for a in self.axes)}",
+            hint="check that the data and the model belong to this machine",
+        )
+
+    def errors(self) -> tuple[ErrorName, ...]:
+        """Every error of every axis."""
+        return tuple(name for axis in self.axes for name in axis.errors())
+
+    def with_axes(self, changed: Mapping[str, Axis]) -> "Chain":
+        """The same structure, with some axes given offsets or travels."""
+        return replace(
+            self,
+            work=tuple(changed.get(axis.name, axis) for axis in self.work),
+            tool=tuple(changed.get(axis.name, axis) for axis in self.tool),
+        )
+
+    def positions(self, given: Mapping[str, Array | float]) -> Array:
+        """Axis positions by name as an array (n, axes) in `order`; axes not given stand at 0. Raises MCH-AXIS."""
+        for name in given:
+            self.axis(name)
+        columns = np.broadcast_arrays(*[np.asarray(given.get(name, 0.0), dtype=np.float64) for name in self.order])
+        return np.stack([np.atleast_1d(column) for column in columns], axis=-1)

@@ -1,0 +1,136 @@
+"""Where the tool is as seen from the work, with and without errors: exact, and to first order.
+
+E(p) = actual − commanded position of the tool point in work coordinates. An error *motion* (EXX, EBZ …) is the motion
+of the tool's side against the work's side of the axis, so it has the sign of the instrument reading whichever side
+moves. From work to tool every axis contributes its commanded motion and then its error motion: rotations turn about the
+origin of the axis' frame on the *tool's* side, along and about that frame's directions. So the arm of ECX is what lies
+between that frame and the tool (the axes nearer to the tool, `offset_mm`, the tool), and never the position of X
+itself; the error motion of a rotary table is stated in directions that do not turn with it, as ISO 230-7 measures it.
+
+An error of *place* (EC0Y, EX0C …) is where the axis itself lies in the frame that carries it: a work spindle that
+drifts by EX0C = +0.01 takes the work along, and E is −0.01.
+
+`values` maps an error's name to mm or rad, shape () or (n,). `positions` has shape (n, axes) in `chain.order`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.machine.model.chain import Axis, AxisKind, Chain, Vector
+from trueloop.machine.model.names import ErrorName
+
+Values = Mapping[ErrorName, Array | float]
+
+PROBE_MM = 1024.0
+"""How far axes are moved to see what they do: not less than offsets are long, so that no digits are lost."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """n frames: columns of `turn` (n, 3, 3) are their axes, `origin_mm` (n, 3) their origins, seen from the bed."""
+
+    turn: Array
+    origin_mm: Array
+
+    def shifted(self, local_mm: Array | Vector) -> "Frames":
+        """Moved by a vector given in the frame itself."""
+        return Frames(self.turn, self.origin_mm + apply(self.turn, np.asarray(local_mm)))
+
+    def turned(self, rotation: Array) -> "Frames":
+        """Turned about its own origin."""
+        return Frames(self.turn @ rotation, self.origin_mm)
+
+
+def tool_in_work_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
+    """Tool point in work coordinates, (n, 3): the exact product of homogeneous transforms, errors as rotation vectors.
+
+    `tool_mm` is the tool point from the frame of the last axis that carries the tool, (3,) or (n, 3).
+    """
+    count = len(positions)
+    tool = _branch(chain.tool, 1.0, chain, positions, values).shifted(np.broadcast_to(tool_mm, (count, 3)))
+    work = _branch(chain.work, -1.0, chain, positions, values)
+    return apply(np.swapaxes(work.turn, -1, -2), tool.origin_mm - work.origin_mm)
+
+
+def exact_error_mm(chain: Chain, positions: Array, tool_mm: Array | Vector, values: Values) -> Array:
+    """E by the exact transforms, (n, 3): second-order products of errors included."""
+    return tool_in_work_mm(chain, positions, tool_mm, values) - tool_in_work_mm(chain, positions, tool_mm, {})
+
+
+def bed_to_work(chain: Chain, fixed: Mapping[str, float]) -> Array:
+    """The bed's axes in work coordinates, as rows, with rotary axes at `fixed` (rad), the others at 0.
+
+    A row is how a millimetre of X, Y or Z displaces the tool as seen from the work.
+    """
+    given: dict[str, Array | float] = dict(fixed)
+    probes = np.vstack([np.zeros(3), PROBE_MM * np.eye(3)])
+    given |= {name: probes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
+    tool_at = tool_in_work_mm(chain, np.broadcast_to(chain.positions(given), (4, len(chain.order))), np.zeros(3), {})
+    rows: Array = (tool_at[1:] - tool_at[0]) / PROBE_MM
+    for missing in np.flatnonzero(np.linalg.norm(rows, axis=1) < 0.5):
+        rows[missing] = np.cross(rows[(missing + 1) % 3], rows[(missing + 2) % 3])
+    return rows
+
+
+def _branch(axes: Sequence[Axis], sense: float, chain: Chain, positions: Array, values: Values) -> Frames:
+    count = len(positions)
+    frame = Frames(np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3)))
+    for axis in axes:
+        frame = _joint(frame.shifted(axis.offset_mm), axis, sense, travelled(chain, axis, positions), values)
+    return frame
+
+
+def _joint(frame: Frames, axis: Axis, sense: float, by: Array, values: Values) -> Frames:
+    """The frame after one axis. The tool's branch meets its motion, then its error; the work's branch the inverses of
+    both, in the other order.
+    """
+    count = len(by)
+    place_mm, place_rad = _six(values, axis.name, True, count)
+    motion_mm, motion_rad = _six(values, axis.name, False, count)
+    if axis.kind is not AxisKind.LINEAR:
+        frame = frame.shifted(place_mm).turned(rotation(place_rad))
+    if sense < 0:
+        frame = frame.turned(rotation(-motion_rad)).shifted(-motion_mm)
+    if axis.kind is AxisKind.LINEAR:
+        frame = frame.shifted(rotation(place_rad)[:, :, axis.number] * (sense * by)[:, None])
+    else:
+        nominal = np.zeros((count, 3))
+        nominal[:, axis.number] = sense * by
+        frame = frame.turned(rotation(nominal))
+    return frame.shifted(motion_mm).turned(rotation(motion_rad)) if sense > 0 else frame
+
+
+def travelled(chain: Chain, axis: Axis, positions: Array) -> Array:
+    """Commanded position of one axis, (n,); a spindle has none."""
+    if axis.kind is AxisKind.SPINDLE:
+        return np.zeros(len(positions))
+    position: Array = positions[:, chain.order.index(axis.name)]
+    return position
+
+
+def _six(values: Values, axis: str, place: bool, count: int) -> tuple[Array, Array]:
+    columns: list[Array] = [np.broadcast_to(values.get(ErrorName(c, axis, place), 0.0), (count,)) for c in "XYZABC"]
+    six = np.stack(columns, axis=-1)
+    return six[:, :3], six[:, 3:]
+
+
+def rotation(vector_rad: Array) -> Array:
+    """Rotation matrices (n, 3, 3) of rotation vectors (n, 3), by Rodrigues' formula."""
+    angle = np.linalg.norm(vector_rad, axis=-1)[:, None, None]
+    x, y, z = vector_rad.T
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
+    # sin(a)/a and (1 − cos a)/a² as sinc, which is exact at 0 and loses nothing at microradians
+    matrices: Array = (
+        np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (cross @ cross)
+    )
+    return matrices
+
+
+def apply(matrices: Array, vectors: Array) -> Array:
+    """Each matrix times its vector: (n, 3, 3) and (n, 3) or (3,) to (n, 3)."""
+    product: Array = np.einsum("nij,nj->ni", matrices, np.broadcast_to(vectors, (len(matrices), 3)))
+    return product

@@ -1,0 +1,136 @@
+"""A machine model: the machine, its error terms and their coefficients. Answers E and COMP_MTG anywhere.
+
+COMP_MTG = −E [conventions of 6876 §3.5, 4773 Eqs 1–2]: what is added to a commanded position.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.model.chain import ZERO, Chain, Vector
+from trueloop.machine.model.history import Lag, moved_along
+from trueloop.machine.model.jacobian import influences
+from trueloop.machine.model.kinematics import exact_error_mm
+from trueloop.machine.model.names import ErrorName
+from trueloop.machine.model.term import Signals, Term
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One machine: `name` and `serial` tell it from its sisters, the chain how it moves."""
+
+    name: str
+    chain: Chain
+    serial: str = ""
+
+
+@dataclass(frozen=True)
+class State:
+    """Where the machine is: positions (n, axes) in `chain.order`, travel (+1, −1, 0 unknown) alike, signals by name.
+
+    `tool_mm` is the tool point from the frame of the last axis that carries the tool, (3,) or (n, 3).
+    """
+
+    positions: Array
+    travel: Array | float = 0.0
+    signals: Signals = field(default_factory=dict)
+    tool_mm: Array | Vector = ZERO
+
+
+@dataclass(frozen=True)
+class MachineModel:
+    """`coefficients` stand in the order of `terms`; `covariance` is theirs, mm² and rad², and that of ln τ of `lags`.
+
+    `identified` holds the range of every axis and signal in the data: outside it the model is not known to hold.
+    `lags` are signals made of the past of others (`history.py`); a state has to hold them like any other signal.
+    `units` are those of the signals, where they are known.
+    """
+
+    machine: Machine
+    terms: tuple[Term, ...]
+    coefficients: Array
+    covariance: Array
+    identified: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    lags: tuple[Lag, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    def slices(self) -> list[slice]:
+        """Where each term's coefficients are."""
+        ends = np.cumsum([term.size for term in self.terms])
+        return [slice(int(end) - term.size, int(end)) for end, term in zip(ends, self.terms, strict=True)]
+
+    def values(self, state: State) -> dict[ErrorName, Array]:
+        """Every modelled axis error at each position, (n,), mm or rad."""
+        rows = term_rows(self.machine.chain, self.terms, state)
+        return {
+            term.name: row @ self.coefficients[where]
+            for term, row, where in zip(self.terms, rows, self.slices(), strict=True)
+        }
+
+    def error_mm(self, state: State) -> Array:
+        """E to first order, (n, 3), work coordinates: actual − commanded."""
+        error: Array = design(self.machine.chain, self.terms, state) @ self.coefficients
+        return error
+
+    def exact_error_mm(self, state: State) -> Array:
+        """E by the exact transforms, (n, 3)."""
+        return exact_error_mm(self.machine.chain, state.positions, state.tool_mm, self.values(state))
+
+    def comp_mtg_mm(self, state: State) -> Array:
+        """COMP_MTG = −E, (n, 3): what to add to the commanded position."""
+        return -self.error_mm(state)
+
+    def standard_u_mm(self, state: State) -> Array:
+        """Standard uncertainty of E from that of the coefficients, and of the lags where `state` has slopes, (n, 3)."""
+        rows = self.sensitivities(state)
+        variance = np.einsum("nij,jk,nik->ni", rows, self.covariance, rows)
+        root: Array = np.sqrt(np.maximum(variance, 0.0))
+        return root
+
+    def sensitivities(self, state: State) -> Array:
+        """DE by every coefficient and every ln τ, (n, 3, as `covariance`); by ln τ 0 where the state lacks the slope.
+
+        E is linear in signals, so its slope by ln τ is what it gains when the lag moves by its own.
+        """
+        here, slopes = self.error_mm(state), np.zeros((len(state.positions), 3, len(self.lags)))
+        for k, lag in enumerate(self.lags):
+            slopes[:, :, k] = self.error_mm(replace(state, signals=moved_along(lag, state.signals))) - here
+        return np.concatenate([design(self.machine.chain, self.terms, state), slopes], axis=2)
+
+    def needs(self) -> tuple[str, ...]:
+        """Signals without which the model cannot be evaluated."""
+        return tuple(dict.fromkeys(signal for term in self.terms for signal in term.needs()))
+
+
+def term_rows(chain: Chain, terms: tuple[Term, ...], state: State) -> list[Array]:
+    """Design of each term at the position and travel of its own axis: a list of (n, size)."""
+    travel = np.broadcast_to(state.travel, state.positions.shape)
+    rows = []
+    for term in terms:
+        if term.name.axis in chain.order:
+            column = chain.order.index(term.name.axis)
+            position, way = state.positions[:, column], travel[:, column]
+        else:
+            position = way = np.zeros(len(state.positions))
+        rows.append(np.broadcast_to(term.design(position, way, state.signals), (len(state.positions), term.size)))
+    return rows
+
+
+def design(chain: Chain, terms: tuple[Term, ...], state: State, *, rotations: bool = False) -> Array:
+    """E (or with `rotations` the tool's rotation error, rad) as a linear map of all coefficients: (n, 3, all)."""
+    columns = influences(chain, state.positions, state.tool_mm, {term.name for term in terms})
+    blocks = []
+    for term, rows in zip(terms, term_rows(chain, terms, state), strict=True):
+        if term.name not in columns:
+            possible = chain.errors()
+            raise TrueloopError(
+                Code.MCH_AXIS,
+                f"the machine cannot have {term.name}; it has {len(possible)} errors: {' '.join(map(str, possible))}",
+                hint="check that the terms belong to this machine",
+            )
+        influence = columns[term.name].rotation if rotations else columns[term.name].displacement
+        blocks.append(influence[:, :, None] * rows[:, None, :])
+    return np.concatenate(blocks, axis=2)

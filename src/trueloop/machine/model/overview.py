@@ -1,0 +1,65 @@
+"""A model at a glance: each error's range over its axis' travel, in µm and µrad, and how well it is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.machine.model.model import MachineModel
+from trueloop.machine.model.term import Signals, Term
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+POINTS = 101
+
+
+@dataclass(frozen=True)
+class TermCurve:
+    """One error along its axis: `position` (m,) mm or rad; values and standard uncertainty (m,) in µm or µrad."""
+
+    error: str
+    unit: str
+    position: Array
+    forward: Array
+    reverse: Array
+    u: Array
+
+
+@dataclass(frozen=True)
+class TermRow:
+    """The same as numbers."""
+
+    error: str
+    unit: str
+    least: float
+    most: float
+    largest_u: float
+
+
+def curves(model: MachineModel, signals: Signals) -> list[TermCurve]:
+    """Every term over its axis' travel (or the range it was found at), at the signals given."""
+    where = dict(zip(model.terms, model.slices(), strict=True))
+    return [_curve(model, term, where[term], signals) for term in model.terms]
+
+
+def overview(model: MachineModel, signals: Signals) -> list[TermRow]:
+    """Every term's least and largest value. Raises MCH-SIGNAL for a signal that is not given."""
+    rows = []
+    for curve in curves(model, signals):
+        both = np.concatenate([curve.forward, curve.reverse])
+        rows.append(TermRow(curve.error, curve.unit, float(both.min()), float(both.max()), float(curve.u.max())))
+    return rows
+
+
+def _curve(model: MachineModel, term: Term, where: slice, signals: Signals) -> TermCurve:
+    axis = model.machine.chain.axis(term.name.axis)
+    low, high = axis.travel if np.all(np.isfinite(axis.travel)) else model.identified.get(axis.name, (0.0, 0.0))
+    position = np.linspace(low, high, POINTS)
+    rows = [
+        np.broadcast_to(term.design(position, np.full(POINTS, way), signals), (POINTS, term.size))
+        for way in (1.0, -1.0)
+    ]
+    variance = np.einsum("ni,ij,nj->n", rows[0], model.covariance[where, where], rows[0])
+    scale = URAD_PER_RAD if term.name.is_rotation else UM_PER_MM
+    forward, reverse = scale * np.stack(rows) @ model.coefficients[where]
+    u = scale * np.sqrt(np.maximum(variance, 0.0))
+    return TermCurve(str(term.name), term.name.unit, position, forward, reverse, u)

@@ -1,0 +1,93 @@
+"""One error term: a sum of parts with adjustable parameters, as [4773] Eq. 3 and what generalises it.
+
+    E(q, T) = Σ over parts  s(T) · f(q),   s = 1, or a signal minus its reference value
+
+f is a function of the axis' position (`PositionBasis`). A signal is a temperature, the spindle speed, or one of them
+after a first-order lag (`signals.py`). Eq. 3, δz(z) = A + B·T12 + C·z + D·z², is a quadratic part without signal and a
+constant part with signal T12. Own parameters for forward and return travel model backlash.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.model.names import ErrorName
+from trueloop.machine.model.position_basis import CONSTANT, PositionBasis
+
+Signals = Mapping[str, Array | float]
+"""Values by signal name, () or (n,): °C, rev/min, or what the sensor gives."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """`basis` times (signal − reference), or `basis` alone."""
+
+    basis: PositionBasis = CONSTANT
+    signal: str | None = None
+    reference: float = 0.0
+
+    def factor(self, signals: Signals) -> Array | float:
+        """What the functions of position are multiplied with. Raises MCH-SIGNAL when the signal is not given."""
+        if self.signal is None:
+            return 1.0
+        if self.signal not in signals:
+            raise TrueloopError(
+                Code.MCH_SIGNAL,
+                f"the model needs the signal {self.signal!r}; given are {len(signals)}: {', '.join(signals) or 'none'}",
+                hint="give its value, in the unit it had in the data that the model was made from",
+            )
+        return signals[self.signal] - self.reference
+
+
+@dataclass(frozen=True)
+class Term:
+    """The form of one axis error. `both_ways` gives forward and return travel parameters of their own."""
+
+    name: ErrorName
+    parts: tuple[Part, ...] = (Part(),)
+    both_ways: bool = False
+
+    @property
+    def size(self) -> int:
+        """Number of coefficients: forward's, then return's where they differ."""
+        return sum(part.basis.size for part in self.parts) * (2 if self.both_ways else 1)
+
+    def design(self, position: Array, travel: Array, signals: Signals) -> Array:
+        """Values of every function, (n, size). `travel` is +1 forward, −1 return, 0 unknown: the mean of both."""
+        one_way = np.hstack([part.basis.design(position) * _column(part.factor(signals)) for part in self.parts])
+        if not self.both_ways:
+            return one_way
+        return np.hstack([one_way * _column(0.5 * (1 + travel)), one_way * _column(0.5 * (1 - travel))])
+
+    def admissible(self) -> Array:
+        """Columns (size, free) that span the coefficients allowed by the parts' zeros."""
+        blocks = [part.basis.admissible() for part in self.parts] * (2 if self.both_ways else 1)
+        if self.both_ways:
+            blocks[len(self.parts) :] = [np.eye(part.basis.size) for part in self.parts]
+        return block_diagonal(blocks)
+
+    def values(self, coefficients: Array, position: Array, travel: Array, signals: Signals) -> Array:
+        """The error, (n,), mm or rad."""
+        return self.design(position, travel, signals) @ coefficients
+
+    def needs(self) -> tuple[str, ...]:
+        """Signals without which it cannot be evaluated."""
+        return tuple(dict.fromkeys(part.signal for part in self.parts if part.signal is not None))
+
+
+def _column(values: Array | float) -> Array:
+    return np.asarray(values, dtype=np.float64).reshape(-1, 1)
+
+
+def block_diagonal(blocks: list[Array]) -> Array:
+    """Blocks down the diagonal, zeros elsewhere."""
+    rows, columns = (sum(block.shape[k] for block in blocks) for k in (0, 1))
+    whole = np.zeros((rows, columns))
+    row = column = 0
+    for block in blocks:
+        whole[row : row + block.shape[0], column : column + block.shape[1]] = block
+        row, column = row + block.shape[0], column + block.shape[1]
+    return whole

@@ -1,0 +1,76 @@
+"""Where a model may be asked: within the machine's travel, and within the positions and temperatures of its data."""
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.machine.model.chain import Axis
+from trueloop.machine.model.model import MachineModel, State
+from trueloop.machine.model.term import Signals
+
+ROUNDING = 1e-6
+"""mm or rad by which a position may lie outside: control resolutions and rounded ends of travel."""
+
+
+def check_state(model: MachineModel, state: State, extrapolate: Collection[str] = ()) -> None:
+    """Refuses positions beyond travel (MCH-TRAVEL), and positions or signals beyond the data (MCH-RANGE).
+
+    The latter may be allowed by naming the axis or signal in `extrapolate`: the model then goes on as its functions do,
+    temperatures linearly, positions with the value at the end of the segments.
+    """
+    chain = model.machine.chain
+    for name, position in zip(chain.order, state.positions.T, strict=True):
+        axis = chain.axis(name)
+        check_travel(axis, position)
+        if name in model.identified and name not in extrapolate and _depends_on(model, name):
+            check_range(name, position, model.identified[name], axis.shown)
+    check_signals(model, state.signals, extrapolate)
+
+
+def check_signals(model: MachineModel, signals: Signals, extrapolate: Collection[str] = ()) -> None:
+    """Refuses signals beyond the data (MCH-RANGE), but those named."""
+    for name in model.needs():
+        if name in model.identified and name in signals and name not in extrapolate:
+            check_range(name, np.atleast_1d(signals[name]), model.identified[name], in_unit(model.units.get(name, "")))
+
+
+def _depends_on(model: MachineModel, axis: str) -> bool:
+    return any(term.name.axis == axis and any(part.basis.size > 1 for part in term.parts) for term in model.terms)
+
+
+def outside(position: Array, travel: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which positions lie beyond, by more than rounding, (n,)."""
+    beyond: NDArray[np.bool_] = (position < travel[0] - ROUNDING) | (position > travel[1] + ROUNDING)
+    return beyond
+
+
+def check_travel(axis: Axis, position: Array) -> None:
+    """Raises MCH-TRAVEL for positions that the axis cannot reach."""
+    if outside(position, axis.travel).any():
+        low, high, *ends = map(axis.shown, (float(position.min()), float(position.max()), *axis.travel))
+        way = f"to {low}" if low == high else f"from {low} to {high}"
+        raise TrueloopError(
+            Code.MCH_TRAVEL,
+            f"{axis.name} would go {way}, its travel is {ends[0]} to {ends[1]}",
+            hint="check the work offset and the tool length, both in machine coordinates and mm",
+        )
+
+
+def in_unit(unit: str) -> Callable[[float], str]:
+    """How a value of that unit is told; `""` where it is not known."""
+    return lambda value: f"{value:g} {unit}".rstrip()
+
+
+def check_range(name: str, values: Array, known: tuple[float, float], shown: Callable[[float], str]) -> None:
+    """Raises MCH-RANGE for values (n,) outside of those that the data had."""
+    if outside(values, known).any():
+        low, high, *ends = map(shown, (float(values.min()), float(values.max()), *known))
+        raise TrueloopError(
+            Code.MCH_RANGE,
+            f"{name} is {low if low == high else f'{low} to {high}'}; the model was found from {ends[0]} to {ends[1]}",
+            hint="warm the machine up, or characterize it over that range",
+            override=f"--extrapolate {name}",
+        )

@@ -1,0 +1,1 @@
+"""Calibrated plates and positioning tests."""

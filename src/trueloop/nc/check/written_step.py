@@ -1,0 +1,25 @@
+"""The step in which a program writes its coordinates."""
+
+import re
+from typing import Final
+
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.units import MM_PER_INCH
+
+COARSEST_MM: Final = 0.001
+"""Programs of round numbers say nothing of their rounding: no more than this is granted."""
+
+_ENOUGH: Final = 1 << 20
+_COORDINATE: Final = re.compile(rb"[XYZ][ \t]*[-+]?\d*\.(\d+)", re.IGNORECASE)
+
+
+def written_step_mm(program: Program, path: ToolPath) -> float:
+    """One unit of the last decimal that the program's coordinates use, in mm; at most `COARSEST_MM`.
+
+    Never finer than the control's resolution. The unit is that of the first move; the program's first megabyte tells,
+    comments and all: a coordinate in a comment has the program's decimals too.
+    """
+    decimals = max((len(found) for found in _COORDINATE.findall(program.source, 0, _ENOUGH)), default=0)
+    inch = bool(len(path)) and path.coordinate_state(0).inch
+    return min(max(10.0**-decimals, program.dialect.step(inch)) * (MM_PER_INCH if inch else 1.0), COARSEST_MM)

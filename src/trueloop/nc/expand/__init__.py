@@ -1,0 +1,1 @@
+"""Shorthand (corners, angles, splines, sub-programs) as explicit moves."""

@@ -1,0 +1,88 @@
+"""Words of explicit moves as each control has them: motion codes, radius or centre of an arc, feed."""
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from trueloop.nc.edit.edit import KLARTEXT, coordinate_text
+from trueloop.nc.program.along import PLANE_AXES
+from trueloop.nc.program.program import Block, Program, Word
+from trueloop.nc.program.tool_path import Array, Motion, ToolPath
+from trueloop.units import MM_PER_INCH
+
+WIDE_RAD: Final = math.radians(120.0)
+"""Arcs that turn more are written by their centre: from a radius, rounding would move one too far."""
+_CODES: Final = {Motion.RAPID: 0, Motion.LINE: 1}
+
+
+def g_digits(program: Program) -> int:
+    """How many digits the program's motion codes have: 2 of `G01`, 1 of `G1`."""
+    for block in program.blocks:
+        word = motion_word(program, block)
+        if word is not None and word.kind == "number" and word.value in range(4):
+            return len(word.text) - 1
+    return 2
+
+
+def g_code(path: ToolPath, move: int, digits: int) -> str:
+    """The code of a rapid, a line or an arc; empty for other moves."""
+    kind = Motion(path.motion[move])
+    if kind == Motion.ARC:
+        return f"G{2 if path.sweep_rad[move] > 0 else 3:0{digits}d}"
+    return f"G{_CODES[kind]:0{digits}d}" if kind in _CODES else ""
+
+
+def motion_word(program: Program, block: Block) -> Word | None:
+    """The first word of a block that says how it moves; DR of Klartext comes after it."""
+    meanings = ((word, program.core.meaning(word.index) or "") for word in block.data)
+    return next((word for word, meaning in meanings if meaning.startswith("Motion(")), None)
+
+
+def klartext_name(path: ToolPath, move: int, block: Block, new: Sequence[str]) -> str:
+    """What the block of a Klartext move is called: an arc CR where it has a radius, C about its pole."""
+    if path.motion[move] != Motion.ARC:
+        return "L"
+    return "CR" if any(text.startswith("R") for text in [*new, *(w.text for w in block.data)]) else "C"
+
+
+def circle_words(program: Program, path: ToolPath, move: int, start: Array, end: Array) -> list[str]:
+    """Radius, or for a wide arc its centre from its start, moved to be equally far from both rounded ends."""
+    state, dialect = path.coordinate_state(move), program.dialect
+    axes = list(PLANE_AXES[int(path.plane[move])])
+    centre = path.centre_mm[move][axes]
+    if not is_wide(path, move):
+        radius = float(np.linalg.norm(path.start_mm[move][axes] - centre))
+        return [coordinate_text(dialect, "R", radius, state)]
+    chord = end[axes] - start[axes]
+    if squared := float(chord @ chord):
+        middle = (start[axes] + end[axes]) / 2
+        centre = centre - float((centre - middle) @ chord) / squared * chord
+    pairs = sorted(zip(axes, centre - start[axes], strict=True))
+    return [coordinate_text(dialect, "IJK"[axis], float(value), state) for axis, value in pairs]
+
+
+def is_wide(path: ToolPath, move: int) -> bool:
+    """Whether an arc is to be written by its centre."""
+    return bool(abs(path.sweep_rad[move]) > WIDE_RAD)
+
+
+def klartext_turn(path: ToolPath, move: int) -> str:
+    """Which way an arc of Klartext turns: DR- clockwise."""
+    return f"DR{'-' if path.sweep_rad[move] > 0 else '+'}"
+
+
+def pole_block(program: Program, path: ToolPath, move: int) -> str:
+    """The CC of an arc of Klartext."""
+    state = path.coordinate_state(move)
+    axes = sorted(PLANE_AXES[int(path.plane[move])])
+    words = [coordinate_text(program.dialect, "XYZ"[axis], float(path.centre_mm[move, axis]), state) for axis in axes]
+    return " ".join(["CC", *words])
+
+
+def feed_word(program: Program, path: ToolPath, move: int) -> str:
+    """The F word of a move's feed."""
+    feed = float(path.feed[move]) / (MM_PER_INCH if path.inch[move] else 1.0)
+    text = f"F{feed:.6f}".rstrip("0")
+    return text.rstrip(".") if program.dialect.name == KLARTEXT else text

@@ -1,0 +1,1 @@
+"""Fields of displacement over the work space, and the frame they are given in."""

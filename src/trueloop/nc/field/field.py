@@ -1,0 +1,121 @@
+"""Fields: a displacement for every position of a program. Made here, applied by `loops.mapped_program`."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trueloop._core import NcField
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.program.cutter_tool import CutterTool
+from trueloop.nc.program.tool_path import Array, Integers
+
+Displace = Callable[[Array], Array]
+"""Positions (n, 3) to displacements (n, 3), both X (a radius on a lathe), Y, Z in mm."""
+
+
+DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array], Array]
+"""The same of a machine: it is told, beside positions, the work offset and tool in force (n,), which way each axis goes
+there or went last, (n, 3): +1, −1, or 0 before its first move, and what the tool's offset adds, (n, 3) mm: NaN where
+that is not known."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A displacement for every position, in the program's coordinates. `told` identifies it in a corrected program.
+
+    `still` are letters of axes that it takes to stand: a program that names one is refused. One `of_machine` knows from
+    outside where the program's zero lies: a program that sets that itself is refused too. `tools` and `work_mm`, the
+    zeros of work offsets in machine coordinates by their number, are what it knows of the control's tables; without
+    `tools` none of those is known.
+    """
+
+    told: dict[str, object]
+    core: NcField = field(repr=False, compare=False)
+    still: frozenset[str] = frozenset()
+    of_machine: bool = False
+    tools: tuple[CutterTool, ...] | None = None
+    work_mm: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
+
+    def displacement_mm(self, points_mm: Array) -> Array:
+        """At (n, 3) positions. Raises NC-FIELD for one outside of where the field is known."""
+        points = np.ascontiguousarray(points_mm, dtype=np.float64)
+        try:
+            return self.core.displacements(points)
+        except ValueError as outside:
+            index = outside.args[0]
+            where = points[index].tolist() if isinstance(index, int) else index
+            raise TrueloopError(
+                Code.NC_FIELD,
+                f"the field is not known at {where} mm",
+                hint="extend the table: there is no extrapolation",
+            ) from None
+
+
+def function_field(displace: Displace, name: str) -> Field:
+    """Any function of position, asked for many positions at once; what it raises ends the mapping."""
+    return Field({"function": name}, NcField.function(displace))
+
+
+def machine_field(
+    displace: DisplaceInMachine,
+    told: dict[str, object],
+    *,
+    knows_travel: bool = False,
+    still: frozenset[str] = frozenset(),
+    tools: Sequence[CutterTool] | None = None,
+    work_mm: Mapping[int, tuple[float, float, float]] | None = None,
+) -> Field:
+    """A machine's: with `knows_travel` arcs are cut where an axis turns round, and a start that jumped is gone to."""
+    core = NcField.function(displace, knows_travel)
+    return Field(
+        told, core, still, of_machine=True, tools=None if tools is None else tuple(tools), work_mm=dict(work_mm or {})
+    )
+
+
+def affine_field(matrix: Array, shift_mm: Sequence[float]) -> Field:
+    """Takes p to matrix·p + shift."""
+    rows = [[float(value) for value in row] for row in matrix]
+    shift = [float(value) for value in shift_mm]
+    return Field({"matrix": rows, "shift_mm": shift}, NcField.affine(rows, shift))
+
+
+def similarity_field(
+    *,
+    shift_mm: Sequence[float] = (0.0, 0.0, 0.0),
+    rotation_rad: float = 0.0,
+    axis: str = "Z",
+    scale: float = 1.0,
+    about_mm: Sequence[float] = (0.0, 0.0, 0.0),
+) -> Field:
+    """Scaled and turned about an axis through a point, then shifted.
+
+    The rotation is right-handed: about +Z it turns +X to +Y, about +Y it turns +Z to +X.
+    """
+    k = "XYZ".index(axis)
+    i, j = (k + 1) % 3, (k + 2) % 3
+    turn = np.eye(3)
+    turn[i, i] = turn[j, j] = np.cos(rotation_rad)
+    turn[j, i], turn[i, j] = np.sin(rotation_rad), -np.sin(rotation_rad)
+    matrix = scale * turn
+    about = np.asarray(about_mm, dtype=np.float64)
+    return affine_field(matrix, about - matrix @ about + np.asarray(shift_mm))
+
+
+def table_field(x_mm: Array, y_mm: Array, z_mm: Array, displacement_mm: Array) -> Field:
+    """Linear between the nodes of a grid, unknown outside.
+
+    Node positions rise along each axis; an axis with one value stands for all: nothing depends on it. Displacements
+    (nx·ny·nz, 3), z fastest, then y. Raises NC-FIELD where they do not fit together.
+    """
+    rows = np.ascontiguousarray(displacement_mm, dtype=np.float64)
+    try:
+        core = NcField.grid(x_mm.tolist(), y_mm.tolist(), z_mm.tolist(), rows)
+    except ValueError as error:
+        sizes = f"{len(x_mm)} × {len(y_mm)} × {len(z_mm)}"
+        raise TrueloopError(
+            Code.NC_FIELD,
+            f"{len(rows)} displacements do not make a grid of {sizes} nodes: {error}",
+            hint="one displacement for each node, nodes rising along each axis",
+        ) from None
+    return Field({"nodes": [len(x_mm), len(y_mm), len(z_mm)]}, core)

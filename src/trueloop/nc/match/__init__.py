@@ -1,0 +1,1 @@
+"""The path of a program beside a profile or beside another path."""

@@ -1,0 +1,221 @@
+"""The nominal profile from a finish program: the path of the nose centre less the nose radius. No drawing needed."""
+
+import math
+from collections import Counter
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.feature import Arc, Feature, Line, contact_angle_rad
+from trueloop.geometry.intersection import intersections
+from trueloop.geometry.offset import contour_from_centre_path
+from trueloop.geometry.profile import Profile, junctions_of
+from trueloop.geometry.validate import GAP_MM, checked_profile
+from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
+from trueloop.nc.program.tool_path import NO_COMPENSATION
+
+_AXIS: Final = Line("axis", (0.0, 0.0), (0.0, 1.0))
+_SQUARE: Final = math.cos(math.radians(0.5))
+"""A line counts as a cylinder or a face when it is parallel to an axis within half a degree."""
+
+_OUTWARDS: Final = math.sin(math.radians(5.0))
+
+
+@dataclass(frozen=True)
+class ProgramContour:
+    """A profile read from a program, the program's line behind each feature, and every decision in words."""
+
+    profile: Profile
+    lines: tuple[int, ...]
+    notes: tuple[str, ...]
+
+
+def contour_of_program(
+    moves: Sequence[FeedMove],
+    nose_radius_mm: float,
+    *,
+    lines: tuple[int, int] | None = None,
+    boring: Container[int] = (),
+) -> ProgramContour:
+    """The contour that a finish pass leaves, read from the path of the nose's centre or, under G41 and G42, of itself.
+
+    Features are named cylinder-1, cone-1, arc-1… from chuck end to free end.
+    Without `lines` (from–to, both included) the pass is the uninterrupted chain of feed moves with the most moves, the
+    last one of equals; straight moves at its ends that come in from outside or leave outwards, by a concave corner of
+    more than 45°, are taken for the ways in and out. With `lines` all feed moves of that range count. What lies beyond
+    the spindle axis is always cut off. The notes say what was left out.
+    `boring` are indices of moves that bore (`rapid.boring_moves`). Raises NC-NO-CONTOUR where no feed moves are left,
+    NC-BORE for a bore, as G41, G42 or `boring` say, and the GEO errors of a contour that cannot be.
+    """
+    found = [m for m in moves if m.path.length_mm > GAP_MM]
+    chain, notes = _chain(found, lines)
+    chain, offset_mm = moves_of_one_kind(chain, nose_radius_mm)
+    if offset_mm != nose_radius_mm:
+        notes.append("The pass is the contour itself: the control keeps the nose off it by G41 or G42.")
+    _refuse_bore(chain, boring)
+    chain = _chuck_end_first(chain, notes)
+    if lines is None:
+        chain = _without_approach(chain, notes)
+    chain = _up_to_axis(chain, notes)
+    if not chain:
+        raise _nothing(len(found), lines)
+    line_of = {_name(move): move.line for move in chain}
+    contour = contour_from_centre_path([_rounded_off(move) for move in chain], offset_mm)
+    features = _cut_at_axis(contour, notes)
+    about_edges = [line for name, line in line_of.items() if name not in {feature.name for feature in contour}]
+    notes += [f"Line {line} only turns the nose about an edge: no feature." for line in about_edges]
+    profile = checked_profile(_named(features))
+    notes.append(f"{len(features)} features, nose radius {nose_radius_mm:.4f} mm: {', '.join(profile.names)}.")
+    return ProgramContour(profile, tuple(line_of[feature.name] for feature in features), tuple(notes))
+
+
+def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[list[FeedMove], list[str]]:
+    if lines is not None:
+        chosen = [m for m in moves if lines[0] <= m.line <= lines[1]]
+        return chosen, [f"Lines {lines[0]}–{lines[1]} were named: {len(chosen)} feed moves."]
+    chains = [list(members) for _, members in groupby(moves, key=lambda m: m.chain)]
+    if not chains:
+        return [], []
+    longest = max(map(len, chains))
+    chosen = [chain for chain in chains if len(chain) == longest][-1]
+    return chosen, [
+        f"Of {len(chains)} chains of feed moves, lines {chosen[0].line}–{chosen[-1].line} were taken: "
+        f"{len(chosen)} moves, the most, and the last of equals."
+    ]
+
+
+def _chuck_end_first(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
+    if not _goes_to_chuck(moves):
+        return moves
+    notes.append("The program cuts towards the chuck: its moves were put in the opposite order.")
+    return [replace(move, path=move.path.reversed()) for move in reversed(moves)]
+
+
+def _goes_to_chuck(moves: Sequence[FeedMove]) -> bool:
+    if not moves:
+        return False
+    (x0, z0), (x1, z1) = moves[0].path.start_mm, moves[-1].path.end_mm
+    return not (z1 > z0 + GAP_MM or (z1 > z0 - GAP_MM and x1 <= x0))
+
+
+def _refuse_bore(moves: Sequence[FeedMove], boring: Container[int]) -> None:
+    """A contour has its material towards the axis: taken for such, every error of a bore had the wrong sign."""
+    outside = 42 if _goes_to_chuck(moves) else 41
+    for move in moves:
+        if move.compensation not in (NO_COMPENSATION, outside):
+            why = f"G{move.compensation} keeps the nose on the side of the axis"
+        elif not move.on_contour and move.index in boring:
+            why = "rapid moves beside it and after it are nearer to the axis"
+        else:
+            continue
+        raise TrueloopError(
+            Code.NC_BORE,
+            f"the pass of line {move.line} bores: {why}",
+            hint=f"bores are not corrected; a pass outside wants G{outside}, and retracts away from the axis",
+            place=Place(line=move.line),
+        )
+
+
+def _without_approach(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
+    """Leaves out a way in or out: straight moves at the ends that make a concave corner of more than 45° with the rest.
+
+    At the chuck end one that comes straight inwards, at the free end one that goes outwards.
+    """
+    kept = list(moves)
+    if len(kept) > 1 and _is_way(kept[0], kept[:2]) and -float(kept[0].path.tangent(0.0)[0]) > _SQUARE:
+        notes.append(f"Line {kept.pop(0).line} was taken for the way in or out at the chuck end, not for a face.")
+    if len(kept) > 1 and _is_way(kept[-1], kept[-2:]) and float(kept[-1].path.tangent(0.0)[0]) > _OUTWARDS:
+        notes.append(f"Line {kept.pop().line} was taken for the way in or out at the free end, not for a cone.")
+    return kept
+
+
+def _is_way(move: FeedMove, pair: Sequence[FeedMove]) -> bool:
+    turn_rad = junctions_of([member.path for member in pair])[0].turn_rad
+    return isinstance(move.path, Line) and turn_rad < -math.pi / 4
+
+
+def _up_to_axis(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
+    """Leaves out what starts at or beyond the axis, at the free end."""
+    kept = list(moves)
+    while kept and kept[-1].path.start_mm[0] <= GAP_MM:
+        notes.append(f"Line {kept.pop().line} was left out: it starts at or beyond the spindle axis.")
+    return kept
+
+
+def _name(move: FeedMove) -> str:
+    """What the move is called in a message about its geometry: a cycle has several moves in one line."""
+    return f"line {move.line}, move {move.index}"
+
+
+def _rounded_off(move: FeedMove) -> Feature:
+    """The move's shape under its name; an arc's centre moved so that both its ends lie on one circle.
+
+    Programs round end and centre separately; the centre goes along the chord by half of (r_end² − r_start²) / chord.
+    """
+    path = replace(move.path, name=_name(move))
+    if isinstance(path, Line):
+        return path
+    start, end, centre = (np.asarray(p) for p in (path.start_mm, path.end_mm, path.centre_mm))
+    chord = end - start
+    along = (float((end - centre) @ (end - centre)) - float((start - centre) @ (start - centre))) / float(chord @ chord)
+    shift = along / 2 * chord
+    if np.linalg.norm(shift) > 10 * GAP_MM:
+        return path
+    x, z = centre + shift
+    moved = replace(path, centre_mm=(float(x), float(z)))
+    # Beyond the end by what the old sweep went too far.
+    beyond_mm = float(moved.locate(moved.end_mm)[0]) - moved.length_mm
+    sweep_rad = moved.sweep_rad + math.copysign(beyond_mm / moved.radius_mm, moved.sweep_rad)
+    return replace(moved, sweep_rad=sweep_rad)
+
+
+def _cut_at_axis(contour: Sequence[Feature], notes: list[str]) -> list[Feature]:
+    features = list(contour)
+    while features and features[-1].start_mm[0] <= GAP_MM:
+        notes.append(f"{features.pop().name.capitalize()}, was left out: it cuts nothing outside the axis.")
+    if features and features[-1].end_mm[0] < -GAP_MM:
+        last = features[-1]
+        end = min(intersections(last, _AXIS), key=lambda p: abs(float(last.locate(p)[0]) - last.length_mm))
+        features[-1] = _ended(last, (0.0, end[1]))
+        notes.append(f"{last.name.capitalize()}, runs beyond the axis: its feature ends at x = 0.")
+    return features
+
+
+def _ended(feature: Feature, end: tuple[float, float]) -> Feature:
+    if isinstance(feature, Line):
+        return replace(feature, end_mm=end)
+    sweep_rad = math.copysign(float(feature.locate(end)[0]) / feature.radius_mm, feature.sweep_rad)
+    return replace(feature, end_mm=end, sweep_rad=sweep_rad)
+
+
+def _named(features: Sequence[Feature]) -> list[Feature]:
+    seen = Counter[str]()
+    named = []
+    for feature in features:
+        kind = kind_of(feature)
+        seen[kind] += 1
+        named.append(replace(feature, name=f"{kind}-{seen[kind]}"))
+    return named
+
+
+def kind_of(feature: Feature) -> str:
+    """What a feature is called: cylinder, face, cone or arc."""
+    if isinstance(feature, Arc):
+        return "arc"
+    angle = float(contact_angle_rad(feature.outward_normal(0.0)))
+    if abs(math.sin(angle)) > _SQUARE:
+        return "cylinder"
+    return "face" if abs(math.cos(angle)) > _SQUARE else "cone"
+
+
+def _nothing(count: int, lines: tuple[int, int] | None) -> TrueloopError:
+    where = f"in lines {lines[0]}–{lines[1]}" if lines else "that could be a finish pass"
+    return TrueloopError(
+        Code.NC_NO_CONTOUR,
+        f"no moves {where} among {count} feed moves",
+        hint="check the range of lines, the dialect and the parameters",
+    )

@@ -1,0 +1,72 @@
+"""A program that shall be changed must be without errors of its own, and understood whole."""
+
+from collections.abc import Collection, Sequence
+from typing import Final
+
+from trueloop.errors import Code, Place, Severity, TrueloopError
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion, ToolPath
+
+NOT_UNDERSTOOD: Final = frozenset({Code.NC_WORD, Code.NC_CODE})
+
+
+def require_understood(program: Program) -> None:
+    """Raises NC-WORD or NC-CODE for the first word or code that the dialect does not know, with how many there are."""
+    found = [finding for finding in program.findings if finding.code in NOT_UNDERSTOOD]
+    if found:
+        first, more = found[0], len(found) - 1
+        raise TrueloopError(
+            first.code,
+            first.message + (f", and {more} more that {program.dialect.name} does not know" if more else ""),
+            hint=f"{first.hint}; `trueloop nc check` lists them all",
+            place=first.place,
+            override="programs.accept_unknown_words in the job",
+        )
+
+
+FROM_OUTSIDE: Final = frozenset({Code.NC_PARAMETER, Code.NC_EXPRESSION, Code.NC_FLOW, Code.NC_LIMIT})
+"""Errors that values and programs which are not in the file would mend."""
+
+
+def require_sound(path: ToolPath, apart_from: Collection[Code] = ()) -> None:
+    """Raises the first error of a program that was run: what the control refuses must not be made into what it runs."""
+    errors = (found for found in path.findings if found.severity is Severity.ERROR and found.code not in apart_from)
+    for found in sorted(errors, key=lambda error: (error.place.line or 0, error.place.column or 0)):
+        raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+
+
+def require_unit(path: ToolPath) -> None:
+    """Raises NC-UNIT where lengths come before their unit, or the one given contradicts the one stated."""
+    for found in path.findings:
+        if found.code is Code.NC_UNIT:
+            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+
+
+def require_unturned(path: ToolPath, moves: Sequence[int]) -> None:
+    """Raises NC-MAP for the first of the moves that a rotary axis turns: a displacement along X, Y, Z is not turned."""
+    turned = [move for move in moves if path.turned[move]]
+    if turned:
+        letter = chr(path.turned[turned[0]])
+        axis = "a rotary axis" if letter == "o" else letter
+        raise TrueloopError(
+            Code.NC_MAP,
+            f"{axis} does not stand at 0 degrees, or is not known to, in {len(turned)} of {len(moves)} moves that are "
+            "corrected: the correction is not turned with it",
+            hint=f"correct what is cut with {axis} at 0, said by a position before the first cut",
+            place=Place(line=int(path.line[turned[0]]), column=1),
+        )
+
+
+def require_known_frame(path: ToolPath) -> None:
+    """Raises NC-OPAQUE where a code before the last cut changes coordinates in a way the path does not follow.
+
+    A rotation, a scaling or a corner left to the control: the positions after it are not those of the machine. Raises
+    NC-DIAMETER where the program leaves it to machine data whether X is a diameter.
+    """
+    cuts = path.line[(path.motion == Motion.LINE) | (path.motion == Motion.ARC)]
+    last_line = int(cuts.max(initial=0))
+    for found in path.findings:
+        unfollowed = found.code == Code.NC_OPAQUE and found.severity == Severity.WARNING
+        unfollowed |= found.code == Code.NC_DIAMETER
+        if unfollowed and (found.place.line or 0) <= last_line:
+            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)

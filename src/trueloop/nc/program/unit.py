@@ -1,0 +1,22 @@
+"""Which unit a program's lengths are in, and what says so, for records and for people."""
+
+from trueloop.nc.program.program import Unit
+from trueloop.nc.program.tool_path import ToolPath
+
+
+def unit_told(given: Unit | None, stated: tuple[int, bool] | None) -> dict[str, str]:
+    """The unit in force at the first length, and its source. stated: the line (from 1) that states it before any
+    length, and whether it is the inch. Without either the program has no length that needs one.
+    """
+    if stated is not None:
+        line, inch = stated
+        return {"unit": "inch" if inch else "mm", "stated_by": f"the program, line {line}"}
+    if given is not None:
+        return {"unit": given, "stated_by": "--unit or programs.unit"}
+    return {"unit": "none", "stated_by": "nothing: it has no length"}
+
+
+def unit_of_path(given: Unit | None, path: ToolPath) -> dict[str, str]:
+    """The same of a program that was run."""
+    stated = path.unit_stated
+    return unit_told(given, None if stated is None else (stated[0] + 1, stated[1]))

@@ -1,0 +1,1 @@
+"""A program in the words of another control."""

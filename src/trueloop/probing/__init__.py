@@ -1,0 +1,1 @@
+"""Where to touch, what a touch on the machine means: plans, obstacles, stylus, calibration."""

@@ -1,0 +1,199 @@
+"""Which logged touch is which point of the plan: by position, never by count.
+
+A control may leave a touch out, repeat one, or log another job; the position on the approach line says where it
+belongs.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
+from trueloop.geometry.feature import Array, Point, contact_angle_rad
+from trueloop.probing.calibration import BallCalibration
+from trueloop.probing.probe_plan import ProbePlan
+from trueloop.turned.touches.touch import Touch
+
+BESIDE_MM: Final = 0.1
+"""A touch this far beside an approach line does not belong to it: the probing move is straight."""
+
+AT_START: Final = 0.05
+"""Touches within this share of the stand-off from where the approach began did not meet the part."""
+
+AT_END: Final = 0.05
+"""The same share of the overtravel, from the end of a probing move."""
+
+
+@dataclass(frozen=True)
+class MatchedTouches:
+    """Touches in the plan's order, with their part errors, and what was odd about the log."""
+
+    touches: tuple[Touch, ...]
+    findings: tuple[Finding, ...]
+
+
+def match_touches(
+    plan: ProbePlan,
+    logged_mm: Sequence[Point],
+    lines: Sequence[int],
+    calibration: BallCalibration | None,
+    *,
+    reports_surface: bool = False,
+) -> MatchedTouches:
+    """Part errors `n · (reported − nominal) − effective ball radius − allowance` of the touches of a plan.
+
+    `logged_mm` are reported positions: ball centres, or points of the surface with `reports_surface` (macros that take
+    the ball off). Raises PRB-CALIBRATION without a calibration that covers all touches, PRB-RETRACT where touches are
+    at the retract position, PRB-MISSED where they are at the end of the probing move, PRB-OTHER where they belong to no
+    point, PRB-TWICE and PRB-MISSING. Another order is a finding.
+    """
+    if calibration is None and not reports_surface:
+        raise TrueloopError(
+            Code.PRB_CALIBRATION,
+            f"the probe of {plan.stylus.ball_radius_mm:.3f} mm ball radius is not calibrated: {len(logged_mm)} touches "
+            "cannot be corrected for ball, pre-travel and lobing",
+            hint="touch a sphere or ring of known size, put what `trueloop probe calibrate` prints into the probe file",
+        )
+    normal = np.array([touch.normal for touch in plan.touches])
+    ball = np.zeros(len(normal)) if calibration is None or reports_surface else _ball_mm(plan, normal, calibration)
+    expected = np.array([touch.nominal_mm for touch in plan.touches])
+    expected = expected + (plan.approach.allowance_mm + ball)[:, None] * normal
+    planned_ball = 0.0 if reports_surface else plan.stylus.ball_radius_mm
+    _require_met(plan, normal, planned_ball, np.array(logged_mm), lines)
+    owner = _owners(plan, expected, normal, np.array(logged_mm), lines)
+    _require_each_once(plan, owner, lines)
+    row_of = {int(point): row for row, point in enumerate(owner)}
+    along = np.einsum("ij,ij->i", np.array(logged_mm) - expected[owner], normal[owner])
+    touches = tuple(
+        Touch(t.point, t.nominal_mm, t.feature, error_mm=float(along[row_of[k]]), line=lines[row_of[k]])
+        for k, t in enumerate(plan.touches)
+    )
+    return MatchedTouches(touches, _order_findings(plan, owner, lines))
+
+
+def _ball_mm(plan: ProbePlan, normal: Array, calibration: BallCalibration) -> Array:
+    """Effective ball radius of each touch."""
+    outside = ~calibration.covers(normal)
+    if np.any(outside):
+        k = int(np.argmax(outside))
+        low, high = math.degrees(calibration.lowest_rad), math.degrees(calibration.highest_rad)
+        first, angle = plan.touches[k], math.degrees(float(contact_angle_rad(normal[k])))
+        raise TrueloopError(
+            Code.PRB_CALIBRATION,
+            f"the probe is calibrated from {low:.1f}° to {high:.1f}° of contact angle: {np.count_nonzero(outside)} of "
+            f"{len(normal)} touches lie outside, the first, {first.point!r} on {first.feature!r}, at {angle:.1f}°",
+            hint="calibrate it again, touching the sphere or ring in all directions that the part is touched in",
+        )
+    return calibration.radius_mm(normal)
+
+
+def _require_met(plan: ProbePlan, normal: Array, ball_mm: float, logged: Array, lines: Sequence[int]) -> None:
+    """Not every control stops where a probing move meets nothing: its end is logged then as if it were a touch."""
+    nominal, approach = np.array([touch.nominal_mm for touch in plan.touches]), plan.approach
+    ends = nominal + (approach.allowance_mm + ball_mm - approach.overtravel_mm) * normal
+    off = np.linalg.norm(logged[:, None, :] - ends[None, :, :], axis=2)
+    missed = np.min(off, axis=1) <= AT_END * approach.overtravel_mm
+    if np.any(missed):
+        k = int(np.argmax(missed))
+        raise TrueloopError(
+            Code.PRB_MISSED,
+            f"{np.count_nonzero(missed)} of {len(logged)} probing moves went to their end without a touch, "
+            f"{approach.overtravel_mm:.3f} mm into the part, the first at point "
+            f"{plan.touches[int(np.argmin(off[k]))].point!r}",
+            hint="is the part there, with the work offset it was planned for, and the probe switched on?",
+            place=Place(line=lines[k]),
+        )
+
+
+def _owners(
+    plan: ProbePlan, expected: Array, normal: Array, logged: Array, lines: Sequence[int]
+) -> "np.ndarray[tuple[int], np.dtype[np.intp]]":
+    """The point of each logged touch: on whose probing move it lies, nearest to the expected contact."""
+    away = logged[:, None, :] - expected[None, :, :]
+    along = np.einsum("ijk,jk->ij", away, normal)
+    beside = np.abs(away[..., 0] * normal[:, 1] - away[..., 1] * normal[:, 0])
+    stand_off, overtravel = plan.approach.stand_off_mm, plan.approach.overtravel_mm
+    slack = 2 * BESIDE_MM
+    on_move = (beside <= BESIDE_MM) & (along <= stand_off + slack) & (along >= -overtravel - slack)
+    at_start = on_move & (along >= stand_off * (1.0 - AT_START))
+    _require_on_plan(plan, logged, lines, on_move, at_start, np.min(np.hypot(along, beside), axis=1))
+    return np.asarray(np.argmin(np.where(on_move, np.abs(along), np.inf), axis=1))
+
+
+def _require_on_plan(
+    plan: ProbePlan,
+    logged: Array,
+    lines: Sequence[int],
+    on_move: "np.ndarray[tuple[int, int], np.dtype[np.bool_]]",
+    at_start: "np.ndarray[tuple[int, int], np.dtype[np.bool_]]",
+    nearest_mm: Array,
+) -> None:
+    retracted = np.any(at_start, axis=1) & ~np.any(on_move & ~at_start, axis=1)
+    if np.any(retracted):
+        k = int(np.argmax(retracted))
+        raise TrueloopError(
+            Code.PRB_RETRACT,
+            f"{np.count_nonzero(retracted)} of {len(logged)} touches are where the approach began, "
+            f"{plan.approach.stand_off_mm:.3f} mm off the part, the first at x {logged[k, 0]:.4f} mm, "
+            f"z {logged[k, 1]:.4f} mm",
+            hint="the probe was triggered already or never switched on: look at it, then probe again",
+            place=Place(line=lines[k]),
+        )
+    stray = ~np.any(on_move, axis=1)
+    if np.any(stray):
+        k = int(np.argmax(stray))
+        raise TrueloopError(
+            Code.PRB_OTHER,
+            f"{np.count_nonzero(stray)} of {len(logged)} touches are at none of the job's {len(plan.touches)} points, "
+            f"the first at x {logged[k, 0]:.4f} mm (radius), z {logged[k, 1]:.4f} mm, {nearest_mm[k]:.3f} mm from the "
+            "nearest",
+            hint="is this the log of this job, in its unit and diameter mode, with the work offset it was planned for?",
+            place=Place(line=lines[k]),
+        )
+
+
+def _require_each_once(
+    plan: ProbePlan, owner: "np.ndarray[tuple[int], np.dtype[np.intp]]", lines: Sequence[int]
+) -> None:
+    count = np.bincount(owner, minlength=len(plan.touches))
+    if np.any(count > 1):
+        k = int(np.argmax(count > 1))
+        rows = [lines[int(row)] for row in np.flatnonzero(owner == k)]
+        raise TrueloopError(
+            Code.PRB_TWICE,
+            f"point {plan.touches[k].point!r} was touched {count[k]} times, in lines {', '.join(map(str, rows))}",
+            hint="keep one touch a point: delete the others from a copy of the log",
+            place=Place(line=rows[-1]),
+        )
+    if np.any(count == 0):
+        missing = [plan.touches[int(k)].point for k in np.flatnonzero(count == 0)]
+        raise TrueloopError(
+            Code.PRB_MISSING,
+            f"{len(missing)} of {len(plan.touches)} points have no touch: {', '.join(map(repr, missing))}",
+            hint="probe again, or take these points out of the plan",
+        )
+
+
+def _order_findings(
+    plan: ProbePlan, owner: "np.ndarray[tuple[int], np.dtype[np.intp]]", lines: Sequence[int]
+) -> tuple[Finding, ...]:
+    turned = np.flatnonzero(np.diff(owner) < 0)
+    return tuple(
+        Finding(
+            Severity.WARNING,
+            Code.PRB_ORDER,
+            f"point {plan.touches[int(owner[k + 1])].point!r} was touched after {plan.touches[int(owner[k])].point!r}, "
+            "against the plan",
+            "was the program changed? The touches were put in order by where they lie",
+            Place(line=lines[int(k) + 1]),
+        )
+        for k in turned
+    )
+
+
+def renamed(findings: Sequence[Finding], file: str) -> tuple[Finding, ...]:
+    """The findings with the log named."""
+    return tuple(replace(found, place=replace(found.place, file=file)) for found in findings)

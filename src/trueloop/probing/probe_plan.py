@@ -1,0 +1,200 @@
+"""The probing plan: how to come to every gauging point, and back, without touching anything else."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array, Point
+from trueloop.geometry.profile import Profile
+from trueloop.probing.obstacle import Obstacle
+from trueloop.probing.plan import GaugingPoints
+from trueloop.probing.stylus import Meeting, Stylus, first_meeting
+
+OVERLAP_MM: Final = 0.005
+"""By which a ball that touches may overlap the polygon that its surface is looked at as."""
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How a point is approached; lengths in mm.
+
+    The probing move begins `stand_off_mm` before the expected contact and ends `overtravel_mm` beyond it, where a
+    missing touch is reported. `margin_mm` stays free between stylus and part everywhere else. `allowance_mm` is what
+    the surface stands over the nominal one.
+    """
+
+    stand_off_mm: float = 2.0
+    overtravel_mm: float = 1.0
+    margin_mm: float = 0.5
+    allowance_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class PlannedTouch:
+    """One touch: its point, and positions of the ball's centre in part coordinates, x a radius, mm.
+
+    `way` leads from where the touch before ended to `start`; from there the probing move goes to `target`, expected to
+    be stopped at `contact`, and back to `start`.
+    """
+
+    point: str
+    feature: str
+    nominal_mm: Point
+    normal: Point
+    way_mm: tuple[Point, ...]
+    start_mm: Point
+    contact_mm: Point
+    target_mm: Point
+
+
+@dataclass(frozen=True)
+class ProbePlan:
+    """All touches in order. The probe comes from `safe_mm` and goes back there along `retreat_mm`."""
+
+    touches: tuple[PlannedTouch, ...]
+    safe_mm: Point
+    retreat_mm: tuple[Point, ...]
+    stylus: Stylus
+    approach: Approach
+
+
+def probe_plan(
+    profile: Profile,
+    points: GaugingPoints,
+    obstacle: Obstacle,
+    stylus: Stylus,
+    approach: Approach,
+    names: Sequence[str] | None = None,
+) -> ProbePlan:
+    """The plan for these points in their order.
+
+    Raises PRB-BALL where the ball does not fit, PRB-REACH for a point that ball or stem cannot reach: both name the
+    point and what is in the way.
+    """
+    safe = _safe(obstacle, stylus, approach)
+    touches, at = [], safe
+    for touch in probing_moves(profile, points, stylus, approach, names):
+        require_ball_fits(touch, obstacle, stylus)
+        name, feature = touch.point, touch.feature
+        start, contact = np.array(touch.start_mm), np.array(touch.contact_mm)
+        _require_free(name, feature, obstacle, stylus, approach, start, contact)
+        way = _way(name, feature, obstacle, stylus, approach, at, start, safe)
+        touches.append(replace(touch, way_mm=tuple(_point(p) for p in way)))
+        at = start
+    last = touches[-1].point if touches else "the last one"
+    retreat = _way(last, "the way back", obstacle, stylus, approach, at, safe, safe)
+    return ProbePlan(tuple(touches), _point(safe), tuple(_point(p) for p in (*retreat, safe)), stylus, approach)
+
+
+def probing_moves(
+    profile: Profile,
+    points: GaugingPoints,
+    stylus: Stylus,
+    approach: Approach,
+    names: Sequence[str] | None = None,
+) -> tuple[PlannedTouch, ...]:
+    """The probing moves alone, with no way from one to the next: what a log of touches is matched with."""
+    names = names or [str(k + 1) for k in range(len(points.arc_length_mm))]
+    starts, contacts, targets = _positions(points, stylus, approach)
+    return tuple(
+        PlannedTouch(
+            point=name,
+            feature=profile.names[int(points.feature_index[k])],
+            nominal_mm=_point(points.nominal_mm[k]),
+            normal=_point(points.outward_normal[k]),
+            way_mm=(),
+            start_mm=_point(starts[k]),
+            contact_mm=_point(contacts[k]),
+            target_mm=_point(targets[k]),
+        )
+        for k, name in enumerate(names)
+    )
+
+
+def _safe(obstacle: Obstacle, stylus: Stylus, approach: Approach) -> Array:
+    """Outside of everything on x and on z."""
+    far = stylus.ball_radius_mm + approach.stand_off_mm + 5.0 * approach.margin_mm
+    beside = np.maximum(-stylus.stem_length_mm * stylus.stem_direction, 0.0) + stylus.stem_radius_mm
+    return np.asarray(np.max(obstacle.corners_mm, axis=0) + far + beside)
+
+
+def _positions(points: GaugingPoints, stylus: Stylus, approach: Approach) -> tuple[Array, Array, Array]:
+    normal = points.outward_normal
+    contact = points.nominal_mm + (approach.allowance_mm + stylus.ball_radius_mm) * normal
+    return contact + approach.stand_off_mm * normal, contact, contact - approach.overtravel_mm * normal
+
+
+def require_ball_fits(touch: PlannedTouch, obstacle: Obstacle, stylus: Stylus) -> None:
+    """At contact the ball touches the surface at its point and nothing else, or PRB-BALL."""
+    clearance, nearest = stylus.ball_clearance_mm(obstacle, np.array(touch.contact_mm))
+    if clearance < -OVERLAP_MM:
+        raise TrueloopError(
+            Code.PRB_BALL,
+            f"at point {touch.point!r} on {touch.feature!r} a ball of {2 * stylus.ball_radius_mm:.3f} mm overlaps "
+            f"{nearest!r} by {-clearance:.3f} mm",
+            hint="use a smaller ball, or move the point away from the corner or out of the groove",
+        )
+
+
+def _require_free(
+    name: str, feature: str, obstacle: Obstacle, stylus: Stylus, approach: Approach, start: Array, contact: Array
+) -> None:
+    """The stem keeps a margin up to the contact, the ball at the start; on its way to the contact it touches nothing.
+
+    A stem along a face has no more room than it is thinner than the ball: half of that is its margin there.
+    """
+    beside = (stylus.ball_radius_mm - stylus.stem_radius_mm) / 2
+    margin = min(approach.margin_mm, beside)
+    meeting = first_meeting(stylus.stem_clearance_mm, obstacle, start, contact, margin)
+    meeting = meeting or first_meeting(stylus.ball_clearance_mm, obstacle, start, contact, -OVERLAP_MM)
+    clearance, nearest = stylus.ball_clearance_mm(obstacle, start)
+    if meeting is None and clearance < min(approach.margin_mm, approach.stand_off_mm - 0.01):
+        meeting = Meeting(_point(start), nearest, clearance)
+    if meeting is not None:
+        raise _unreachable(name, feature, meeting, approach)
+
+
+def _way(
+    name: str, feature: str, obstacle: Obstacle, stylus: Stylus, approach: Approach, a: Array, b: Array, safe: Array
+) -> tuple[Array, ...]:
+    """Positions between a and b: none where the straight way is free, else over the retract levels of x and z."""
+    (ax, az), (bx, bz), (sx, sz) = a, b, safe
+    ways: list[list[tuple[float, float]]] = [
+        [],
+        [(sx, az), (sx, bz)],
+        [(ax, sz), (bx, sz)],
+        [(sx, az), (sx, sz), (bx, sz)],
+        [(ax, sz), (sx, sz), (sx, bz)],
+    ]
+    nearest: Meeting | None = None
+    for way in ways:
+        between = [np.array(p) for p in way if not (np.allclose(p, a) or np.allclose(p, b))]
+        meetings = [
+            first_meeting(stylus.clearance_mm, obstacle, p, q, min(approach.margin_mm, approach.stand_off_mm - 0.01))
+            for p, q in pairwise([a, *between, b])
+        ]
+        found = next((meeting for meeting in meetings if meeting is not None), None)
+        if found is None:
+            return tuple(between)
+        nearest = nearest or found
+    assert nearest is not None
+    raise _unreachable(name, feature, nearest, approach)
+
+
+def _unreachable(name: str, feature: str, meeting: Meeting, approach: Approach) -> TrueloopError:
+    x, z = meeting.centre_mm
+    return TrueloopError(
+        Code.PRB_REACH,
+        f"point {name!r} on {feature!r} cannot be reached: with the ball's centre at x {x:.3f} mm (radius), "
+        f"z {z:.3f} mm {max(meeting.clearance_mm, 0.0):.3f} mm are left to {meeting.with_what!r}, "
+        f"{approach.margin_mm:.3f} mm are asked for",
+        hint="turn the stylus, use a thinner or longer stem, leave the point out, or accept a smaller margin",
+    )
+
+
+def _point(xz: Array) -> Point:
+    return float(xz[0]), float(xz[1])

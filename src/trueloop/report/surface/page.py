@@ -1,0 +1,165 @@
+"""One page per surface: what was measured, what repeats, what is random, the pattern, and what is predicted after."""
+
+from itertools import chain
+from typing import Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.loops.surface.figures import headline, unsupported_at
+from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel, maps_of
+from trueloop.report.markup import esc, items, section, table
+from trueloop.report.shell import html_page
+from trueloop.report.style import plain, signed
+from trueloop.report.surface.maps import DeviationMap, colour_range_um, flat, sheet
+from trueloop.report.surface.parts import caption, map_of_part, maps_of_part, part_choice
+from trueloop.report.surface.space import space_figure
+from trueloop.surface.pattern.part_maps import PartMaps, part_maps
+from trueloop.units import UM_PER_MM
+
+PLACES: Final = 50
+SIGN: Final = (
+    "Errors are along the outward normals of the nominal surface: <b class='on'>+ is material left on</b> (red), "
+    "<b class='off'>− is too much taken</b> (blue). One colour scale for all maps."
+)
+
+
+def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection | None = None) -> str:
+    """The page of one surface's pattern, and of its correction where there is one."""
+    parts = [own for own, _ in maps_of(model)]
+    own, drawn = [maps_of_part(model, part) for part in parts], _arranged(model, parts[0])
+    range_um = colour_range_um([*drawn, *chain.from_iterable(own)])
+    choice = part_choice(own, [part.deviations.name for part in model.parts], range_um)
+    figures = "".join(_figure(m, range_um) for m in drawn)
+    findings = items(f"{esc(f.code)}: {esc(f.message)} – {esc(f.hint)}" for f in model.findings)
+    body = (
+        '<header><p class="kicker">trueloop · machining pattern of a surface</p>'
+        f"<h1>{esc(name)}</h1><p class='meta'>{_summary(model)}</p>"
+        f"{_prediction(model)}<p class='note'>{SIGN}</p></header>"
+        + section("maps", "Maps", choice, f'<div class="figures">{figures}</div>', space_figure(drawn))
+        + section("parts", "Parts", _parts(model))
+        + (section("correction", "Correction", _correction(correction)) if correction else "")
+        + (section("findings", "Findings", findings) if model.findings else "")
+    )
+    return html_page(f"{esc(name)} – machining pattern", body, script="surface.js")
+
+
+def maps(model: SurfaceModel) -> list[DeviationMap]:
+    """The maps of the page: the first part's own, the pattern, its variability, and the prediction."""
+    first = model.parts[0]
+    return _arranged(model, part_maps(model.pattern, first.separation, first.deviations.name, model.options.weight))
+
+
+def _arranged(model: SurfaceModel, first: PartMaps) -> list[DeviationMap]:
+    at = np.linspace(0.0, 1.0, PLACES)
+    (u0, u1), (v0, v1) = model.surface.domain
+    points = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
+    uv, pattern = np.stack(np.meshgrid(at, at, indexing="ij"), axis=2), model.pattern
+    u, v = uv.reshape(-1, 2).T
+    there = model.on_face(u, v).reshape(PLACES, PLACES)
+    bare = there & unsupported_at(pattern, *np.moveaxis(uv, 2, 0))
+    *apart, predicted = maps_of_part(model, first)
+
+    def whole(name: str, title: str, values_mm: Array) -> DeviationMap:
+        return DeviationMap(name, title, points, uv, np.where(there, values_mm, np.nan), bare)
+
+    return [
+        *apart,
+        whole("pattern", f"Pattern of {pattern.parts} parts", pattern.mean.grid_mm(at, at)),
+        whole("uncertainty", "± uncertainty of the pattern (95 %)", pattern.uncertainty_grid_mm(at, at)),
+        map_of_part(model, first, "variability", "Standard deviation between parts"),
+        predicted,
+    ]
+
+
+def maps_picture(model: SurfaceModel) -> str:
+    """All maps flat, as one SVG file for print."""
+    return sheet(maps(model))
+
+
+def _figure(shown: DeviationMap, range_um: float) -> str:
+    drawn = flat(shown, range_um)
+    return f'<figure id="{shown.name}" class="small map">{drawn}<figcaption>{caption(shown)}</figcaption></figure>'
+
+
+def _summary(model: SurfaceModel) -> str:
+    kinds = sorted({part.deviations.alignment.kind for part in model.parts})
+    told = {"datum": "datum-bound: location and orientation are among the errors", "best fit": "best fit: form alone"}
+    return (
+        f"{model.pattern.parts} parts · {'; '.join(told[kind] for kind in kinds)} · "
+        f"pattern of {esc(model.pattern.size)} "
+        f"· random part {plain(model.pattern.sigma_mm * UM_PER_MM, 2)} µm (one standard deviation)"
+    )
+
+
+def _prediction(model: SurfaceModel) -> str:
+    figures = model.figures
+    worst, unsure, keeps = (
+        value_mm * UM_PER_MM for value_mm in (figures.largest_mm, figures.uncertainty_mm, figures.next_part_mm)
+    )
+    return (
+        f'<p class="verdict"><span class="stamp">Prediction</span>The pattern reaches {plain(worst)} µm and is known '
+        "to "
+        f"± {plain(unsure, 2)} µm (95 %, mean over the face). A next part corrected by it keeps ± {plain(keeps, 2)} "
+        f"µm of its own, and its random part. For ± {plain(model.options.target_mm * UM_PER_MM, 2)} µm "
+        f"{model.parts_needed} parts are needed.</p>{_support(model)}"
+    )
+
+
+def _support(model: SurfaceModel) -> str:
+    told = headline(model.figures)
+    if not told:
+        return ""
+    return (
+        f'<p class="verdict"><span class="stamp">Support</span>{esc(told)}. Hatched on the '
+        "maps of the pattern and of its uncertainty.</p>"
+    )
+
+
+def _parts(model: SurfaceModel) -> str:
+    head = (
+        "part", "controls", "Moran’s I", "expected", "p", "p shuffled", "Geary’s C", "expected", "Lilliefors p",
+        "K–S p", "random σ (µm)", "errors (µm)",
+    )  # fmt: skip
+    rows = [_row(part) for part in model.parts]
+    note = (
+        "<p class='note'>Expected: Moran’s I where what is left has no order in space. p: that residuals so alike come "
+        "by chance, by the moments of regression residuals; shuffled: by permutation. Geary’s C is below what is "
+        "expected where neighbours are alike. Kolmogorov–Smirnov takes mean and scatter for known, which they are not: "
+        "Lilliefors decides.</p>"
+    )
+    return table(head, rows, name="parts-table") + note
+
+
+def _row(part: Part) -> tuple[str, ...]:
+    apart, trial = part.separation, part.separation.chosen
+    low, high = (float(f(apart.measured_mm)) * UM_PER_MM for f in (np.min, np.max))
+    return (
+        esc(part.deviations.name),
+        esc(trial.size),
+        plain(trial.moran_i, 4),
+        plain(trial.null.expected, 4),
+        plain(trial.moran_p, 3),
+        plain(part.permutation_p, 3),
+        plain(apart.geary_c, 3),
+        plain(apart.expected_geary_c, 3),
+        plain(trial.normality.lilliefors_p, 3),
+        plain(trial.normality.ks_p, 3),
+        plain(apart.sigma_mm * UM_PER_MM, 2),
+        f"{signed(low)} to {signed(high)}",
+    )
+
+
+def _correction(correction: SurfaceCorrection) -> str:
+    surface, program = correction.surface, correction.program
+    lines = [
+        f"surface moved by up to {plain(surface.largest_shift_mm * UM_PER_MM)} µm, refitted to "
+        f"{plain(surface.worst_mm * UM_PER_MM, 3)} µm with {surface.surface.control_mm.shape[0]} × "
+        f"{surface.surface.control_mm.shape[1]} control points"
+    ]
+    if program is not None:
+        lines.append(
+            f"program: {program.cutting_moves} moves cut the surface, {program.new_blocks} blocks were put in, ends "
+            f"moved by up to {plain(program.largest_mm * UM_PER_MM)} µm"
+        )
+    return items(lines)

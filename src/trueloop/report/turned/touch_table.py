@@ -1,0 +1,114 @@
+"""The numbers: every touch with what was measured, fitted and predicted, as a table and as CSV."""
+
+import csv
+import io
+import math
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from trueloop.loops.turned.correction import Correction
+from trueloop.report.markup import esc, table
+from trueloop.report.style import plain, signed
+from trueloop.units import UM_PER_MM
+
+
+class TouchRow(NamedTuple):
+    """One touch; x is a radius. mm have 4 decimals, µm 2.
+
+    `weight` is that of the touch in the fit, `probability_bad` not known for touches that nothing contradicts.
+    `commanded_um` is what of the error the semi-finish program meant; the rest is the process's and was fitted.
+    """
+
+    feature: str
+    point: str
+    nominal_x_mm: float
+    nominal_z_mm: float
+    arc_length_mm: float
+    error_before_um: float
+    commanded_um: float
+    gauging_standard_u_um: float
+    fitted_um: float
+    predicted_after_um: float
+    leave_one_out_um: float
+    predicted_standard_u_um: float
+    weight: float
+    probability_bad: float
+
+
+HEADINGS: Final = (
+    "feature", "point", "x, radius<br>mm", "z<br>mm", "arc length<br>mm", "before<br>µm", "u gauging<br>µm",
+    "fitted<br>µm", "after<br>µm", "left out<br>µm", "u after<br>µm", "weight",
+)  # fmt: skip
+MM: Final = 4
+UM: Final = 2
+
+
+def touch_rows(correction: Correction) -> list[TouchRow]:
+    """One row a touch, in order along the profile."""
+    touches, prediction = correction.touches, correction.prediction
+    fitted = np.array(
+        [
+            correction.model.curves[i].value_mm(s)[0]
+            for i, s in zip(touches.feature_index, touches.arc_length_mm, strict=True)
+        ]
+    )
+    lengths = np.column_stack([touches.nominal_mm, touches.arc_length_mm])
+    errors = UM_PER_MM * np.column_stack(
+        [
+            touches.error_mm, correction.commanded_mm, touches.standard_u_mm, fitted,
+            prediction.after_mm, prediction.leave_one_out_mm, prediction.standard_u_mm,
+        ]
+    )  # fmt: skip
+    names = correction.profile.names
+    bad = np.full(len(touches.point), np.nan)
+    for one in correction.model.suspects:
+        bad[one.position] = round(one.probability, 4)
+    weights = correction.model.weight
+    numbers: Any = (
+        np.column_stack([np.round(lengths, MM), np.round(errors, UM), weights, bad]) + 0.0
+    )  # no negative zeros
+    return [
+        TouchRow(names[feature], point, *row)
+        for feature, point, row in zip(touches.feature_index, touches.point, numbers.tolist(), strict=True)
+    ]
+
+
+def touches_csv(correction: Correction) -> str:
+    """The rows with the column names as header; empty where nothing is known. CR LF as RFC 4180 wants it."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(TouchRow._fields)
+    for row in touch_rows(correction):
+        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
+    return text.getvalue()
+
+
+def touches_table(correction: Correction) -> str:
+    """The rows as HTML, errors to 0.1 µm."""
+    rows = []
+    for row, reference in zip(touch_rows(correction), correction.touches.at_reference, strict=True):
+        mark = ' <abbr title="the part\'s z was taken from here">z ref.</abbr>' if reference else ""
+        lengths = (row.nominal_x_mm, row.nominal_z_mm, row.arc_length_mm)
+        rows.append(
+            [
+                esc(row.feature),
+                esc(row.point) + mark,
+                *(plain(value, 3) for value in lengths),
+                signed(row.error_before_um),
+                plain(row.gauging_standard_u_um, 2),
+                signed(row.fitted_um),
+                signed(row.predicted_after_um),
+                signed(row.leave_one_out_um),
+                plain(row.predicted_standard_u_um, 2),
+                _weight(row),
+            ]
+        )
+    return table(HEADINGS, rows, words=(0, 1), name="touches")
+
+
+def _weight(row: TouchRow) -> str:
+    """Weight in the fit, and how likely a touch is bad that the others contradict (HTML)."""
+    if math.isnan(row.probability_bad):
+        return plain(row.weight, 0)
+    return f"<strong>{plain(row.weight, 0)}</strong> (bad: {100.0 * row.probability_bad:.1f} %)"

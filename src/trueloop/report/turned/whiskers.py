@@ -1,0 +1,228 @@
+"""The part with its errors as whiskers: each error, magnified, along the outward normal where the part was touched.
+
+z runs to the right and x, a radius, up, to equal scale. The half above the spindle axis shows the part as measured,
+the mirrored half below it the part as predicted: one part, one scale, before and after.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.correction import Correction
+from trueloop.report import style
+from trueloop.report.style import Figure, Trace
+from trueloop.report.turned.part_drawing import (
+    Strip,
+    diagonal_mm,
+    feature_names,
+    material,
+    outline_mm,
+    round_down,
+    scale_bars,
+)
+from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.error_curve.coverage import coverage_factor
+from trueloop.units import UM_PER_MM
+
+WIDTH: Final = 980
+HEIGHT_WITHIN: Final = (360, 940)
+FRAME: Final = (80, 82)
+"""Pixels of width and height that axes and margins take."""
+PLOT_WIDTH: Final = WIDTH - FRAME[0]
+LONGEST_SHARE: Final = 0.12
+"""The longest whisker's part of the profile's diagonal, at most."""
+
+LEAST_MM: Final = 1e-4
+"""Errors below 0.1 µm are not blown up any further."""
+
+
+@dataclass(frozen=True)
+class Half:
+    """Errors to be drawn on one half of the part: `side` 1 above the axis, −1 below; ± `expanded_u_mm` holds 95 %.
+
+    `told` says in a hover label what the numbers are.
+    """
+
+    heading: str
+    told: str
+    error_mm: Array
+    expanded_u_mm: Array
+    side: int
+    draws_u: bool = False
+
+    @property
+    def spread_mm(self) -> Array:
+        """Expanded uncertainty as far as it is drawn."""
+        return self.expanded_u_mm * self.draws_u
+
+
+def before_and_after(correction: Correction) -> Figure:
+    """Above the axis the measured errors, below it the predicted ones, at the same magnification."""
+    touches, prediction = correction.touches, correction.prediction
+    halves = (
+        Half("Before: measured", "measured", prediction.before_mm, coverage_factor() * touches.standard_u_mm, 1),
+        Half("After: predicted", "predicted", *_predicted(prediction), -1),
+    )
+    return _figure(correction, halves, magnification(correction.profile, prediction.before_mm))
+
+
+def after_enlarged(correction: Correction) -> Figure:
+    """The predicted errors alone, at a magnification of their own, each with its expanded uncertainty."""
+    prediction = correction.prediction
+    heading = "After: predicted, enlarged"
+    half = Half(heading, "predicted", *_predicted(prediction), 1, draws_u=True)
+    return _figure(correction, (half,), magnification(correction.profile, np.abs(half.error_mm) + half.spread_mm))
+
+
+def _predicted(prediction: Prediction) -> tuple[Array, Array]:
+    return prediction.after_mm, prediction.expanded_u_mm
+
+
+def magnification(profile: Profile, error_mm: Array) -> float:
+    """1, 2 or 5 times a power of ten, so that the longest whisker stays within its share of the diagonal."""
+    longest = float(np.max(np.abs(error_mm), initial=LEAST_MM))
+    return round_down(LONGEST_SHARE * diagonal_mm(profile) / longest)
+
+
+def _figure(correction: Correction, halves: tuple[Half, ...], magnified: float) -> Figure:
+    profile = correction.profile
+    outline = outline_mm(profile)
+    traces = material(outline)
+    for half in halves:
+        traces += [*_uncertainty(correction, half, magnified), *_whiskers(correction, half, magnified)]
+    z_range, x_range = _ranges(outline, correction, halves, magnified)
+    z_span, x_span = z_range[1] - z_range[0], x_range[1] - x_range[0]
+    height = round(min(max(PLOT_WIDTH * x_span / z_span + FRAME[1], HEIGHT_WITHIN[0]), HEIGHT_WITHIN[1]))
+    strip = Strip(z_range, x_range, max(z_span / PLOT_WIDTH, x_span / (height - FRAME[1])))
+    inward_mm = magnified * np.maximum(halves[0].spread_mm - halves[0].error_mm, 0.0)
+    notes = [*feature_names(profile, correction.touches, inward_mm), *_headings(halves, strip)]
+    bars, bar_notes = scale_bars(strip, magnified)
+    layout = style.layout(
+        WIDTH,
+        height,
+        xaxis=style.axis("z (mm)", *z_range, zeroline=False, constrain="domain"),
+        yaxis=style.axis("x (mm, radius)", *x_range, zeroline=False, scaleanchor="x", scaleratio=1, constrain="domain"),
+        annotations=[*notes, *bar_notes],
+        meta={"magnification": magnified},
+    )
+    return {"data": [*traces, *bars], "layout": layout}
+
+
+def tips_mm(correction: Correction, error_mm: Array, magnified: float) -> Array:
+    """Where whiskers end, (n, 2) in (x, z): nominal point + magnification × error × outward normal."""
+    touches = correction.touches
+    return touches.nominal_mm + (magnified * error_mm)[:, None] * touches.outward_normal
+
+
+def _whiskers(correction: Correction, half: Half, magnified: float) -> list[Trace]:
+    """Red whiskers out of the material, blue ones into it, a marker at each tip, and the points' names."""
+    touches, error = correction.touches, half.error_mm
+    mirror = np.array([half.side, 1.0])
+    feet, tips = touches.nominal_mm * mirror, tips_mm(correction, error, magnified) * mirror
+    hover = _hover(correction, half)
+    colours = np.array([style.colour_of(value) for value in error * UM_PER_MM])
+    traces: list[Trace] = []
+    for name, colour in (
+        ("material left on", style.LEFT_ON),
+        ("too much taken", style.TAKEN),
+        ("nominal", style.SOFT),
+    ):
+        rows = np.flatnonzero(colours == colour)
+        if len(rows):
+            z, x = _segments(feet[rows], tips[rows])
+            traces.append(style.lines(z, x, colour, 2.2, name=f"{name}, {half.heading}"))
+            tip_z, tip_x = tips[rows, 1].tolist(), tips[rows, 0].tolist()
+            traces.append(style.dots(tip_z, tip_x, [hover[i] for i in rows], color=colour, size=6, symbol="circle"))
+    return [*traces, _point_names(correction, half, magnified)]
+
+
+def _uncertainty(correction: Correction, half: Half, magnified: float) -> list[Trace]:
+    """A wide pale whisker from error − U to error + U."""
+    if not half.draws_u:
+        return []
+    low, high = (tips_mm(correction, half.error_mm + sign * half.spread_mm, magnified) for sign in (-1, 1))
+    z, x = _segments(low, high)
+    return [style.lines(z, x, style.FAINT, 6, opacity=0.6, name="±U")]
+
+
+def _segments(start: Array, end: Array) -> tuple[list[float | None], list[float | None]]:
+    """Separate strokes from start to end, (n, 2) each, as the coordinates (z, x) of one broken polyline."""
+    z: list[float | None] = []
+    x: list[float | None] = []
+    for a, b in zip(start.tolist(), end.tolist(), strict=True):
+        z += [a[1], b[1], None]
+        x += [a[0], b[0], None]
+    return z, x
+
+
+def _hover(correction: Correction, half: Half) -> list[str]:
+    touches, names = correction.touches, correction.profile.names
+    return [
+        f"{style.label(names[touches.feature_index[i]])}, point {style.label(touches.point[i])}<br>"
+        f"{half.told} {style.signed(half.error_mm[i] * UM_PER_MM)} "
+        f"± {style.plain(half.expanded_u_mm[i] * UM_PER_MM)} µm (95 %)<br>"
+        f"x {style.plain(touches.nominal_mm[i, 0], 3)} mm, z {style.plain(touches.nominal_mm[i, 1], 3)} mm"
+        for i in range(len(touches.point))
+    ]
+
+
+def _point_names(correction: Correction, half: Half, magnified: float) -> Trace:
+    """Names beside the whiskers, outside the material; where touches are crowded some are left out, never the worst."""
+    touches = correction.touches
+    gap = 0.022 * diagonal_mm(correction.profile)
+    reach = half.error_mm + half.spread_mm
+    outward = np.maximum(reach * magnified, 0.0) + gap
+    at = (touches.nominal_mm + outward[:, None] * touches.outward_normal) * np.array([half.side, 1.0])
+    sizes = [half.error_mm, 0.0 * reach, reach]
+    strokes = np.stack([tips_mm(correction, size, magnified) for size in sizes]) * np.array([half.side, 1.0])
+    shown = _uncrowded(at, strokes, int(np.argmax(np.abs(half.error_mm))), gap)
+    return {
+        "type": "scatter",
+        "mode": "text",
+        "x": at[shown, 1].tolist(),
+        "y": at[shown, 0].tolist(),
+        "text": [style.label(touches.point[i]) for i in shown],
+        "textfont": {"size": 10, "color": style.SOFT},
+        "hoverinfo": "skip",
+    }
+
+
+def _uncrowded(at: Array, strokes: Array, always: int, gap: float) -> list[int]:
+    """Those of the places (n, 2) that keep a gap from each other and off the strokes (m, n, 2) of other touches."""
+    shown = [always]
+    for i in range(len(at)):
+        clear_of_names = np.all(np.linalg.norm(at[shown] - at[i], axis=1) > gap)
+        others = np.delete(strokes, i, axis=1)
+        if clear_of_names and np.all(np.linalg.norm(others - at[i], axis=2) > 0.6 * gap):
+            shown.append(i)
+    return sorted(shown)
+
+
+def _ranges(
+    outline: Array, correction: Correction, halves: tuple[Half, ...], magnified: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Axis ranges (z, x) that hold the part, all whiskers, and a strip for the scale bars at the top."""
+    reach = [half.error_mm + half.spread_mm for half in halves]
+    seen = np.concatenate([outline, *(tips_mm(correction, error, magnified) for error in reach)])
+    pad = 0.05 * diagonal_mm(correction.profile)
+    z_range = float(np.min(seen[:, 1])) - pad, float(np.max(seen[:, 1])) + pad
+    highest = float(np.max(np.abs(seen[:, 0])))
+    lowest = -highest if len(halves) == 2 else 0.0
+    strip = 0.09 * max(z_range[1] - z_range[0], highest - lowest)
+    return z_range, (lowest - 0.6 * strip, highest + strip)
+
+
+def _headings(halves: tuple[Half, ...], strip: Strip) -> list[dict[str, Any]]:
+    """What each half shows, and at the top what the colours mean."""
+    notes = []
+    for half in halves:
+        at = strip.line(0) if half.side > 0 else strip.bottom
+        heading = {"size": 14, "color": style.INK}
+        notes.append(style.note(strip.left, at, f"<b>{half.heading}</b>", xanchor="left", font=heading))
+    for words, colour, px in (("material left on", style.LEFT_ON, 0), ("too much taken", style.TAKEN, 110)):
+        left = strip.left + px * strip.mm_per_px
+        notes.append(style.note(left, strip.line(1), words, xanchor="left", font={"color": colour}))
+    return notes

@@ -1,0 +1,1 @@
+"""A free-form part: deviations, separation, pattern, compensation of surfaces and of their programs."""

@@ -1,0 +1,1 @@
+"""A pattern to a displaced surface and to a displaced milling program."""

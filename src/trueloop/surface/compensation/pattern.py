@@ -1,0 +1,22 @@
+"""The machining pattern as a surface: the nominal one moved along its normals by what parts have alike, magnified."""
+
+import math
+
+from trueloop.geometry.surface import Surface
+from trueloop.surface.compensation.shift import CorrectedSurface, Deviation, corrected_surface
+from trueloop.turned.compensation.limits import Limits
+
+UNLIMITED = Limits(correction_mm=math.inf, slope=math.inf)
+
+
+def pattern_surface(
+    nominal: Surface, pattern: Deviation, factor: float, tolerance_mm: float = 1e-4
+) -> CorrectedSurface:
+    """N(u, v) + factor · MPM(u, v) · n(u, v): what the process makes of the nominal surface, material left on outwards
+    [MPM §6], fitted to `tolerance_mm` times the factor where that magnifies.
+
+    With a factor so large that the pattern reaches the surface's radius of curvature, the surface folds. Raises
+    SRF-TOLERANCE where no fit comes that near.
+    """
+    allowed = tolerance_mm * max(1.0, factor)
+    return corrected_surface(nominal, pattern, weight=-factor, tolerance_mm=allowed, limits=UNLIMITED)

@@ -1,0 +1,249 @@
+"""A finishing program moved point by point onto the corrected surface, without any CAM system.
+
+Ends of moves that cut the surface are displaced; where a straight move between displaced ends would stand off the
+displaced path, blocks are put in before it. Feeds and every other word stay. What does not cut stays where it was.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.nc.edit.edit import (
+    Edit,
+    apply_edits,
+    coordinate_text,
+    displace_word,
+    insert_blocks_after,
+    insert_word,
+    line_texts,
+)
+from trueloop.nc.edit.heading import insert_heading
+from trueloop.nc.edit.shape_words import require_own_shape
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Integers, Motion, ToolPath
+from trueloop.nc.program.understood import require_known_frame, require_sound, require_understood
+from trueloop.nc.program.unit import unit_of_path
+from trueloop.surface.compensation.gouges import check_gouges
+from trueloop.surface.compensation.lead import held_starts, require_arcs_stay
+from trueloop.surface.compensation.samples import Samples, SurfaceJob, sampled
+from trueloop.surface.compensation.tool_axis import ToolAxes, check_tool_axes, tool_axes
+from trueloop.turned.program.write import changes
+from trueloop.units import UM_PER_MM
+
+Waypoint: TypeAlias = tuple[float, Array]
+"""Share of a move, and where the tip is to be there."""
+
+AXES: Final = ((0, "X"), (1, "Y"), (2, "Z"))
+SWITCHES: Final = frozenset("MST")
+ROUNDING_STEPS: Final = 2.0
+"""How many steps of the control's resolution rounding may move a point."""
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedProgram:
+    """The corrected source, and in figures: moves that cut, blocks put in, the largest displacement of an end;
+    `changes` are for people to read; `unit` as `trueloop.nc.program.unit` has it.
+    """
+
+    source: bytes
+    cutting_moves: int
+    new_blocks: int
+    largest_mm: float
+    changes: list[ChangedWord]
+    unit: dict[str, str]
+
+
+def corrected_program(
+    program: Program, nominal: Surface, corrected: Surface, job: SurfaceJob, record_id: str
+) -> CorrectedProgram:
+    """The program for the corrected surface, read back and compared before it is returned.
+
+    Coordinates of the program are those of the surface; the programmed point is the tool's tip, however the tool is
+    turned. Raises SRF-PROGRAM
+    for a program that cuts nothing of the surface, cuts it in arcs, under cutter compensation or in increments,
+    CMP-TWICE for one corrected before, SRF-GOUGE, and CMP-READ-BACK.
+    """
+    check_uncorrected(program.source)
+    require_understood(program)
+    path = program.run()
+    require_sound(path)
+    require_known_frame(path)
+    samples = sampled(program, path, nominal, corrected, job)
+    _check(program, path, samples)
+    ends, between = _targets(path, samples, job.tolerance_mm)
+    touched = {move + step for move in ends for step in (0, 1)} | between.keys()
+    require_own_shape(program, path, sorted(touched & set(range(len(path)))))
+    require_arcs_stay(program, path, ends)
+    edits = [*_mark(program, record_id), *_edits(program, path, samples.axes, ends, between)]
+    source = apply_edits(program, edits)
+    written = program.rewritten(source)
+    again = written.run()
+    axes = tool_axes(written, again, job.rotary, job.axis)
+    inserted = _inserted(path, between)
+    at = np.arange(len(path)) + np.cumsum(inserted)  # what the source's moves have become
+    _read_back(program, path, again, ends, between, at)
+    if samples.axes.letters and not np.array_equal(axes.end[at], samples.axes.end):
+        raise _refusal("the tool's direction changed")
+    of_pass = np.repeat(np.isin(np.arange(len(path)), samples.cutting_moves), 1 + inserted)
+    check_gouges(written, again, axes, of_pass, nominal, corrected, job)
+    moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
+    new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
+    told = changes(program, edits[1:]), unit_of_path(program.unit, path)
+    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, *told)
+
+
+def _check(program: Program, path: ToolPath, samples: Samples) -> None:
+    cutting = samples.cutting_moves
+    if not len(cutting):
+        hint = "look at frame, tool radius and face"
+        raise TrueloopError(Code.SRF_PROGRAM, "0 moves of the program come near the surface", hint=hint)
+    compensated = path.compensation[cutting] != NO_COMPENSATION
+    arcs, lines = path.motion[cutting] == Motion.ARC, "have the finish pass, and the way in and out, written as lines"
+    wrong = [
+        (arcs, "arcs begin, end or run on the surface", lines),
+        (compensated, "moves cut it under G41 or G42", "write the path of the tool's tip"),
+        (path.feed_mode[cutting] == INVERSE_TIME, "moves cut it with inverse-time feed", "write the pass with G94"),
+        (path.incremental[cutting], "moves cut it by increments", "write the pass in absolute coordinates"),
+    ]
+    for here, what, hint in wrong:
+        if np.any(here):
+            place = program.place(program.block(int(path.block[cutting[here][0]])).start)
+            raise TrueloopError(Code.SRF_PROGRAM, f"{np.count_nonzero(here)} {what}", hint=hint, place=place)
+    check_tool_axes(program, path, samples.axes, cutting)
+
+
+def _targets(
+    path: ToolPath, samples: Samples, tolerance_mm: float
+) -> tuple[dict[int, Array], dict[int, list[Waypoint]]]:
+    """Displaced ends by move, and further points within moves, with the share of the move they stand at."""
+    ends: dict[int, Array] = {}
+    between: dict[int, list[Waypoint]] = {}
+    starts = np.flatnonzero(np.diff(samples.move, prepend=-1))
+    for first, after in zip(starts, np.append(starts[1:], len(samples.move)), strict=True):
+        move = int(samples.move[first])
+        if samples.cutting[after - 1]:
+            ends[move] = samples.after_mm[after - 1]
+        if np.any(samples.cutting[first:after]):
+            points = samples.after_mm[first:after]
+            if kept := _needed(points, samples.cutting[first:after], tolerance_mm):
+                between[move] = [(float(samples.share[first + k]), points[k]) for k in kept]
+    return ends, between
+
+
+def _needed(points: Array, cutting: np.ndarray, tolerance_mm: float) -> list[int]:
+    """Fewest points, first and last aside, whose chords keep to all that cut (Douglas and Peucker)."""
+    kept: list[int] = []
+    ranges = [(0, len(points) - 1)]
+    while ranges:
+        first, last = ranges.pop()
+        if last - first < 2:
+            continue
+        chord = points[last] - points[first]
+        off = points[first + 1 : last] - points[first]
+        along = np.clip(off @ chord / max(float(chord @ chord), 1e-300), 0.0, 1.0)
+        distance = np.where(cutting[first + 1 : last], np.linalg.norm(off - along[:, None] * chord, axis=1), 0.0)
+        worst = int(np.argmax(distance))
+        if distance[worst] > tolerance_mm:
+            middle = first + 1 + worst
+            kept.append(middle)
+            ranges += [(first, middle), (middle, last)]
+    return sorted(kept)
+
+
+def _edits(
+    program: Program,
+    path: ToolPath,
+    axes: ToolAxes,
+    ends: dict[int, Array],
+    between: dict[int, list[Waypoint]],
+) -> Iterator[Edit]:
+    held = held_starts(path, ends)
+    for move in range(len(path)):
+        if move in between:
+            yield _new_blocks(program, path, axes, move, between[move])
+        if move in ends:
+            before = between[move][-1][1] if move in between else held[move]
+            yield from _moved_end(program, path, move, ends[move], before)
+
+
+def _moved_end(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> Iterator[Edit]:
+    state = path.coordinate_state(move)
+    for axis, letter in AXES:
+        word = int(path.word[move, axis])
+        if word >= 0:
+            delta = float(wanted[axis] - path.end_mm[move, axis])
+            if (edit := displace_word(program, program.word(word), delta, state)) is not None:
+                yield edit
+        else:
+            texts = [coordinate_text(program.dialect, letter, float(at[axis]), state) for at in (wanted, held)]
+            if texts[0] != texts[1]:
+                yield insert_word(program, int(path.block[move]), letter, float(wanted[axis]), state)
+
+
+def _new_blocks(program: Program, path: ToolPath, axes: ToolAxes, move: int, points: list[Waypoint]) -> Edit:
+    """Blocks before the move's own, the tool turning on the way: that one keeps its end, its feed and all else."""
+    index = int(path.block[move])
+    block, state = program.block(index), path.coordinate_state(move)
+    if index == 0 or any(word.letter in SWITCHES for word in block.words):
+        raise TrueloopError(
+            Code.SRF_PROGRAM,
+            f"{len(points)} blocks have to come before this one, which also switches or is the first",
+            hint="write M, S and T words in a block of their own",
+            place=program.place(block.start),
+        )
+    feed = [word.text for word in block.words if word.letter == "F"]
+    places = [[coordinate_text(program.dialect, name, float(at[k]), state) for k, name in AXES] for _, at in points]
+    texts = [" ".join(place) + axes.text(move, share) for place, (share, _) in zip(places, points, strict=True)]
+    texts = line_texts(program.dialect, texts)
+    texts[0] = " ".join([texts[0], *feed])
+    return insert_blocks_after(program, index - 1, texts)
+
+
+def _mark(program: Program, record_id: str) -> Iterator[Edit]:
+    lines = marks_of_record(record_id, program.source)
+    yield insert_heading(program, [program.dialect.comment(line) for line in lines])
+
+
+def _inserted(path: ToolPath, between: dict[int, list[Waypoint]]) -> Integers:
+    """How many moves are put in before each of the source's."""
+    return np.array([len(between.get(move, ())) for move in range(len(path))], dtype=np.intp)
+
+
+def _read_back(
+    program: Program,
+    path: ToolPath,
+    again: ToolPath,
+    ends: dict[int, Array],
+    between: dict[int, list[Waypoint]],
+    at: Integers,
+) -> None:
+    """The written program run again: every move must end where it was to end, at the feed it had."""
+    new = sum(map(len, between.values()))
+    allowed = ROUNDING_STEPS * program.dialect.step_mm(bool(np.any(path.inch)))
+    if len(again) != len(path) + new or np.any(again.motion[at] != path.motion):
+        raise _refusal(f"it has {len(again)} moves instead of {len(path) + new}")
+    for move, points in between.items():
+        found = again.end_mm[at[move] - len(points) : at[move]]
+        if (off := float(np.max(np.abs(found - [at for _, at in points])))) > allowed:
+            raise _refusal(f"a new point stands {off * UM_PER_MM:.2f} µm off")
+    wanted = np.array([ends.get(move, path.end_mm[move]) for move in range(len(path))]).reshape(-1, 3)
+    checked = (path.word >= 0) | np.isin(np.arange(len(path)), list(ends))[:, None]
+    off = float(np.max(np.abs(again.end_mm[at] - wanted)[checked], initial=0.0))
+    if off > allowed:
+        raise _refusal(f"a move ends {off * UM_PER_MM:.2f} µm from where it was to end")
+    if not np.array_equal(again.feed[at], path.feed, equal_nan=True):
+        raise _refusal(f"the feed of {np.count_nonzero(again.feed[at] != path.feed)} moves changed")
+
+
+def _refusal(what: str) -> TrueloopError:
+    return TrueloopError(
+        Code.CMP_READ_BACK,
+        f"the written program is not what was intended: {what}",
+        hint="nothing was written; please report the program, this should not happen",
+    )

@@ -1,0 +1,174 @@
+"""Deviations of measured points from a nominal surface, along its outward normals.
+
+Error = n · (measured − nominal), positive where material was left on. Ball-centre data are compared with the surface
+offset by the ball's radius: along a common normal that is the centre's distance from the nominal surface less the
+radius, and no compensation of the ball, with its own errors, comes in.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError, in_file
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import Feet, closest
+from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit
+from trueloop.surface.deviations.duplicates import averaged, first_of_place
+from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, told_twice
+
+LEAST_POINTS = 16
+"""Fewer points tell nothing of a surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredPoints:
+    """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
+    `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
+    row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read.
+    """
+
+    points_mm: Array
+    ball_radius_mm: float = 0.0
+    shape: tuple[int, int] | None = None
+    name: str = ""
+    file: str | None = None
+    lines: NDArray[np.integer[Any]] | None = None
+
+    def place(self, number: int) -> Place:
+        """Where a point, counted from 1, was read."""
+        return Place(self.file, None if self.lines is None else int(self.lines[number - 1]))
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceDeviations:
+    """Deviations of one part, a value a point: parameters, nominal points and normals, and errors in mm.
+
+    `shape` as measured; errors of holes are nan, as are those of points that were averaged with an earlier one of the
+    same place. `alignment` says whether location and orientation are among the errors (datum)
+    or were taken out (best fit: form alone).
+    """
+
+    name: str
+    u: Array
+    v: Array
+    nominal_mm: Array
+    normal: Array
+    error_mm: Array
+    shape: tuple[int, int] | None
+    alignment: Alignment
+    findings: tuple[Finding, ...] = field(default=())
+
+    @property
+    def measured(self) -> np.ndarray:
+        """Which points are no holes."""
+        return np.isfinite(self.error_mm)
+
+    def error_grid_mm(self) -> Array:
+        """Errors as a grid. Raises SRF-GRID for scattered points."""
+        if self.shape is None:
+            raise TrueloopError(
+                Code.SRF_GRID,
+                f"the {len(self.u)} points of {self.name!r} are scattered, not a grid",
+                hint="give row and column of each point",
+            )
+        return self.error_mm.reshape(self.shape)
+
+
+def surface_deviations(
+    surface: Surface,
+    points: MeasuredPoints,
+    *,
+    fit: bool = False,
+    farthest_mm: float = 1.0,
+    setup_mm: float = SETUP_MM,
+) -> SurfaceDeviations:
+    """Deviations along the normals, datum-bound or, with `fit`, after a best fit of what the set-up may have done.
+
+    Scattered points of one place are averaged, and told; two places of a grid in one spot are refused.
+    farthest_mm: a point that stands farther off is refused. setup_mm: how far the part may sit off its datums; motions
+    that the points tell worse are not taken out. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT, SRF-SIGN, SRF-OUTSIDE,
+    SRF-DUPLICATE, SRF-SETUP; what is only suspicious is among `findings`.
+    """
+    xyz = np.asarray(points.points_mm, float)
+    there = np.all(np.isfinite(xyz), axis=1)
+    with in_file(points.file):
+        _enough(points, there)
+        feet = closest(surface, xyz[there])
+        found = findings_of(surface, points, there, feet, farthest_mm, bound=not fit)
+        alignment = DATUM
+        if fit:
+            alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
+            found += tuple(_left(points.name, alignment, setup_mm))
+        told = tuple(one.in_file(points.file) for one in found)
+        return _once(points, _filled(points, there, feet, alignment, told))
+
+
+def refuse_trimmed(
+    points: MeasuredPoints, deviations: SurfaceDeviations, trimmed_away: Callable[[Array, Array], np.ndarray]
+) -> None:
+    """Raises SRF-OUTSIDE for points whose foot lies in a hole or beyond the trimmed edge of the face: the function says
+    for parameters u and v (n,) which do, as the CAD kernel knows.
+    """
+    there = deviations.measured
+    outside = trimmed_away(deviations.u[there], deviations.v[there])
+    refuse_outside(points, outside, np.flatnonzero(there) + 1, deviations.nominal_mm[there])
+
+
+def _left(name: str, alignment: Alignment, setup_mm: float) -> Iterator[Finding]:
+    if alignment.left:
+        yield Finding(
+            Severity.NOTE,
+            Code.SRF_SETUP,
+            f"the best fit of {name!r} leaves {len(alignment.left)} of 6 motions as the datums have them: "
+            + "; ".join(alignment.left),
+            f"its points do not tell them well enough for a set-up that is off by {setup_mm:g} mm at most "
+            "(gauging.setup_mm); taken out, they would take form with them",
+        )
+
+
+def _filled(
+    points: MeasuredPoints, there: np.ndarray, feet: Feet, alignment: Alignment, found: tuple[Finding, ...]
+) -> SurfaceDeviations:
+    def whole(values: Array) -> Array:
+        filled = np.full((len(there), *values.shape[1:]), np.nan)
+        filled[there] = values
+        return filled
+
+    error = feet.distance_mm - points.ball_radius_mm
+    u, v, nominal, normal, error = (whole(c) for c in (feet.u, feet.v, feet.point_mm, feet.normal, error))
+    return SurfaceDeviations(points.name, u, v, nominal, normal, error, points.shape, alignment, found)
+
+
+def _once(points: MeasuredPoints, found: SurfaceDeviations) -> SurfaceDeviations:
+    """Places measured more than once have their mean, at their first point; the other points become holes."""
+    at = np.flatnonzero(found.measured)
+    if found.shape is not None:
+        refuse_twice(points, at, first_of_place(found.nominal_mm[at]))
+        return found
+    error, twice = averaged(found.nominal_mm[at], found.error_mm[at])
+    if twice is None:
+        return found
+    values = found.error_mm.copy()
+    values[at] = error
+    _enough(points, np.isfinite(values))
+    told = told_twice(points, twice, at).in_file(points.file)
+    return replace(found, error_mm=values, findings=(*found.findings, told))
+
+
+def _enough(points: MeasuredPoints, there: np.ndarray) -> None:
+    if np.count_nonzero(there) < LEAST_POINTS:
+        raise TrueloopError(
+            Code.SRF_POINTS,
+            f"{points.name!r} has {np.count_nonzero(there)} points; {LEAST_POINTS} are the least for a surface",
+            hint="measure along a grid; `trueloop surface sampling` prints its step",
+        )
+    if points.shape is not None and points.shape[0] * points.shape[1] != len(there):
+        raise TrueloopError(
+            Code.SRF_GRID,
+            f"{points.name!r} has {len(there)} points, its grid {points.shape[0]} × {points.shape[1]} places",
+            hint="give every place of the grid a row, or leave out row and column",
+        )

@@ -1,0 +1,190 @@
+"""What cannot be right about points measured on a surface: unit, side, place, and points that say the same twice."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import Feet, closest
+from trueloop.surface.deviations.duplicates import SAME_MM, Duplicates, Integers
+from trueloop.units import MM_PER_INCH, UM_PER_MM
+
+if TYPE_CHECKING:
+    from trueloop.surface.deviations.deviations import MeasuredPoints
+
+CONFLICT: Final = 6.0
+"""Values of one place that differ by so many times what neighbours do contradict each other."""
+BEYOND_MM: Final = 0.05
+"""Sideways distance from the edge that a touch may have: its foot is then the edge."""
+AREA: Final = 40
+HOLES: Final = 0.25
+"""A grid with a larger share of holes is no grid."""
+
+
+def findings_of(
+    surface: Surface,
+    points: "MeasuredPoints",
+    there: np.ndarray,
+    feet: Feet,
+    farthest_mm: float,
+    *,
+    bound: bool,
+) -> tuple[Finding, ...]:
+    """Refuses points that cannot belong to the surface; returns what is only suspicious.
+
+    bound: the points keep to the datums, so that a deviation common to all of them is one of the part.
+    """
+    xyz, radius = points.points_mm[there], points.ball_radius_mm
+    number = np.flatnonzero(there) + 1
+    error = feet.distance_mm - radius
+    _refuse_unit(surface, xyz, error, radius, points.name)
+    _refuse_side(feet, radius, points.name)
+    _refuse_off(points, error, number, xyz, farthest_mm)
+    refuse_outside(points, feet.beyond_mm > BEYOND_MM, number, xyz)
+    found = [*_holes(points, there), *_ball(surface, feet, radius)]
+    if bound and radius == 0:
+        found += _ball_left_in(error)
+    return tuple(found)
+
+
+def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name: str) -> None:
+    """Points that, read in another unit, are about as large as the surface and fit it far better."""
+    off = float(np.median(np.abs(error)))
+    size = float(np.linalg.norm(np.ptp(surface.control_mm.reshape(-1, 3), axis=0)))
+    if off < 1e-3 * size:
+        return
+    for factor, unit in ((MM_PER_INCH, "inch"), (1 / MM_PER_INCH, "mm read as inch"), (1 / UM_PER_MM, "µm")):
+        some = xyz[:: max(1, len(xyz) // 200)] * factor
+        share = float(np.linalg.norm(np.ptp(some, axis=0))) / size
+        if 0.3 < share < 1.5 and np.median(np.abs(closest(surface, some).distance_mm - radius)) < 0.05 * off:
+            raise TrueloopError(
+                Code.SRF_UNIT,
+                f"the points of {name!r} stand {off:.3f} mm off; multiplied by {factor:g} they fit",
+                hint=f"the unit is not mm but {unit}: write the points in mm",
+            )
+
+
+def _refuse_side(feet: Feet, radius: float, name: str) -> None:
+    """Ball centres inside the material: the normal points the wrong way."""
+    middle = float(np.median(feet.distance_mm))
+    if radius > 0 and abs(middle + radius) < 0.5 * radius:
+        raise TrueloopError(
+            Code.SRF_SIGN,
+            f"the ball's centre stands {middle:.4f} mm from the surface of {name!r}, on the inner side of the "
+            f"material; with a ball of radius {radius:g} mm it should be at {radius:g} mm",
+            hint="the surface's normals point into the material: turn them (flip = true)",
+        )
+
+
+def _refuse_off(points: "MeasuredPoints", error: Array, number: Integers, xyz: Array, farthest_mm: float) -> None:
+    if np.any(bad := np.abs(error) > farthest_mm):
+        worst = int(np.argmax(np.abs(error)))
+        x, y, z = xyz[worst]
+        raise TrueloopError(
+            Code.SRF_OFF,
+            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} stand more than {farthest_mm:g} mm off "
+            f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
+            f"z {z:.3f} mm)",
+            hint="look at frame, ball radius and that touch; a larger distance can be allowed",
+            place=points.place(int(number[worst])),
+            override="gauging.farthest_mm in the job",
+        )
+
+
+def refuse_outside(points: "MeasuredPoints", outside: np.ndarray, number: Integers, xyz: Array) -> None:
+    """Refuses points of a part that lie beyond the edge of the face: `outside` (n,) says which of `xyz` (n, 3) do."""
+    if np.any(outside):
+        first = int(np.argmax(outside))
+        x, y, z = xyz[first]
+        raise TrueloopError(
+            Code.SRF_OUTSIDE,
+            f"point {number[first]} of {points.name!r} (x {x:.3f}, y {y:.3f}, z {z:.3f} mm) lies beyond the edge of "
+            f"the face, as do {np.count_nonzero(outside) - 1} others",
+            hint="leave points off the face out, or name the face they lie on",
+            place=points.place(int(number[first])),
+        )
+
+
+def refuse_twice(points: "MeasuredPoints", at: Integers, first: Integers) -> None:
+    """Refuses a grid two of whose places are one: `at` (n,) are the points measured, `first` (n,) which of these is the
+    first of each one's place.
+    """
+    spare = np.flatnonzero(first != np.arange(len(first)))
+    if len(spare):
+        a, b = int(at[first[spare[0]]]) + 1, int(at[spare[0]]) + 1
+        raise TrueloopError(
+            Code.SRF_DUPLICATE,
+            f"points {a} and {b} of {points.name!r}, two places of a grid, are the same to {SAME_MM} mm, as are "
+            f"{len(spare) - 1} others",
+            hint="give every place of the grid its own point; without row and column, points of one place are averaged",
+            place=points.place(b),
+        )
+
+
+def told_twice(points: "MeasuredPoints", found: Duplicates, at: Integers) -> Finding:
+    """What was averaged of the points `at` (n,); a warning where one place's values differ far more than neighbours."""
+    a, b = (int(at[number]) + 1 for number in found.pair)
+    odd = found.difference_mm > CONFLICT * found.typical_mm
+    return Finding(
+        Severity.WARNING if odd else Severity.NOTE,
+        Code.SRF_DUPLICATE,
+        f"{len(found.spare)} of {len(points.points_mm)} points of {points.name!r} were averaged with others of their "
+        f"place ({found.places} places, within {SAME_MM * UM_PER_MM:g} µm): their values differ by up to "
+        f"{found.difference_mm * UM_PER_MM:.2f} µm (points {a} and {b}), neighbours by "
+        f"{found.typical_mm * UM_PER_MM:.2f} µm (median)",
+        "look at these two: one is no touch of this place, or the part moved between them" if odd else "nothing to do",
+        points.place(b),
+    )
+
+
+def _holes(points: "MeasuredPoints", there: np.ndarray) -> Iterator[Finding]:
+    missing = np.count_nonzero(~there)
+    if missing > HOLES * len(there):
+        raise TrueloopError(
+            Code.SRF_HOLES,
+            f"{missing} of {len(there)} points of {points.name!r} are missing; {HOLES:.0%} is the most a grid may lack",
+            hint="measure them, or give the points without row and column",
+        )
+    if missing:
+        yield Finding(
+            Severity.WARNING,
+            Code.SRF_HOLES,
+            f"{missing} of {len(there)} points of {points.name!r} are missing",
+            "the model bridges them smoothly; what it says there is not measured",
+        )
+
+
+def _ball(surface: Surface, feet: Feet, radius: float) -> Iterator[Finding]:
+    """A ball larger than a hollow touches its rims, not its ground: the whole measured area is looked at."""
+    if radius <= 0:
+        return
+    u, v = (np.linspace(np.min(k), np.max(k), AREA + 2)[1:-1] for k in (feet.u, feet.v))
+    u, v = np.repeat(u, AREA), np.tile(v, AREA)
+    hollow = surface.curvatures_per_mm(u, v)[:, 0]
+    worst = int(np.argmin(hollow))
+    if hollow[worst] * radius <= -1.0:
+        x, y, z = surface.point_mm(u[worst : worst + 1], v[worst : worst + 1])[0]
+        yield Finding(
+            Severity.WARNING,
+            Code.SRF_BALL,
+            f"a ball of radius {radius:g} mm cannot reach the ground on {np.mean(hollow * radius <= -1.0):.0%} of the "
+            f"area: the surface is concave with radius {-1 / hollow[worst]:.3f} mm at x {x:.3f}, y {y:.3f}, "
+            f"z {z:.3f} mm",
+            "take a smaller ball; deviations of its rims are told as those of the ground",
+        )
+
+
+def _ball_left_in(error: Array) -> Iterator[Finding]:
+    """All points off by about the same, more than an error of machining would be: centres given as touches."""
+    middle, scatter = float(np.median(error)), float(np.std(error))
+    if abs(middle) > 0.1 and scatter < 0.2 * abs(middle):
+        side = "outside" if middle > 0 else "inside"
+        yield Finding(
+            Severity.WARNING,
+            Code.SRF_SIGN,
+            f"all points stand about {middle:+.3f} mm off, scattering by {scatter:.3f} mm: {side} the material",
+            "if they are ball centres, give ball_radius_mm; if the normals point inwards, flip them",
+        )

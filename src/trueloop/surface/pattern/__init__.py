@@ -1,0 +1,1 @@
+"""The pattern that many parts share, and where measured points support it."""

@@ -1,0 +1,206 @@
+"""The machining pattern model: what a process leaves on every part, and how surely that is known.
+
+The mean of the parts' deterministic models [MPM §6], all of one size. Models of one size at the same places average to
+the model of the mean deviations, so it is the mean that says which size the pattern needs: it scatters less than any
+part by √s, and shows what no single part shows. The largest of the parts' own sizes would be one too large by chance in
+many a pattern, and splines of a larger size cannot follow those of a smaller one exactly.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.statistics import rms
+from trueloop.surface.pattern.outlier import Outlier, outliers
+from trueloop.surface.pattern.support import Support, between, faded
+from trueloop.surface.separation.separate import Separation, of_size, separate
+from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis
+from trueloop.surface.separation.student import COVERAGE, MANY, student
+from trueloop.units import UM_PER_MM
+
+LEAST_PARTS: Final = 3
+"""Two parts do not tell which of them is odd, nor how much parts differ."""
+ABOVE_ZERO: Final = 1 / np.sqrt(2 * np.pi)
+"""Mean of max(x, 0) for a standard normal x: what a variance that is none seems to be, in standard deviations."""
+SIDE: Final = 41
+"""Places a side that figures of the whole surface are made of."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """A machining pattern model. `mean` is the pattern; `models` (one a part) are what it was averaged from. `size` is
+    that of the parts' splines; where points do not support these, `support` says how far the pattern is known, and
+    `mean` and `models` fade to none there, as splines of a finer size.
+
+    `names` tells the parts; `sigma_mm` is the scatter of the random part of one touch, pooled; `missed_mm` is the root
+    mean square of what all parts have alike and this size does not follow (0 where the parts were not measured at the
+    same places: then it is not known); `outlying` are parts that do not belong to the process: named, not left out.
+    """
+
+    size: Size
+    names: tuple[str, ...]
+    models: tuple[SplineSurface, ...]
+    mean: SplineSurface
+    sigma_mm: float
+    missed_mm: float
+    outlying: tuple[Outlier, ...]
+    findings: tuple[Finding, ...]
+    support: Support | None = None
+
+    @property
+    def parts(self) -> int:
+        """Number of parts."""
+        return len(self.models)
+
+    def scatter_grid_mm(self, u: Array, v: Array) -> Array:
+        """Standard deviation of the parts' models at every u with every v: that of the parts and that of the fits."""
+        stack = np.stack([model.grid_mm(u, v) for model in self.models])
+        return np.asarray(np.std(stack, axis=0, ddof=1))
+
+    def uncertainty_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
+        """Half-width of the interval that holds the true pattern with that probability, at every u with every v."""
+        wide = np.repeat(u, len(v)), np.tile(v, len(u))
+        return self.uncertainty_mm(self.scatter_grid_mm(u, v).ravel(), *wide, coverage).reshape(len(u), len(v))
+
+    def uncertainty_mm(self, scatter_mm: Array, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
+        """The same at pairs of parameters (n,) where the parts' models scatter so much (n,).
+
+        t₍ₛ₋₁₎ · scatter/√s for what scatters, and in squares the normal law's share of `missed_mm` and of what no point
+        supports. A part without points at a place counts there as one that scatters as parts do on the whole.
+        """
+        told, beyond = np.full(len(u), float(self.parts)), np.zeros(len(u))
+        if self.support is not None:
+            told, beyond = between(self.support.parts, u, v), between(self.support.deviation_mm, u, v)
+        unseen = (self.parts - told) / (self.parts - 1) * self._pooled_mm**2
+        scattered = np.sqrt((scatter_mm**2 + unseen) / told) * student(coverage, self.parts - 1)
+        return np.asarray(np.hypot(scattered, student(coverage, MANY) * np.hypot(self.missed_mm, beyond)))
+
+    def next_part_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
+        """Half-width for the deterministic deviation that a next part keeps after correction by the pattern."""
+        kept = self.scatter_grid_mm(u, v) * student(coverage, self.parts - 1) * np.sqrt(1 + 1 / self.parts)
+        if self.support is None:
+            return np.asarray(kept)
+        wide = np.repeat(u, len(v)), np.tile(v, len(u))
+        beyond = between(self.support.deviation_mm, *wide).reshape(kept.shape)
+        return np.asarray(np.hypot(kept, student(coverage, MANY) * beyond))
+
+    @cached_property
+    def _pooled_mm(self) -> float:
+        """Scatter of the parts' models on the whole."""
+        at = np.linspace(0.0, 1.0, SIDE)
+        return rms(self.scatter_grid_mm(at, at))
+
+    def variability_grid_mm(self, u: Array, v: Array, fit_variance_mm2: Array | float = 0.0) -> Array:
+        """Standard deviation between parts, the variance of the fits taken off: the process's own variability."""
+        return np.asarray(np.sqrt(np.maximum(self.scatter_grid_mm(u, v) ** 2 - fit_variance_mm2, 0.0)))
+
+
+def pattern_of(
+    parts: Sequence[Separation], names: Sequence[str], *, size: Size | None = None, confidence: float = 0.99
+) -> Pattern:
+    """The pattern of s parts measured at corresponding places.
+
+    Every part is modelled anew with the likeliest size of the mean of all parts; where they were measured at different
+    places, with the largest that any part needs; or with `size`. Raises SRF-PARTS for fewer than three parts.
+    """
+    if len(parts) < LEAST_PARTS:
+        raise TrueloopError(
+            Code.SRF_PARTS,
+            f"{len(parts)} parts ({', '.join(map(repr, names)) or 'none'}) make no pattern; {LEAST_PARTS} are the "
+            f"least, 10 were used in the published experiment",
+            hint="measure more parts, or correct by one part's model and know that the next part differs from it",
+        )
+    size = size or common_size(_mean_part(parts) or parts)
+    again = [
+        part if part.chosen.size == size else of_size(part.places, part.measured_mm, size, part.near) for part in parts
+    ]
+    models, support = faded(again) or (tuple(part.deterministic for part in again), None)
+    mean = SplineSurface(models[0].size, np.mean([model.coefficients_mm for model in models], axis=0))
+    sigma = rms(np.array([part.sigma_mm for part in again]))
+    odd = outliers(models, names, confidence)
+    told = tuple(_told(o) for o in odd)
+    return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, told, support)
+
+
+def common_size(parts: Sequence[Separation]) -> Size:
+    """The smallest size that is at least as large as every part needs, along both directions."""
+    chosen = [part.chosen.size for part in parts]
+    return Size(*(max(getattr(size, name) for size in chosen) for name in ("rows", "columns", "degree")))
+
+
+def _mean_part(parts: Sequence[Separation]) -> list[Separation]:
+    """The mean of all parts as a part of its own, where they were measured at the same places.
+
+    Its size is the likeliest: tests that are right 99 times in 100 would refuse one good series of a hundred.
+    """
+    if not _comparable(parts):
+        return []
+    mean = np.mean([part.measured_mm for part in parts], axis=0)
+    return [separate(parts[0].places, mean, near=parts[0].near, name="mean of all parts")]
+
+
+def _missed_mm(parts: Sequence[Separation]) -> float:
+    """What residuals have alike: the mean square of their mean, less what their scatter gives it."""
+    if not _comparable(parts):
+        return 0.0
+    residuals = np.stack([part.random_mm for part in parts])
+    by_chance = float(np.mean(np.var(residuals, axis=0, ddof=1))) / len(parts)
+    by_chance *= 1 + ABOVE_ZERO * np.sqrt(2 / residuals.shape[1])
+    return float(np.sqrt(max(0.0, float(np.mean(np.mean(residuals, axis=0) ** 2)) - by_chance)))
+
+
+def _comparable(parts: Sequence[Separation]) -> bool:
+    """Whether all parts were measured at the same places."""
+    return all(part.near is parts[0].near for part in parts)
+
+
+def fit_variance_mm2(part: Separation, u: Array, v: Array) -> Array:
+    """Variance that the random part gives a part's model at every u with every v, on a full grid of touches."""
+    rows, columns, size = part.places.rows, part.places.columns, part.deterministic.size
+    if rows is None or columns is None:
+        raise TrueloopError(
+            Code.SRF_GRID, f"the {len(part.places.u)} places are scattered, not a grid", hint="measure along a grid"
+        )
+    along, across = (
+        np.einsum("ai,ij,aj->a", b, np.linalg.inv(d.T @ d), b)
+        for b, d in ((basis(size, 0, u), basis(size, 0, rows)), (basis(size, 1, v), basis(size, 1, columns)))
+    )
+    return np.asarray(part.sigma_mm**2 * np.outer(along, across))
+
+
+def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE) -> int:
+    """How many parts make the pattern's uncertainty at most `target_mm` on average over the surface.
+
+    From the scatter seen so far: the smallest s with t₍ₛ₋₁₎ · scatter/√s ≤ target. Raises SRF-PARTS for a target that
+    is not positive or needs more than 100 000 parts.
+    """
+    at = np.linspace(0.0, 1.0, SIDE)
+    scatter = rms(pattern.scatter_grid_mm(at, at))
+    few, many = 2, MANY
+    if not target_mm > 0 or student(coverage, many - 1) * scatter / np.sqrt(many) > target_mm:
+        raise TrueloopError(
+            Code.SRF_PARTS,
+            f"an uncertainty of {target_mm * UM_PER_MM:g} µm cannot be had from parts that scatter by "
+            f"{scatter * UM_PER_MM:.2f} µm",
+            hint="aim at an uncertainty that is not far below the scatter between parts",
+        )
+    while few < many:
+        middle = (few + many) // 2
+        enough = student(coverage, middle - 1) * scatter / np.sqrt(middle) <= target_mm
+        few, many = (few, middle) if enough else (middle + 1, many)
+    return few
+
+
+def _told(odd: Outlier) -> Finding:
+    return Finding(
+        Severity.WARNING,
+        Code.SRF_OUTLIER,
+        f"part {odd.name!r} differs from the mean of the others by {odd.off_mm * UM_PER_MM:.2f} µm rms, "
+        f"{odd.times:.1f} times as much as parts do (p {odd.p_value:.2g})",
+        "look at its clamping, tool and measurement; leave it out of the pattern if there is a cause",
+    )

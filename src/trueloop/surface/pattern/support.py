@@ -1,0 +1,185 @@
+"""Where measured points support a pattern, and what stands for it where they do not.
+
+Up to about a step from its points, and as long as these determine it, a part's spline is taken; farther on, by kriging
+(`kriging`), what the pattern's own process expects, which fades to none. The two are blended where both are good.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array, for_kernel
+from trueloop.surface.pattern.kriging import Kriging, Process, Sides, fitted_process
+from trueloop.surface.pattern.pooled import Pooled, pooled
+from trueloop.surface.separation.places import SMOOTHING, Places, splines
+from trueloop.surface.separation.separate import Separation
+from trueloop.surface.separation.spline_surface import Size, SplineSurface, basis, fit_grid
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+SAMPLES: Final = 121
+FINE: Final = Size(63, 63, 3)
+"""Samples a side of faded models, and the splines through them: finer than any pattern's."""
+NEAR: Final = 0.75
+"""Of the distance to the fourth nearest point: from the middle of a square mesh to its corners it is 0.71."""
+BLENDED: Final = 1.75
+"""At so many times that distance, nothing is left of the spline."""
+DETERMINED: Final = (2.0, 4.0)
+"""Variance of the spline, over that of one of its points, up to which it is taken, and from which on it is not: at
+points themselves it is below 1.
+"""
+CREASES: Final = 2.0
+"""Samples that the blending is smoothed over (one standard deviation)."""
+KNOWN: Final = 0.99
+"""A place is supported where measurements take away this share of the variance that waves and noise have: the pattern
+is then known there to a tenth of its own scatter.
+"""
+SOME: Final = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """How far measurements tell the pattern, on a square of `SAMPLES` parameters a side, [0, 1] both.
+
+    `known` is 1 beside measured points and 1 − V/(τ² + σ²) elsewhere, V the variance about what kriging expects, not
+    below 0; `deviation_mm` what V adds to the uncertainty: one standard deviation, widened for being an estimate;
+    `parts` how many parts tell of a place.
+    """
+
+    process: Process
+    known: Array
+    deviation_mm: Array
+    parts: Array
+
+    @property
+    def supported(self) -> np.ndarray:
+        """Which samples are supported by measurements."""
+        return self.known >= KNOWN
+
+
+def between(samples: Array, u: Array, v: Array) -> Array:
+    """Samples on an even square of parameters, linearly between them, at pairs (n,) of parameters."""
+    last = len(samples) - 1
+    a, b = np.clip(u, 0.0, 1.0) * last, np.clip(v, 0.0, 1.0) * last
+    i, j = np.minimum(a.astype(int), last - 1), np.minimum(b.astype(int), last - 1)
+    a, b = a - i, b - j
+    low, high = (samples[k, j] * (1 - b) + samples[k, j + 1] * b for k in (i, i + 1))
+    return np.asarray(low * (1 - a) + high * a)
+
+
+def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Support] | None:
+    """The parts' models with what fades where their points do not support them; None where they do everywhere."""
+    sides = parts[0].places.sides_mm
+    at = np.linspace(0.0, 1.0, SAMPLES)
+    where = np.stack([np.repeat(at, SAMPLES), np.tile(at, SAMPLES)], axis=1) * sides
+    alike = {id(part.places): part for part in parts}
+    own = {key: _own_share(part, sides, where) for key, part in alike.items()}
+    share = np.stack([own[id(part.places)] for part in parts])
+    bare = np.flatnonzero(np.min(share, axis=0) < 1.0)
+    if not len(bare):
+        return None
+    values = pooled(parts, sides)
+    process = fitted_process(values.at_mm, values.mean_mm, sides, values.step_mm)
+    found = _expected(process, values, where[bare])
+    models = []
+    for part, kept, mean in zip(parts, share[:, bare], found.expected_mm, strict=True):
+        model = part.deterministic.grid_mm(at, at).ravel()
+        model[bare] = kept * model[bare] + (1 - kept) * mean
+        models.append(fit_grid((at, at), model.reshape(SAMPLES, SAMPLES), FINE))
+    return tuple(models), _support(process, process.widening(sides), share, bare, found)
+
+
+@dataclass(frozen=True, eq=False)
+class _Expected:
+    """What kriging expects of every part at places, its variance by that part's points, (parts, m) both, and by those
+    of all parts (m,).
+    """
+
+    expected_mm: Array
+    own_mm2: Array
+    variance_mm2: Array
+
+
+def _expected(process: Process, values: Pooled, where: Array) -> _Expected:
+    """Where a part has no value, the mean of the others stands, with what its own values differ from it."""
+    whole, there = Kriging(process, values.at_mm), np.isfinite(values.values_mm)
+    variance = whole.variance_mm2(where)
+    if np.all(there):
+        return _Expected(whole.expected_mm(values.values_mm.T, where).T, np.tile(variance, (len(there), 1)), variance)
+    mean = whole.expected_mm(values.mean_mm[:, None], np.concatenate([where, values.at_mm]))[:, 0]
+    beside, at_points = mean[: len(where)], mean[len(where) :]
+    alone = [Kriging(process, values.at_mm[has]) for has in there]
+    expected = [
+        beside + own.expected_mm((some - at_points)[has, None], where)[:, 0]
+        for own, some, has in zip(alone, values.values_mm, there, strict=True)
+    ]
+    return _Expected(np.stack(expected), np.stack([own.variance_mm2(where) for own in alone]), variance)
+
+
+def _support(process: Process, widening: float, share: Array, bare: np.ndarray, found: _Expected) -> Support:
+    yardstick, best = process.waves_mm2 + process.noise_mm2, np.max(share[:, bare], axis=0)
+    known, deviation, parts = (
+        np.ones(share.shape[1]),
+        np.zeros(share.shape[1]),
+        np.full(share.shape[1], len(share) * 1.0),
+    )
+    known[bare] = np.maximum(np.clip(1 - found.variance_mm2 / yardstick, 0.0, 1.0), best)
+    deviation[bare] = widening * np.sqrt((1 - best) * found.variance_mm2)
+    told = np.maximum(1 - np.clip(found.own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
+    most = np.max(told, axis=0)
+    parts[bare] = np.where(most > 0, np.sum(told, axis=0) / np.where(most > 0, most, 1.0), len(share))
+    square = (SAMPLES, SAMPLES)
+    return Support(process, known.reshape(square), deviation.reshape(square), parts.reshape(square))
+
+
+def _own_share(part: Separation, sides: Sides, where: Array) -> Array:
+    """How much a part's own spline is taken at places (m, 2): 1 within about a step of its points, as long as these
+    determine it there; less beyond either.
+    """
+    from scipy.ndimage import gaussian_filter  # slow to import
+    from scipy.spatial import KDTree
+
+    tree = KDTree(_flat(part.places, sides))
+    distance = np.asarray(tree.query(where)[0])
+    near = _fading(distance / _reach_mm(part.places, sides, tree), 1.0, BLENDED)
+    if np.any(near < 1.0):  # between two nearest points the distance has creases
+        near = np.clip(gaussian_filter(near.reshape(SAMPLES, SAMPLES), CREASES, mode="nearest"), 0.0, 1.0).ravel()
+    return near * _fading(_leverage(part.places, part.chosen.size, where / sides), *DETERMINED)
+
+
+def _fading(values: Array, full: float, none: float) -> Array:
+    """1 up to `full`, 0 from `none`, in between with two continuous derivatives."""
+    past = np.clip((values - full) / (none - full), 0.0, 1.0)
+    return np.asarray(1 - past**3 * (10 - 15 * past + 6 * past**2))
+
+
+def _leverage(places: Places, size: Size, at: Array) -> Array:
+    """Variance of a part's spline at parameters (m, 2), over that of one of its points."""
+    if places.rows is not None and places.columns is not None:
+        lines = enumerate((places.rows, places.columns))
+        along, across = (_of_lines(basis(size, axis, at[:, axis]), basis(size, axis, where)) for axis, where in lines)
+        return along * across
+    spread, turn = np.linalg.eigh(splines(places, size).normal())
+    turn = turn / np.sqrt(np.maximum(spread, SMOOTHING * np.mean(spread)))
+    return splines(Places(np.empty((0, 3)), at[:, 0], at[:, 1]), size).squares(for_kernel(turn @ turn.T))
+
+
+def _of_lines(wanted: Array, measured: Array) -> Array:
+    return np.asarray(np.einsum("ai,ij,aj->a", wanted, np.linalg.inv(measured.T @ measured), wanted))
+
+
+def _reach_mm(places: Places, sides: Sides, tree: "KDTree") -> float:
+    """How far places may be from a part's points that these support: the middle of a mesh is."""
+    if places.rows is not None and places.columns is not None:
+        step_u, step_v = (float(np.median(np.abs(np.diff(lines)))) for lines in (places.rows, places.columns))
+        return 0.51 * float(np.hypot(step_u * sides[0], step_v * sides[1]))
+    points = _flat(places, sides)
+    distance, _ = tree.query(points[:: max(1, len(points) // SOME)], k=[5])
+    return NEAR * float(np.median(distance))
+
+
+def _flat(places: Places, sides: Sides) -> Array:
+    return np.stack([places.u * sides[0], places.v * sides[1]], axis=1)

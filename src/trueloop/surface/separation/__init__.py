@@ -1,0 +1,1 @@
+"""Deviation over one part: what is systematic and what is random."""

@@ -1,0 +1,224 @@
+"""What is deterministic in a part's deviations and what is random.
+
+A least-squares spline surface follows what machining repeats; what it leaves should be normal and spatially random
+[MPM §§4–6]. Its size is the one under which the deviations are most likely, or, as published, the first that leaves
+residuals so: fewest control points first.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.surface.separation.candidates import DEGREES, FULLEST, climbed, most_likely, sizes, thinner
+from trueloop.surface.separation.likelihood import log_likelihood
+from trueloop.surface.separation.moran import Null
+from trueloop.surface.separation.neighbourhood import (
+    Neighbourhood,
+    expected_geary_c,
+    permutation_p_value,
+    residual_null,
+)
+from trueloop.surface.separation.normality import Normality, normality
+from trueloop.surface.separation.places import Places, projector, regress
+from trueloop.surface.separation.spline_surface import Size, SplineSurface
+
+CONFIDENCE: Final = 0.99
+"""P of [MPM §8.2], for every test."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One size and what the tests say of its residuals."""
+
+    size: Size
+    moran_i: float
+    null: Null
+    moran_p: float
+    normality: Normality
+
+    def random(self, confidence: float) -> bool:
+        """Whether the residuals are spatially random."""
+        return self.moran_p > 1.0 - confidence
+
+    def normal(self, confidence: float) -> bool:
+        """Whether the residuals are normal, judged by Lilliefors."""
+        return self.normality.lilliefors_p > 1.0 - confidence
+
+    def adequate(self, confidence: float) -> bool:
+        """Whether the residuals are both."""
+        return self.random(confidence) and self.normal(confidence)
+
+
+@dataclass(frozen=True, eq=False)
+class Separation:
+    """A part's deviations taken apart: `deterministic` as a surface, `random_mm` (n,) as values at the places.
+
+    `chosen` is the size taken and what the tests say of it. `sigma_mm` is the scatter of the random part, with the
+    degrees of freedom counted that the fit took.
+    """
+
+    near: Neighbourhood
+    measured_mm: Array
+    deterministic: SplineSurface
+    random_mm: Array
+    chosen: Trial
+    sigma_mm: float
+    criterion: str
+    findings: tuple[Finding, ...]
+
+    @property
+    def places(self) -> Places:
+        """Where the deviations are known."""
+        return self.near.places
+
+    @cached_property
+    def geary_c(self) -> float:
+        """Geary's C of the random part: it looks at differences between neighbours, where Moran's I sees products."""
+        return self.near.geary_c(self.random_mm)
+
+    @cached_property
+    def expected_geary_c(self) -> float:
+        """What C would be for a random part without order in space."""
+        return expected_geary_c(self.near, self.chosen.size)
+
+    @cached_property
+    def permutation_p(self) -> float:
+        """The test for spatial randomness by shuffling the random part."""
+        return permutation_p_value(self.near, self.random_mm, self.chosen.size)
+
+
+def separate(
+    places: Places,
+    errors_mm: Array,
+    *,
+    near: Neighbourhood | None = None,
+    confidence: float = CONFIDENCE,
+    degrees: Sequence[int] = DEGREES,
+    criterion: str = "likelihood",
+    name: str = "",
+) -> Separation:
+    """Takes deviations apart; `name` tells whose they are, in refusals and findings.
+
+    criterion: "likelihood": the size under which the deviations are most likely. "randomness", the published one:
+    fewest control points, then lowest degree, whose residuals are normal (Lilliefors) and spatially random (Moran's I
+    against the moments of residuals); raises SRF-MODEL when no size leaves spatially random ones. Either way both tests
+    stand in the trial that is chosen, and what they reject is among the findings.
+    """
+    near = near or Neighbourhood(places)
+    candidates, likely = _sizes(places, degrees, name), cache(partial(log_likelihood, places, errors_mm))
+    if criterion == "likelihood":
+        chosen = _trial(near, errors_mm, most_likely(candidates, likely))
+    else:
+        chosen = _until_random(near, errors_mm, candidates, likely, confidence, name)
+    return _taken_apart(near, errors_mm, chosen, criterion, tuple(_findings(chosen, confidence, name)))
+
+
+def _sizes(places: Places, degrees: Sequence[int], name: str) -> list[Size]:
+    if found := list(sizes(places, degrees)):
+        return found
+    given = f"{len(places.u)} points"
+    if places.rows is not None and places.columns is not None:
+        given = f"{len(places.rows)} rows and {len(places.columns)} columns"
+    least = math.ceil((min(degrees) + 1) / FULLEST)
+    raise TrueloopError(
+        Code.SRF_POINTS,
+        f"{name!r} was measured in {given}: too few for any surface",
+        hint=f"{least} rows and {least} columns are the least",
+    )
+
+
+def of_size(places: Places, errors_mm: Array, size: Size, near: Neighbourhood | None = None) -> Separation:
+    """Deviations taken apart by a surface of a given size."""
+    near = near or Neighbourhood(places)
+    trial = _trial(near, errors_mm, size)
+    return _taken_apart(near, errors_mm, trial, "given", ())
+
+
+def _until_random(
+    near: Neighbourhood,
+    errors: Array,
+    candidates: Sequence[Size],
+    likely: Callable[[Size], float],
+    confidence: float,
+    name: str,
+) -> Trial:
+    """The first adequate size; then with fewer control points along one direction alone.
+
+    Going down, a size has to be adequate and more likely: a test that has said no many times says yes once by chance.
+    Where no size leaves normal residuals, the smallest that leaves spatially random ones.
+    """
+    tried = cache(partial(_trial, near, errors))
+    for size in candidates:
+        if tried(size).adequate(confidence):
+            return tried(climbed(size, likely, thinner, lambda size: tried(size).adequate(confidence)))
+    random = [size for size in candidates if tried(size).random(confidence)]
+    if not random:
+        raise _never_random(tried(candidates[-1]), confidence, name)
+    return tried(random[0])
+
+
+def _never_random(last: Trial, confidence: float, name: str) -> TrueloopError:
+    return TrueloopError(
+        Code.SRF_MODEL,
+        f"{name!r}: up to {last.size} control points the residuals are not spatially random: Moran's I "
+        f"{last.moran_i:.4f}, p {last.moran_p:.2g}, wanted above {1 - confidence:.2g}",
+        hint="measure more densely if the pattern has waves shorter than two steps of the grid; or choose the size by "
+        'likelihood (model.criterion = "likelihood" in the job)',
+    )
+
+
+def _trial(near: Neighbourhood, errors: Array, size: Size) -> Trial:
+    span = projector(near.places, size)
+    residuals = span.residuals(errors)
+    free = np.maximum(1.0 - span.leverages, 1e-9)
+    law = normality(residuals / np.sqrt(free))
+    null = residual_null(near, size)
+    moran_i = float(near.moran_i(residuals[:, None])[0])
+    return Trial(size, moran_i, null, null.p_value(moran_i), law)
+
+
+def _taken_apart(
+    near: Neighbourhood,
+    errors: Array,
+    chosen: Trial,
+    criterion: str,
+    found: tuple[Finding, ...],
+) -> Separation:
+    span = projector(near.places, chosen.size)
+    residuals = span.residuals(errors)
+    return Separation(
+        near=near,
+        measured_mm=errors,
+        deterministic=regress(near.places, errors, chosen.size),
+        random_mm=residuals,
+        chosen=chosen,
+        sigma_mm=float(np.sqrt(np.sum(residuals**2) / (len(errors) - span.rank))),
+        criterion=criterion,
+        findings=found,
+    )
+
+
+def _findings(chosen: Trial, confidence: float, name: str) -> Iterator[Finding]:
+    wanted = f"wanted above {1 - confidence:.2g}"
+    if not chosen.random(confidence):
+        yield Finding(
+            Severity.NOTE,
+            Code.SRF_MODEL,
+            f"{name!r}: what {chosen.size} control points leave is not spatially random: Moran's I "
+            f"{chosen.moran_i:.4f}, p {chosen.moran_p:.2g}, {wanted}",
+            "some of the pattern is left, less than the random part: more control points would follow that sooner",
+        )
+    if not chosen.normal(confidence):
+        yield Finding(
+            Severity.WARNING,
+            Code.SRF_MODEL,
+            f"{name!r}: what {chosen.size} control points leave is not normal: Lilliefors p "
+            f"{chosen.normality.lilliefors_p:.2g} (Kolmogorov–Smirnov {chosen.normality.ks_p:.2g}), {wanted}",
+            "look for single bad touches: they make the tails too heavy",
+        )

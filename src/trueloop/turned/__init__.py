@@ -1,0 +1,1 @@
+"""A turned part: touches, error curves, compensation of contours and of their programs."""

@@ -1,0 +1,1 @@
+"""Error curves to a displaced contour: decisions, limits, targets, prediction."""

@@ -1,0 +1,1 @@
+"""Error curves of a whole profile: bad touches, junctions, uncertainty and its budget."""

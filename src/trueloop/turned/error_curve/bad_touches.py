@@ -1,0 +1,280 @@
+"""Touches that are likely to be bad: a chip under the ball, coolant, a slip of the probe.
+
+Each touch is compared with what all other touches predict at its place, by fits made without it in which the shape of
+the curve is chosen anew. A touch is left out of the fit where the test and the probability agree; where two or three
+touches explain each other's disagreement equally well, the words say that it cannot be decided.
+
+The probability is that of a mixture (Box & Tiao 1968, "A Bayesian approach to some outlier problems"): a touch is bad
+with the prior `BAD_SHARE`, and then its error is wider by `BAD_SPREAD_MM`. With the deletion residual d, its standard
+uncertainty s and ν degrees of freedom, the odds of "touch k is bad" against "none is bad" are
+π/(1 − π) · N(d; 0, s² + τ²) / t_ν(d/s)/s: for a linear model this ratio is exact, the shape of the others cancels.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import TrueloopError
+from trueloop.geometry.profile import Profile
+from trueloop.turned.error_curve.coverage import student_t_factor
+from trueloop.turned.error_curve.uncertainty import FittedChains, finish
+from trueloop.turned.fit.fit_chains import fit_chains
+from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.untouched import BETWEEN_FEATURES_MM
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.units import UM_PER_MM
+
+BAD_SHARE: Final = 0.01
+"""Prior probability that a touch is bad."""
+
+BAD_SPREAD_MM: Final = 0.030
+"""Standard deviation of a bad touch's own error: chips and slips are tens of micrometres."""
+
+FALSE_ALARMS: Final = 0.003
+"""Share of clean parts in which the test, shared among all touches, may name one. The shape of an arc's curve is chosen
+by the same touches, which makes residuals a little too small: simulated clean parts stay below 1 in 100."""
+
+DECIDED: Final = 0.95
+"""A touch is left out where it is bad with at least this probability, against all other explanations."""
+
+MOST: Final = 3
+"""More touches are not left out of one part, and never more than a quarter of those of one curve."""
+
+LOOKED_AT: Final = 3
+"""Touches of each curve that stand out most are judged by a fit of their own; the others stand out less."""
+
+WORTH_A_FIT: Final = 2.0
+"""Times the scatter by which a touch deviates from the others before it gets a fit of its own: the test asks for more
+than four, and a clean part is not to pay for a dozen fits."""
+
+GOES_ON: Final = 3.0
+"""The search for a second bad touch, which may hide the first, goes on from a touch that stands out this much."""
+
+EXCUSED: Final = 2.0
+"""A curve whose own touches scatter this many times as much as all do does not follow its feature: it is judged by its
+own scatter."""
+
+FINEST_MM: Final = 1e-4
+"""What agrees within the last digit of a reading is not judged."""
+
+
+@dataclass(frozen=True)
+class SuspectTouch:
+    """A touch that the others contradict; `position` is its in the error vectors, lengths in mm.
+
+    `expected_mm` is what the other touches predict there, `standard_u_mm` the standard uncertainty of a good touch
+    about that. `probability` is that of this touch being bad. `left_out` touches have weight 0 in the fit, all other
+    touches weight 1.
+    """
+
+    position: int
+    point: str
+    feature: str
+    error_mm: float
+    expected_mm: float
+    standard_u_mm: float
+    probability: float
+    left_out: bool
+    z_reference: bool
+
+    def as_dict(self) -> dict[str, object]:
+        """For JSON: errors in µm, the weight that the touch has in the fit."""
+        return {
+            "point": self.point,
+            "feature": self.feature,
+            "error_um": self.error_mm * UM_PER_MM,
+            "expected_um": self.expected_mm * UM_PER_MM,
+            "standard_u_um": self.standard_u_mm * UM_PER_MM,
+            "probability_bad": self.probability,
+            "weight": 0.0 if self.left_out else 1.0,
+        }
+
+    @property
+    def words(self) -> str:
+        """What was found and what follows from it."""
+        e, expected, u = (UM_PER_MM * mm for mm in (self.error_mm, self.expected_mm, self.standard_u_mm))
+        found = (
+            f"touch {self.point} on {self.feature}: {e:+.1f} µm, where the other touches predict {expected:+.1f} µm "
+            f"with a standard uncertainty of {u:.1f} µm; bad with probability {_percent(self.probability)}"
+        )
+        if self.z_reference:
+            return f"{found}. The part's z was taken from it: every error along z contains its own. Probe it again"
+        if self.left_out:
+            return f"{found}. It is left out of the fit (weight 0). Probe it again"
+        return f"{found}. This cannot be decided, it stays in the fit: probe it again, or {self.feature} at more points"
+
+
+@dataclass(frozen=True)
+class _Deletion:
+    """A touch beside what a fit without it predicts: `odds` of bad against good, whether the test rejects it."""
+
+    position: int
+    expected_mm: float
+    standard_u_mm: float
+    times: float
+    odds: float
+    rejected: bool
+
+
+@dataclass(frozen=True)
+class _Search:
+    profile: Profile
+    vectors: ErrorVectors
+    options: FitOptions
+
+    def fitted(self, kept: NDArray[np.intp]) -> FittedChains:
+        """The profile fitted to some of the touches."""
+        part = self.vectors.chosen(kept)
+        return finish(fit_chains(self.profile, part, self.options, None)[0], part)
+
+
+def suspect_touches(profile: Profile, vectors: ErrorVectors, options: FitOptions) -> tuple[SuspectTouch, ...]:
+    """Touches that the others contradict, most probable first; empty for clean touches.
+
+    The test is the generalized extreme Studentized deviate test (Rosner 1983): touches are taken away one by one, the
+    most extreme first, and as many are named as the last significant step has; so two bad touches do not hide each
+    other. Valid where good touches scatter normally about a curve that the fit can follow: a step or a burr within a
+    feature looks like bad touches. A touch can be named only where the others have touches to spare.
+    """
+    search = _Search(profile, vectors, options)
+    everything = np.arange(len(vectors.point))
+    removed: list[int] = []
+    named: list[int] = []
+    for _ in range(MOST + 1):
+        kept = np.setdiff1d(everything, removed)
+        worst = _worst(_deletions(search, kept, _standing_out(search, kept)))
+        if worst is None:
+            break
+        removed.append(worst.position)
+        if worst.rejected:
+            named = list(removed)
+        elif worst.times < GOES_ON:
+            break
+    return _judged(search, named) if named else ()
+
+
+def _worst(found: Sequence[_Deletion]) -> _Deletion | None:
+    return max(found, key=lambda one: one.times, default=None)
+
+
+def _standing_out(search: _Search, kept: NDArray[np.intp]) -> list[int]:
+    """Touches worth a fit of their own: the largest errors of being predicted, and those that no other predicts."""
+    if len(kept) < 2:
+        return []
+    picked: list[int] = []
+    fitted = search.fitted(kept)
+    for fit, scatter_mm in zip(fitted.fits, fitted.scatter_mm, strict=True):
+        size = np.where(np.isnan(fit.leave_one_out_mm), np.inf, np.abs(fit.leave_one_out_mm))
+        most = np.argsort(-size)[:LOOKED_AT]
+        picked += [int(kept[k]) for k in fit.touches[most[size[most] > WORTH_A_FIT * scatter_mm]]]
+    return picked
+
+
+def _deletions(search: _Search, kept: NDArray[np.intp], looked_at: Sequence[int]) -> list[_Deletion]:
+    found = (_deletion(search, kept, k) for k in looked_at)
+    return [one for one in found if one is not None]
+
+
+def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | None:
+    """The touch against a fit to the others; None where those do not determine a curve with touches to spare."""
+    try:
+        fitted = search.fitted(kept[kept != k])
+    except TrueloopError:
+        return None
+    expected, u, freedom = _predicted(search, fitted, k)
+    if freedom == 0:
+        return None
+    off = float(search.vectors.error_mm[k]) - expected
+    times = abs(off) / u
+    limit = student_t_factor(1.0 - FALSE_ALARMS / len(kept), freedom)
+    return _Deletion(k, expected, u, times, _odds(off, u, freedom), times > limit)
+
+
+def _predicted(search: _Search, fitted: FittedChains, k: int) -> tuple[float, float, int]:
+    """What a fit says of touch k that it does not know: value, standard uncertainty of a good touch, its freedom."""
+    feature = int(search.vectors.feature_index[k])
+    c = next(c for c, fit in enumerate(fitted.fits) if feature in fit.chain.features)
+    fit, spline = fitted.fits[c], fitted.splines[c]
+    start = fit.chain.starts_mm[fit.chain.features.index(feature)]
+    s = np.clip(start + search.vectors.arc_length_mm[k], 0.0, spline.length_mm)
+    form = spline.value_form(s)
+    scatter, freedom = fitted.scatter_mm[c], fitted.degrees_of_freedom
+    curve_u = math.hypot(math.sqrt(max(float(spline.variance(form)[0]), 0.0)), float(spline.drawn_out_u_mm(s)[0]))
+    own = math.sqrt(float(np.sum(fit.residual_mm**2)) / fit.spare) if fit.spare > 0 else 0.0
+    if own > EXCUSED * scatter:
+        curve_u, scatter, freedom = curve_u * own / scatter, own, fit.spare
+    between = BETWEEN_FEATURES_MM if 0 < len(fit.touches) < (3 if fit.chain.curved else 2) else 0.0
+    u = max(math.hypot(curve_u, scatter, between), FINEST_MM)
+    estimated = not len(fit.touches) and all(source.neighbour is None for source in fit.sources)
+    found = scatter if estimated else math.hypot(curve_u, scatter)
+    return float(spline.of(form)[0]), u, _effective(freedom, found / u)
+
+
+def _effective(freedom: int, share: float) -> int:
+    """Degrees of freedom where the rest of the uncertainty is stated, not found from touches (Welch–Satterthwaite)."""
+    return int(min(freedom / max(share, 1e-3) ** 4, 10_000.0))
+
+
+def _odds(off_mm: float, u_mm: float, freedom: int) -> float:
+    """Odds of a bad touch against a good one, at most 1e12."""
+    wide = math.hypot(u_mm, BAD_SPREAD_MM)
+    log_bad = -0.5 * (off_mm / wide) ** 2 - math.log(wide) - 0.5 * math.log(2.0 * math.pi)
+    nu = freedom
+    log_good = -0.5 * (off_mm / u_mm) ** 2 - math.log(u_mm) - 0.5 * math.log(2.0 * math.pi) if nu > 1000 else (
+        math.lgamma((nu + 1) / 2) - math.lgamma(nu / 2) - 0.5 * math.log(nu * math.pi) - math.log(u_mm)
+        - (nu + 1) / 2 * math.log1p((off_mm / u_mm) ** 2 / nu)
+    )  # fmt: skip
+    return BAD_SHARE / (1.0 - BAD_SHARE) * math.exp(min(log_bad - log_good, 30.0))
+
+
+def _judged(search: _Search, named: Sequence[int]) -> tuple[SuspectTouch, ...]:
+    """Probabilities: each named touch, and whatever would explain the same as well, with the other named ones away."""
+    everything = np.arange(len(search.vectors.point))
+    found: dict[int, SuspectTouch] = {}
+    for k in named:
+        kept = np.setdiff1d(everything, [other for other in named if other != k])
+        rivals = _rivals(search, kept, k)
+        total = 1.0 + sum(one.odds for one in rivals)
+        for one in rivals:
+            probability = one.odds / total
+            if one.position == k or probability > 1.0 - DECIDED:
+                suspect = _suspect(search, one, probability, one.position == k and _may_go(search, named, k))
+                if one.position not in found or one.position == k:
+                    found[one.position] = suspect
+    return tuple(sorted(found.values(), key=lambda one: -one.probability))
+
+
+def _rivals(search: _Search, kept: NDArray[np.intp], k: int) -> list[_Deletion]:
+    """Deletions of all touches on the feature of touch k and the standing-out ones of the others."""
+    same = kept[search.vectors.feature_index[kept] == search.vectors.feature_index[k]]
+    return _deletions(search, kept, sorted({int(i) for i in same} | set(_standing_out(search, kept))))
+
+
+def _may_go(search: _Search, named: Sequence[int], k: int) -> bool:
+    """Whether the touch's curve keeps three quarters of its touches without the named ones."""
+    index = search.vectors.feature_index
+    gone = sum(int(index[i]) == int(index[k]) for i in named)
+    return gone <= int(np.count_nonzero(index == index[k])) // 4
+
+
+def _suspect(search: _Search, one: _Deletion, probability: float, may_go: bool) -> SuspectTouch:
+    k, vectors = one.position, search.vectors
+    return SuspectTouch(
+        position=k,
+        point=vectors.point[k],
+        feature=search.profile.names[vectors.feature_index[k]],
+        error_mm=float(vectors.error_mm[k]),
+        expected_mm=one.expected_mm,
+        standard_u_mm=one.standard_u_mm,
+        probability=probability,
+        left_out=may_go and probability >= DECIDED,
+        z_reference=bool(vectors.at_reference[k]),
+    )
+
+
+def _percent(probability: float) -> str:
+    return "more than 99.9 %" if probability > 0.999 else f"{100.0 * probability:.1f} %"

@@ -1,0 +1,87 @@
+"""The uncertainty of the next cut's error, cause by cause."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.geometry.feature import Array
+from trueloop.turned.error_curve.coverage import coverage_factor
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Standard uncertainties of the next cut's error about its prediction at n places, all (n,), mm.
+
+    `probe_mm` and `curve_mm`: of the fitted curve, by the probe's repeatability and by how the touched cut scatters;
+    `process_mm`: how the next cut scatters by itself. These are known from `degrees_of_freedom` spare touches (None:
+    from gauging alone). `common_mm` and `along_mm`: what the next cut does otherwise, as a whole and along itself;
+    `estimate_mm`: of a feature without a touch, whose error was estimated. These are stated, not found from touches.
+    """
+
+    probe_mm: Array
+    curve_mm: Array
+    process_mm: Array
+    common_mm: Array
+    along_mm: Array
+    estimate_mm: Array
+    degrees_of_freedom: int | None
+
+    @property
+    def found_mm(self) -> Array:
+        """Root of squares of what the touches tell."""
+        return np.hypot(np.hypot(self.probe_mm, self.curve_mm), self.process_mm)
+
+    @property
+    def between_cuts_mm(self) -> Array:
+        """Root of squares of what sets the next cut apart from the one that was touched."""
+        return np.hypot(self.common_mm, self.along_mm)
+
+    @property
+    def stated_mm(self) -> Array:
+        """Root of squares of what is stated beforehand."""
+        return np.hypot(self.between_cuts_mm, self.estimate_mm)
+
+    @property
+    def standard_u_mm(self) -> Array:
+        """Root of squares of all."""
+        return np.hypot(self.found_mm, self.stated_mm)
+
+    @property
+    def expanded_u_mm(self) -> Array:
+        """Half width of the band that holds 95 %: each part times its own k, root of squares.
+
+        Student's k belongs to what few touches tell, the normal one to what is stated. The sum of a Student and a
+        normal variable lies within with 95 to 99 %; one k for both would multiply the stated part by up to 12.7.
+        """
+        return np.hypot(coverage_factor(self.degrees_of_freedom) * self.found_mm, coverage_factor() * self.stated_mm)
+
+    def at(self, places: NDArray[np.intp]) -> "Budget":
+        """The same at some of the places."""
+        return _of_causes(_causes(self)[:, places], self.degrees_of_freedom)
+
+    @property
+    def alike(self) -> "Budget":
+        """The same were the two cuts alike but for their scatter."""
+        zero = np.zeros_like(self.common_mm)
+        return replace(self, common_mm=zero, along_mm=zero)
+
+    def with_more(self, curve_mm: Array) -> "Budget":
+        """With a further uncertainty of the curve, (n,)."""
+        return replace(self, curve_mm=np.hypot(self.curve_mm, curve_mm))
+
+
+def joined(budgets: Sequence[Budget]) -> Budget:
+    """Places of several features as one budget, in their order; all with the same degrees of freedom."""
+    return _of_causes(np.hstack([_causes(one) for one in budgets]), budgets[0].degrees_of_freedom)
+
+
+def _causes(budget: Budget) -> Array:
+    """A row a cause, (6, n)."""
+    found = (budget.probe_mm, budget.curve_mm, budget.process_mm)
+    return np.stack([*found, budget.common_mm, budget.along_mm, budget.estimate_mm])
+
+
+def _of_causes(rows: Array, degrees_of_freedom: int | None) -> Budget:
+    return Budget(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], degrees_of_freedom)

@@ -1,0 +1,196 @@
+"""From error vectors to the error model of a whole profile."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.statistics import rms
+from trueloop.turned.error_curve.bad_touches import SuspectTouch, suspect_touches
+from trueloop.turned.error_curve.check import check_options, check_vectors
+from trueloop.turned.error_curve.curve import ErrorCurve
+from trueloop.turned.error_curve.junctions import DisplacedJunction, displaced_junctions
+from trueloop.turned.error_curve.tangency import Tangency, tangencies
+from trueloop.turned.error_curve.uncertainty import FittedChains, finish
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, nose_on_part
+from trueloop.turned.fit.fit_chains import fit_chains
+from trueloop.turned.fit.nose_model import NoseModel
+from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.units import UM_PER_MM
+
+DRAWN_OUT: Final = 3.0
+"""An end that is this many times as uncertain as a single touch is worth a warning."""
+
+
+@dataclass(frozen=True)
+class ProfileErrorModel:
+    """Error curves of all features, and how far they can be trusted. Positive = material left on; lengths in mm.
+
+    `curves` and the RMS values go by feature index, `residual_mm` (error − curve: what a full correction would have
+    left) and `leave_one_out_mm` (error − what the other touches say there; NaN where they say nothing) by touch. RMS
+    values are over the touches with weight, NaN for features without one they could be taken from. `weight` is 1, and 0
+    for touches left out as bad, whose `leave_one_out_mm` is their residual; `suspects` name those that the others
+    contradict (`bad_touches`). `scatter_mm` is the largest standard deviation
+    of a touch about its curve, known with `degrees_of_freedom` spare touches. `notes` explain every decision;
+    `choices` compares own curve and nose model where a nose model was given.
+    """
+
+    profile: Profile
+    vectors: ErrorVectors
+    options: FitOptions
+    curves: tuple[ErrorCurve, ...]
+    residual_mm: Array
+    leave_one_out_mm: Array
+    weight: Array
+    suspects: tuple[SuspectTouch, ...]
+    residual_rms_mm: Array
+    leave_one_out_rms_mm: Array
+    junctions: tuple[DisplacedJunction, ...]
+    tangency: tuple[Tangency, ...]
+    scatter_mm: float
+    degrees_of_freedom: int
+    notes: tuple[str, ...]
+    choices: tuple[ModelChoice, ...]
+
+    @property
+    def farthest_words(self) -> str:
+        """The touch with weight that is farthest from what the others predict there, in words."""
+        off = np.where(np.isnan(self.leave_one_out_mm), self.residual_mm, self.leave_one_out_mm)
+        k = int(np.argmax(np.abs(off) * self.weight))
+        error_um, expected_um = UM_PER_MM * self.vectors.error_mm[k], UM_PER_MM * (self.vectors.error_mm[k] - off[k])
+        return (
+            f"farthest off is touch {self.vectors.point[k]} on {self.profile.names[self.vectors.feature_index[k]]}: "
+            f"{error_um:+.1f} µm, where the others predict {expected_um:+.1f} µm"
+        )
+
+
+def fit_profile(
+    profile: Profile, vectors: ErrorVectors, options: FitOptions | None = None, nose: NoseModel | None = None
+) -> ProfileErrorModel:
+    """Straight lines on lines, constrained cubic splines on arcs, joined at the junctions [6517 §2–4, 6811 §3].
+
+    Features without a touch follow their tangent neighbours, else what the same contact angle did elsewhere (module
+    `untouched`); one touch gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
+    hides the differences of the touches' own uncertainty. With a nose model from other parts, each arc gets whichever
+    of the two predicts its touches better, left out one at a time. Touches that are bad beyond doubt are left out, and
+    all suspect ones named (module `bad_touches`). Raises FIT errors; `tests/errors` has one of each.
+    """
+    options = options or FitOptions()
+    check_options(profile, options)
+    check_vectors(profile, vectors)
+    suspects = suspect_touches(profile, vectors, options) if options.bad_touches == BadTouches.LEAVE_OUT else ()
+    kept = np.setdiff1d(np.arange(len(vectors.point)), [one.position for one in suspects if one.left_out])
+    good = vectors if len(kept) == len(vectors.point) else vectors.chosen(kept)
+    on_part, unused = _nose(profile, good, nose)
+    fits, choices = fit_chains(profile, good, options, on_part)
+    fitted = finish(fits, good)
+    free = fitted
+    if options.tangent_policy == TangentPolicy.PATH:
+        with_kinks = replace(options, tangent_policy=TangentPolicy.PART)
+        free = finish(fit_chains(profile, good, with_kinks, on_part)[0], good)
+    curves = tuple(_curves(profile, good, fitted, options))
+    drawn_out = [note for i, curve in enumerate(curves) if len(vectors.of_feature(i)) for note in _drawn_out(curve)]
+    residual, left_out = _by_touch(vectors, curves, kept, fitted)
+    groups = [kept[good.of_feature(i)] for i in range(len(profile.features))]
+    return ProfileErrorModel(
+        profile=profile,
+        vectors=vectors,
+        options=options,
+        curves=curves,
+        residual_mm=residual,
+        leave_one_out_mm=left_out,
+        weight=np.isin(np.arange(len(vectors.point)), kept).astype(np.float64),
+        suspects=suspects,
+        residual_rms_mm=np.array([_rms_of_known(residual[group]) for group in groups]),
+        leave_one_out_rms_mm=np.array([_rms_of_known(left_out[group]) for group in groups]),
+        junctions=displaced_junctions(profile, curves),
+        tangency=tangencies(profile, free, options.tangent_policy),
+        scatter_mm=max(fitted.scatter_mm),
+        degrees_of_freedom=fitted.degrees_of_freedom,
+        notes=(*unused, *(note for fit in fitted.fits for note in fit.notes), *drawn_out),
+        choices=choices,
+    )
+
+
+def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tuple[NoseOnPart | None, tuple[str, ...]]:
+    """The nose model on this part, or a note why it does not serve."""
+    if nose is None:
+        return None, ()
+    try:
+        return nose_on_part(profile, vectors, nose), ()
+    except TrueloopError as refusal:
+        return None, (f"the nose model of other parts does not serve: {refusal.message}",)
+
+
+def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
+    for i, (fit, spline, scatter) in enumerate(zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True)):
+        within = options.repeatability_mm
+        if within is None:
+            within = scatter if fitted.process_mm is None else fitted.process_mm
+        probe = vectors.own_u_mm[fit.touches] if len(fit.touches) else vectors.own_u_mm
+        for k, index in enumerate(fit.chain.features):
+            yield ErrorCurve(
+                feature=profile.features[index].name,
+                length_mm=profile.features[index].length_mm,
+                spline=spline,
+                start_mm=fit.chain.starts_mm[k],
+                conditions=_share(fit.fit.conditions, k, len(fit.chain.features)),
+                knot_every=fit.knot_every[k],
+                scatter_mm=scatter,
+                repeatability_mm=within,
+                reference=None if fitted.reference is None else fitted.reference[i],
+                between_cuts=options.between_cuts,
+                probe_share=min(rms(probe) / scatter, 1.0) ** 2 if scatter > 0.0 else 0.0,
+                touches=len(fit.touches),
+                unsupported=fit.unsupported,
+                degrees_of_freedom=fitted.degrees_of_freedom or None,
+                notes=fit.notes,
+            )
+
+
+def _drawn_out(curve: ErrorCurve) -> Iterator[str]:
+    """A note for each end that the touches leave more uncertain than `DRAWN_OUT` times their scatter."""
+    for end, s in (("start", 0.0), ("end", curve.length_mm)):
+        u = float(curve.standard_deviation_mm(s)[0])
+        if u > DRAWN_OUT * curve.scatter_mm:
+            yield (
+                f"{curve.feature}: drawn out beyond its touches, the curve is uncertain by {u * UM_PER_MM:.1f} µm "
+                f"(standard uncertainty) at its {end}; a touch nearer to it would tell"
+            )
+
+
+def _share(conditions: EndConditions, k: int, features: int) -> EndConditions:
+    """The conditions of a chain that stand at the ends of its k-th feature."""
+    first, last = k == 0, k == features - 1
+    return EndConditions(
+        conditions.start_value_mm if first else None,
+        conditions.start_slope if first else None,
+        conditions.end_value_mm if last else None,
+        conditions.end_slope if last else None,
+    )
+
+
+def _by_touch(
+    vectors: ErrorVectors, curves: Sequence[ErrorCurve], kept: NDArray[np.intp], fitted: FittedChains
+) -> tuple[Array, Array]:
+    """Errors about the curves and about what the others say, of all touches; `fitted` knows the kept ones only."""
+    residual, left_out = np.empty(len(vectors.point)), np.empty(len(vectors.point))
+    for k in np.setdiff1d(np.arange(len(vectors.point)), kept):
+        curve = curves[vectors.feature_index[k]]
+        residual[k] = left_out[k] = vectors.error_mm[k] - curve.value_mm(vectors.arc_length_mm[k])[0]
+    for fit in fitted.fits:
+        residual[kept[fit.touches]] = fit.residual_mm
+        left_out[kept[fit.touches]] = fit.leave_one_out_mm
+    return residual, left_out
+
+
+def _rms_of_known(values: Array) -> float:
+    return rms(values[~np.isnan(values)])

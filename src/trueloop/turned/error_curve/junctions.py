@@ -1,0 +1,128 @@
+"""Where displaced features meet: the displacement d of every junction.
+
+Each curve displaces its feature along the normal; the displaced curves meet in the nominal junction plus d, with
+`n₁·d = e₁(end)` and `n₂·d = e₂(start)`. At a tangent junction both say the same and d has no tangential part. At the
+two ends of the profile a straight cut perpendicular to the end feature and without error stands in [6811 §3.4].
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array, Point
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.turned.error_curve.curve import ErrorCurve
+from trueloop.units import UM_PER_MM
+
+LARGEST_SHIFT: Final = 0.1
+"""A meeting point that moves along a feature by more than this share of its length is not a meeting point: at a corner
+of a fraction of a degree any difference of the two errors would throw it far off."""
+
+
+@dataclass(frozen=True)
+class DisplacedJunction:
+    """A junction of the profile and where the error curves put it; lengths in mm.
+
+    `before`, `after`: feature indices, None at the ends of the profile. `displacement_mm` is d = (dx, dz), its
+    tangential parts are along the direction of travel of either feature. `gap_mm` is what the two displaced curves
+    miss each other by: zero but for a corner too flat to solve. `kind` is None at the ends of the profile.
+    """
+
+    before: int | None
+    after: int | None
+    kind: JunctionKind | None
+    nominal_mm: Point
+    error_before_mm: float | None
+    error_after_mm: float | None
+    displacement_mm: Point
+    standard_u_mm: Point
+    tangential_before_mm: float | None
+    tangential_after_mm: float | None
+    gap_mm: float
+    note: str
+
+
+def displaced_junctions(profile: Profile, curves: tuple[ErrorCurve, ...]) -> tuple[DisplacedJunction, ...]:
+    """The junction table: start of the profile, every junction in order, end of the profile."""
+    last = len(profile.features) - 1
+    inner = [_junction(profile, curves, i) for i in range(last)]
+    return (_profile_end(profile, curves, 0, False), *inner, _profile_end(profile, curves, last, True))
+
+
+def _profile_end(profile: Profile, curves: tuple[ErrorCurve, ...], index: int, at_end: bool) -> DisplacedJunction:
+    feature = profile.features[index]
+    s = feature.length_mm if at_end else 0.0
+    normal = feature.outward_normal(s)
+    error, u = float(curves[index].value_mm(s)[0]), float(curves[index].standard_deviation_mm(s)[0])
+    return DisplacedJunction(
+        before=index if at_end else None,
+        after=None if at_end else index,
+        kind=None,
+        nominal_mm=_point(feature.point_mm(s)),
+        error_before_mm=error if at_end else None,
+        error_after_mm=None if at_end else error,
+        displacement_mm=_point(error * normal),
+        standard_u_mm=_point(u * np.abs(normal)),
+        tangential_before_mm=0.0 if at_end else None,
+        tangential_after_mm=None if at_end else 0.0,
+        gap_mm=0.0,
+        note="end of the profile: displaced along the normal",
+    )
+
+
+def _junction(profile: Profile, curves: tuple[ErrorCurve, ...], index: int) -> DisplacedJunction:
+    before, after = profile.features[index], profile.features[index + 1]
+    length = before.length_mm
+    normals = np.stack([before.outward_normal(length), after.outward_normal(0.0)])
+    errors = np.array([curves[index].value_mm(length)[0], curves[index + 1].value_mm(0.0)[0]])
+    u = np.array([curves[index].standard_deviation_mm(length)[0], curves[index + 1].standard_deviation_mm(0.0)[0]])
+    tangents = np.stack([before.tangent(length), after.tangent(0.0)])
+    kind = profile.junctions[index].kind
+    inverse, note = _meeting(kind, normals, tangents, errors, min(length, after.length_mm))
+    d = inverse @ errors
+    shift = tangents @ d if kind == JunctionKind.CORNER else np.zeros(2)
+    return DisplacedJunction(
+        before=index,
+        after=index + 1,
+        kind=kind,
+        nominal_mm=_point(before.point_mm(length)),
+        error_before_mm=float(errors[0]),
+        error_after_mm=float(errors[1]),
+        displacement_mm=_point(d),
+        standard_u_mm=_point(_standard_u(kind, inverse, u)),
+        tangential_before_mm=float(shift[0]),
+        tangential_after_mm=float(shift[1]),
+        gap_mm=float(np.max(np.abs(normals @ d - errors))),
+        note=note,
+    )
+
+
+def _meeting(
+    kind: JunctionKind, normals: Array, tangents: Array, errors: Array, shorter_mm: float
+) -> tuple[Array, str]:
+    """The matrix that takes the two errors to d, and what was done."""
+    both = normals[0] + normals[1]
+    along_normal = np.outer(both / (1.0 + normals[0] @ normals[1]), [0.5, 0.5])
+    if kind == JunctionKind.TANGENT:
+        return along_normal, "tangent: displaced along the normal"
+    if abs(np.linalg.det(normals)) > 1e-9:
+        inverse = np.asarray(np.linalg.inv(normals), dtype=np.float64)
+        shift = float(np.max(np.abs(tangents @ inverse @ errors)))
+        if shift <= LARGEST_SHIFT * shorter_mm:
+            return inverse, "corner: the displaced features meet"
+    step = abs(float(errors[0] - errors[1])) * UM_PER_MM
+    return along_normal, f"corner too flat to let the features meet: the mean of both, a step of {step:.2f} µm is left"
+
+
+def _standard_u(kind: JunctionKind, inverse: Array, u: Array) -> Array:
+    """Of d: at a tangent junction both curves have the same value, at a corner their errors are independent."""
+    if kind == JunctionKind.TANGENT:
+        shared: Array = np.abs(np.sum(inverse, axis=1)) * np.max(u)
+        return shared
+    variance: Array = inverse**2 @ u**2
+    return np.sqrt(variance)
+
+
+def _point(vector: Array) -> Point:
+    return float(vector[0]), float(vector[1])

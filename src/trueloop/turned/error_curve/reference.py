@@ -1,0 +1,69 @@
+"""How the curves follow the touch that the part's z is taken from.
+
+Its own error ε is in every error along z: e_i − (n_z,i/n_z,r)·ε. That is one error common to all, no scatter: a fit
+cannot average it away. The fits are linear in the errors, so the coefficients follow ε as the same fits to the shares
+do.
+"""
+
+from collections.abc import Sequence
+from dataclasses import astuple
+
+import numpy as np
+
+from trueloop.geometry.feature import Array
+from trueloop.turned.fit.chain_fit import ChainFit, ConditionSource
+from trueloop.turned.fit.spline import EndConditions, LinearForm, Spline, least_squares_spline
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+
+def reference_responses(fits: Sequence[ChainFit], vectors: ErrorVectors) -> tuple[Array, ...]:
+    """By how much the coefficients of each chain fall for an error of 1 of the reference touch, (coefficients,) each.
+
+    What the user prescribes, and features that are estimated without a touch, do not follow it. A curve from a nose
+    model is taken to follow it as one through its touches would: exact for the offset along z that the model finds.
+    """
+    found: dict[int, Array] = {}
+    while len(found) < len(fits):
+        for i, fit in enumerate(fits):
+            givers = {source.neighbour.chain for source in fit.sources if source.neighbour is not None}
+            if i not in found and givers <= found.keys():
+                found[i] = _response(fit, fits, found, vectors)
+    return tuple(found[i] for i in range(len(fits)))
+
+
+def _response(fit: ChainFit, fits: Sequence[ChainFit], found: dict[int, Array], vectors: ErrorVectors) -> Array:
+    """The chain's own fit made again, with the shares in place of the errors."""
+    if not len(fit.touches) and all(source.neighbour is None for source in fit.sources):
+        return np.zeros_like(fit.fit.spline.coefficients_mm)
+    given = _conditions(fit, fits, found)
+    spline = fit.fit.spline
+    start = dict(zip(fit.chain.features, fit.chain.starts_mm, strict=True))
+    starts = np.array([start[i] for i in vectors.feature_index[fit.touches].tolist()])
+    s = np.clip(starts + vectors.arc_length_mm[fit.touches], 0.0, spline.length_mm)
+    share = vectors.z_share[fit.touches]
+    if fit.from_model_mm is not None and len(s):
+        every = np.linspace(0.0, spline.length_mm, 8 * len(spline.coefficients_mm))
+        s, share = every, np.interp(every, s, share)
+    knots, degree = spline.interior_knots_mm, spline.degree
+    return least_squares_spline(s, share, knots, spline.length_mm, degree, given).spline.coefficients_mm
+
+
+def _conditions(fit: ChainFit, fits: Sequence[ChainFit], found: dict[int, Array]) -> EndConditions:
+    """The ends' values and slopes as they follow the reference: those of the neighbours, zero where prescribed."""
+    numbers, given = [], astuple(fit.fit.conditions)
+    for source, value, slope in zip(fit.sources, given[::2], given[1::2], strict=True):
+        numbers += [_number(source, value, fits, found, slope=False), _number(source, slope, fits, found, slope=True)]
+    return EndConditions(*numbers)
+
+
+def _number(
+    source: ConditionSource, given: float | None, fits: Sequence[ChainFit], found: dict[int, Array], *, slope: bool
+) -> float | None:
+    if given is None:
+        return None
+    if source.neighbour is None or (slope and not source.gives_slope):
+        return 0.0
+    spline: Spline = fits[source.neighbour.chain].fit.spline
+    at = spline.length_mm if source.neighbour.at_end else 0.0
+    form: LinearForm = spline.slope_form(at) if slope else spline.value_form(at)
+    return float(form.of(found[source.neighbour.chain])[0])

@@ -1,0 +1,137 @@
+"""The fit of arcs: a cubic spline, its ends prescribed by the neighbours [6517 §4], as stiff as the touches ask for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.statistics import rms
+from trueloop.turned.fit.chain import Chain
+from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, own_fit
+from trueloop.turned.fit.knots import Knots, candidates, every_rth, fit_determined, joint_repeats
+from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.spline import EndConditions, SplineFit
+from trueloop.units import UM_PER_MM
+
+SHAPES = ("constant", "straight line over arc length", "parabola over arc length", "cubic")
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A candidate: degree, and r of each feature (None: no knots)."""
+
+    degree: int
+    every: tuple[int | None, ...]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate's fit and the knots that it kept."""
+
+    shape: Shape
+    fit: SplineFit
+    knots: Knots
+
+    @property
+    def unknowns(self) -> int:
+        """Free coefficients."""
+        return len(self.fit.spline.coefficients_mm) - self.fit.conditions.count
+
+    @property
+    def left_out_rms_mm(self) -> float:
+        """Leave-one-out RMS; infinite where some touch cannot be predicted from the others."""
+        error = self.fit.leave_one_out_mm
+        return float("inf") if np.any(np.isnan(error)) else rms(error)
+
+
+def fit_arcs(
+    names: Sequence[str],
+    chain: Chain,
+    touches: ChainTouches,
+    options: FitOptions,
+    conditions: EndConditions,
+    sources: Sources,
+) -> ChainFit:
+    """One spline over arcs joined tangentially.
+
+    Where the user gives r, a cubic spline with those knots, or FIT-POINTS when the touches are fewer than its unknowns.
+    Otherwise the least leave-one-out error chooses among a constant, a straight line, a parabola, a cubic, and cubic
+    splines with knots at every r-th touch; of equals the simplest (the largest r). One touch makes one unknown.
+    """
+    asked = [options.knot_every_for(name) for name in names]
+    for name, r in zip(names, asked, strict=True):
+        if r is not None and r < 2:
+            raise _bad_knot_every(name, r)
+    shapes = _shapes(asked, max(len(points) for points in touches.by_feature_mm))
+    fitting = [shape for shape in shapes if shape.degree + 1 >= conditions.coefficients]
+    tried = [_try(shape, chain, touches, options, conditions) for shape in fitting]
+    if None not in asked:
+        _refuse_dropped_knots(names, touches, tried[0], chain, options)
+    best = _best([one for one in tried if one.unknowns > 0] or tried)
+    note = f"{' and '.join(names)}: {_describe(best, len(touches.positions), None in asked)}"
+    return own_fit(chain, touches, best.fit, sources, note, best.shape.every)
+
+
+def _shapes(asked: Sequence[int | None], touches: int) -> list[Shape]:
+    """Simplest first."""
+    if None not in asked:
+        return [Shape(3, tuple(asked))]
+    cubics = [Shape(3, tuple(given or r for given in asked)) for r in candidates(touches)]
+    simple = [Shape(degree, (None,) * len(asked)) for degree in (0, 1, 2)]
+    return cubics if any(asked) else simple + cubics
+
+
+def _try(shape: Shape, chain: Chain, touches: ChainTouches, options: FitOptions, conditions: EndConditions) -> Tried:
+    knots = _knots(shape, chain, touches, options)
+    s, error = touches.arc_length_mm, touches.error_mm
+    fit, kept = fit_determined(s, error, knots, chain.length_mm, shape.degree, conditions)
+    return Tried(shape, fit, kept)
+
+
+def _knots(shape: Shape, chain: Chain, touches: ChainTouches, options: FitOptions) -> Knots:
+    at_points: list[float] = []
+    for points, r in zip(touches.by_feature_mm, shape.every, strict=True):
+        at_points += every_rth(points, chain.starts_mm, chain.length_mm, r) if r else ()
+    repeats = joint_repeats(options.tangent_policy, shape.degree)
+    return Knots(tuple(at_points), chain.joints_mm if repeats > 0 else (), repeats)
+
+
+def _best(tried: Sequence[Tried]) -> Tried:
+    """The least leave-one-out error; the first of those that differ by rounding only."""
+    least = min(one.left_out_rms_mm for one in tried)
+    return next(one for one in tried if one.left_out_rms_mm <= least * (1.0 + 1e-9))
+
+
+def _describe(best: Tried, touches: int, chosen: bool) -> str:
+    text = SHAPES[best.fit.spline.degree]
+    if best.knots.at_points_mm:
+        r = ", ".join(str(r) for r in best.shape.every)
+        text = f"cubic spline, {len(best.knots.at_points_mm)} knots, one at every r-th touch, r = {r}"
+    if not chosen:
+        return text
+    if np.isinf(best.left_out_rms_mm):
+        return f"{text}: {touches} touches carry no more, and none can be left out to check it"
+    return f"{text}, chosen by leave-one-out ({best.left_out_rms_mm * UM_PER_MM:.2f} µm RMS over {touches} touches)"
+
+
+def _refuse_dropped_knots(
+    names: Sequence[str], touches: ChainTouches, tried: Tried, chain: Chain, options: FitOptions
+) -> None:
+    """The user asked for these knots: too few touches for them is refused, not mended in silence."""
+    asked = _knots(tried.shape, chain, touches, options)
+    needed = len(asked.interior_mm) + 4 - tried.fit.conditions.count
+    if len(touches.positions) < needed:
+        raise TrueloopError(
+            Code.FIT_POINTS,
+            f"{' and '.join(names)}: {len(touches.positions)} touches, but the knots asked for need {needed}",
+            hint="leave `knot_every` out, make it larger, or touch the feature at more points",
+        )
+
+
+def _bad_knot_every(name: str, r: int) -> TrueloopError:
+    return TrueloopError(
+        Code.FIT_KNOTS,
+        f"{name}: `knot_every` is {r}; a knot at every r-th touch needs r of at least 2",
+        hint="3 is the published choice, 4 to 5 suit smooth errors; without `knot_every` leave-one-out chooses",
+    )

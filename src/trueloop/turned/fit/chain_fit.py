@@ -1,0 +1,112 @@
+"""What the fit of one chain gives, and the touches it starts from."""
+
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.turned.fit.chain import Chain, End
+from trueloop.turned.fit.spline import SplineFit
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+ROUNDING_MM: Final = 0.01
+"""How far a touch may lie beyond its feature's end and still be taken for one at the end."""
+
+
+@dataclass(frozen=True)
+class ConditionSource:
+    """Where the conditions at one end of a chain come from: a neighbour's end, or an estimate with its uncertainty.
+
+    `gives_slope` says whether the neighbour gives the slope beside the value; the user's own counts as exact.
+    """
+
+    neighbour: End | None = None
+    standard_u_mm: float = 0.0
+    gives_slope: bool = False
+
+
+Sources: TypeAlias = tuple[ConditionSource, ConditionSource]
+
+
+@dataclass(frozen=True)
+class ChainTouches:
+    """The touches of a chain in order of arc length along it; `positions` are theirs in the error vectors."""
+
+    positions: NDArray[np.intp]
+    arc_length_mm: Array
+    error_mm: Array
+    by_feature_mm: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class ChainFit:
+    """A fitted chain.
+
+    `fit` is in units of the touches' variance; `sources` say where its end conditions come from; `knot_every` has one
+    entry a feature. `residual_mm` and `leave_one_out_mm` (NaN where the other touches say nothing) go by `touches`,
+    positions in the error vectors; `spare` are the degrees of freedom. A curve from a model instead of the touches
+    brings the square root of its coefficients' covariance, `from_model_mm`, (coefficients, m). `unsupported`: no touch
+    says anything of the chain, and it is left as programmed.
+    """
+
+    chain: Chain
+    touches: NDArray[np.intp]
+    fit: SplineFit
+    sources: Sources
+    knot_every: tuple[int | None, ...]
+    notes: tuple[str, ...]
+    residual_mm: Array
+    leave_one_out_mm: Array
+    spare: int
+    from_model_mm: Array | None = None
+    unsupported: bool = False
+
+
+def own_fit(
+    chain: Chain,
+    touches: ChainTouches,
+    fit: SplineFit,
+    sources: Sources,
+    note: str,
+    knot_every: tuple[int | None, ...] | None = None,
+) -> ChainFit:
+    """A chain fitted to its own touches."""
+    return ChainFit(
+        chain=chain,
+        touches=touches.positions,
+        fit=fit,
+        sources=sources,
+        knot_every=knot_every or (None,) * len(chain.features),
+        notes=(note,),
+        residual_mm=fit.residual_mm,
+        leave_one_out_mm=fit.leave_one_out_mm,
+        spare=fit.degrees_of_freedom,
+    )
+
+
+def touches_of(profile: Profile, chain: Chain, vectors: ErrorVectors) -> ChainTouches:
+    """Collects them; refuses touches beyond their feature."""
+    positions, along = [], []
+    for index, start in zip(chain.features, chain.starts_mm, strict=True):
+        mine = vectors.of_feature(index)
+        mine = mine[np.argsort(vectors.arc_length_mm[mine], kind="stable")]
+        length = profile.features[index].length_mm
+        beyond = np.maximum(-vectors.arc_length_mm[mine], vectors.arc_length_mm[mine] - length)
+        if np.any(beyond > ROUNDING_MM):
+            raise _beyond(profile.features[index].name, vectors.point[mine[np.argmax(beyond)]], float(np.max(beyond)))
+        positions.append(mine)
+        along.append(start + np.clip(vectors.arc_length_mm[mine], 0.0, length))
+    order = np.concatenate(positions)
+    return ChainTouches(order, np.concatenate(along), vectors.error_mm[order], tuple(along))
+
+
+def _beyond(name: str, point: str, beyond_mm: float) -> TrueloopError:
+    return TrueloopError(
+        Code.FIT_OUTSIDE,
+        f"touch {point!r} lies {beyond_mm:.3f} mm beyond the end of {name!r}; at most {ROUNDING_MM} mm is rounding",
+        hint="give the touch to the feature it lies on, or mend the nominal coordinates",
+    )

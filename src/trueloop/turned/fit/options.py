@@ -1,0 +1,43 @@
+"""What a user may choose about the fit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from trueloop.turned.fit.between_cuts import NONE, BetweenCuts
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.spline import EndConditions
+
+
+class BadTouches(StrEnum):
+    """What becomes of a touch that the others contradict beyond doubt: it is left out, or all touches are kept."""
+
+    LEAVE_OUT = "leave-out"
+    KEEP = "keep"
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Choices of a fit; the defaults need none.
+
+    `knot_every`: r, a knot at every r-th touch of an arc [6517 Eq. 5]; None lets the leave-one-out error choose.
+    `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
+    name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: standard
+    deviation of the process from one cut to the next; None takes the scatter of the touches about the curves less the
+    probe's share (`process_scatter`), which holds when touches scatter as cuts do. `between_cuts`: what comes out
+    differently from cut to cut, which the scatter within one part does not show (`between_cuts.PRIOR` where nothing is
+    known of it). It widens what is predicted of the next cut and changes no curve. `bad_touches`: KEEP looks for none
+    and fits to all.
+    """
+
+    tangent_policy: TangentPolicy = TangentPolicy.PART
+    knot_every: int | None = None
+    knot_every_on: Mapping[str, int] = field(default_factory=dict)
+    prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
+    repeatability_mm: float | None = None
+    between_cuts: BetweenCuts = NONE
+    bad_touches: BadTouches = BadTouches.LEAVE_OUT
+
+    def knot_every_for(self, feature: str) -> int | None:
+        """The r of a feature, None where leave-one-out chooses."""
+        return self.knot_every_on.get(feature, self.knot_every)

@@ -1,0 +1,174 @@
+"""The curve of a chain without a touch: from tangent neighbours where it has any, else from what was touched elsewhere.
+
+What is expected is the mean given the touches (`untouched`), and a chain of which the touches say nothing stays as
+programmed. Where it meets a neighbour at a corner, the corner moves along that neighbour by no more than the errors of
+both together: a cone at 5° to a cylinder, believed to err by 20 µm more or less than that, would else move the corner
+by 0.2 mm, out of an uncertainty of as much.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.turned.fit.chain import Chain
+from trueloop.turned.fit.chain_fit import ChainFit, Sources, own_fit, touches_of
+from trueloop.turned.fit.knots import Knots, fit_determined
+from trueloop.turned.fit.nose_curve import carried
+from trueloop.turned.fit.spline import EndConditions, least_squares_spline
+from trueloop.turned.fit.untouched import Expected, expect
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.units import UM_PER_MM
+
+SAMPLES: Final = 13
+"""Places along each arc at which the expected error is carried over to a spline."""
+
+
+def fit_untouched(
+    profile: Profile,
+    chain: Chain,
+    vectors: ErrorVectors,
+    conditions: EndConditions,
+    sources: Sources,
+    fits: Mapping[int, ChainFit],
+) -> ChainFit:
+    """The fit of one chain; `fits` are those of the chains before it, whose corners it meets."""
+    if not chain.curved and conditions.count:
+        return _continued(profile, chain, vectors, conditions, sources)
+    s, angle = _samples(profile, chain)
+    expected = expect(profile, vectors, angle, chain.features[0])
+    held = np.array([conditions.start_value_mm is not None, conditions.end_value_mm is not None])
+    prior = expected.mean_mm if expected.supported else np.zeros_like(s)
+    mean, covariance = _through(prior, expected.covariance_mm2, held, conditions)
+    mean = mean + _to_corners(profile, chain, s, mean, ~held, fits)
+    once = np.append(np.diff(s) > 0.0, True)  # a joint is sampled from both sides
+    degree, root = 3 if chain.curved else 1, _root(covariance)
+    curve, kept = fit_determined(s[once], mean[once], _knots(chain, s), chain.length_mm, degree, conditions)
+    note = _note(profile, chain, expected, mean, root)
+    return replace(
+        own_fit(chain, touches_of(profile, chain, vectors), curve, sources, note),
+        residual_mm=np.empty(0),
+        leave_one_out_mm=np.empty(0),
+        spare=0,
+        from_model_mm=carried(s[once], root[once], kept, curve),
+        unsupported=not expected.supported and not held.any(),
+    )
+
+
+def _continued(
+    profile: Profile, chain: Chain, vectors: ErrorVectors, conditions: EndConditions, sources: Sources
+) -> ChainFit:
+    """A line goes on as the arcs end that it is tangent to: the contact angle is the same."""
+    fit = least_squares_spline([], [], [], chain.length_mm, conditions.coefficients - 1, conditions)
+    note = f"{_name(profile, chain)}: no touch; continues its tangent neighbours' curves"
+    return own_fit(chain, touches_of(profile, chain, vectors), fit, sources, note)
+
+
+def _knots(chain: Chain, s: Array) -> Knots:
+    """Two within each arc, and the joints, where the curve may bend."""
+    if not chain.curved:
+        return Knots((), chain.joints_mm, 1)
+    third = SAMPLES // 3
+    at = (k for n in range(len(chain.features)) for k in (n * SAMPLES + third, (n + 1) * SAMPLES - third))
+    return Knots(tuple(float(s[k]) for k in at), chain.joints_mm, 3)
+
+
+def _name(profile: Profile, chain: Chain) -> str:
+    return " and ".join(profile.features[i].name for i in chain.features)
+
+
+def _samples(profile: Profile, chain: Chain) -> tuple[Array, Array]:
+    """Arc lengths along the chain and contact angles, ends of every feature included."""
+    along, angles = [], []
+    for i, start in zip(chain.features, chain.starts_mm, strict=True):
+        s = np.linspace(0.0, profile.features[i].length_mm, SAMPLES)
+        along.append(start + s)
+        angles.append(contact_angle_rad(profile.features[i].outward_normal(s)))
+    return np.concatenate(along), np.concatenate(angles)
+
+
+def _through(
+    mean: Array, covariance: Array, held: "np.ndarray[tuple[int], np.dtype[np.bool_]]", conditions: EndConditions
+) -> tuple[Array, Array]:
+    """Mean and covariance given the values that tangent neighbours prescribe at the ends."""
+    ends = np.array([0, len(mean) - 1])[held]
+    if not len(ends):
+        return mean, covariance
+    given = np.array([v for v in (conditions.start_value_mm, conditions.end_value_mm) if v is not None])
+    gain = covariance[:, ends] @ np.linalg.pinv(covariance[np.ix_(ends, ends)])
+    return mean + gain @ (given - mean[ends]), covariance - gain @ covariance[ends]
+
+
+def _to_corners(
+    profile: Profile,
+    chain: Chain,
+    s: Array,
+    mean: Array,
+    free: "np.ndarray[tuple[int], np.dtype[np.bool_]]",
+    fits: Mapping[int, ChainFit],
+) -> Array:
+    """What to add so that corners move no further than errors explain, falling off evenly to the other end, (n,)."""
+    share = s / chain.length_mm
+    first, last = chain.features[0], chain.features[-1]
+    added = np.zeros_like(mean)
+    for end, at, weight in ((0, first - 1, 1.0 - share), (1, last, share)):
+        if free[end] and 0 <= at < len(profile.junctions) and profile.junctions[at].kind is JunctionKind.CORNER:
+            value = float(mean[-end])
+            added = added + weight * (_met(profile, at, end == 0, value, fits) - value)
+    return added
+
+
+def _met(profile: Profile, junction: int, comes_after: bool, value_mm: float, fits: Mapping[int, ChainFit]) -> float:
+    """The error at a corner that lets it move along the neighbour by at most |e| + |value|; the value where it may.
+
+    With the neighbour's normal n₁ and error e, and n₂ = c n₁ + s t₁, the corner moves by d = e n₁ + x t₁ and
+    n₂ · d = value asks for x = (value − c e)/s, which grows without bound as the corner gets flat.
+    """
+    before, after = profile.features[junction], profile.features[junction + 1]
+    normals = [before.outward_normal(before.length_mm), after.outward_normal(0.0)]
+    theirs, ours = normals if comes_after else normals[::-1]
+    neighbour = _end_value_mm(junction if comes_after else junction + 1, comes_after, fits)
+    if neighbour is None:
+        return value_mm
+    cosine = float(theirs @ ours)
+    sine = float(theirs[0] * ours[1] - theirs[1] * ours[0])
+    most = abs(neighbour) + abs(value_mm)
+    asked = value_mm - cosine * neighbour
+    if abs(asked) <= most * abs(sine):
+        return value_mm
+    return cosine * neighbour + math.copysign(most * sine, asked)
+
+
+def _end_value_mm(feature: int, at_end: bool, fits: Mapping[int, ChainFit]) -> float | None:
+    """Error of a fitted neighbour where it meets the corner; None where it is not fitted yet."""
+    for fit in fits.values():
+        if feature in fit.chain.features:
+            spline = fit.fit.spline
+            return float(spline.of(spline.value_form(spline.length_mm if at_end else 0.0))[0])
+    return None
+
+
+def _root(covariance: Array) -> Array:
+    """F with F·Fᵀ the covariance, (n, m), without what is nothing but rounding."""
+    values, vectors = np.linalg.eigh(covariance)
+    counts = values > 1e-9 * max(float(values[-1]), 1e-12)
+    root: Array = vectors[:, counts] * np.sqrt(values[counts])
+    return root
+
+
+def _note(profile: Profile, chain: Chain, expected: Expected, mean: Array, root: Array) -> str:
+    name = _name(profile, chain)
+    u_um = float(np.max(np.linalg.norm(root, axis=1), initial=0.0)) * UM_PER_MM
+    nearest = f"nearest touched contact angle {math.degrees(expected.nearest_rad):.0f}° away"
+    if not expected.supported:
+        why = f"the touches say nothing of it ({nearest}): left as programmed"
+    else:
+        low, high = float(np.min(mean)) * UM_PER_MM, float(np.max(mean)) * UM_PER_MM
+        size = f"{low:.1f} µm" if high - low < 0.05 else f"{low:.1f} to {high:.1f} µm"
+        dx, dz = (offset * UM_PER_MM for offset in expected.offsets_mm)
+        why = f"{size} expected from the other features (tool offsets dX {dx:.1f} µm, dZ {dz:.1f} µm; {nearest})"
+    return f"{name}: no touch; {why}; standard uncertainty {u_um:.0f} µm. Touch it to be sure"

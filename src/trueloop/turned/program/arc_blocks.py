@@ -1,0 +1,96 @@
+"""New moves as blocks, written as the programmer wrote the arc block they replace."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trueloop.geometry.feature import Point
+from trueloop.nc.edit.edit import coordinate_text
+from trueloop.nc.program.dialect import Dialect
+from trueloop.nc.program.late_codes import late_codes
+from trueloop.nc.program.program import Block, Program, Word
+from trueloop.nc.program.tool_path import CoordinateState
+from trueloop.turned.compensation.moves import Move, within_quadrants
+
+GEOMETRY = frozenset("XZRIK")
+"""The words of an arc block that new moves replace; feed and comments stay in the first block."""
+
+SINGLE_QUADRANT = frozenset({"ge2000t"})
+"""Controls that, as delivered, take an arc with R only within one quadrant [6811 §A.1.1]."""
+
+
+@dataclass(frozen=True)
+class ArcStyle:
+    """How the program writes an arc: with R or with I and K, with `G02` or `G2`."""
+
+    dialect: Dialect
+    state: CoordinateState
+    by_radius: bool
+    motion_digits: int
+
+    def motion(self, move: Move) -> str:
+        """The G word of a move."""
+        code = 1 if move.centre_mm is None else 2 if move.sweep_rad > 0 else 3
+        return f"G{code:0{self.motion_digits}d}"
+
+    def allowed(self, moves: Sequence[Move]) -> tuple[Move, ...]:
+        """The moves as the control takes them."""
+        if self.by_radius and self.dialect.name in SINGLE_QUADRANT:
+            return tuple(piece for move in moves for piece in within_quadrants(move))
+        return tuple(moves)
+
+    def geometry(self, move: Move, start_mm: Point) -> list[str]:
+        """End, and radius or centre from the (rounded) start: `X2.98 Z-1.46 R1.49`."""
+        words = [self._text("X", move.end_mm[0]), self._text("Z", move.end_mm[1])]
+        if move.centre_mm is None:
+            return words
+        to_centre = (move.centre_mm[0] - start_mm[0], move.centre_mm[1] - start_mm[1])
+        if self.by_radius:
+            return [*words, self._text("R", (to_centre[0] ** 2 + to_centre[1] ** 2) ** 0.5)]
+        return [*words, self._text("I", to_centre[0]), self._text("K", to_centre[1])]
+
+    def rounded(self, point: Point) -> Point:
+        """Where the control takes a programmed point to be."""
+        x, z = (
+            float(self._text(letter, value)[1:]) * self.state.unit_mm(letter)
+            for letter, value in zip("XZ", point, strict=True)
+        )
+        return x, z
+
+    def _text(self, letter: str, value_mm: float) -> str:
+        return coordinate_text(self.dialect, letter, value_mm, self.state)
+
+
+def style_of(program: Program, block: Block, state: CoordinateState) -> ArcStyle:
+    """Read off the block that is to be replaced."""
+    motion = next((word for word in block.words if is_motion(word)), None)
+    digits = len(motion.text) - 1 if motion is not None else 2
+    return ArcStyle(
+        program.dialect, state, any(_is_geometry(word) and word.letter == "R" for word in block.words), digits
+    )
+
+
+def blocks_for(moves: Sequence[Move], start_mm: Point, block: Block, style: ArcStyle) -> list[str]:
+    """One text a move, without block numbers. The source block's other words go to the first, in their order.
+
+    M codes that act after the move go to the last. Raises NC-EDIT where it is not known which a code is.
+    """
+    kept = [word for word in block.data if not (_is_geometry(word) or is_motion(word))]
+    pieces = style.allowed(moves)
+    late = late_codes(kept, block) if len(pieces) > 1 else []
+    texts: list[str] = []
+    for move in pieces:
+        texts.append(" ".join([style.motion(move), *style.geometry(move, start_mm)]))
+        start_mm = style.rounded(move.end_mm)
+    texts[0] = " ".join([texts[0], *(word.text for word in kept if word not in late)])
+    texts[-1] = " ".join([texts[-1], *(word.text for word in late)])
+    return texts
+
+
+def is_motion(word: Word) -> bool:
+    """Whether a word is one of G00 to G03."""
+    return word.letter == "G" and word.kind == "number" and word.value in (0.0, 1.0, 2.0, 3.0)
+
+
+def _is_geometry(word: Word) -> bool:
+    """Of a parameter that is given a value the letter is the parameter's."""
+    return word.letter in GEOMETRY and word.kind != "assignment"

@@ -1,0 +1,139 @@
+"""The corrected program read back and run: it must do what was intended, and nothing else may have changed."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.geometry.feature import Array, Point
+from trueloop.geometry.profile import Profile
+from trueloop.nc.program.along import points_along
+from trueloop.nc.program.tool_path import Integers, Motion, ToolPath
+from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.compensation.moves import Move
+from trueloop.units import UM_PER_MM
+
+SAMPLES: Final = 401
+SAMPLES_OF_MOVE: Final = 33
+SAME_MM: Final = 1e-9
+
+
+def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[CentrePiece], tolerance_mm: float) -> None:
+    """Refuses a program whose moves `span` (first, last) stand off the intended path by more than the tolerance."""
+    moves = [move_of(path, k) for k in range(span[0], span[1] + 1) if path.motion[k] != Motion.RAPID]
+    for piece in intended:
+        feature = piece.shifted.feature
+        s = np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, feature.length_mm), SAMPLES)
+        points = piece.shifted.centre_mm(s)
+        off = _off(moves, points)
+        if (worst := float(np.max(off))) > tolerance_mm:
+            x, z = points[int(np.argmax(off))]
+            raise not_as_intended(
+                f"the written program stands {worst * UM_PER_MM:.2f} µm off the intended path on {feature.name!r} at "
+                f"x {x:.4f} mm (radius), z {z:.4f} mm; {tolerance_mm * UM_PER_MM:.2f} µm is allowed"
+            )
+
+
+def check_way(before: ToolPath, after: ToolPath, moves: range, written: range, bound_mm: float) -> None:
+    """Refuses `written` moves that go where none of the source's `moves` went, give or take the largest correction.
+
+    `check_contour` sees a part of the contour that is missing; this sees a move too many and an arc turned the long way
+    round.
+    """
+    was = [move_of(before, k) for k in moves]
+    for k in written:
+        off = _off(was, points_along(after, np.intp(k), np.linspace(0.0, 1.0, SAMPLES_OF_MOVE))[:, [0, 2]])
+        if (worst := float(np.max(off))) > bound_mm:
+            raise not_as_intended(
+                f"the move of line {after.line[k]} goes {worst:.4f} mm away from every move of the source; corrections "
+                f"and rounding explain {bound_mm:.4f} mm"
+            )
+
+
+def farthest_mm(before: Sequence[CentrePiece], after: Sequence[CentrePiece]) -> float:
+    """How far a correction takes the nose's centre at the most, along all pieces."""
+    along = [
+        new.shifted.centre_mm(s) - old.shifted.centre_mm(s)
+        for old, new in zip(before, after, strict=True)
+        for s in [np.linspace(new.start_mm, new.end_mm, SAMPLES)]
+    ]
+    return float(np.max(np.linalg.norm(np.concatenate(along), axis=1)))
+
+
+def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None:
+    """Refuses a program in which a move outside the contour (moves `first` to `last` of the source) ends elsewhere."""
+    tail = len(before) - 1 - last
+    ends = [(k, k) for k in range(first)] + [(len(before) - k, len(after) - k) for k in range(1, tail + 1)]
+    if len(after) < first + tail:
+        raise not_as_intended(f"the written program has {len(after)} moves, fewer than the {first + tail} that stay")
+    for old, new in ends:
+        moved = np.abs(before.end_mm[old] - after.end_mm[new])
+        inherited = np.asarray(before.word[old]) < 0
+        if before.motion[old] != after.motion[new] or np.any(moved[~inherited] > SAME_MM):
+            raise not_as_intended(
+                f"line {after.line[new]} ends {float(np.max(moved)) * UM_PER_MM:.2f} µm from where the source ended"
+            )
+        off = float(np.max(np.abs(before.centre_mm[old] - after.centre_mm[new]), initial=0.0))
+        if before.motion[old] == Motion.ARC and off > SAME_MM:
+            raise not_as_intended(
+                f"the arc of line {after.line[new]} has its centre {off * UM_PER_MM:.2f} µm off the source's"
+            )
+
+
+def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int) -> None:
+    """Refuses rapids that come closer to the part than those of the source.
+
+    Only a rapid that begins or inherits where the contour ends can have moved at all. Closeness is measured at the
+    rapid's end: at its beginning the tool stands on the surface that it has just cut.
+    """
+    for k in range(1, len(before) - last):
+        old, new = len(before) - k, len(after) - k
+        if before.motion[old] != Motion.RAPID:
+            continue
+        clearance = [_clearance(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
+        if clearance[1] < clearance[0] - SAME_MM:
+            raise TrueloopError(
+                Code.CMP_RAPID,
+                f"the rapid of line {before.line[old]} would end {(clearance[0] - clearance[1]) * UM_PER_MM:.2f} µm "
+                f"closer to the part, because it inherits a coordinate of the contour",
+                hint="write both coordinates into that block",
+                place=Place(line=int(before.line[old])),
+            )
+
+
+def require_nose_fits(driven: ToolPath, lines: Integers) -> None:
+    """Raises NC-GOUGE or NC-ENTRY where the control cannot keep the nose off the contour of lines (first, last)."""
+    for found in driven.findings:
+        if found.code in (Code.NC_GOUGE, Code.NC_ENTRY) and lines[0] <= (found.place.line or 0) <= lines[1]:
+            where = f"line {found.place.line} of the corrected program: {found.message}"
+            raise TrueloopError(found.code, where, hint=found.hint, place=Place(found.place.file))
+
+
+def _off(moves: Sequence[Move], points: Array) -> Array:
+    """Distance of points from the nearest of some moves."""
+    return np.asarray(np.min([move.gap_mm(points) for move in moves], axis=0))
+
+
+def move_of(path: ToolPath, k: int) -> Move:
+    """A move of a program in the (x, z) plane; of a rapid the straight way."""
+    centre = _point(path.centre_mm[k]) if path.motion[k] == Motion.ARC else None
+    return Move(_point(path.start_mm[k]), _point(path.end_mm[k]), centre, float(path.sweep_rad[k]))
+
+
+def _point(xyz: Array) -> Point:
+    return float(xyz[0]), float(xyz[2])
+
+
+def _clearance(profile: Profile, end_mm: Array) -> float:
+    point = np.array([abs(end_mm[0]), end_mm[2]])
+    return float(np.abs(profile.locate(point).distance_mm[0]))
+
+
+def not_as_intended(message: str) -> TrueloopError:
+    """What to raise where a written program does not do what was meant."""
+    return TrueloopError(
+        Code.CMP_READ_BACK,
+        message,
+        hint="nothing was written; please report the program, this should not happen",
+    )

@@ -1,0 +1,203 @@
+"""The corrected program: the source with the ends of its cuts displaced and its arcs written anew, by span.
+
+Only words of the contour change. A coordinate that a block inherits is written into it where the corrected path needs
+one of its own; a rapid to the start of the contour stays where it was, and a feed move goes the rest of the way. Under
+G41 or G42 such a move, shorter than the nose, would say where the nose is led in: there the rapid ends where the
+corrected contour begins, as it ended on the contour before.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop.domain.record import ChangedWord
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.nc.edit.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
+from trueloop.nc.edit.shape_words import require_own_shape
+from trueloop.nc.program.program import Block, Program
+from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
+from trueloop.turned.compensation.targets import EndShift, Replacement
+from trueloop.turned.program.arc_blocks import blocks_for, is_motion, style_of
+from trueloop.turned.program.contour_start import require_named
+
+AXES = ((0, "X"), (2, "Z"))
+
+
+@dataclass(frozen=True)
+class Displacements:
+    """What the program's moves must become: displaced ends by move, new moves for arcs, and the first move of all."""
+
+    ends: Mapping[int, Array]
+    arcs: Mapping[int, Replacement]
+
+    @property
+    def first(self) -> int:
+        """The move whose end is displaced first: the one that leads to the contour."""
+        return min(self.ends)
+
+    @property
+    def last(self) -> int:
+        """The last displaced move."""
+        return max(self.ends)
+
+    def off(self, by_mm: Array) -> "Displacements":
+        """The same from ends that lie off by (n, 3): what is meant stays, whatever they are displaced from."""
+        ends = {move: end + by_mm[move, [0, 2]] for move, end in self.ends.items()}
+        return Displacements(ends, self.arcs)
+
+
+def displacements(
+    start: Array, shifts: Sequence[EndShift], replacements: Sequence[Replacement], run_out: Sequence[int]
+) -> Displacements:
+    """Ends of the cuts, of the move that leads to them, and of moves that only lengthen the contour (`run_out`)."""
+    cuts = {shift.move: shift.delta_mm for shift in shifts}
+    first, last = min(cuts), max(cuts)
+    before = [move for move in run_out if move < first]
+    ends = dict.fromkeys(range(min([*before, first]) - 1, first), start)
+    held = start
+    for move in range(first, last + 1):
+        held = cuts.get(move, held)
+        ends[move] = held
+    ends |= {move: cuts[last] for move in run_out if move > last}
+    return Displacements(ends, {r.move: r for r in replacements})
+
+
+def corrected_source(program: Program, path: ToolPath, targets: Displacements) -> list[Edit]:
+    """The edits that displace the contour. Raises NC-EDIT where a word cannot be moved."""
+    require_own_shape(program, path, range(targets.first, min(targets.last + 2, len(path))))
+    _require_no_arc_after(program, path, targets)
+    edits: list[Edit] = []
+    held = np.array(path.start_mm[targets.first])
+    for move in range(targets.first, targets.last + 1):
+        delta = targets.ends.get(move, np.zeros(2))
+        wanted = path.end_mm[move] + np.array([delta[0], 0.0, delta[1]])
+        if move in targets.arcs:
+            edits += _arc(program, path, move, _ending_at(targets.arcs[move], wanted))
+            held = wanted
+        elif path.motion[move] == Motion.RAPID and np.any(delta) and not _is_led_in(path, move):
+            edits.append(_feed_to(program, path, move, wanted))
+            held = wanted
+        else:
+            found, held = _line(program, path, move, wanted, held)
+            edits += found
+    return edits
+
+
+def led_in(path: ToolPath, targets: Displacements) -> Displacements:
+    """The same with the rapid onto a contour under G41 or G42 ending earlier on its first line than the contour begins.
+
+    By as much as it is displaced across that line, so that it comes no nearer to what lies ahead. Not where its block
+    names one axis alone, as the first block of a contour of G71 does, which must not name the other.
+    """
+    move = targets.first
+    if path.motion[move] != Motion.RAPID or not _is_led_in(path, move) or path.motion[move + 1] == Motion.ARC:
+        return targets
+    if np.any(path.word[move][[0, 2]] < 0):
+        return targets
+    delta, ahead = targets.ends[move], (path.end_mm - path.start_mm)[move + 1, [0, 2]]
+    ahead = ahead / np.linalg.norm(ahead)
+    across = abs(float(ahead[1] * delta[0] - ahead[0] * delta[1]))
+    return Displacements({**targets.ends, move: delta - across * ahead}, targets.arcs)
+
+
+def _is_led_in(path: ToolPath, move: int) -> bool:
+    """Whether the cut after a rapid is a contour that the control keeps the nose off."""
+    return bool(path.compensation[move + 1] != NO_COMPENSATION)
+
+
+def _require_no_arc_after(program: Program, path: ToolPath, targets: Displacements) -> None:
+    """Refuses an arc that begins at the displaced end of the contour: its circle would go elsewhere, or not fit."""
+    after = targets.last + 1
+    if after < len(path) and path.motion[after] == Motion.ARC and np.any(targets.ends[targets.last]):
+        block = program.block(int(path.block[after]))
+        raise TrueloopError(
+            Code.NC_EDIT,
+            "this arc begins where the displaced contour ends: its circle would not stay",
+            hint="leave the contour by a straight move",
+            place=program.place(block.start),
+        )
+
+
+def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
+    """Edits as a person reads them, in order."""
+    listed: list[ChangedWord] = []
+    for edit in sorted(edits, key=lambda edit: edit.start):
+        place = program.place(edit.start)
+        before = program.source[edit.start : edit.end].decode("latin-1")
+        listed.append(ChangedWord(place.line or 0, place.column or 0, before, edit.text))
+    return listed
+
+
+def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> tuple[list[Edit], Array]:
+    """Edits of one straight move, and the coordinates the control holds after it."""
+    edits: list[Edit] = []
+    state = path.coordinate_state(move)
+    holds = np.array(wanted)
+    for axis, letter in AXES:
+        word = int(path.word[move, axis])
+        if word >= 0:
+            edit = displace_word(program, program.word(word), float(wanted[axis] - path.end_mm[move, axis]), state)
+            edits += [edit] if edit is not None else []
+        elif coordinate_text(program.dialect, letter, float(wanted[axis]), state) != coordinate_text(
+            program.dialect, letter, float(held[axis]), state
+        ):
+            require_named(program, path, move, axis, letter)
+            edits.append(insert_word(program, int(path.block[move]), letter, float(wanted[axis]), state))
+        else:
+            holds[axis] = held[axis]
+    return edits, holds
+
+
+def _require_both_named(program: Program, path: ToolPath, move: int) -> None:
+    for axis, letter in AXES:
+        require_named(program, path, move, axis, letter)
+
+
+def _ending_at(replacement: Replacement, wanted: Array) -> Replacement:
+    """The same moves with the last end as the blocks that follow inherit it, to the last digit."""
+    *others, last = replacement.moves
+    return Replacement(replacement.move, (*others, replace(last, end_mm=(float(wanted[0]), float(wanted[2])))))
+
+
+def _arc(program: Program, path: ToolPath, move: int, replacement: Replacement) -> list[Edit]:
+    _require_both_named(program, path, move)
+    block = program.block(int(path.block[move]))
+    style = style_of(program, block, path.coordinate_state(move))
+    start = style.rounded(replacement.moves[0].start_mm)
+    texts = blocks_for(replacement.moves, start, block, style)
+    if len(texts) > 1 and path.feed_mode[move] == INVERSE_TIME:
+        raise _timed(program, block)
+    edits = [replace_block(program, block.index, texts)]
+    follower = _inherits_motion(program, path, move)
+    if follower is not None:
+        source = next((word.text for word in block.words if is_motion(word)), style.motion(replacement.moves[-1]))
+        edits.append(Edit(follower, follower, source + " "))
+    return edits
+
+
+def _timed(program: Program, block: Block) -> TrueloopError:
+    return TrueloopError(
+        Code.NC_EDIT,
+        "an arc whose time is given (G93) would have to become several",
+        hint="program the feed in mm/min (G94) or mm/rev (G95) where the contour is cut",
+        place=program.place(block.data[0].start),
+    )
+
+
+def _inherits_motion(program: Program, path: ToolPath, move: int) -> int | None:
+    """Where to write a G word into the block of the next arc, when it has none and would inherit that of the last."""
+    if move + 1 >= len(path) or path.motion[move + 1] != Motion.ARC:
+        return None
+    block = program.block(int(path.block[move + 1]))
+    return None if any(is_motion(word) for word in block.data) else block.data[0].start
+
+
+def _feed_to(program: Program, path: ToolPath, move: int, wanted: Array) -> Edit:
+    """The rapid stays; a feed move goes on from its end to the displaced start of the contour."""
+    block, state = int(path.block[move]), path.coordinate_state(move + 1)
+    _require_both_named(program, path, move)
+    words = [coordinate_text(program.dialect, letter, float(wanted[axis]), state) for axis, letter in AXES]
+    feed = [word.text for word in program.block(int(path.block[move + 1])).words if word.letter == "F"]
+    return insert_blocks_after(program, block, [" ".join(["G01", *words, *feed])])

@@ -1,0 +1,128 @@
+"""Touches to error vectors: what the probe reported, as part errors along the nominal normal.
+
+`e = n · (measured − nominal) − ball radius − allowance`, positive = material left on [6876 glossary, PARTERROR]. A
+touch that was not exactly along n keeps its normal component only. The part's z is taken from a reference point
+[6811 §5.1].
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.profile import Profile
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.plausibility import check_order, check_positions, check_scale, check_sizes
+from trueloop.turned.touches.touch import Touch
+from trueloop.units import UM_PER_MM
+
+REFERENCE_FACES: Final = 0.5
+"""A z reference must look along z: |n_z| of at least cos 60°, or its error would be divided by a small number."""
+
+
+@dataclass(frozen=True)
+class Gauging:
+    """How the touches were taken. Ranges are those of repeated probing, along x and along z [6811 §4.1]."""
+
+    ball_radius_mm: float = 0.0
+    allowance_mm: float = 0.0
+    range_x_mm: float = 1.5 / UM_PER_MM
+    range_z_mm: float = 0.5 / UM_PER_MM
+    z_reference: str | None = None
+
+
+def standard_uncertainty_mm(outward_normal: Array, gauging: Gauging) -> Array:
+    """Type B uncertainty of an error along n: u = R/√12 on each axis [6811 §5.1], projected on n. (n, 2) → (n,).
+
+    The ranges of 1.5 µm and 0.5 µm give 0.43 µm on a cylinder and 0.14 µm on a face. Valid while repeatability is
+    all that matters: temperature and geometry of the machine are left out, as in the report.
+    """
+    u_x, u_z = gauging.range_x_mm / math.sqrt(12), gauging.range_z_mm / math.sqrt(12)
+    normal = np.atleast_2d(outward_normal)
+    return np.hypot(normal[:, 0] * u_x, normal[:, 1] * u_z)
+
+
+def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) -> ErrorVectors:
+    """Part errors of the touches, ordered along the profile. Raises TCH errors for what cannot be right."""
+    feature_index, arc_length = _place(profile, touches)
+    normal = np.array([profile.features[i].outward_normal(s) for i, s in zip(feature_index, arc_length, strict=True)])
+    nominal = np.array([touch.nominal_mm for touch in touches])
+    vectors = ErrorVectors(
+        point=tuple(touch.point for touch in touches),
+        feature_index=feature_index,
+        arc_length_mm=arc_length,
+        error_mm=_part_error(touches, nominal, normal, gauging),
+        standard_u_mm=standard_uncertainty_mm(normal, gauging),
+        at_reference=np.zeros(len(touches), dtype=np.bool_),
+        nominal_mm=nominal,
+        outward_normal=normal,
+    )
+    check_scale(touches, vectors.error_mm, vectors.standard_u_mm)
+    check_order(profile, vectors, [touch.line for touch in touches])
+    return vectors if gauging.z_reference is None else _from_reference(vectors, gauging.z_reference)
+
+
+def _place(profile: Profile, touches: Sequence[Touch]) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
+    """Feature and arc length of each touch: on the feature it names, else on the nearest."""
+    if not touches:
+        raise TrueloopError(
+            Code.TCH_FILE,
+            "there are 0 touches",
+            hint="one row a touch: feature, point, nominal, measured or error",
+        )
+    check_positions(profile, touches)
+    names = profile.names
+    nearest = profile.locate(np.array([touch.nominal_mm for touch in touches]))
+    index = np.array(
+        [
+            nearest.feature_index[k] if touch.feature is None else names.index(touch.feature)
+            for k, touch in enumerate(touches)
+        ],
+        dtype=np.intp,
+    )
+    arc_length = [
+        float(profile.features[i].locate(touch.nominal_mm)[0]) for i, touch in zip(index, touches, strict=True)
+    ]
+    return index, np.array(arc_length)
+
+
+def _part_error(touches: Sequence[Touch], nominal: Array, normal: Array, gauging: Gauging) -> Array:
+    """The stated errors, or n · (measured − nominal) less the ball and what the cut was to leave on."""
+    given = np.array([np.nan if touch.error_mm is None else touch.error_mm for touch in touches])
+    measured = np.array([(np.nan, np.nan) if t.measured_mm is None else t.measured_mm for t in touches])
+    along_normal = np.einsum("ij,ij->i", normal, measured - nominal)
+    error = np.where(np.isnan(given), along_normal - gauging.ball_radius_mm - gauging.allowance_mm, given)
+    expected = nominal + (gauging.ball_radius_mm + gauging.allowance_mm) * normal
+    check_sizes(touches, error, measured, expected, normal)
+    return error
+
+
+def _from_reference(vectors: ErrorVectors, point: str) -> ErrorVectors:
+    """Shifts the part frame along z so that the error at the reference point is zero [6811 §5.1]."""
+    if point not in vectors.point:
+        raise TrueloopError(
+            Code.TCH_REFERENCE,
+            f"the z reference {point!r} is none of the {len(vectors.point)} touches",
+            hint="`gauging.z_reference` names a point as it stands in the touches' column `point`",
+        )
+    k = vectors.point.index(point)
+    facing = float(vectors.outward_normal[k, 1])
+    if abs(facing) < REFERENCE_FACES:
+        raise TrueloopError(
+            Code.TCH_REFERENCE,
+            f"the z reference {point!r} faces x: its normal is ({vectors.outward_normal[k, 0]:.3f}, {facing:.3f})",
+            hint="take z from a point on a face",
+        )
+    share = vectors.outward_normal[:, 1] / facing
+    u_shared = np.hypot(vectors.standard_u_mm, np.abs(share) * vectors.standard_u_mm[k])
+    at_reference = np.arange(len(vectors.point)) == k
+    return replace(
+        vectors,
+        error_mm=np.where(at_reference, 0.0, vectors.error_mm - share * vectors.error_mm[k]),
+        standard_u_mm=np.where(at_reference, vectors.standard_u_mm, u_shared),
+        at_reference=at_reference,
+    )

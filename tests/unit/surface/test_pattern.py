@@ -1,0 +1,119 @@
+"""The machining pattern model: recovered within its uncertainty, an odd part found, how many parts are enough."""
+
+import numpy as np
+import pytest
+
+from tests.support.surfaces import GRID, NEAR, SQUARE, on_grid, random_surface, square_places
+from trueloop.surface.pattern.outlier import outliers
+from trueloop.surface.pattern.pattern import Pattern, common_size, fit_variance_mm2, parts_needed, pattern_of
+from trueloop.surface.separation.places import projector
+from trueloop.surface.separation.separate import Separation, of_size, separate
+from trueloop.surface.separation.spline_surface import Size
+from trueloop.surface.separation.student import student
+
+NOISE_MM, BETWEEN_MM = 0.0022, 0.0025
+NAMES = tuple(f"S{k}" for k in range(1, 11))
+
+
+def parts(rng: np.random.Generator, truth: np.ndarray, count: int = 10) -> list[Separation]:
+    return [
+        of_size(
+            SQUARE, truth + on_grid(random_surface(rng, 5, BETWEEN_MM)) + rng.normal(0, NOISE_MM, 625), Size(9, 9), NEAR
+        )
+        for _ in range(count)
+    ]
+
+
+def test_the_true_pattern_lies_within_the_predicted_uncertainty() -> None:
+    """95 % intervals over 120 patterns, each of some 25 independent shapes: 93 to 97 % must cover."""
+    rng, covered = np.random.default_rng(31), []
+    for _ in range(120):
+        truth = on_grid(random_surface(rng, 9, 0.010))
+        pattern = pattern_of(parts(rng, truth), NAMES)
+        off = np.abs(pattern.mean.grid_mm(GRID, GRID).ravel() - truth)
+        covered.append(np.mean(off <= pattern.uncertainty_grid_mm(GRID, GRID).ravel()))
+    assert 0.93 <= np.mean(covered) <= 0.97
+
+
+def one_pattern(seed: int, odd_mm: float = 0.0) -> Pattern:
+    rng = np.random.default_rng(seed)
+    truth = on_grid(random_surface(rng, 9, 0.010))
+    found = parts(rng, truth)
+    if odd_mm:
+        found[3] = of_size(SQUARE, found[3].measured_mm + on_grid(random_surface(rng, 5, odd_mm)), Size(9, 9), NEAR)
+    return pattern_of(found, NAMES)
+
+
+def test_an_odd_part_is_named_and_others_are_not() -> None:
+    assert [odd.name for odd in one_pattern(1, odd_mm=0.010).outlying] == ["S4"]
+
+
+@pytest.mark.parametrize("count", [5, 10])
+def test_false_alarms_are_rare(count: int) -> None:
+    """At one or two in a hundred patterns, eight in 150 come once in a thousand."""
+    rng, alarms = np.random.default_rng(3), 0
+    for _ in range(150):
+        alarms += bool(outliers([random_surface(rng, 6, BETWEEN_MM) for _ in range(count)], NAMES))
+    assert alarms < 8
+
+
+def test_the_mean_is_the_mean_of_the_parts_models() -> None:
+    pattern = one_pattern(2)
+    stack = np.stack([model.grid_mm(GRID, GRID) for model in pattern.models])
+    np.testing.assert_allclose(pattern.mean.grid_mm(GRID, GRID), stack.mean(axis=0), atol=1e-15)
+    np.testing.assert_allclose(pattern.scatter_grid_mm(GRID, GRID), stack.std(axis=0, ddof=1), atol=1e-15)
+    assert pattern.sigma_mm == pytest.approx(NOISE_MM, rel=0.05)
+
+
+def test_variability_between_parts_is_the_scatter_without_the_fits_own() -> None:
+    rng = np.random.default_rng(17)
+    same = [of_size(SQUARE, rng.normal(0, NOISE_MM, 625), Size(9, 9), NEAR) for _ in range(40)]
+    pattern = pattern_of(same, [f"P{k}" for k in range(40)], size=Size(9, 9))
+    own = fit_variance_mm2(same[0], GRID, GRID)
+    assert np.mean(pattern.scatter_grid_mm(GRID, GRID) ** 2) == pytest.approx(np.mean(own), rel=0.1)
+    left = pattern.variability_grid_mm(GRID, GRID, own)
+    assert np.mean(left) < 0.4 * np.mean(pattern.scatter_grid_mm(GRID, GRID))
+
+
+def test_parts_needed_is_the_least_that_reaches_the_target() -> None:
+    pattern = one_pattern(3)
+    at = np.linspace(0, 1, 41)
+    scatter = np.sqrt(np.mean(pattern.scatter_grid_mm(at, at) ** 2))
+    needed = parts_needed(pattern, 0.001)
+    assert student(0.95, needed - 1) * scatter / np.sqrt(needed) <= 0.001
+    assert student(0.95, needed - 2) * scatter / np.sqrt(needed - 1) > 0.001
+
+
+def test_the_mean_of_the_parts_says_which_size_the_pattern_needs() -> None:
+    """Noise takes a part alone for a smaller size; the mean of all has a third of the noise."""
+    rng = np.random.default_rng(23)
+    truth = on_grid(random_surface(rng, 15, 0.004))
+    found = [separate(SQUARE, truth + rng.normal(0, NOISE_MM, 625), near=NEAR, name=name) for name in NAMES]
+    assert len({part.chosen.size for part in found}) > 1
+    assert pattern_of(found, NAMES).size == Size(15, 15)
+
+
+def test_parts_measured_at_different_places_are_modelled_with_the_largest_size_any_needs() -> None:
+    rng = np.random.default_rng(23)
+    found = [
+        separate(square_places(), on_grid(random_surface(rng, n, 0.010)) + rng.normal(0, NOISE_MM, 625))
+        for n in (6, 9, 7)
+    ]
+    pattern = pattern_of(found, ("a", "b", "c"))
+    assert pattern.size == common_size(found)
+    assert pattern.size.rows == max(part.chosen.size.rows for part in found)
+    assert pattern.missed_mm == 0.0
+
+
+def test_what_no_size_follows_is_part_of_the_uncertainty() -> None:
+    """A pattern that is no spline: the size stops where noise hides the rest, and that rest is told."""
+    rng, covered, missed, told = np.random.default_rng(41), [], [], []
+    for _ in range(25):
+        truth = on_grid(random_surface(rng, 5, 0.006)) + 0.006 * np.sin(25 * SQUARE.u + rng.uniform(0, 6))
+        pattern = pattern_of(parts(rng, truth), NAMES)
+        mean = pattern.mean.grid_mm(GRID, GRID).ravel()
+        covered.append(np.mean(np.abs(mean - truth) <= pattern.uncertainty_grid_mm(GRID, GRID).ravel()))
+        missed.append(np.mean(projector(SQUARE, pattern.size).residuals(truth) ** 2))
+        told.append(pattern.missed_mm**2)
+    assert 0.93 <= np.mean(covered) <= 0.97
+    assert np.mean(told) == pytest.approx(np.mean(missed), rel=0.3)

@@ -1,0 +1,135 @@
+"""Deterministic and random parts, on patterns that are known."""
+
+import numpy as np
+import pytest
+
+from tests.support.surfaces import NEAR, SQUARE, on_grid, random_surface, square_places
+from trueloop.errors import Severity
+from trueloop.surface.separation.likelihood import FORM, log_likelihood
+from trueloop.surface.separation.normality import normality
+from trueloop.surface.separation.places import Places, projector, regress, splines
+from trueloop.surface.separation.separate import separate
+from trueloop.surface.separation.spline_surface import Size
+
+CRITERIA = ("likelihood", "randomness")
+NOISE_MM = 0.0022
+"""A random part within ±6.5 µm, as published, is about three times this."""
+
+
+@pytest.mark.parametrize(("criterion", "true"), [("randomness", 9), ("likelihood", 9), ("likelihood", 15)])
+def test_the_size_of_a_known_pattern_is_found_to_one_step_in_nine_runs_of_ten(criterion: str, true: int) -> None:
+    """With control values of 8 µm standard deviation: at 15 × 15 the published tests find it in two of three runs."""
+    rng, runs, near = np.random.default_rng(9), 40, 0
+    for _ in range(runs):
+        errors = on_grid(random_surface(rng, true, 0.008)) + rng.normal(0, NOISE_MM, 625)
+        size = separate(SQUARE, errors, near=NEAR, criterion=criterion).chosen.size
+        near += abs(size.rows - true) <= 1 and abs(size.columns - true) <= 1
+    assert near >= 0.9 * runs
+
+
+def test_the_parts_add_up_and_the_random_part_has_its_scatter() -> None:
+    rng = np.random.default_rng(2)
+    truth = random_surface(rng, 8, 0.010)
+    errors = on_grid(truth) + rng.normal(0, NOISE_MM, 625)
+    found = separate(SQUARE, errors, near=NEAR)
+    np.testing.assert_allclose(on_grid(found.deterministic) + found.random_mm, errors, atol=1e-13)
+    assert found.sigma_mm == pytest.approx(NOISE_MM, rel=0.1)
+    assert np.sqrt(np.mean((on_grid(found.deterministic) - on_grid(truth)) ** 2)) < 0.6 * NOISE_MM
+    assert found.chosen.random(0.99)
+    assert found.chosen.normal(0.99)
+    assert found.permutation_p > 0.01
+    assert not found.findings
+
+
+@pytest.mark.parametrize("criterion", CRITERIA)
+def test_noise_alone_takes_the_smallest_surface(criterion: str) -> None:
+    errors = np.random.default_rng(3).normal(0, NOISE_MM, 625)
+    assert separate(SQUARE, errors, near=NEAR, criterion=criterion).chosen.size.controls <= 16
+
+
+@pytest.mark.parametrize("criterion", CRITERIA)
+def test_a_long_narrow_pattern_gets_fewer_control_points_across(criterion: str) -> None:
+    rng = np.random.default_rng(8)
+    along = np.sin(np.outer(SQUARE.u, 25 * np.ones(1)).ravel())
+    errors = 0.012 * along + rng.normal(0, NOISE_MM, 625)
+    found = separate(SQUARE, errors, near=NEAR, criterion=criterion)
+    assert found.chosen.size.columns < found.chosen.size.rows
+    assert found.criterion == criterion
+
+
+def test_likelihood_does_not_care_for_form_errors() -> None:
+    """A tilt and a bow of many times the pattern's size change nothing: every size contains them."""
+    rng = np.random.default_rng(4)
+    errors = on_grid(random_surface(rng, 8, 0.010)) + rng.normal(0, NOISE_MM, 625)
+    bow = 5.0 + 0.3 * SQUARE.u - 0.2 * SQUARE.v**2
+    for size in (Size(3, 3, 2), Size(8, 8), Size(12, 7), Size(9, 9, 2)):
+        plain, bowed = (log_likelihood(SQUARE, values, size) for values in (errors, errors + bow))
+        assert bowed == pytest.approx(plain, abs=1e-5)
+
+
+def test_values_without_noise_are_followed() -> None:
+    errors = on_grid(random_surface(np.random.default_rng(6), 8, 0.010))
+    found = separate(SQUARE, errors, near=NEAR)
+    assert np.sqrt(np.mean((on_grid(found.deterministic) - errors) ** 2)) < 1e-4
+
+
+def test_log_likelihood_is_that_of_its_normal_law() -> None:
+    """Against the density written out with whole matrices, at the best of many ratios of variances."""
+    rng = np.random.default_rng(7)
+    places, size = square_places(9), Size(5, 4, 2)
+    values = on_grid(random_surface(rng, 5, 0.01), np.linspace(0, 1, 9)) + rng.normal(0, NOISE_MM, 81)
+    b, x = splines(places, size).combined(np.eye(size.controls)), projector(places, FORM).columns
+    spread = np.sum(b * b) / size.controls
+
+    def written_out(ratio: float) -> float:
+        v = np.eye(81) + ratio / spread * (b @ b.T)
+        inverse = np.linalg.inv(v)
+        normal = x.T @ inverse @ x
+        p = inverse - inverse @ x @ np.linalg.inv(normal) @ x.T @ inverse
+        variance = values @ p @ values / 72
+        return float(-0.5 * (72 * np.log(variance) + np.linalg.slogdet(v)[1] + np.linalg.slogdet(normal)[1]))
+
+    best = max(written_out(ratio) for ratio in np.exp(np.linspace(0, 18, 721)))
+    assert log_likelihood(places, values, size) == pytest.approx(best, abs=0.05)
+
+
+def test_single_bad_touches_are_told_as_not_normal() -> None:
+    rng = np.random.default_rng(6)
+    errors = on_grid(random_surface(rng, 7, 0.008)) + rng.normal(0, NOISE_MM, 625)
+    errors[[40, 300, 501]] += [0.03, -0.04, 0.03]
+    found = separate(SQUARE, errors, near=NEAR, name="S4")
+    assert [finding.severity for finding in found.findings if "'S4'" in finding.message] == [Severity.WARNING]
+    assert "not normal" in found.findings[0].message
+    assert abs(found.chosen.size.rows - 7) <= 1
+
+
+def test_holes_and_scattered_points_are_bridged_smoothly() -> None:
+    rng = np.random.default_rng(12)
+    truth = random_surface(rng, 7, 0.010)
+    u, v = rng.uniform(0, 1, (2, 700))
+    hole = (u > 0.4) & (u < 0.5) & (v > 0.3) & (v < 0.4)
+    u, v = u[~hole], v[~hole]
+    places = Places(np.stack([50 * u, 50 * v, 0 * u], 1), u, v)
+    errors = truth.value_mm(u, v) + rng.normal(0, NOISE_MM, len(u))
+    found = separate(places, errors, degrees=(3,))
+    assert abs(found.chosen.size.rows - 7) <= 1
+    inside = found.deterministic.value_mm(np.array([0.45]), np.array([0.35]))
+    assert inside[0] == pytest.approx(truth.value_mm(np.array([0.45]), np.array([0.35]))[0], abs=3 * NOISE_MM)
+
+
+def test_smoothing_changes_nothing_where_points_decide() -> None:
+    rng = np.random.default_rng(13)
+    errors = on_grid(random_surface(rng, 9, 0.010))
+    scattered = Places(SQUARE.points_mm, SQUARE.u, SQUARE.v)
+    exact, smooth = (on_grid(regress(places, errors, Size(9, 9))) for places in (SQUARE, scattered))
+    np.testing.assert_allclose(smooth, exact, atol=2e-7)  # a trace of 1e-6: a fifth of a nanometre
+
+
+def test_lilliefors_p_values_are_uniform_and_those_of_kolmogorov_smirnov_far_too_large() -> None:
+    rng = np.random.default_rng(21)
+    tests = [normality(rng.normal(3.0, 2.0, 200)) for _ in range(1500)]
+    lilliefors, ks = np.array([t.lilliefors_p for t in tests]), np.array([t.ks_p for t in tests])
+    for level in (0.01, 0.05, 0.1):
+        share = np.mean(lilliefors < level)
+        assert abs(share - level) < 3.3 * np.sqrt(level * (1 - level) / 1500) + 0.1 * level
+    assert np.mean(ks < 0.1) < 0.01

@@ -1,0 +1,157 @@
+"""Deviations along the normals: sign, ball, alignment, holes, advice."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.support.surfaces import random_surface, sphere, wavy_surface
+from trueloop.errors import Code, Severity, TrueloopError
+from trueloop.geometry.feature import Array
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_fit import fit_grid
+from trueloop.surface.deviations.deviations import MeasuredPoints, surface_deviations
+from trueloop.surface.deviations.sampling import sampling_advice
+
+RNG = np.random.default_rng(11)
+SURFACE = wavy_surface()
+AT = np.linspace(0.02, 0.98, 25)
+U, V = (a.ravel() for a in np.meshgrid(AT, AT, indexing="ij"))
+NOMINAL, NORMAL = SURFACE.point_mm(U, V), SURFACE.normal(U, V)
+ERROR = RNG.normal(0, 0.006, 625)
+
+
+def centres(radius_mm: float) -> Array:
+    return NOMINAL + (radius_mm + ERROR)[:, None] * NORMAL
+
+
+@pytest.mark.parametrize("radius_mm", [0.0, 1.0, 2.0])
+def test_ball_centres_give_the_same_errors_as_points_of_the_surface(radius_mm: float) -> None:
+    found = surface_deviations(SURFACE, MeasuredPoints(centres(radius_mm), radius_mm, (25, 25), "A"))
+    np.testing.assert_allclose(found.error_mm, ERROR, atol=1e-12)
+    assert found.alignment.kind == "datum"
+    assert not found.findings
+
+
+def test_material_left_on_is_positive_and_turning_the_surface_over_turns_the_sign() -> None:
+    above = MeasuredPoints(NOMINAL + 0.01 * NORMAL)
+    np.testing.assert_allclose(surface_deviations(SURFACE, above).error_mm, 0.01, atol=1e-12)
+    np.testing.assert_allclose(surface_deviations(SURFACE.turned_over(), above).error_mm, -0.01, atol=1e-12)
+
+
+def test_a_best_fit_takes_out_location_and_orientation_and_nothing_else() -> None:
+    bare = surface_deviations(SURFACE, MeasuredPoints(centres(2.0), 2.0), fit=True)
+    moved = centres(2.0) @ Rotation.from_rotvec([0.001, -0.002, 0.0015]).as_matrix().T + [0.03, -0.02, 0.05]
+    fitted = surface_deviations(SURFACE, MeasuredPoints(moved, 2.0), fit=True)
+    assert fitted.alignment.kind == "best fit"
+    assert fitted.alignment.left == ()
+    # Errors are read at slightly other feet where a point also moved sideways: second order in motion times slope.
+    np.testing.assert_allclose(fitted.error_mm, bare.error_mm, atol=1e-9)
+    bound = surface_deviations(SURFACE, MeasuredPoints(moved, 2.0))
+    assert np.std(bound.error_mm) > 3 * np.std(fitted.error_mm)
+
+
+def test_what_the_surface_does_not_determine_stays_where_it_was() -> None:
+    ball = sphere()
+    u, v = RNG.uniform(0.05, 0.95, (2, 300))
+    fitted = surface_deviations(ball, MeasuredPoints(1.0002 * ball.point_mm(u, v)), fit=True)
+    assert len(fitted.alignment.left) == 3  # a sphere turns in itself
+    assert np.all(np.abs(fitted.alignment.shift_mm) < 0.02)
+
+
+def nearly_flat(sag_mm: float) -> Surface:
+    """A square patch of 50 mm that bows by so much from the middle to the edges, and a little to one side."""
+    x, y = np.meshgrid(np.linspace(-25, 25, 21), np.linspace(-25, 25, 21), indexing="ij")
+    return fit_grid(np.stack([x, y, sag_mm * (np.cos(x / 25) * np.cos(y / 30) + (x / 50) ** 3)], axis=2)).surface
+
+
+def of_form(surface: Surface, form_mm: Array) -> Array:
+    """Points of the grid off by a form; misplaced if moved afterwards."""
+    return surface.point_mm(U, V) + form_mm[:, None] * surface.normal(U, V)
+
+
+def least_squares_without(form_mm: Array, shapes: list[Array]) -> Array:
+    """What is left when so many columns are taken out, by another routine."""
+    columns = np.stack(shapes, axis=1)
+    left: Array = form_mm - columns @ np.linalg.lstsq(columns, form_mm, rcond=None)[0]
+    return left
+
+
+@pytest.mark.parametrize("sag_mm", [0.1, 0.3, 1.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_pattern_on_a_nearly_flat_patch_stays(sag_mm: float, seed: int) -> None:
+    """A pattern of 4 µm, no misalignment: only height and the two tilts, which every patch has, may take of it. A fit
+    of all six motions slides the part by up to millimetres and leaves less.
+    """
+    surface = nearly_flat(sag_mm)
+    pattern = random_surface(np.random.default_rng(seed), 6, 1.0).value_mm(U, V)
+    form = 0.004 * pattern / np.std(pattern)
+    height = least_squares_without(form, [np.ones(625), U, V])
+    fitted = surface_deviations(surface, MeasuredPoints(of_form(surface, form), name="A"), fit=True)
+    assert np.sqrt(np.mean((fitted.error_mm - height) ** 2)) < 0.02 * np.std(height)
+    assert len(fitted.alignment.left) == 3
+    assert np.max(np.abs(fitted.alignment.shift_mm[:2])) < 1e-3
+    note = fitted.findings[-1]
+    assert (note.code, note.severity) == (Code.SRF_SETUP, Severity.NOTE)
+    assert "'A' leaves 3 of 6 motions" in note.message
+
+
+def test_a_better_known_set_up_leaves_more_and_a_worse_one_less() -> None:
+    surface = nearly_flat(1.0)
+    pattern = of_form(surface, random_surface(np.random.default_rng(1), 6, 0.012).value_mm(U, V))
+    left = [
+        len(surface_deviations(surface, MeasuredPoints(pattern), fit=True, setup_mm=setup).alignment.left)
+        for setup in (1e-4, 0.2, 20.0)
+    ]
+    assert left == [6, 3, 0]
+
+
+def test_a_misplaced_part_on_a_curved_patch_comes_back_under_its_pattern() -> None:
+    """A tenth of a millimetre and milliradians: what remains is the pattern as without them."""
+    pattern = random_surface(np.random.default_rng(2), 6, 0.004).value_mm(U, V)
+    form = of_form(SURFACE, pattern)
+    moved = (form - [25, 25, 0]) @ Rotation.from_rotvec([0.002, -0.001, 0.003]).as_matrix().T + [25.1, 24.9, 0.08]
+    fitted, bare = (surface_deviations(SURFACE, MeasuredPoints(p), fit=True) for p in (moved, form))
+    assert fitted.alignment.left == bare.alignment.left == ()
+    np.testing.assert_allclose(fitted.error_mm, bare.error_mm, atol=1e-8)
+    assert np.max(np.abs(surface_deviations(SURFACE, MeasuredPoints(moved)).error_mm - pattern)) > 0.05
+
+
+def test_a_part_farther_off_than_its_set_up_can_be_is_refused() -> None:
+    sunk = MeasuredPoints(of_form(SURFACE, ERROR) - [0.0, 0.0, 0.3], name="S07")
+    with pytest.raises(TrueloopError, match=r"points of 'S07' by 0\.300 mm along z.*off by 0\.2 mm") as refused:
+        surface_deviations(SURFACE, sunk, fit=True)
+    assert refused.value.code is Code.SRF_SETUP
+    allowed = surface_deviations(SURFACE, sunk, fit=True, setup_mm=0.4)
+    assert allowed.alignment.shift_mm[2] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_holes_stay_holes_and_are_told() -> None:
+    points = centres(2.0)
+    points[[3, 77]] = np.nan
+    found = surface_deviations(SURFACE, MeasuredPoints(points, 2.0, (25, 25), "A"))
+    assert np.flatnonzero(~found.measured).tolist() == [3, 77]
+    assert [finding.code for finding in found.findings] == [Code.SRF_HOLES]
+    np.testing.assert_allclose(found.error_mm[found.measured], np.delete(ERROR, [3, 77]), atol=1e-12)
+
+
+def test_advice_takes_the_ball_s_radius_as_step() -> None:
+    advice = sampling_advice(SURFACE, 2.0)
+    assert advice.step_mm == 2.0
+    assert advice.shortest_wave_mm == 4.0
+    assert 26 <= advice.rows <= 29  # 50 mm and a little more along the waves
+    assert advice.reaches_everywhere
+    assert not sampling_advice(SURFACE, 80.0).reaches_everywhere
+    inside = sphere(20.0).turned_over()
+    hollow = sampling_advice(inside, 1.0)
+    assert hollow.hollow_radius_mm == pytest.approx(20.0, rel=1e-6)
+
+
+def test_a_ball_too_large_for_a_hollow_is_told() -> None:
+    """A valley with radius 1 / (0.4 · 1.5²) = 1.11 mm at its ground."""
+    x, y = np.meshgrid(np.linspace(0, 12, 49), np.linspace(0, 12, 25), indexing="ij")
+    valleys = fit_grid(np.stack([x, y, -0.4 * np.sin(1.5 * x)], axis=2)).surface
+    u, v = RNG.uniform(0.05, 0.95, (2, 200))
+    for radius, told in ((0.9, []), (1.4, [Code.SRF_BALL])):
+        touched = valleys.point_mm(u, v) + radius * valleys.normal(u, v)
+        found = surface_deviations(valleys, MeasuredPoints(touched, radius))
+        assert [finding.code for finding in found.findings] == told

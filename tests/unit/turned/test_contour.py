@@ -1,0 +1,107 @@
+"""The compensated contour and its centre path, against hand-made cases and a brute-force envelope."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike
+
+from trueloop.geometry.feature import Arc, Array, Line
+from trueloop.geometry.profile import Profile, junctions_of
+from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
+from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum
+
+from .shapes import FEATURES, NOSE_RADIUS_MM, PART
+
+ends_mm = st.floats(-0.1, 0.1)
+
+
+def linear(feature: Line | Arc, start_mm: float, end_mm: float) -> Shift:
+    return sampled(np.array([0.0, feature.length_mm]), np.array([start_mm, end_mm]))
+
+
+def pieces_with(shifts: list[Shift]) -> tuple[CentrePiece, ...]:
+    return centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM))
+
+
+def test_oversize_moves_the_tool_into_the_material() -> None:
+    """Δr = +0.04 mm, w = 0.75 cuts 0.03 mm deeper [4773 Fig. 9]: an error of +0.04 shifts the contour by −0.03."""
+    error = sampled(np.array([0.0]), np.array([0.04]))
+    shift = weighted_sum(((-0.75, error),))
+    cylinder = ShiftedFeature(FEATURES[1], shift, NOSE_RADIUS_MM)
+    x, z = cylinder.centre_mm(10.0)
+    assert x == pytest.approx(44.704 + NOSE_RADIUS_MM - 0.03, abs=1e-12)
+    assert z == pytest.approx(-104.554, abs=1e-12)
+
+
+def test_unshifted_centre_path_meets_where_shop_programs_turn() -> None:
+    """Corners of the published MODBAS2 finish program, P46 = 3.52 in, nose radius 0.03125 in [6811 §A.3.3]."""
+    corners = [piece.shifted.centre_mm(piece.end_mm) / 25.4 * [2, 1] for piece in pieces_with([ZERO] * 5)]
+    published = [(3.5825, -4.50192), (3.5825, -1.72875), (2.9825, -1.72875), (2.9825, -1.46), (0.0, 0.03125)]
+    assert np.allclose(corners, published, rtol=0, atol=1e-5)
+
+
+@given(st.lists(ends_mm, min_size=10, max_size=10))
+def test_centre_paths_meet_at_every_junction(ends: list[float]) -> None:
+    ends[8] = ends[7]  # the dome begins where the neck ends: a tangent junction closes in value
+    shifts = [linear(f, a, b) for f, a, b in zip(FEATURES, ends[::2], ends[1::2], strict=True)]
+    pieces = pieces_with(shifts)
+    for before, after in itertools.pairwise(pieces):
+        gap = before.shifted.centre_mm(before.end_mm) - after.shifted.centre_mm(after.start_mm)
+        assert np.linalg.norm(gap) < 1e-9
+
+
+@given(st.floats(-0.05, 0.05), st.floats(-0.02, 0.02), st.floats(-1e-3, 1e-3))
+def test_the_nose_touches_the_compensated_contour(value: float, slope: float, bend: float) -> None:
+    """The nose circle about every centre point touches the contour and nowhere enters it (brute force)."""
+
+    def shift_mm(s: ArrayLike) -> Array:
+        return np.asarray(value + slope * np.asarray(s) + bend * np.sin(np.asarray(s)))
+
+    dome = FEATURES[4]
+    shifted = ShiftedFeature(dome, Shift(shift_mm, lambda s: slope + bend * np.cos(np.asarray(s))), NOSE_RADIUS_MM)
+    contour = shifted.contour_mm(np.linspace(0, dome.length_mm, 4001))
+    for centre in shifted.centre_mm(np.linspace(5, dome.length_mm - 5, 7)):
+        nearest = np.linalg.norm(contour - centre, axis=1).min()
+        assert nearest == pytest.approx(NOSE_RADIUS_MM, abs=2e-4)
+        assert nearest >= NOSE_RADIUS_MM - 1e-9
+
+
+def test_slope_moves_the_contact_along_the_feature() -> None:
+    """With slope u′ the centre stands R u′ back along the feature, which shifting the centre path would leave out."""
+    slope = 0.01
+    cone = ShiftedFeature(FEATURES[0], linear(FEATURES[0], 0.0, slope * FEATURES[0].length_mm), 1.0)
+    offset = cone.centre_mm(20.0) - cone.contour_mm(20.0)
+    assert offset @ FEATURES[0].tangent(20.0) == pytest.approx(-math.sin(math.atan(slope)), abs=1e-12)
+
+
+@given(ends_mm, ends_mm, ends_mm, ends_mm)
+def test_corner_is_displaced_as_both_errors_say(a: float, b: float, c: float, d: float) -> None:
+    """With a pointed tool the contours cross at d with n₁·d = u₁ and n₂·d = u₂, to the slide's second order."""
+    shifts = [ZERO, linear(FEATURES[1], a, b), linear(FEATURES[2], c, d), ZERO, ZERO]
+    pieces = centre_pieces(PART, shifted_contour(PART, shifts, 0.0))
+    corner = pieces[1].shifted.centre_mm(pieces[1].end_mm)
+    assert corner - FEATURES[1].end_mm == pytest.approx([b, c], abs=0.2 * 0.2 / 7)
+
+
+def test_free_end_is_met_square_to_the_feature() -> None:
+    """At the apex the centre path ends on the axis however steep the error is there [6811 §3.4]."""
+    dome = ShiftedFeature(FEATURES[4], linear(FEATURES[4], 0.0, 0.3), NOSE_RADIUS_MM)
+    s = reaches_mm(dome, 0.0, at_end=True)
+    assert dome.centre_mm(s)[0] == pytest.approx(0.0, abs=1e-9)
+    assert s != pytest.approx(FEATURES[4].length_mm, abs=1e-4)
+
+
+def test_kink_at_a_tangent_junction_joins_both_ways() -> None:
+    """A part-tangent path turns at the junction, outwards or inwards; the nose path still meets."""
+    line, arc = FEATURES[3], FEATURES[4]
+    pair = Profile((line, arc), junctions_of((line, arc)))
+    for slope in (0.006, -0.006, 1e-9, 0.0):
+        contour = shifted_contour(pair, [ZERO, linear(arc, 0.0, slope * arc.length_mm)], NOSE_RADIUS_MM)
+        before, after = centre_pieces(pair, contour)
+        gap = before.shifted.centre_mm(before.end_mm) - after.shifted.centre_mm(after.start_mm)
+        assert np.linalg.norm(gap) < 1e-9
+        assert before.end_mm - line.length_mm == pytest.approx(-NOSE_RADIUS_MM * slope / 2, rel=0.02, abs=1e-9)

@@ -1,0 +1,83 @@
+"""Is a tool offset enough? Decided on data with a known answer."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trueloop.geometry.feature import Array
+from trueloop.turned.compensation.decide import decide
+
+CYLINDER, FACE = (1.0, 0.0), (0.0, 1.0)
+NORMALS = np.array([CYLINDER] * 6 + [FACE] * 6)
+NOISE_MM = np.tile([0.001, -0.001, 0.0005, -0.0005, 0.001, -0.001], 2)
+SIGMA_MM = 0.001
+
+
+def errors(x_mm: float, z_mm: float, x_taper_mm: float = 0.0) -> Array:
+    taper = np.concatenate([np.linspace(-0.5, 0.5, 6) * x_taper_mm, np.zeros(6)])
+    return np.asarray(NORMALS @ [x_mm, z_mm] + taper + NOISE_MM)
+
+
+def test_pure_size_error_needs_the_offset_alone() -> None:
+    decision = decide(errors(0.020, -0.010), NORMALS, SIGMA_MM, 8, 1e-4, 1.0)
+    assert decision.offset_is_enough
+    assert decision.offset_mm == pytest.approx((-0.020, 0.010), abs=1e-4)
+    assert "offset is enough" in decision.x.words
+
+
+def test_taper_on_cylinders_changes_x_and_leaves_z() -> None:
+    decision = decide(errors(0.020, -0.010, x_taper_mm=0.030), NORMALS, SIGMA_MM, 8, 1e-4, 1.0)
+    assert not decision.x.enough
+    assert decision.z.enough
+    assert not decision.offset_is_enough
+    assert decision.x.largest_left_mm == pytest.approx(0.0155, abs=0.002)
+
+
+def test_weight_scales_the_offset_and_nothing_else() -> None:
+    full = decide(errors(0.04, 0.0), NORMALS, SIGMA_MM, 8, 1e-4, 1.0)
+    part = decide(errors(0.04, 0.0), NORMALS, SIGMA_MM, 8, 1e-4, 0.75)
+    assert part.offset_mm[0] == pytest.approx(0.75 * full.offset_mm[0])
+    assert part.x.p_value == full.x.p_value
+    assert part.offset_mm[0] == pytest.approx(-0.03, abs=1e-4)  # [4773 Fig. 9]: 50 → 49.97 mm
+
+
+def test_an_axis_that_no_touch_faces_stays() -> None:
+    decision = decide(np.full(6, 0.02), NORMALS[:6], SIGMA_MM, 8, 1e-4, 1.0)
+    assert decision.z.offset_mm == 0.0
+    assert "no touch faces Z" in decision.z.words
+
+
+def test_errors_below_the_control_resolution_never_change_the_contour() -> None:
+    tiny = 1e-5 * np.sin(np.arange(12))
+    assert decide(tiny, NORMALS, 1e-7, 8, 1e-4, 1.0).offset_is_enough
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
+def test_offset_is_found_on_slanted_features_too(x_mm: float, z_mm: float) -> None:
+    angles = np.linspace(0.1, math.pi / 2, 9)
+    normals = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    decision = decide(normals @ [x_mm, z_mm], normals, SIGMA_MM, math.inf, 1e-4, 1.0)
+    assert decision.offset_mm == pytest.approx((-x_mm, -z_mm), abs=1e-12)
+    assert decision.offset_is_enough
+
+
+def test_the_offset_is_as_uncertain_as_it_scatters() -> None:
+    """Leverage × σ² is the variance of the offset along each normal; it sums to the number of axes that are faced."""
+    random, angles = np.random.default_rng(1), np.linspace(0.1, math.pi / 2, 9)
+    normals = np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    found = [decide(random.normal(0, 1.0, 9), normals, 1.0, math.inf, 1e-4, 1.0).offset_mm for _ in range(3000)]
+    leverage = decide(np.zeros(9), normals, 1.0, math.inf, 1e-4, 1.0).leverage(normals)
+    assert np.allclose(np.var(np.array(found) @ normals.T, axis=0), leverage, rtol=0.1)
+    assert leverage.sum() == pytest.approx(2.0)
+
+
+def test_false_alarms_are_as_rare_as_promised() -> None:
+    """Noise alone changes the contour in about 5 % of parts an axis, the significance of the test."""
+    random = np.random.default_rng(6811)
+    alarms = [
+        not decide(random.normal(0, SIGMA_MM, 12), NORMALS, SIGMA_MM, math.inf, 1e-9, 1.0).x.enough for _ in range(2000)
+    ]
+    assert 0.03 < np.mean(alarms) < 0.07

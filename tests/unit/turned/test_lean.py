@@ -1,0 +1,102 @@
+"""What an arc's correction owes to its slope, held against arcs that the virtual machine cuts with a worn nose."""
+
+import numpy as np
+import pytest
+
+from tests.support.touched import touched
+from trueloop.geometry.feature import Arc, Array, Line
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.validate import checked_profile
+from trueloop.loops.simulated.study import path_of_shifts
+from trueloop.simulator.nose import Nose
+from trueloop.simulator.stock import Stock, sweep
+from trueloop.turned.compensation.lean import MOST_MM, of_slope, to_take_out, unasked_u_mm
+from trueloop.turned.compensation.shift import ZERO, Shift, weighted_sum
+from trueloop.turned.error_curve.curve import ErrorCurve
+from trueloop.turned.error_curve.fit_profile import fit_profile
+from trueloop.turned.fit.options import FitOptions
+
+NOSE = Nose(0.8, tuple(np.radians([-20.0, 30.0, 80.0, 130.0])), (-0.003, -0.075, -0.020, 0.005))
+DOME = checked_profile([Arc("dome", (20.0, 0.0), (0.0, 20.0), (0.0, 0.0), np.pi / 2)])
+FILLET = checked_profile([Arc("fillet", (50.0, 0.0), (30.0, 20.0), (50.0, 20.0), -np.pi / 2)])
+UM = 1e-3
+
+
+def cut_mm(profile: Profile, shift: Shift, points_mm: Array, normals: Array) -> Array:
+    """Errors that the worn nose leaves along these normals when it is driven along the shifted arc."""
+    path = path_of_shifts(profile, NOSE.radius_mm, [shift])
+    return Stock().cut_by([sweep(path.centre_mm, NOSE)]).height_mm(points_mm, normals)
+
+
+def curve_of(profile: Profile) -> ErrorCurve:
+    """The error curve of an arc cut as programmed, through touches so close that it is the error."""
+    vectors = touched(profile, [60], lambda points, normals: cut_mm(profile, ZERO, points, normals))
+    return fit_profile(profile, vectors, FitOptions(knot_every=2)).curves[0]
+
+
+def inside(profile: Profile) -> tuple[Array, Array, Array]:
+    """Arc lengths clear of the ends, where a neighbour would cut, with points and normals."""
+    arc = profile.features[0]
+    s = np.linspace(0.1, 0.9, 33) * arc.length_mm
+    return s, arc.point_mm(s), arc.outward_normal(s)
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.6])
+@pytest.mark.parametrize("profile", [DOME, FILLET], ids=["convex", "concave"])
+def test_a_worn_nose_is_taken_out_to_second_order(profile: Profile, weight: float) -> None:
+    """Without the term some tenths of a micrometre stay on a convex arc and are missing on a concave one: the contour
+    leans and is touched by another place of the nose."""
+    curve, (s, points, normals) = curve_of(profile), inside(profile)
+    plain = cut_mm(profile, weighted_sum(((-weight, Shift(curve.value_mm, curve.slope)),)), points, normals)
+    leaned = cut_mm(profile, weighted_sum(((-weight, to_take_out(profile, 0, curve)),)), points, normals)
+    wanted = (1.0 - weight) * curve.value_mm(s)
+    assert np.max(np.abs(plain - wanted)) > weight * 0.3 * UM
+    assert np.max(np.abs(leaned - wanted)) < 0.03 * UM
+
+
+@pytest.mark.parametrize("profile", [DOME, FILLET], ids=["convex", "concave"])
+def test_its_slope_is_the_derivative_of_its_value(profile: Profile) -> None:
+    out, (s, _, _), step = to_take_out(profile, 0, curve_of(profile)), inside(profile), 1e-4
+    differences = (out.value_mm(s + step) - out.value_mm(s - step)) / (2 * step)
+    np.testing.assert_allclose(out.slope(s), differences, rtol=1e-4, atol=1e-7)
+
+
+def test_it_fades_towards_a_tangent_neighbour_and_its_slope_follows() -> None:
+    """The line beside has no such term: at the junction both contours are the error curves' own."""
+    neck = Line("neck", (20.0, -10.0), (20.0, 0.0))
+    profile = checked_profile([neck, *DOME.features])
+    steep = touched(profile, [4, 40], lambda points, normals: 0.1 * normals[:, 1])
+    curve = fit_profile(profile, steep, FitOptions(knot_every=4)).curves[1]
+    out, step = to_take_out(profile, 1, curve), 1e-5
+    assert out.value_mm(0.0) == curve.value_mm(0.0)[0] and out.slope(0.0) == curve.slope(0.0)[0]
+    s = np.linspace(0.01, 0.5, 50)
+    differences = (out.value_mm(s + step) - out.value_mm(s - step)) / (2 * step)
+    np.testing.assert_allclose(out.slope(s), differences, rtol=1e-4, atol=1e-7)
+    assert out.value_mm(3.0) - curve.value_mm(3.0)[0] == pytest.approx(20.0 * curve.slope(3.0)[0] ** 2, rel=1e-9)
+
+
+def test_what_is_steeper_than_a_nose_makes_it_asks_for_a_micrometre_at_most() -> None:
+    """40 µm within 4 mm, nearly as steep as towards the spindle axis on the parts of [6811]: the term would be 2 µm."""
+    vectors = touched(DOME, [60], lambda points, normals: -0.01 * np.maximum(4.0 - points[:, 1], 0.0))
+    curve = fit_profile(DOME, vectors, FitOptions(knot_every=2)).curves[0]
+    s = np.linspace(0.0, DOME.length_mm, 200)
+    term = to_take_out(DOME, 0, curve).value_mm(s) - curve.value_mm(s)
+    assert np.max(curve.slope(s) ** 2 * 20.0) > 1.2 * MOST_MM
+    assert np.max(term) == pytest.approx(MOST_MM)
+
+
+def test_a_line_owes_nothing() -> None:
+    profile = checked_profile([Line("cone", (20.0, 0.0), (10.0, 20.0))])
+    taper = touched(profile, [5], lambda points, normals: 0.005 * points[:, 1])
+    curve = fit_profile(profile, taper).curves[0]
+    s = np.linspace(0.0, 20.0, 5)
+    np.testing.assert_array_equal(to_take_out(profile, 0, curve).value_mm(s), curve.value_mm(s))
+
+
+@pytest.mark.parametrize("profile", [DOME, FILLET], ids=["convex", "concave"])
+def test_who_does_not_ask_for_it_has_the_root_mean_square_of_what_may_be_left(profile: Profile) -> None:
+    """Of errors whose share of the nose is anything from none to all alike."""
+    curve, (s, _, _) = curve_of(profile), inside(profile)
+    left = np.linspace(0.0, 1.0, 10_001)[:, None] * of_slope(profile, 0, curve).value_mm(s)
+    np.testing.assert_allclose(unasked_u_mm(profile, 0, curve)(s), np.sqrt(np.mean(left**2, axis=0)), rtol=1e-4)
+    assert np.max(unasked_u_mm(profile, 0, curve)(s)) > 0.1 * UM

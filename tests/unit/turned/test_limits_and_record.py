@@ -1,0 +1,145 @@
+"""Refusals of a correction, its table, and its record."""
+
+import math
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from trueloop.domain.record import check_same_program, check_uncorrected, record_id, sha256_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, Feature, Line
+from trueloop.geometry.profile import Profile, junctions_of
+from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.turned.compensation.limits import Limits, check_age, check_limits, check_nose
+from trueloop.turned.compensation.shift import ZERO, Shift, sampled
+from trueloop.turned.compensation.table import correction_table
+
+from .shapes import FEATURES, NOSE_RADIUS_MM, PART
+
+NOW = datetime(2026, 1, 2, 12, tzinfo=UTC)
+
+
+def on_cylinder(start_mm: float, end_mm: float) -> list[Shift]:
+    taper = sampled(np.array([0.0, FEATURES[1].length_mm]), np.array([start_mm, end_mm]))
+    return [ZERO, taper, ZERO, ZERO, ZERO]
+
+
+def refused(shifts: list[Shift], limits: Limits) -> TrueloopError:
+    pieces = centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM))
+    with pytest.raises(TrueloopError) as caught:
+        check_limits(pieces, shifts, limits)
+    return caught.value
+
+
+def test_too_large_a_correction_is_refused_with_place_and_override() -> None:
+    error = refused(on_cylinder(0.0, -0.2), Limits())
+    assert error.code is Code.CMP_SIZE
+    assert "'cylinder' reaches 200.0 µm at x 44.704 mm" in error.message
+    assert "max_correction_um" in (error.override or "")
+
+
+def test_too_steep_a_correction_is_refused() -> None:
+    error = refused(on_cylinder(-0.05, 0.05), Limits(slope=0.001))
+    assert error.code is Code.CMP_SLOPE
+    assert "1.4 µm/mm" in error.message
+
+
+FILLET: tuple[Feature, ...] = (
+    Line("face", (20.0, 0.0), (10.82, 0.0)),
+    Arc("fillet", (10.82, 0.0), (10.0, 0.82), (10.82, 0.82), -math.pi / 2),
+    Line("cylinder", (10.0, 0.82), (10.0, 30.0)),
+)
+
+
+def fillet_pieces(*shift_mm: float) -> tuple[CentrePiece, ...]:
+    """A fillet of radius 0.82 mm, moved out of the material by that much along it, for a nose of 0.8 mm."""
+    profile = Profile(FILLET, junctions_of(FILLET))
+    along = np.linspace(0.0, FILLET[1].length_mm, len(shift_mm))
+    shifts = [ZERO, sampled(along, np.array(shift_mm)), ZERO]
+    return centre_pieces(profile, shifted_contour(profile, shifts, 0.8))
+
+
+@pytest.mark.parametrize("shift_mm", [(0.021,), (0.0, 0.05, 0.0), (0.05, 0.05, 0.0)])
+def test_a_fillet_bent_tighter_than_the_nose_is_refused_by_its_name(shift_mm: tuple[float, ...]) -> None:
+    """0.82 - 0.021 mm is less than 0.8; bent in its middle alone its centre paths cross nowhere near it."""
+    with pytest.raises(TrueloopError) as caught:
+        check_nose(fillet_pieces(*shift_mm))
+    assert caught.value.code is Code.GEO_NOSE
+    assert "(radius 0.8000 mm) does not fit into 'fillet'" in caught.value.message
+    assert "0.8200 mm" in caught.value.message
+
+
+@pytest.mark.parametrize("shift_mm", [(0.019,), (-0.05,), (0.0, 0.01, 0.0)])
+def test_a_fillet_that_stays_wider_than_the_nose_passes(shift_mm: tuple[float, ...]) -> None:
+    check_nose(fillet_pieces(*shift_mm))
+
+
+def test_a_correction_within_limits_passes() -> None:
+    shifts = on_cylinder(-0.1, 0.1)
+    check_limits(centre_pieces(PART, shifted_contour(PART, shifts, NOSE_RADIUS_MM)), shifts, Limits())
+
+
+@pytest.mark.parametrize(
+    ("age_hours", "said", "override"),
+    [(25, "25.0 h ago", "compensation.max_age_hours in the job"), (-16.4, "16.4 h from now", None)],
+)
+def test_old_touches_are_refused_and_those_from_the_future_whatever_the_limit(
+    age_hours: float, said: str, override: str | None
+) -> None:
+    with pytest.raises(TrueloopError, match=said) as caught:
+        check_age(NOW - timedelta(hours=age_hours), NOW, Limits())
+    assert (caught.value.code, caught.value.override) == (Code.CMP_AGE, override)
+
+
+def test_touches_of_today_pass() -> None:
+    check_age(NOW - timedelta(hours=23), NOW, Limits())
+
+
+def test_a_corrected_program_is_not_corrected_again() -> None:
+    with pytest.raises(TrueloopError) as caught:
+        check_uncorrected(b"N0010 (ID)\nN0011 ! trueloop corrected: record 0123\nN0020 G01 X1\n")
+    assert caught.value.code is Code.CMP_TWICE
+    assert caught.value.place.line == 2
+    check_uncorrected(b"N0010 (ID)\n")
+
+
+@pytest.mark.parametrize("mark", [b"(TRUELOOP CORRECTED: RECORD 1234)", b"; Trueloop  corrected"])
+def test_the_mark_is_known_as_controls_give_it_back(mark: bytes) -> None:
+    with pytest.raises(TrueloopError) as caught:
+        check_uncorrected(b"%\n" + mark + b"\nM30\n")
+    assert caught.value.code is Code.CMP_TWICE
+    assert caught.value.place.line == 2
+
+
+def test_touches_of_another_program_are_refused() -> None:
+    check_same_program(b"G01", sha256_of(b"G01").upper())
+    with pytest.raises(TrueloopError) as caught:
+        check_same_program(b"G01", sha256_of(b"G00"))
+    assert caught.value.code is Code.CMP_OTHER_PROGRAM
+
+
+def test_record_id_depends_on_inputs_and_options_alone() -> None:
+    one = record_id({"finish": "a"}, {"weight": 1.0})
+    assert one == record_id({"finish": "a"}, {"weight": 1.0})
+    assert one != record_id({"finish": "a"}, {"weight": 0.75})
+    assert len(one) == 16
+
+
+def test_table_adds_the_correction_to_the_commanded_path() -> None:
+    """On the cylinder the row says −20 µm in x (a radius) and nothing in z; corners of both paths share a row."""
+    plain = centre_pieces(PART, shifted_contour(PART, [ZERO] * 5, NOSE_RADIUS_MM))
+    moved = centre_pieces(PART, shifted_contour(PART, on_cylinder(-0.02, -0.02), NOSE_RADIUS_MM))
+    table = correction_table(plain, moved)
+    middle = next(
+        k
+        for k, (n, p) in enumerate(zip(table.feature, table.commanded_mm, strict=True))
+        if n == "cylinder" and p[1] > -80
+    )
+    assert table.commanded_mm[middle][0] == pytest.approx(44.704 + NOSE_RADIUS_MM)
+    assert table.correction_mm[middle][0] == pytest.approx(-0.02, abs=1e-12)
+    first = table.feature.index("cylinder")
+    assert abs(table.correction_mm[middle][1]) < abs(table.correction_mm[first][1])  # the corner's slide, tapering off
+    last = len(table.feature) - 1 - table.feature[::-1].index("cylinder")
+    assert table.commanded_mm[last] == pytest.approx(table.commanded_mm[last + 1])
+    assert table.correction_mm[last] == pytest.approx(table.correction_mm[last + 1], abs=1e-9)

@@ -1,0 +1,159 @@
+"""Lines and tangent arcs fitted to a path stay within tolerance, keep their ends, and arcs keep the tangent."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from trueloop.geometry.feature import Array
+from trueloop.turned.compensation.moves import (
+    Move,
+    SampledPath,
+    as_arcs,
+    as_lines,
+    between,
+    fewest_moves,
+    within_quadrants,
+)
+
+
+def wavy(amplitude_mm: float, waves: float, tolerance_mm: float = 5e-4) -> SampledPath:
+    """A quarter circle of 38 mm whose radius waves by an amplitude."""
+    angle = np.linspace(0.0, math.pi / 2, 1501)
+    radius = 38.0 + amplitude_mm * np.sin(waves * angle)
+    slope = amplitude_mm * waves * np.cos(waves * angle)
+    radial = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    across = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    direction = slope[:, None] * radial + radius[:, None] * across
+    tangent = direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    return SampledPath(radius[:, None] * radial, tangent, np.full(len(angle), tolerance_mm))
+
+
+def distance_to(moves: tuple[Move, ...], point: Array) -> float:
+    """Distance of a point to the moves themselves, ends included, by dense sampling of each: the slow way."""
+    best = math.inf
+    for move in moves:
+        points = _points(move)
+        chord = np.diff(points, axis=0)
+        foot = np.clip(np.sum((point - points[:-1]) * chord, axis=1) / np.sum(chord**2, axis=1), 0, 1)
+        best = min(best, float(np.linalg.norm(points[:-1] + foot[:, None] * chord - point, axis=1).min()))
+    return best
+
+
+def _points(move: Move) -> Array:
+    share = np.linspace(0, 1, 2001)[:, None]
+    start, end = np.asarray(move.start_mm), np.asarray(move.end_mm)
+    if move.centre_mm is None:
+        return np.asarray(start + share * (end - start))
+    arm = start - np.asarray(move.centre_mm)
+    turned = -move.sweep_rad * share  # clockwise with z right and x up: the angle from z towards x falls
+    cos, sin = np.cos(turned), np.sin(turned)
+    rotated = np.concatenate([cos * arm[0] + sin * arm[1], -sin * arm[0] + cos * arm[1]], axis=1)
+    return np.asarray(np.asarray(move.centre_mm) + rotated)
+
+
+SWEEPS = st.floats(-6.2, 6.2).filter(lambda sweep: abs(sweep) > 0.01)
+PLACES = st.floats(-3.2, 3.2)
+
+
+@given(SWEEPS, PLACES, PLACES, PLACES)
+def test_gap_counts_ends_and_sweep(sweep_rad: float, from_rad: float, x: float, z: float) -> None:
+    start, end = (2 * math.sin(from_rad), 2 * math.cos(from_rad)), from_rad - sweep_rad
+    arc = Move(start, (2 * math.sin(end), 2 * math.cos(end)), (0.0, 0.0), sweep_rad)
+    chord = Move(arc.start_mm, arc.end_mm)
+    point = np.array([x, z])
+    for move in (arc, chord):
+        assert move.gap_mm(point[None])[0] == pytest.approx(distance_to((move,), point), abs=1e-5)
+
+
+def test_gap_of_a_move_that_goes_nowhere() -> None:
+    assert Move((1.0, 2.0), (1.0, 2.0)).gap_mm(np.array([[4.0, 6.0]])) == pytest.approx([5.0])
+
+
+@given(st.floats(-0.1, 0.1), st.floats(0.5, 12.0))
+def test_arcs_stay_within_tolerance_and_chain(amplitude_mm: float, waves: float) -> None:
+    path = wavy(amplitude_mm, waves)
+    moves = as_arcs(path)
+    assert moves[0].start_mm == pytest.approx(path.point_mm[0], abs=0)
+    assert moves[-1].end_mm == pytest.approx(path.point_mm[-1], abs=1e-12)
+    for before, after in itertools.pairwise(moves):
+        assert before.end_mm == pytest.approx(after.start_mm, abs=1e-12)
+    for k in range(0, len(path.point_mm), 97):
+        assert distance_to(moves, path.point_mm[k]) <= 5e-4 + 2e-6  # the sagitta of the slow sampling
+
+
+@given(st.floats(-0.1, 0.1), st.floats(0.5, 12.0))
+def test_arcs_keep_the_tangent(amplitude_mm: float, waves: float) -> None:
+    for before, after in itertools.pairwise(as_arcs(wavy(amplitude_mm, waves))):
+        leaving, arriving = _points(before)[-2:], _points(after)[:2]
+        a, b = leaving[1] - leaving[0], arriving[1] - arriving[0]
+        sine = (a[0] * b[1] - a[1] * b[0]) / (np.linalg.norm(a) * np.linalg.norm(b))
+        assert abs(sine) < 1e-3  # half a step of the sampling on either side
+
+
+def test_chord_count_is_the_sagitta_formula() -> None:
+    """A circle of radius R in chords of sagitta δ: angle 2 arccos(1 − δ/R) each."""
+    moves = as_lines(wavy(0.0, 1.0))
+    ideal = (math.pi / 2) / (2 * math.acos(1 - 5e-4 / 38.0))
+    assert ideal <= len(moves) <= 1.15 * ideal
+
+
+def test_a_true_circle_needs_one_pair_of_arcs() -> None:
+    moves = fewest_moves(wavy(0.0, 1.0))
+    assert len(moves) == 2
+    assert sum(move.sweep_rad for move in moves) == pytest.approx(math.pi / 2, abs=1e-9)  # x to z: G02
+    for move in moves:
+        assert move.centre_mm == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_a_straight_path_is_one_line() -> None:
+    s = np.linspace(0, 10, 101)
+    path = SampledPath(np.stack([s, 2 * s], axis=1), np.tile([1, 2] / np.sqrt(5), (101, 1)), np.full(101, 5e-4))
+    assert len(as_lines(path)) == 1
+    assert all(move.centre_mm is None for move in as_arcs(path))
+
+
+def test_tight_samples_pull_the_moves_to_them() -> None:
+    """A gauging point has a tolerance of its own: the moves pass it that much closer."""
+    path = wavy(0.05, 7.0)
+    tight = path.tolerance_mm.copy()
+    tight[[300, 700, 1100]] = 2e-5
+    moves = as_lines(SampledPath(path.point_mm, path.tangent, tight))
+    for k in (300, 700, 1100):
+        assert min(float(m.distance_mm(path.point_mm[[k]])[0]) for m in moves) <= 2e-5
+
+
+@pytest.mark.parametrize("sweep_rad", [1.2, -1.2, 4.0, -4.0])
+def test_an_arc_between_new_ends_keeps_radius_and_side(sweep_rad: float) -> None:
+    centre = (3.0, -7.0)
+    start = (3.0 + 2.0 * math.sin(0.3), -7.0 + 2.0 * math.cos(0.3))
+    end = (3.0 + 2.0 * math.sin(0.3 - sweep_rad), -7.0 + 2.0 * math.cos(0.3 - sweep_rad))
+    shift = np.array([0.01, -0.02])
+    moved = between(
+        Move(start, end, centre, sweep_rad),
+        (start[0] + shift[0], start[1] + shift[1]),
+        (end[0] + shift[0], end[1] + shift[1]),
+    )
+    assert moved.centre_mm == pytest.approx((centre[0] + shift[0], centre[1] + shift[1]), abs=1e-9)
+    assert moved.sweep_rad == pytest.approx(sweep_rad, abs=1e-9)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(0.2, 6.0), st.booleans())
+def test_pieces_within_quadrants_are_the_same_arc(start_rad: float, sweep_rad: float, clockwise: bool) -> None:
+    sign = 1 if clockwise else -1
+    radius = 20.0
+    at = [(radius * math.sin(a), radius * math.cos(a)) for a in (start_rad, start_rad - sign * sweep_rad)]
+    pieces = within_quadrants(Move(at[0], at[1], (0.0, 0.0), sign * sweep_rad))
+    assert pieces[0].start_mm == at[0]
+    assert pieces[-1].end_mm == at[1]
+    assert sum(piece.sweep_rad for piece in pieces) == pytest.approx(sign * sweep_rad)
+    for before, after in itertools.pairwise(pieces):
+        assert before.end_mm == after.start_mm
+        assert min(abs(before.end_mm[0]), abs(before.end_mm[1])) < 1e-9  # cut on an axis of the circle
+    for piece in pieces:
+        inner = _points(piece)[50:-50]
+        signs = np.sign(inner[np.all(np.abs(inner) > 0.011, axis=1)])
+        assert len(np.unique(signs, axis=0)) <= 1
