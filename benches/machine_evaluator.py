@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from benches.ratio import Contender, compare, verdict
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.standard import mill_terms

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benches.ratio import Contender, compare
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.inputs.job_inputs import read_inputs
 from trueloop.loops.simulated.simulated import Trial, finish, measured_part, semifinish_and_probe, simulate, trial_of
 from trueloop.loops.turned.process_intermittent import compensate

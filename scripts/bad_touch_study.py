@@ -13,7 +13,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from trueloop.geometry.feature import Arc, Array, contact_angle_rad
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.fit.options import BadTouches, FitOptions

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scripts.nist_parts import NistPart
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.statistics import rms
 from trueloop.turned.error_curve.fit_profile import fit_profile

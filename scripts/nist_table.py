@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from scripts.nist_bands import section
 from scripts.nist_parts import NistPart, example_touches, parameters, parts, program, touches_csv
+from trueloop.arrays import Array
 from trueloop.formats.jobs.profile_of_job import part_table_toml
-from trueloop.geometry.feature import Arc, Array
+from trueloop.geometry.feature import Arc
 from trueloop.loops.inputs.job_inputs import read_inputs
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from scripts.surface_truths import GRID, NEAR, SQUARE
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.simulator.surface_process import (
     EXTREME_MM,
     EXTREME_OF_625,

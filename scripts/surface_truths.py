@@ -5,7 +5,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places
 from trueloop.surface.separation.spline_surface import Size, SplineSurface

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 
 def rms(values: Array) -> float:

@@ -6,11 +6,12 @@ import numpy as np
 
 from tests.support.files import read_as_file
 from tests.support.probing import APPROACH, STEP, plan_of
+from trueloop.arrays import Array
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Code
 from trueloop.formats.jobs.probe_toml import read_probe
 from trueloop.formats.measurements.probe_log import read_probe_log
-from trueloop.geometry.feature import Array, Line
+from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.calibration import BallCalibration, calibrate
 from trueloop.probing.probe_match import match_touches

@@ -13,24 +13,25 @@ import pytest
 from numpy.typing import ArrayLike
 
 from tests.support.surfaces import SQUARE, on_grid, random_surface, sphere, wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import read_face, read_faces, write_surface
 from trueloop.formats.measurements.points_csv import points_to_csv, read_points
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.loops.inputs.surface_inputs import SurfaceInputs, read_surface_inputs
-from trueloop.loops.simulated.batch import run_batch
+from trueloop.loops.batch import run_batch
 from trueloop.loops.surface.compare import compare
 from trueloop.loops.surface.figures import SurfaceFigures, check_support
+from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.program import corrected_program
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.compensation.shift import corrected_surface
 from trueloop.surface.compensation.zigzag import ZigzagOptions, zigzag
-from trueloop.surface.deviations.deviations import MeasuredPoints, refuse_trimmed, surface_deviations
+from trueloop.surface.deviations.deviations import refuse_trimmed, surface_deviations
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.deviations.sampling import sampling_advice
 from trueloop.surface.pattern.pattern import pattern_of
 from trueloop.surface.separation.places import Places

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.inputs.surface_inputs import read_surface_inputs
-from trueloop.loops.simulated.batch import AHEAD, run_batch
+from trueloop.loops.batch import AHEAD, run_batch
+from trueloop.loops.surface.inputs import read_surface_inputs
 from trueloop.loops.surface.surface import Work, deviations_of, model_of, pattern_model
 from trueloop.report.surface.page import surface_page
 from trueloop.surface.deviations.deviations import SurfaceDeviations

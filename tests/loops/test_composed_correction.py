@@ -16,10 +16,11 @@ from tests.support.cli import run
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import interpreted_points
 from tests.support.probing import example
+from trueloop.arrays import Array
 from trueloop.domain.record import MARK
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.model_file import model_to_json
-from trueloop.geometry.feature import Arc, Array, Line
+from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile

@@ -13,8 +13,8 @@ import pytest
 
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.standoff import feed_moves_of, standoff_mm
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction, Inputs, Options
 from trueloop.loops.turned.process_intermittent import compensate

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from tests.support.probing import EXAMPLES
+from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
 from trueloop.controllers.linuxcnc import session
 from trueloop.controllers.linuxcnc.component import source
@@ -23,7 +24,6 @@ from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.controllers.linuxcnc.session import cut
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.geometry.feature import Array
 from trueloop.loops.simulated.simulated import simulate, workshop_and_trial
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.process import Repeatability

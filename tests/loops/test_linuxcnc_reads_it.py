@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.linuxcnc import Move, Tool, interpret
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.inputs.job_inputs import read_inputs
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tests.support.mapped import FREE, mapped, path_of
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.machine import program_survey
 from trueloop.loops.machine.mapped_program import MapOptions
 from trueloop.nc.field.field import affine_field, function_field
-from trueloop.nc.program.tool_path import Array
 
 INCH_MM = 25.4
 

@@ -13,13 +13,13 @@ from tests.support.linuxcnc import interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from tests.support.refusals import refused
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.machine import program_survey
 from trueloop.loops.machine.mapped_program import MapOptions, map_program
 from trueloop.nc.field.field import affine_field, function_field, similarity_field, table_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
-from trueloop.nc.program.tool_path import Array
 
 PART = """%
 G21 G17 G90 G54 F200 (pocket, boss and slope)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.support.standoff import feed_moves_of, standoff_mm
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.loops.inputs.job_inputs import read_inputs
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate

@@ -14,8 +14,8 @@ from tests.support.mapped import mapped
 from tests.support.refusals import refused
 from trueloop.cli.failure import ExitStatus
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.loops.inputs.surface_inputs import read_surface_inputs
 from trueloop.loops.machine.points import correct_points
+from trueloop.loops.surface.inputs import read_surface_inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.standards.planar_field import QuadrupoleField
 from trueloop.nc.check.check import check

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.support.surfaces import random_surface, wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.loops.simulated.simulated_surface import (
     SimulatedSurface,
     SurfaceTrial,

@@ -11,11 +11,12 @@ from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm
 from trueloop.formats.cad.step import read_face, read_faces, write_surface
 from trueloop.geometry.surface_closest import closest
-from trueloop.loops.inputs.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
 from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model
 from trueloop.simulator.surface_process import published_process
 from trueloop.surface.compensation.shift import corrected_surface
-from trueloop.surface.deviations.deviations import MeasuredPoints, surface_deviations
+from trueloop.surface.deviations.deviations import surface_deviations
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.separation.cells import averaged_over_cells
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places

@@ -10,7 +10,7 @@ from tests.support.refusals import refused
 from trueloop.errors import Code
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.loops.inputs.surface_inputs import SurfaceInputs, read_surface_inputs
+from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
 
 JOB = """name = "Wave"
 [surface]

@@ -8,12 +8,12 @@ import pytest
 
 from tests.support.refusals import refused
 from tests.support.surfaces import wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.geometry.feature import Array
-from trueloop.loops.inputs.surface_inputs import read_surface_inputs
 from trueloop.loops.surface.correction import correct_job
+from trueloop.loops.surface.inputs import read_surface_inputs
 from trueloop.loops.surface.surface import model_of
 
 SIDE = 12

@@ -10,11 +10,11 @@ import pytest
 
 from tests.support.refusals import refused
 from tests.support.surfaces import square_places, wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.geometry.feature import Array
-from trueloop.loops.inputs.surface_inputs import read_surface_inputs
 from trueloop.loops.surface.correction import correct_job
+from trueloop.loops.surface.inputs import read_surface_inputs
 from trueloop.loops.surface.surface import SurfaceModel, correct, model_of, pattern_model
 from trueloop.report.surface.maps import colour_range_um
 from trueloop.report.surface.page import maps, surface_page

@@ -12,8 +12,8 @@ from tests.support.cli import invoke
 from tests.support.correction import example_correction, example_inputs
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import distances_mm, interpreted_points
+from trueloop.arrays import Array
 from trueloop.cli.summary import as_dict
-from trueloop.geometry.feature import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program

@@ -10,7 +10,7 @@ from tests.support.probing import EXAMPLES
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.loops.inputs.job_inputs import read_inputs
-from trueloop.loops.inputs.surface_inputs import options_of
+from trueloop.loops.surface.inputs import options_of
 from trueloop.loops.surface.surface import SurfaceOptions
 from trueloop.loops.turned.correction import Options
 from trueloop.simulator.cmm import VirtualCmm

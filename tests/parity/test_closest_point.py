@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from tests.support.surfaces import sphere, wavy_surface
 from trueloop._core import NurbsPatch
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_basis import clamped_knots
 from trueloop.geometry.surface_closest import closest

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support import exact_spline, truncated_powers
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.fit.spline import EndConditions, SplineFit, least_squares_spline
 
 LENGTH_MM = 58.25

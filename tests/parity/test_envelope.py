@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from tests.support.envelope_reference import entries
 from trueloop._core import NoseSweep
-from trueloop.geometry.feature import Arc, Array, contact_angle_rad
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, contact_angle_rad
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import path_along
 from trueloop.simulator.stock import Stock, sweep

@@ -5,7 +5,7 @@ import pytest
 
 from tests.support.mill_reference import lowest
 from trueloop._core import CutterSweep
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 REACH = 2.0
 

@@ -7,7 +7,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.support.profiles import turned_on, wild_chains
-from trueloop.geometry.feature import Arc, Array, Feature, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.intersection import crossings, intersections
 
 FEATURES = st.builds(

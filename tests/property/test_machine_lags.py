@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.machines import chain_with_travel
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.history import Clock, History, Lag, lag_signals

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.support.machines import any_model, chain_with_travel, random_model, set_back_chain
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.correct.axis_table import axis_table
 from trueloop.machine.model.compiled import compile_model
 from trueloop.machine.model.kinematics import bed_to_work

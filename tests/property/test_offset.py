@@ -8,8 +8,9 @@ from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from tests.support.profiles import profiles, wild_chains
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array, Feature
+from trueloop.geometry.feature import Feature
 from trueloop.geometry.offset import contour_from_centre_path, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile

@@ -16,9 +16,10 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.probing import APPROACH, STEP, ProbeMove, example, example_plan, moves_of, plan_of
 from tests.support.profiles import profiles
+from trueloop.arrays import Array
 from trueloop.controllers.probing import WRITERS, Settings, probing_program
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array, Line
+from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.obstacle import CHORD_MM, stock_obstacle

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.support.columns import assert_cleared, sampled
 from tests.support.roughing_reference import Cycle, Piece, Row, cuts, gouges_mm, pattern
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.support.drawn_contours import DRAWING, drawn_contours
 from tests.support.linuxcnc import interpret
 from tests.support.nc_judge import assert_same_moves, leading_somewhere
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.shape_words import is_shaped

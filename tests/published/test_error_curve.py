@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.support.nist_errors import finish_um, nist_parts, semifinish, table1
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.options import FitOptions

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.drift.model import fit_drift
 from trueloop.machine.model.lag import lagged
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from geomdl import NURBS
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 NUMBER = r"-?\d+\.?\d*(?:[ED][-+]?\d+)?"
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from tests.support.roughing_reference import Piece
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array, Integers
 from trueloop.nc.program.along import points_along
-from trueloop.nc.program.tool_path import Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 PITCH_MM: Final = 0.05
 """From column to column."""

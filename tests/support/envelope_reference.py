@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 SPREAD = 41
 ROUNDS = 12

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tests.support.machines import chain_with_travel
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT, polynomial

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tests.support.linuxcnc import Move, Tool, interpret
+from trueloop.arrays import Array
 from trueloop.domain.record import MARK
-from trueloop.geometry.feature import Array
 from trueloop.loops.machine.mapped_program import MapOptions, map_program
 from trueloop.machine.correct.setup import Setup, compensation_field
 from trueloop.machine.model.model import MachineModel, State

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import AxisKind, Chain
 from trueloop.machine.model.kinematics import exact_error_mm

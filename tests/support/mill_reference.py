@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 CLOSE = 41
 """Places of every piece that are looked at before the lowest is refined."""

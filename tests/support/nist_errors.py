@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from scripts.nist_parts import FAMILIES, NistPart, parts, profile_of, table1_touches
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.controllers.probing import Settings, probing_program
 from trueloop.errors import Severity
-from trueloop.geometry.feature import Array, Line, Point
+from trueloop.geometry.feature import Line, Point
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.inputs.job_inputs import read_inputs

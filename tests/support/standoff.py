@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trueloop.geometry.feature import Array, Point
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Point
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.moves import Move
 

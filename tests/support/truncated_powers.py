@@ -5,7 +5,7 @@ x: points, t: interior knots, (a, b): the interval; c: coefficients of 1, x, x²
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 
 def design(x: Array, t: Array) -> Array:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.simulated.simulated import SimulatedPart
 from trueloop.loops.simulated.study import Study
 from trueloop.statistics import rms

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.diagnosis.components import Inspections
-from trueloop.geometry.feature import Array
 from trueloop.statistics import rms
 
 FAINTEST = 1e-6

@@ -10,15 +10,11 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array: TypeAlias = NDArray[np.float64]
+from trueloop.arrays import Array
+
 Point: TypeAlias = tuple[float, float]
-
-
-def for_kernel(values: ArrayLike) -> Array:
-    """Values as the Rust core takes them: row by row and aligned, which what comes from another process may not be."""
-    return np.require(values, np.float64, ("C_CONTIGUOUS", "ALIGNED"))
 
 
 def contact_angle_rad(outward_normal: ArrayLike) -> Array:

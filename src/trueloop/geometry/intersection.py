@@ -6,7 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Arc, Array, Feature, Line, Point
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Feature, Line, Point
 
 _PARALLEL: Final = 1e-13
 """Sine of the angle below which two lines count as parallel."""

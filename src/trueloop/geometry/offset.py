@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Arc, Array, Feature, Point, distance_mm
+from trueloop.geometry.feature import Arc, Feature, Point, distance_mm
 from trueloop.geometry.intersection import crossings, intersections
 from trueloop.geometry.profile import Profile, junctions_of
 

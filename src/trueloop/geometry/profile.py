@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Array, Feature
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Feature
 
 TANGENT_WITHIN_RAD: Final = 1e-3
 """Two features whose directions differ by less meet tangentially, unless the job says otherwise: rounding coordinates

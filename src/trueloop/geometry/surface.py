@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface_basis import BasisRows, basis_matrix, basis_rows
 
 MOST_DEGREE = 25

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from trueloop._core import NurbsPatch
-from trueloop.geometry.feature import Array, for_kernel
+from trueloop.arrays import Array, for_kernel
 from trueloop.geometry.surface import Surface
 
 

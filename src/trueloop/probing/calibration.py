@@ -11,8 +11,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.geometry.feature import contact_angle_rad
 from trueloop.units import UM_PER_MM
 
 UNKNOWNS: Final = 5

@@ -7,7 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Arc, Array, Feature
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 

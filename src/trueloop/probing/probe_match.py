@@ -11,8 +11,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
-from trueloop.geometry.feature import Array, Point, contact_angle_rad
+from trueloop.geometry.feature import Point, contact_angle_rad
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_plan import ProbePlan
 from trueloop.turned.touches.touch import Touch

@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array, Point
+from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
 from trueloop.probing.obstacle import Obstacle
 from trueloop.probing.plan import GaugingPoints

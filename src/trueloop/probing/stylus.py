@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.probing.obstacle import CHORD_MM, Obstacle
 
 FINEST_STEP_MM: Final = 0.01

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.simulator.stock import REACH_MM, Stock
 
 SPREAD: Final = 21

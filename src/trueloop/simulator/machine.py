@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.arrays import Array
+from trueloop.geometry.feature import contact_angle_rad
 from trueloop.simulator.machine_error import REFERENCE_C, MachineError
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.path import CentrePath

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 PER_MM: Final = 0.01
 REFERENCE_C: Final = 20.0

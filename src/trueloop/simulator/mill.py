@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from trueloop._core import CutterSweep
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.compensation.cutter import Cutter
 
 Displacement: TypeAlias = Callable[[Array], Array]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop._core import NoseSweep
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 
 MOST_STEP_RAD: Final = math.radians(1.0)
 """No piece of the wear is wider."""

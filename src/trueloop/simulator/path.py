@@ -8,7 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Arc, Array, Feature
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Feature
 from trueloop.nc.program.feed_moves import nose_centre_moves
 from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 

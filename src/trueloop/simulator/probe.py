@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.arrays import Array
+from trueloop.geometry.feature import contact_angle_rad
 from trueloop.simulator.ball import ball_contact_mm
 from trueloop.simulator.machine_error import REFERENCE_C, MachineError
 from trueloop.simulator.stock import Stock

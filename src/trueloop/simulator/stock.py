@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop._core import NoseSweep
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.simulator.nose import Nose
 
 REACH_MM: Final = 1.0

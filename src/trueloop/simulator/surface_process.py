@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
 
 EXTREME_OF_625: Final = 3.08

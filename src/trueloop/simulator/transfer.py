@@ -6,8 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.geometry.feature import contact_angle_rad
 from trueloop.simulator.path import CentrePath
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.mill import EndMill, MilledStock

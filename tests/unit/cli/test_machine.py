@@ -9,9 +9,9 @@ import pytest
 
 from tests.support.cli import output_of
 from tests.support.machines import random_directions, random_model
+from trueloop.arrays import Array
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.tables.model_file import read_model
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.lag import lagged
 from trueloop.machine.model.model import MachineModel, State
 

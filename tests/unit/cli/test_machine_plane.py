@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.cli import output_of
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.standards.plates import LeftOut, not_repeating
 
 

@@ -10,10 +10,10 @@ import pytest
 from ezdxf.filemanagement import new
 
 from tests.support.cli import invoke
+from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
 from trueloop.formats.jobs.job import PartTable, read_job
 from trueloop.formats.jobs.profile_of_job import profile_of_table
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

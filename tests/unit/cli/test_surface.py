@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from tests.support.cli import run
+from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
 from trueloop.domain.record import sha256_of
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace, read_face, read_faces
-from trueloop.geometry.feature import Array
-from trueloop.loops.inputs.surface_inputs import read_surface_inputs
+from trueloop.loops.surface.inputs import read_surface_inputs
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
 

@@ -16,10 +16,10 @@ from OCP.STEPControl import STEPControl_Reader
 
 from tests.support.chromium import console_errors, dump_dom
 from tests.support.cli import run
+from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.geometry.feature import Array
 
 SIDE_MM = 40.0
 AT = np.linspace(0.0, SIDE_MM, 21)

@@ -7,9 +7,9 @@ import pytest
 from scipy.stats import t as student
 
 from tests.support.machines import chain_with_travel, random_directions, random_model, random_state, readings
+from trueloop.arrays import Array
 from trueloop.diagnosis.components import Inspections, coords_actual_mm, error_components
 from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
-from trueloop.geometry.feature import Array
 from trueloop.machine.identify.identify import identify
 from trueloop.machine.model.model import Machine, MachineModel, State
 from trueloop.machine.model.position_basis import CONSTANT

@@ -22,13 +22,14 @@ from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt
 from OCP.TopAbs import TopAbs_State
 
 from tests.support.solids import turned_spline, written
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad import step as cad
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace, read_face, read_faces, read_shape
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface_closest import closest
-from trueloop.surface.deviations.deviations import MeasuredPoints, surface_deviations
+from trueloop.surface.deviations.deviations import surface_deviations
+from trueloop.surface.deviations.points import MeasuredPoints
 
 RNG = np.random.default_rng(15)
 TILTED = gp_Ax2(gp_Pnt(3.0, -7.0, 11.0), gp_Dir(0.3, -0.2, 0.9), gp_Dir(0.5, 0.6, 0.1))

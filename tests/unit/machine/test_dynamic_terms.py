@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import t as student
 
 from tests.support.machines import chain_with_travel, random_directions
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.identify.choice import Choice
 from trueloop.machine.identify.form import Form, fit_form
 from trueloop.machine.identify.identify import Identification, identify

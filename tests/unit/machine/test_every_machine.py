@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.forward_model import ForwardMachine, random_machine
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.identify.form import Form, fit_form
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import Chain

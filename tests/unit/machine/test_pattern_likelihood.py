@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.standards.pattern_likelihood import PatternLikelihood
 from trueloop.machine.standards.planar_field import Plate, fit_pattern
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.support.forward_model import ForwardMachine, random_machine
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.identify.form import Form, fit_form
 from trueloop.machine.identify.hold_out import compare, hold_out
 from trueloop.machine.identify.identify import Identification, identify

@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.difference_reference import chords_of, distance_mm, largest_distance_mm
+from trueloop.arrays import Integers
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
-from trueloop.nc.program.tool_path import Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 HEAD = "G21 G18 G8 G90 G94 F100\n"
 

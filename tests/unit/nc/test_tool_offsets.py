@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.program import read_program
-from trueloop.nc.program.tool_path import Array, ToolPath
+from trueloop.nc.program.tool_path import ToolPath
 
 WORK = {1: (5.0, -3.0, -120.0)}
 TURNING = CutterTool(0.8, 3, 1, offset_mm=(11.0, 33.0, 22.0), edge=1)

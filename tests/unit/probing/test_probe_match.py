@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.support.probing import APPROACH, STEP, example_plan, log_of, plan_of
+from trueloop.arrays import Array
 from trueloop.controllers.probing import Settings
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.measurements.probe_log import parse_probe_log
-from trueloop.geometry.feature import Array
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_match import MatchedTouches, match_touches
 from trueloop.probing.probe_plan import ProbePlan

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.simulator.mill import EndMill, MilledStock, ball_end, cusp_height_mm, raster, turn_rad
 from trueloop.surface.compensation.cutter import Cutter
 

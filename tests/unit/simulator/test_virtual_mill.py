@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.surfaces import wavy_surface
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.simulator.cmm import VirtualCmm

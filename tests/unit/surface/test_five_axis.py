@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.support.surfaces import left_on_mm, random_surface, wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.tool_path import Motion

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.pattern.kriging import Kriging, Process, fitted_process
 
 SIDES = (60.0, 40.0)

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.pattern.pattern import Pattern, pattern_of
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places

@@ -5,11 +5,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.support.surfaces import random_surface, sphere, wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.surface.deviations.deviations import MeasuredPoints, surface_deviations
+from trueloop.surface.deviations.deviations import surface_deviations
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.deviations.sampling import sampling_advice
 
 RNG = np.random.default_rng(11)

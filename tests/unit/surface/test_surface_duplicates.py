@@ -5,10 +5,11 @@ import pytest
 
 from tests.support.refusals import refused
 from tests.support.surfaces import wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code, Severity
-from trueloop.geometry.feature import Array
-from trueloop.surface.deviations.deviations import MeasuredPoints, SurfaceDeviations, surface_deviations
+from trueloop.surface.deviations.deviations import SurfaceDeviations, surface_deviations
 from trueloop.surface.deviations.duplicates import averaged, first_of_place
+from trueloop.surface.deviations.points import MeasuredPoints
 
 RNG = np.random.default_rng(60)
 SURFACE = wavy_surface()

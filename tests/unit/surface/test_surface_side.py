@@ -5,8 +5,8 @@ import pytest
 
 from tests.support.refusals import refused
 from tests.support.surfaces import sphere, wavy_surface
+from trueloop.arrays import Array
 from trueloop.errors import Code
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.nc.program.program import Program, read_program

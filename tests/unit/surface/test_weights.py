@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.distance import cdist
 
 from tests.support.surfaces import square_places
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.separation import weights as module
 from trueloop.surface.separation.lattice import lattice_of
 from trueloop.surface.separation.moran import moran_i

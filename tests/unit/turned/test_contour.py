@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Arc, Array, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled, weighted_sum

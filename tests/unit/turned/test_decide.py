@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.compensation.decide import decide
 
 CYLINDER, FACE = (1.0, 0.0), (0.0, 1.0)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.support.touched import touched
-from trueloop.geometry.feature import Arc, Array, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.loops.simulated.study import path_of_shifts

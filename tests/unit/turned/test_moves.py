@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.compensation.moves import (
     Move,
     SampledPath,

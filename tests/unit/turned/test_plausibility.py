@@ -8,8 +8,8 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from tests.support.profiles import facetst, modbas2, piecs11
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign

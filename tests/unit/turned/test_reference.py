@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scripts.bad_touch_study import KEEP, SCATTER_MM, Family, draw, families
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

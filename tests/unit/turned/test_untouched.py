@@ -7,7 +7,8 @@ import pytest
 
 from tests.support.profiles import polyline
 from tests.support.touched import touched
-from trueloop.geometry.feature import Arc, Array, Feature, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile

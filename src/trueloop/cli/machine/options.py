@@ -11,7 +11,7 @@ from trueloop.cli.program_file import parameters_of, vector_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from trueloop.geometry.feature import Array
+    from trueloop.arrays import Array
     from trueloop.machine.identify.observations import Observations
     from trueloop.machine.model.chain import Chain, Vector
     from trueloop.machine.model.history import Lag

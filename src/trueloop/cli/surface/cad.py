@@ -7,7 +7,7 @@ from trueloop.errors import Code, TrueloopError
 if TYPE_CHECKING:
     from trueloop.formats.outputs import Named
     from trueloop.geometry.surface import Surface
-    from trueloop.loops.inputs.surface_inputs import SurfaceInputs
+    from trueloop.loops.surface.inputs import SurfaceInputs
     from trueloop.loops.surface.surface import SurfaceModel
 
 

@@ -16,7 +16,7 @@ from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.formats.outputs import Named
-    from trueloop.loops.inputs.surface_inputs import SurfaceInputs
+    from trueloop.loops.surface.inputs import SurfaceInputs
     from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel
 
 app = typer.Typer(
@@ -130,7 +130,7 @@ def path(
     dialect: Annotated[Literal["linuxcnc"], typer.Option("--dialect", help="How to write it.")] = "linuxcnc",
 ) -> None:
     """Print a plain zig-zag program for a ball-end cutter, its tip programmed, in mm."""
-    from trueloop.loops.inputs.surface_inputs import read_nominal
+    from trueloop.loops.surface.inputs import read_nominal
     from trueloop.nc.program.dialect import dialect_named
     from trueloop.surface.compensation.zigzag import ZigzagOptions, program_text, zigzag
 
@@ -157,7 +157,7 @@ def sampling(
 ) -> None:
     """How densely to touch a surface with a ball, and whether the ball reaches everywhere."""
     from trueloop.cli.surface.summary import say_sampling
-    from trueloop.loops.inputs.surface_inputs import read_nominal
+    from trueloop.loops.surface.inputs import read_nominal
     from trueloop.surface.deviations.sampling import sampling_advice
 
     with busy(f"reading {nominal}"):
@@ -209,7 +209,7 @@ def _pattern_files(
 
 def _read(job: Path) -> "SurfaceInputs":
     with busy(f"reading {job}"):
-        from trueloop.loops.inputs.surface_inputs import read_surface_inputs
+        from trueloop.loops.surface.inputs import read_surface_inputs
 
         return read_surface_inputs(job)
 

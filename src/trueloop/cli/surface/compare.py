@@ -25,8 +25,8 @@ def compare(
 ) -> None:
     """Set parts cut after a correction beside those before: deterministic, random, worst."""
     from trueloop.formats.outputs import write_all
-    from trueloop.loops.inputs.surface_inputs import read_surface_inputs
     from trueloop.loops.surface.compare import compare as compared
+    from trueloop.loops.surface.inputs import read_surface_inputs
     from trueloop.loops.surface.surface import Work
     from trueloop.report.surface.compare_page import compare_page
 

@@ -11,13 +11,14 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.contour_program import contour_program
 from trueloop.controllers.linuxcnc.session import ProbedPart, Progress, cut, probe
 from trueloop.controllers.probing.linuxcnc import program as probing_program
 from trueloop.controllers.probing.settings import Settings
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.measurements.probe_log import parse_probe_log
-from trueloop.geometry.feature import Arc, Array, Line
+from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile

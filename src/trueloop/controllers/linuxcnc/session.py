@@ -14,9 +14,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.controllers.linuxcnc.component import require_linuxcnc, source, virtual_part
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Array
 
 TIMEOUT_S: Final = 600.0
 POLL_S: Final = 0.1

@@ -6,8 +6,8 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.formats.cad.kernel import kernel
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest_parameters
 

@@ -10,12 +10,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.dxf_chain import Segment
 from trueloop.formats.cad.dxf_outline import alike, cut_at, outlines, upper_half
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import read_faces, read_shape
-from trueloop.geometry.feature import Arc, Array, Feature, Line, Point
+from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.nc.match.contour import kind_of
 
 WITHIN_MM: Final = 1e-4

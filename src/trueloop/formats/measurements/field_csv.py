@@ -10,16 +10,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.measurements.measured_rows import vectors
 from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv
 from trueloop.machine.standards.plates import LeftOut
 from trueloop.nc.field.field import Field, table_field
-from trueloop.nc.program.tool_path import Array
 from trueloop.units import UM_PER_MM
 
 _POSITIONS: Final = ("x_mm", "y_mm", "z_mm")
@@ -29,8 +29,6 @@ _OF_PLATES: Final = "# trueloop machine plates"
 _LEFT_OUT: Final = re.compile(r"# left out: ([0-9.]+) -> ([0-9.]+) um RMS, (.*)")
 _HINT: Final = "write columns x_mm, y_mm, z_mm and dx_um, dy_um, dz_um (or dx_mm …), a row a node"
 _KIND: Final = CsvKind(Code.NC_FIELD, Code.NC_FIELD, Code.NC_FIELD, _HINT, any_case=True)
-
-Integers: TypeAlias = np.ndarray[tuple[int], np.dtype[np.intp]]
 
 
 def read_field(path: Path) -> Field:

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.formats.measurements.measured_rows import SIGNAL_UNITS, named_by, read_measured, signals_in, units_in
 from trueloop.formats.measurements.rows import CsvFile, Rows
-from trueloop.geometry.feature import Array
 from trueloop.machine.drift.drift import DriftTest
 from trueloop.machine.model.history import History
 from trueloop.units import UM_PER_MM

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, read_csv
-from trueloop.geometry.feature import Array
 from trueloop.units import SIGNALS
 
 SIGNAL_UNITS: Final = tuple(SIGNALS)

@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code
 from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv
-from trueloop.geometry.feature import Array
 
 COORDINATES: Final = ("x_mm", "y_mm", "z_mm")
 GRID: Final = ("row", "column")

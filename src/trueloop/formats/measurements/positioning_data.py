@@ -10,10 +10,10 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
 from trueloop.formats.measurements.rows import MOST, CsvKind, csv_of, number_of
-from trueloop.geometry.feature import Array
 from trueloop.machine.standards.positioning import Positioning, positioning
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 

@@ -19,10 +19,11 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.measurements.measured_rows import (
     SIGNAL_UNITS,
@@ -33,7 +34,6 @@ from trueloop.formats.measurements.measured_rows import (
     wrong_unit,
 )
 from trueloop.formats.measurements.rows import CsvFile, Rows
-from trueloop.geometry.feature import Array
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import Axis, AxisKind, Chain
 from trueloop.machine.model.history import Clock, History, logged, units_of
@@ -52,8 +52,6 @@ ABSOLUTE: Final = {"": (True, True), "no": (True, True), "slope": (True, False),
 """Whether a reading's zero and its slope are its run's own."""
 
 WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
-
-Flags: TypeAlias = np.ndarray[tuple[int], np.dtype[np.bool_]]
 
 
 def read_readings(path: Path, chain: Chain, history: History | None = None) -> Observations:

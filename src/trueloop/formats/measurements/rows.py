@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_text
-from trueloop.geometry.feature import Array
 
 NOTE = "note"
 """A column that any file may have: it is not read."""

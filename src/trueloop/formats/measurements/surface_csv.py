@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.pattern.part_maps import PartMaps
 from trueloop.surface.pattern.pattern import Pattern

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.jobs.job import Job, read_job
 from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.probe_log import read_probe_log
 from trueloop.formats.measurements.touches_csv import read_touches
-from trueloop.geometry.feature import Array
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.loops.inputs.job_inputs import ReadPart, read_part

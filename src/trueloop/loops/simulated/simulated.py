@@ -12,10 +12,11 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.jobs.job import read_job
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.loops.inputs.job_inputs import read_inputs
 from trueloop.loops.turned.correction import Correction, Inputs

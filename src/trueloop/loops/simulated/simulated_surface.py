@@ -9,13 +9,13 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.loops.inputs.surface_inputs import SurfaceInputs, read_surface_inputs
 from trueloop.loops.simulated.simulated import random_of
 from trueloop.loops.surface.correction import RecordedCorrection, correct_job
+from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
 from trueloop.loops.surface.surface import maps_of
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
@@ -25,7 +25,7 @@ from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
 from trueloop.surface.compensation.samples import SurfaceJob, places
 from trueloop.surface.compensation.tool_axis import tool_axes
 from trueloop.surface.deviations.alignment import form_alone_mm
-from trueloop.surface.deviations.deviations import MeasuredPoints
+from trueloop.surface.deviations.points import MeasuredPoints
 
 TOLD: Final = (101, 97)
 """The truth is told at so many places: close enough for every ridge, and in step with no program."""

@@ -12,9 +12,9 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.geometry.profile import JunctionKind, Profile
-from trueloop.loops.simulated.batch import run_batch
+from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, finish, finish_along, semifinish_and_probe, true_errors_mm
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.simulator.path import CentrePath, path_of_positions

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, TrueloopError, in_file
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.loops.inputs.surface_inputs import SurfaceInputs
+from trueloop.loops.surface.inputs import SurfaceInputs
 from trueloop.loops.surface.surface import HERE, Part, Work, model_of
 from trueloop.statistics import rms
 

@@ -6,9 +6,9 @@ from datetime import UTC, datetime
 from trueloop import __version__
 from trueloop.domain.record import Record, check_uncorrected, record_id
 from trueloop.errors import in_file
-from trueloop.loops.inputs.surface_inputs import SurfaceInputs
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.surface.figures import check_support, headline, support_record
+from trueloop.loops.surface.inputs import SurfaceInputs
 from trueloop.loops.surface.scatter import check_surface_scatter
 from trueloop.loops.surface.surface import HERE, SurfaceCorrection, SurfaceModel, Work, correct, model_of, pattern_model
 from trueloop.units import UM_PER_MM

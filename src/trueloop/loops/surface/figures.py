@@ -6,8 +6,8 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.surface.pattern.pattern import Pattern
 from trueloop.surface.pattern.support import SAMPLES, between

@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from trueloop.arrays import Array
 from trueloop.errors import Finding, in_file
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
-from trueloop.loops.simulated.batch import Item, Result, run_batch
+from trueloop.loops.batch import Item, Result, run_batch
 from trueloop.loops.surface.figures import OnFace, SurfaceFigures, Trim, figures_of, on_face, support_findings
 from trueloop.loops.surface.touches import WorstTouch, touch_findings, worst_touch
 from trueloop.nc.program.program import Program
@@ -15,7 +15,8 @@ from trueloop.surface.compensation.program import CorrectedProgram, corrected_pr
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.compensation.shift import CorrectedSurface, corrected_surface
 from trueloop.surface.deviations.alignment import SETUP_MM
-from trueloop.surface.deviations.deviations import MeasuredPoints, SurfaceDeviations, refuse_trimmed, surface_deviations
+from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.pattern.part_maps import PartMaps, part_maps
 from trueloop.surface.pattern.pattern import Pattern, parts_needed, pattern_of
 from trueloop.surface.separation.cells import averaged_over_cells

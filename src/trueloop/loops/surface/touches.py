@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.errors import Code, Finding, Place, Severity
-from trueloop.surface.deviations.deviations import MeasuredPoints, SurfaceDeviations
+from trueloop.surface.deviations.deviations import SurfaceDeviations
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.surface.separation.outlying_point import OutlyingPoint, outlying_point
 from trueloop.surface.separation.separate import Separation
 from trueloop.units import UM_PER_MM

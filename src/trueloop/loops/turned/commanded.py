@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import in_file
-from trueloop.geometry.feature import Array, Feature
+from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour

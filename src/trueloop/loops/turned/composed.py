@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.domain.record import MARKED
-from trueloop.geometry.feature import Array
 from trueloop.loops.turned.part_on_machine import InMachine
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.domain.record import Record
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program

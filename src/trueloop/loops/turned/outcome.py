@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.fit.between_cuts import BetweenCuts

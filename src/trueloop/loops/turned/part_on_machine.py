@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.machine.correct.setup import Setup, state_at
 from trueloop.machine.model.chain import Vector

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from trueloop import __version__
+from trueloop.arrays import Array
 from trueloop.domain.record import ChangedWord, Component, Record, record_id
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.commanded import Commanded, Run, commanded

@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.nc.program.program import Block, Program
-from trueloop.nc.program.tool_path import Array
 
 CONTROLS: Final = ("fanuc-lathe", "haas-lathe")
 ROUGHING: Final = (71.0, 72.0, 73.0)

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.domain.record import ChangedWord, marks_of_record
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded, Run
 from trueloop.loops.turned.shared_contour import shared_contour_notes
@@ -15,7 +15,7 @@ from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.expand.expand import written_out
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import Fitting, Replacement, bent_lines, end_shifts, replaced_arcs

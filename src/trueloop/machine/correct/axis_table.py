@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Vector
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals

@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.geometry.feature import Array
 from trueloop.machine.standards.planar_field import PlanarField
 from trueloop.nc.edit.edit import Edit, displace_word, insert_word
 from trueloop.nc.field.field import Field

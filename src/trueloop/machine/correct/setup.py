@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.chain import AxisKind, Vector
 from trueloop.machine.model.compiled import CompiledModel, compile_model
 from trueloop.machine.model.model import MachineModel, State
@@ -17,7 +17,6 @@ from trueloop.machine.model.validity import check_state
 from trueloop.nc.field.field import DisplaceInMachine, Field, machine_field
 from trueloop.nc.field.machine_frame import looked_up, require_offsets
 from trueloop.nc.program.cutter_tool import CutterTool
-from trueloop.nc.program.tool_path import Integers
 
 AXES: Final = "XYZ"
 ANY_TOOL: Final = -1

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.drift.drift import DriftTest
 from trueloop.machine.drift.model import DriftModel, fit_drift
 from trueloop.machine.model.validity import check_range, in_unit

@@ -16,8 +16,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.lag import lagged
 
 LADDERS_S: Final = ((0.0, 600.0, 1800.0, 5400.0, 16200.0), (0.0, 1800.0, 7200.0), (0.0, 120.0, 600.0, 3000.0))

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.drift.model import SPEED_SCALE, SQUARE, SQUARE_SCALE, DriftModel
 from trueloop.machine.model.chain import ZERO, Chain
 from trueloop.machine.model.history import Lag

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.identify.identify import closed_rows, identify
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.history import Lag

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.term import Term
 
 WARN_INDEX = 30.0

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.identify.identify import Identification, values_weight, weighted_rows
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.identify.run_zeros import orthonormal, slope_columns, without, zero_columns

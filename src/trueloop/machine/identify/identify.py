@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.identify.collinearity import collinear_findings
 from trueloop.machine.identify.observations import Observations, ranges
 from trueloop.machine.identify.robust import least_squares, robust_solution

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.history import Clock, Lag, joined_clocks, lag_signals, moved_along
 from trueloop.machine.model.model import MachineModel, State, design

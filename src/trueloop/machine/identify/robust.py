@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 HUBER = 1.345
 """Bound of Huber's weights in standard deviations: 95 % efficiency on clean normal data (Huber 1964)."""

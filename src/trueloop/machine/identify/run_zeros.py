@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.identify.observations import Observations
 from trueloop.machine.model.chain import AxisKind, Chain
 from trueloop.machine.model.kinematics import tool_in_work_mm

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import MachineModel
 

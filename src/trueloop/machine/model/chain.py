@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.names import COMPONENTS, ROTATIONS, ErrorName
 
 Vector = tuple[float, float, float]

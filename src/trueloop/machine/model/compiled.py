@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from trueloop._core import MachineEvaluator
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.chain import ZERO, Vector
 from trueloop.machine.model.jacobian import Influence, influences
 from trueloop.machine.model.kinematics import PROBE_MM, bed_to_work

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.model.chain import Axis, AxisKind, Chain, Vector
 from trueloop.machine.model.names import ErrorName
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 
 
 def lagged(time_s: Array, inputs: Array, constants_s: Array) -> Array:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.chain import ZERO, Chain, Vector
 from trueloop.machine.model.history import Lag, moved_along
 from trueloop.machine.model.jacobian import influences

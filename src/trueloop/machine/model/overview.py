@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import Signals, Term
 from trueloop.units import UM_PER_MM, URAD_PER_RAD

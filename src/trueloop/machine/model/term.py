@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.position_basis import CONSTANT, PositionBasis
 

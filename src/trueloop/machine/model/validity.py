@@ -5,8 +5,8 @@ from collections.abc import Callable, Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.model.chain import Axis
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals

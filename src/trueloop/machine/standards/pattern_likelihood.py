@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 Complex = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 Row = np.ndarray[tuple[int], np.dtype[np.float64]]

@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.standards.pattern_likelihood import Complex, PatternLikelihood, same_tool, smooth_covariance
 from trueloop.machine.standards.similarity import as_complex, fit_similarity
 

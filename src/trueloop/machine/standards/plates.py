@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.machine.standards.planar_field import PatternField, Plate, fit_pattern
 from trueloop.machine.standards.similarity import fit_similarity
 from trueloop.statistics import rms

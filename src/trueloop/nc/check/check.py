@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Place, Severity
 from trueloop.nc.check.rapid import cutting_rapids
 from trueloop.nc.check.written_step import written_step_mm
@@ -14,7 +15,7 @@ from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.path_mode import path_mode_findings
 from trueloop.nc.program.program import BLOCK_LIMIT, Program
-from trueloop.nc.program.tool_path import Array, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import MM_PER_INCH
 
 _ROUNDING_STEPS = 3.0

@@ -5,8 +5,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.nc.program.along import points_along
-from trueloop.nc.program.tool_path import Array, Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 CLEARANCE_MM: Final = 0.01
 """A rapid move may come this much below what was cut: along a surface it has just cut it may run."""

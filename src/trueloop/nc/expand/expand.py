@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Severity, TrueloopError
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.shape_words import ANGLES, asks_corner, asks_every_corner, is_made, is_shaped, is_wordless
@@ -19,7 +20,7 @@ from trueloop.nc.expand.moves import Explicit
 from trueloop.nc.expand.splines import chords_of_one, makes_spline
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Array, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.nc.program.understood import NOT_UNDERSTOOD
 from trueloop.units import UM_PER_MM
 

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.nc.edit.edit import KLARTEXT, Edit, coordinate_text, line_ending
 from trueloop.nc.edit.number_text import number_said, rounded_mm, word_with
 from trueloop.nc.edit.shape_words import CORNER, ENDS, EVERY_CORNER, is_made, shaping_words
@@ -26,7 +27,7 @@ from trueloop.nc.expand.words import (
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Block, Program, Word
-from trueloop.nc.program.tool_path import Array, CoordinateState, Motion, ToolPath
+from trueloop.nc.program.tool_path import CoordinateState, Motion, ToolPath
 
 AXES: Final = "XYZ"
 CENTRES: Final = "IJK"

@@ -6,10 +6,11 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.nc.edit.edit import KLARTEXT, coordinate_text
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.program import Block, Program, Word
-from trueloop.nc.program.tool_path import Array, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import MM_PER_INCH
 
 WIDE_RAD: Final = math.radians(120.0)

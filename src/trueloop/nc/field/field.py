@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trueloop._core import NcField
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.cutter_tool import CutterTool
-from trueloop.nc.program.tool_path import Array, Integers
 
 Displace = Callable[[Array], Array]
 """Positions (n, 3) to displacements (n, 3), both X (a radius on a lathe), Y, Z in mm."""

@@ -5,10 +5,10 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.field.field import Field, machine_field
 from trueloop.nc.program.cutter_tool import CutterTool, tool_rows
-from trueloop.nc.program.tool_path import Array, Integers
 
 _NO_NUMBER: Final = {-1: "before the first T", -2: "of a tool called by its name"}
 HINT: Final = "give every work offset and tool that the program uses in the file of --offsets"

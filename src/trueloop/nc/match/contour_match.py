@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Array, Feature, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import Profile
 from trueloop.nc.program.feed_moves import FeedMove
 

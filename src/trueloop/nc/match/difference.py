@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.nc.program.along import lengths_mm, points_along
-from trueloop.nc.program.tool_path import Array, Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree

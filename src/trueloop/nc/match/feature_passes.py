@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Array, distance_mm
+from trueloop.geometry.feature import distance_mm
 from trueloop.geometry.offset import CentrePath
 from trueloop.geometry.profile import Profile
 from trueloop.nc.match.contour_match import FeatureMatch, MatchedMove

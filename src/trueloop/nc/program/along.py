@@ -5,8 +5,9 @@ from typing import Final
 import numpy as np
 
 from trueloop._core import nc_said
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Array, Flags, Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 
 PLANE_AXES: Final = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 """First and second axis of each plane: a positive angle turns from the first to the second."""

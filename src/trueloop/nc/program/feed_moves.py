@@ -7,8 +7,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Arc, Array, Feature, Line, Point
+from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.nc.program.tool_path import NO_COMPENSATION, Motion, ToolPath
 
 _SAME_PLACE_MM: Final = 1e-9

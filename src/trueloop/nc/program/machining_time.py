@@ -8,9 +8,10 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.nc.program.along import lengths_mm
-from trueloop.nc.program.tool_path import INVERSE_TIME, PER_REVOLUTION, Array, Flags, Motion, ToolPath
+from trueloop.nc.program.tool_path import INVERSE_TIME, PER_REVOLUTION, Motion, ToolPath
 from trueloop.units import MM_PER_M
 
 _SURFACE_SPEED: Final = 96

@@ -8,18 +8,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
-from typing import Any, Final, TypeAlias
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trueloop._core import nc_rows
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.errors import Finding
-
-Array: TypeAlias = NDArray[np.float64]
-Integers: TypeAlias = NDArray[np.integer[Any]]
-Flags: TypeAlias = NDArray[np.bool_]
-
 
 NO_COMPENSATION: Final = 40
 """Neither G41 nor G42 is in force."""

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.machine.drift.drift import Drift, DriftTest
 from trueloop.machine.standards.positioning import BothWays, Positioning
 from trueloop.report.markup import esc, section, table

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.report.style import FAINT, INK, LEFT_ON, SOFT, TAKEN, plain, round_step
 from trueloop.units import UM_PER_MM
 

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.surface.figures import headline, unsupported_at
 from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel, maps_of
 from trueloop.report.markup import esc, items, section, table

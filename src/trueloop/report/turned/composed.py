@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.report.markup import esc, section, table
 from trueloop.report.style import signed

@@ -4,7 +4,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.report import style
 from trueloop.report.style import Figure, Trace

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from trueloop.geometry.feature import Arc, Array, Feature
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile
 from trueloop.report import style
 from trueloop.report.style import Trace

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import Outcome, outcomes
 from trueloop.report.markup import esc, table

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction
 from trueloop.report import style

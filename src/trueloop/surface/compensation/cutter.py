@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
 

@@ -7,13 +7,13 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
 from trueloop.nc.program.along import points_along, said_ends
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import NO_COMPENSATION, Flags, ToolPath
+from trueloop.nc.program.tool_path import NO_COMPENSATION, ToolPath
 from trueloop.surface.compensation.cutter import Cutter, contacts, edge_centres_mm
 from trueloop.surface.compensation.points import SAME_MM
 from trueloop.surface.compensation.samples import SurfaceJob, places

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.units import UM_PER_MM

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
 from trueloop.surface.compensation.cutter import Contacts, Cutter, contacts

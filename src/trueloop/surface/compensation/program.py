@@ -10,9 +10,9 @@ from typing import Final, TypeAlias
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.nc.edit.edit import (
     Edit,
@@ -26,7 +26,7 @@ from trueloop.nc.edit.edit import (
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
 from trueloop.nc.program.understood import require_known_frame, require_sound, require_understood
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.surface.compensation.gouges import check_gouges

@@ -5,11 +5,11 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array, Integers
 from trueloop.geometry.surface import Surface
 from trueloop.nc.program.along import lengths_mm, points_along
 from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.points import CUTS_MM, moved_locations
 from trueloop.surface.compensation.tool_axis import ToolAxes, tool_axes

@@ -9,8 +9,8 @@ from typing import Final, Protocol, TypeAlias
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_parameterised
 from trueloop.turned.compensation.limits import Limits

@@ -4,8 +4,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion

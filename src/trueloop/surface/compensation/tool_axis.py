@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.nc.program.program import Program, Word
 from trueloop.nc.program.tool_path import ToolPath
 

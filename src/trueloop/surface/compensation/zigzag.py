@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.nc.edit.edit import coordinate_text
 from trueloop.nc.program.dialect import Dialect

@@ -7,40 +7,20 @@ radius, and no compensation of the ball, with its own errors, comes in.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trueloop.errors import Code, Finding, Place, Severity, TrueloopError, in_file
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
+from trueloop.errors import Code, Finding, Severity, TrueloopError, in_file
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
 from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit
 from trueloop.surface.deviations.duplicates import averaged, first_of_place
 from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, told_twice
+from trueloop.surface.deviations.points import MeasuredPoints
 
 LEAST_POINTS = 16
 """Fewer points tell nothing of a surface."""
-
-
-@dataclass(frozen=True, eq=False)
-class MeasuredPoints:
-    """Points as a measuring machine gave them, in the part's frame: `points_mm` (n, 3), ball centres where
-    `ball_radius_mm` is above zero, else points of the surface. `shape` (rows, columns) when they form a grid, row by
-    row; a hole in it is a row of nan. `name` tells the part; `file` and `lines` (n,), 0 for a hole, where it was read.
-    """
-
-    points_mm: Array
-    ball_radius_mm: float = 0.0
-    shape: tuple[int, int] | None = None
-    name: str = ""
-    file: str | None = None
-    lines: NDArray[np.integer[Any]] | None = None
-
-    def place(self, number: int) -> Place:
-        """Where a point, counted from 1, was read."""
-        return Place(self.file, None if self.lines is None else int(self.lines[number - 1]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,11 @@
 """Places of a surface that were measured more than once: found, and averaged."""
 
 from dataclasses import dataclass
-from typing import Any, Final, TypeAlias
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array
-
-Integers: TypeAlias = NDArray[np.integer[Any]]
+from trueloop.arrays import Array, Integers
 
 SAME_MM: Final = 1e-4
 """Points whose feet on the surface are closer than this are at one place."""

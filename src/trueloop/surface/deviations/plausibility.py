@@ -1,19 +1,17 @@
 """What cannot be right about points measured on a surface: unit, side, place, and points that say the same twice."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
-from trueloop.surface.deviations.duplicates import SAME_MM, Duplicates, Integers
+from trueloop.surface.deviations.duplicates import SAME_MM, Duplicates
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.units import MM_PER_INCH, UM_PER_MM
-
-if TYPE_CHECKING:
-    from trueloop.surface.deviations.deviations import MeasuredPoints
 
 CONFLICT: Final = 6.0
 """Values of one place that differ by so many times what neighbours do contradict each other."""
@@ -26,7 +24,7 @@ HOLES: Final = 0.25
 
 def findings_of(
     surface: Surface,
-    points: "MeasuredPoints",
+    points: MeasuredPoints,
     there: np.ndarray,
     feet: Feet,
     farthest_mm: float,
@@ -79,7 +77,7 @@ def _refuse_side(feet: Feet, radius: float, name: str) -> None:
         )
 
 
-def _refuse_off(points: "MeasuredPoints", error: Array, number: Integers, xyz: Array, farthest_mm: float) -> None:
+def _refuse_off(points: MeasuredPoints, error: Array, number: Integers, xyz: Array, farthest_mm: float) -> None:
     if np.any(bad := np.abs(error) > farthest_mm):
         worst = int(np.argmax(np.abs(error)))
         x, y, z = xyz[worst]
@@ -94,7 +92,7 @@ def _refuse_off(points: "MeasuredPoints", error: Array, number: Integers, xyz: A
         )
 
 
-def refuse_outside(points: "MeasuredPoints", outside: np.ndarray, number: Integers, xyz: Array) -> None:
+def refuse_outside(points: MeasuredPoints, outside: np.ndarray, number: Integers, xyz: Array) -> None:
     """Refuses points of a part that lie beyond the edge of the face: `outside` (n,) says which of `xyz` (n, 3) do."""
     if np.any(outside):
         first = int(np.argmax(outside))
@@ -108,7 +106,7 @@ def refuse_outside(points: "MeasuredPoints", outside: np.ndarray, number: Intege
         )
 
 
-def refuse_twice(points: "MeasuredPoints", at: Integers, first: Integers) -> None:
+def refuse_twice(points: MeasuredPoints, at: Integers, first: Integers) -> None:
     """Refuses a grid two of whose places are one: `at` (n,) are the points measured, `first` (n,) which of these is the
     first of each one's place.
     """
@@ -124,7 +122,7 @@ def refuse_twice(points: "MeasuredPoints", at: Integers, first: Integers) -> Non
         )
 
 
-def told_twice(points: "MeasuredPoints", found: Duplicates, at: Integers) -> Finding:
+def told_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> Finding:
     """What was averaged of the points `at` (n,); a warning where one place's values differ far more than neighbours."""
     a, b = (int(at[number]) + 1 for number in found.pair)
     odd = found.difference_mm > CONFLICT * found.typical_mm
@@ -140,7 +138,7 @@ def told_twice(points: "MeasuredPoints", found: Duplicates, at: Integers) -> Fin
     )
 
 
-def _holes(points: "MeasuredPoints", there: np.ndarray) -> Iterator[Finding]:
+def _holes(points: MeasuredPoints, there: np.ndarray) -> Iterator[Finding]:
     missing = np.count_nonzero(~there)
     if missing > HOLES * len(there):
         raise TrueloopError(

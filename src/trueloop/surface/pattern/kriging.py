@@ -15,7 +15,7 @@ from typing import Any, Final, TypeAlias
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.separation.student import COVERAGE, MANY, student
 
 Sides: TypeAlias = tuple[float, float]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.pattern.pattern import Pattern
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.separate import Separation

@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.statistics import rms
 from trueloop.surface.pattern.outlier import Outlier, outliers
 from trueloop.surface.pattern.support import Support, between, faded

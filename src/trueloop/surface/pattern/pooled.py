@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.separation.separate import Separation
 
 CELLS: Final = 900

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array, for_kernel
+from trueloop.arrays import Array, for_kernel
 from trueloop.surface.pattern.kriging import Kriging, Process, Sides, fitted_process
 from trueloop.surface.pattern.pooled import Pooled, pooled
 from trueloop.surface.separation.places import SMOOTHING, Places, splines

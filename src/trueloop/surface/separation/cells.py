@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.surface import Surface
 from trueloop.surface.deviations.deviations import SurfaceDeviations
 from trueloop.surface.separation.places import Places

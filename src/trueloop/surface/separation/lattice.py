@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 STRAY: Final = 1e-10
 """Points belong to a lattice when they stray from it by less than this share of a step: weights keep ten digits."""

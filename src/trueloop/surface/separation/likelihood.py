@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.spline_surface import Size
 

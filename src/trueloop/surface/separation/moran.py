@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trueloop.arrays import Array, for_kernel
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array, for_kernel
 from trueloop.surface.separation.weights import Weights
 
 EXPONENT = 3.0

@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array, for_kernel
+from trueloop.arrays import Array, for_kernel
 from trueloop.surface.separation.moran import EXPONENT, Null, geary_of
 from trueloop.surface.separation.places import Places, projector
 from trueloop.surface.separation.projectors import Projector

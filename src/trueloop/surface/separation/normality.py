@@ -9,8 +9,8 @@ from math import exp, sqrt
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from trueloop._core import ScatteredSplines
+from trueloop.arrays import Array, for_kernel
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array, for_kernel
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_basis import clamped_knots
 from trueloop.surface.deviations.deviations import SurfaceDeviations

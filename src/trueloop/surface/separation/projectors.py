@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from trueloop._core import ScatteredSplines
-from trueloop.geometry.feature import Array, for_kernel
+from trueloop.arrays import Array, for_kernel
 
 
 class Projector(ABC):

@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.surface.separation.candidates import DEGREES, FULLEST, climbed, most_likely, sizes, thinner
 from trueloop.surface.separation.likelihood import log_likelihood
 from trueloop.surface.separation.moran import Null

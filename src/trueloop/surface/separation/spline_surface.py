@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop._core import fit_surface_grid
+from trueloop.arrays import Array, for_kernel
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array, for_kernel
 from trueloop.geometry.surface_basis import basis_matrix, basis_rows, clamped_knots
 
 

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from trueloop._core import pair_sums, weights_product, weights_product_rows
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.surface.separation.lattice import Lattice, lattice_of
 
 MOST: Final = 40_000

@@ -17,7 +17,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Array, Feature, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.compensation.shift import Shift
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.units import UM_PER_MM
 
 SIGNIFICANCE: Final = 0.05

@@ -11,7 +11,8 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Array, Feature
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Feature
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.shift import Shift
 

@@ -21,7 +21,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Array, Feature, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.compensation.shift import ZERO, Shift, ShiftFunction, weighted_sum
 from trueloop.turned.error_curve.curve import ErrorCurve

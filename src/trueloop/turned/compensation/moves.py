@@ -9,11 +9,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array, Point
-
-Flags: TypeAlias = NDArray[np.bool_]
+from trueloop.arrays import Array, Flags
+from trueloop.geometry.feature import Point
 
 STRAIGHT_SAGITTA_MM = 1e-6
 """An arc that bulges less than a nanometre is written as a line: its radius would be a number without meaning."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.error_curve.budget import Budget
 
 

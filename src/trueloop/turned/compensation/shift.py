@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 ShiftFunction: TypeAlias = Callable[[ArrayLike], Array]
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.geometry.feature import Arc, Array, Line
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, Line
 from trueloop.turned.compensation.contour import CentrePiece, reaches_mm
 from trueloop.turned.compensation.moves import Move, SampledPath, as_arcs, as_lines, fewest_moves
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.error_curve.coverage import coverage_factor
 
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.coverage import COVERAGE, student_t_factor
 from trueloop.turned.fit.between_cuts import BetweenCuts

@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.error_curve.bad_touches import SuspectTouch, suspect_touches

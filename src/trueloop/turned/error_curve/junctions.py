@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array, Point
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.units import UM_PER_MM

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from scipy.special import erf
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.error_curve.coverage import COVERAGE, coverage_factor
 
 STEPS: Final = 400

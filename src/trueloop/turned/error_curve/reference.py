@@ -10,7 +10,7 @@ from dataclasses import astuple
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.fit.chain_fit import ChainFit, ConditionSource
 from trueloop.turned.fit.spline import EndConditions, LinearForm, Spline, least_squares_spline
 from trueloop.turned.touches.error_vectors import ErrorVectors

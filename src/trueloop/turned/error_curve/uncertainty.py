@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 from trueloop.turned.error_curve.process_scatter import Spread, process_scatter_mm
 from trueloop.turned.error_curve.reference import reference_responses
 from trueloop.turned.fit.chain_fit import ChainFit

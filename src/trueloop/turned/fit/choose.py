@@ -12,8 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
-from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.fit.chain import TangentPolicy

@@ -5,8 +5,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain, End, TangentPolicy, tangent_neighbours
 from trueloop.turned.fit.chain_fit import ChainFit, ConditionSource, Sources

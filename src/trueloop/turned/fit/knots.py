@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop._core import CurveFitError
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions, SplineFit, least_squares_spline
 

@@ -6,7 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.geometry.feature import Array, contact_angle_rad
+from trueloop.arrays import Array
+from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain
 from trueloop.turned.fit.chain_fit import ChainFit, touches_of

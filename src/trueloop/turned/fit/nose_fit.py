@@ -7,8 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Arc, Array, contact_angle_rad
+from trueloop.geometry.feature import Arc, contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.nose_model import APART_RAD, NoseModel, NoseTouches, offset_terms, refuse_too_few
 from trueloop.turned.fit.spline import Spline

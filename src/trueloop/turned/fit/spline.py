@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trueloop._core import fit_spline, spline_basis
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 THIRDS: Final = np.array([0.0, 1 / 3, 2 / 3, 1.0])
 

@@ -22,7 +22,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.geometry.feature import Arc, Array, contact_angle_rad
+from trueloop.arrays import Array
+from trueloop.geometry.feature import Arc, contact_angle_rad
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

@@ -11,10 +11,11 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import Edit, coordinate_text, insert_blocks_after, set_offset
 from trueloop.nc.program.program import Block, Program
-from trueloop.nc.program.tool_path import Array, CoordinateState, ToolPath
+from trueloop.nc.program.tool_path import CoordinateState, ToolPath
 from trueloop.turned.program.shifted_frame import Shifted
 
 SHIFTS: Final = {"linuxcnc": "G52", "fanuc": "G52", "haas": "G52", "siemens": "ATRANS"}

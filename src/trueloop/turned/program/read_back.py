@@ -5,11 +5,12 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Array, Point
+from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
 from trueloop.nc.program.along import points_along
-from trueloop.nc.program.tool_path import Integers, Motion, ToolPath
+from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.moves import Move
 from trueloop.units import UM_PER_MM

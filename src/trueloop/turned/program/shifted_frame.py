@@ -11,9 +11,10 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Flags
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.program import Block, Program
-from trueloop.nc.program.tool_path import Flags, ToolPath
+from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.contour_start import finishes
 
 OFF: Final = 40

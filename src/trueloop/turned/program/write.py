@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.domain.record import ChangedWord
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.nc.edit.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
 from trueloop.nc.edit.shape_words import require_own_shape
 from trueloop.nc.program.program import Block, Program

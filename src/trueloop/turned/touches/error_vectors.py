@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trueloop.geometry.feature import Array
+from trueloop.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,12 @@ blunder explains the data much better.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -41,9 +40,6 @@ BLUNDERS: Final[tuple[tuple[Code, str, tuple[float, float], str], ...]] = (
     (Code.TCH_DIAMETER, "half of x", (2.0, 1.0), "radii in a column of diameters?"),
 )
 """Code, what it looks like, by what (x, z) would have to be multiplied, what may have happened."""
-
-
-Accepted: TypeAlias = NDArray[np.bool_]
 
 
 def check_positions(profile: Profile, touches: Sequence[Touch]) -> None:
@@ -82,7 +78,7 @@ def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expecte
     if not np.any(large):
         return
 
-    def credible(scale: Array) -> Accepted:
+    def credible(scale: Array) -> Flags:
         along_normal: Array = np.sum(normal * (measured * scale - expected), axis=1)
         return np.abs(along_normal) <= CREDIBLE_ERROR_MM
 
@@ -173,7 +169,7 @@ def _distance_mm(profile: Profile, features: Sequence[str | None], points: Array
     return away
 
 
-def _refuse_blunder(accepted_when_scaled: Callable[[Array], Accepted], touches: Sequence[Touch]) -> None:
+def _refuse_blunder(accepted_when_scaled: Callable[[Array], Flags], touches: Sequence[Touch]) -> None:
     """Raises the blunder whose undoing makes at least nine of ten touches acceptable."""
     for code, looks, scale, question in BLUNDERS:
         share = float(np.mean(accepted_when_scaled(np.array(scale))))

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Array
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_order, check_positions, check_scale, check_sizes

@@ -23,7 +23,7 @@ from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.compensation.side import require_outer_side
-from trueloop.surface.deviations.deviations import MeasuredPoints
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.turned.compensation.limits import Limits
 from trueloop.units import UM_PER_MM
 
