@@ -12,183 +12,195 @@ from pathlib import Path
 
 
 class Code(StrEnum):
-    """The codes, by area. The letters name the area, so that a user sees where to look."""
+    """The codes, by area, each with its meaning. The letters name the area, so that a user sees where to look."""
+
+    meaning: str
+
+    def __new__(cls, value: str, meaning: str = "") -> "Code":
+        """A code is its text; `meaning` completes "this is about …"."""
+        code = str.__new__(cls, value)
+        code._value_ = value
+        code.meaning = meaning
+        return code
 
     # GEO: nominal profile
-    GEO_EMPTY = "GEO-EMPTY"  # no features
-    GEO_VALUE = "GEO-VALUE"  # a coordinate that is no finite number
-    GEO_NAME = "GEO-NAME"  # a feature's name empty or used twice
-    GEO_LENGTH = "GEO-LENGTH"  # a feature without length
-    GEO_ARC = "GEO-ARC"  # an arc whose ends do not fit centre and sweep
-    GEO_AXIS = "GEO-AXIS"  # the profile goes beyond the spindle axis
-    GEO_GAP = "GEO-GAP"  # consecutive features do not meet
-    GEO_ORDER = "GEO-ORDER"  # the chain runs towards the chuck
-    GEO_CROSSING = "GEO-CROSSING"  # the chain crosses or touches itself
-    GEO_JUNCTION = "GEO-JUNCTION"  # a junction by design that the geometry contradicts
-    GEO_NOSE = "GEO-NOSE"  # a concave arc not larger than the nose, or no nose radius at all
-    GEO_NARROW = "GEO-NARROW"  # the nose does not fit between features
-    GEO_SHARP = "GEO-SHARP"  # a corner too sharp to offset
-    GEO_DXF = "GEO-DXF"  # a drawing that cannot be read as a profile
-    GEO_DXF_UNIT = "GEO-DXF-UNIT"  # a drawing without a length unit
-    GEO_DXF_CHOICE = "GEO-DXF-CHOICE"  # several chains, a branch or a closed outline
-    GEO_STEP = "GEO-STEP"  # a solid whose section is no turned profile
+    GEO_EMPTY = "GEO-EMPTY", "no features"
+    GEO_VALUE = "GEO-VALUE", "a coordinate that is no finite number"
+    GEO_NAME = "GEO-NAME", "a feature's name empty or used twice"
+    GEO_LENGTH = "GEO-LENGTH", "a feature without length"
+    GEO_ARC = "GEO-ARC", "an arc whose ends do not fit centre and sweep"
+    GEO_AXIS = "GEO-AXIS", "the profile goes beyond the spindle axis"
+    GEO_GAP = "GEO-GAP", "consecutive features do not meet"
+    GEO_ORDER = "GEO-ORDER", "the chain runs towards the chuck"
+    GEO_CROSSING = "GEO-CROSSING", "the chain crosses or touches itself"
+    GEO_JUNCTION = "GEO-JUNCTION", "a junction by design that the geometry contradicts"
+    GEO_NOSE = "GEO-NOSE", "a concave arc not larger than the nose, or no nose radius at all"
+    GEO_NARROW = "GEO-NARROW", "the nose does not fit between features"
+    GEO_SHARP = "GEO-SHARP", "a corner too sharp to offset"
+    GEO_DXF = "GEO-DXF", "a drawing that cannot be read as a profile"
+    GEO_DXF_UNIT = "GEO-DXF-UNIT", "a drawing without a length unit"
+    GEO_DXF_CHOICE = "GEO-DXF-CHOICE", "several chains, a branch or a closed outline"
+    GEO_STEP = "GEO-STEP", "a solid whose section is no turned profile"
 
     # NC: programs
-    NC_COMPENSATED = "NC-COMPENSATED"  # G41 or G42 where it cannot be followed, or on the wrong side
-    NC_BORE = "NC-BORE"  # a pass whose material lies away from the axis
-    NC_NO_CONTOUR = "NC-NO-CONTOUR"  # no feed moves that could be a finish pass
-    NC_NO_MATCH = "NC-NO-MATCH"  # a feature that no pass cuts whole
-    NC_AMBIGUOUS = "NC-AMBIGUOUS"  # a feature that several passes cut
-    NC_FILE = "NC-FILE"  # a program or an offsets file that cannot be read
-    NC_DIALECT = "NC-DIALECT"
-    NC_PARAMETER = "NC-PARAMETER"
-    NC_EXPRESSION = "NC-EXPRESSION"
-    NC_WORD = "NC-WORD"
-    NC_CODE = "NC-CODE"
-    NC_DUPLICATE = "NC-DUPLICATE"
-    NC_NUMBER = "NC-NUMBER"
-    NC_MISPLACED = "NC-MISPLACED"
-    NC_ARC = "NC-ARC"
-    NC_ARC_FIT = "NC-ARC-FIT"
-    NC_TANGENT = "NC-TANGENT"
-    NC_FEED = "NC-FEED"
-    NC_RAPID = "NC-RAPID"
-    NC_BLEND = "NC-BLEND"
-    NC_OPAQUE = "NC-OPAQUE"
-    NC_FLOW = "NC-FLOW"
-    NC_UNIT = "NC-UNIT"
-    NC_DIAMETER = "NC-DIAMETER"  # whether X is a diameter is left to machine data
-    NC_TOOL = "NC-TOOL"  # compensation by a tool whose radius or tip is not known
-    NC_GOUGE = "NC-GOUGE"  # a corner or an arc that the compensated tool does not fit into
-    NC_ENTRY = "NC-ENTRY"  # compensation that cannot begin or change as programmed
-    NC_LIMIT = "NC-LIMIT"
-    NC_EDIT = "NC-EDIT"
-    NC_OFFSET = "NC-OFFSET"
-    NC_LOST = "NC-LOST"  # what another dialect has no words for, or words of another meaning
-    NC_MAP = "NC-MAP"  # a block to which a field of displacements cannot be applied
-    NC_FIELD = "NC-FIELD"  # a field of displacements that cannot be read, or is not known at a position
+    NC_COMPENSATED = "NC-COMPENSATED", "G41 or G42 where it cannot be followed, or on the wrong side"
+    NC_BORE = "NC-BORE", "a pass whose material lies away from the axis"
+    NC_NO_CONTOUR = "NC-NO-CONTOUR", "no feed moves that could be a finish pass"
+    NC_NO_MATCH = "NC-NO-MATCH", "a feature that no pass cuts whole"
+    NC_AMBIGUOUS = "NC-AMBIGUOUS", "a feature that several passes cut"
+    NC_FILE = "NC-FILE", "a program or an offsets file that cannot be read"
+    NC_DIALECT = "NC-DIALECT", "a dialect that does not exist, or a program whose dialect is not clear"
+    NC_PARAMETER = "NC-PARAMETER", "a parameter without a value, or a value for one that does not exist"
+    NC_EXPRESSION = "NC-EXPRESSION", "an expression without a value"
+    NC_WORD = "NC-WORD", "text that the dialect does not know"
+    NC_CODE = "NC-CODE", "a G or M code that the dialect does not know"
+    NC_DUPLICATE = "NC-DUPLICATE", "a word twice in a block, or two codes of one modal group"
+    NC_NUMBER = "NC-NUMBER", "a number written in a way that the control does not take"
+    NC_MISPLACED = "NC-MISPLACED", "a word or code without effect where it stands"
+    NC_ARC = "NC-ARC", "an arc that cannot exist"
+    NC_ARC_FIT = "NC-ARC-FIT", "an arc whose end is not on its circle"
+    NC_TANGENT = "NC-TANGENT", "a joint of an arc that is neither tangent nor a corner"
+    NC_FEED = "NC-FEED", "a cut without a feed, or a feed that cannot be"
+    NC_RAPID = "NC-RAPID", "a rapid move that passes through the part"
+    NC_BLEND = "NC-BLEND", "a path mode in which the control may round corners without a bound"
+    NC_OPAQUE = "NC-OPAQUE", "a code that is known, whose motion is not part of the path"
+    NC_FLOW = "NC-FLOW", "loops, branches or calls that do not fit together"
+    NC_UNIT = "NC-UNIT", "a program that does not state its unit of length"
+    NC_DIAMETER = "NC-DIAMETER", "whether X is a diameter is left to machine data"
+    NC_TOOL = "NC-TOOL", "compensation by a tool whose radius or tip is not known"
+    NC_GOUGE = "NC-GOUGE", "a corner or an arc that the compensated tool does not fit into"
+    NC_ENTRY = "NC-ENTRY", "compensation that cannot begin or change as programmed"
+    NC_LIMIT = "NC-LIMIT", "a bound on size, blocks, depth, moves or decimals"
+    NC_EDIT = "NC-EDIT", "a block that cannot be changed as the correction needs"
+    NC_OFFSET = "NC-OFFSET", "a contour that cannot be moved by a tool offset or work offset"
+    NC_LOST = "NC-LOST", "what another dialect has no words for, or words of another meaning"
+    NC_MAP = "NC-MAP", "a block to which a field of displacements cannot be applied"
+    NC_FIELD = "NC-FIELD", "a field of displacements that cannot be read, or is not known at a position"
 
     # TCH: touches
-    TCH_FILE = "TCH-FILE"
-    TCH_COLUMN = "TCH-COLUMN"
-    TCH_NUMBER = "TCH-NUMBER"
-    TCH_FEATURE = "TCH-FEATURE"
-    TCH_OFF_PROFILE = "TCH-OFF-PROFILE"
-    TCH_UNIT = "TCH-UNIT"
-    TCH_DIAMETER = "TCH-DIAMETER"
-    TCH_SIGN = "TCH-SIGN"
-    TCH_DUPLICATE = "TCH-DUPLICATE"
-    TCH_ORDER = "TCH-ORDER"
-    TCH_REFERENCE = "TCH-REFERENCE"
-    TCH_PLAN = "TCH-PLAN"  # gauging points that cannot be placed
+    TCH_FILE = "TCH-FILE", "a file of touches that cannot be read, or has none"
+    TCH_COLUMN = "TCH-COLUMN", "a column of touches that is missing, unknown or there twice"
+    TCH_NUMBER = "TCH-NUMBER", "a value of a touch that is no finite number"
+    TCH_FEATURE = "TCH-FEATURE", "a touch on a feature that the part does not have"
+    TCH_OFF_PROFILE = (
+        "TCH-OFF-PROFILE",
+        "a touch whose nominal point is not on its feature, or whose error is not credible",
+    )
+    TCH_UNIT = "TCH-UNIT", "touches in another unit than their columns name"
+    TCH_DIAMETER = "TCH-DIAMETER", "diameters among radii, or the reverse"
+    TCH_SIGN = "TCH-SIGN", "errors after the finish cut that say the correction was applied with its sign reversed"
+    TCH_DUPLICATE = "TCH-DUPLICATE", "two touches of one point"
+    TCH_ORDER = "TCH-ORDER", "touches that are not in order along the profile"
+    TCH_REFERENCE = "TCH-REFERENCE", "a z reference that is no touch, or that does not face z"
+    TCH_PLAN = "TCH-PLAN", "gauging points that cannot be placed"
 
     # PRB: probing plans, programs and logs
-    PRB_FILE = "PRB-FILE"  # a probe file that is missing or wrong
-    PRB_CALIBRATION = "PRB-CALIBRATION"  # a probe that is not calibrated, or not credibly
-    PRB_REACH = "PRB-REACH"  # a point that ball or stem cannot reach without touching something else
-    PRB_BALL = "PRB-BALL"  # a ball larger than the groove it is to touch in
-    PRB_AXIS = "PRB-AXIS"  # a macro that measures along one axis, and a surface that faces neither
-    PRB_LOG = "PRB-LOG"  # a log that cannot be read
-    PRB_OTHER = "PRB-OTHER"  # touches that belong to no point of the plan: another job's log
-    PRB_MISSING = "PRB-MISSING"  # points without a touch
-    PRB_MISSED = "PRB-MISSED"  # probing moves that met nothing, logged as touches
-    PRB_TWICE = "PRB-TWICE"  # several touches at one point
-    PRB_ORDER = "PRB-ORDER"  # touches in another order than the plan's
-    PRB_RETRACT = "PRB-RETRACT"  # touches where the approach began: the probe was triggered, or never switched on
+    PRB_FILE = "PRB-FILE", "a probe file that is missing or wrong"
+    PRB_CALIBRATION = "PRB-CALIBRATION", "a probe that is not calibrated, or not credibly"
+    PRB_REACH = "PRB-REACH", "a point that ball or stem cannot reach without touching something else"
+    PRB_BALL = "PRB-BALL", "a ball larger than the groove it is to touch in"
+    PRB_AXIS = "PRB-AXIS", "a macro that measures along one axis, and a surface that faces neither"
+    PRB_LOG = "PRB-LOG", "a log that cannot be read"
+    PRB_OTHER = "PRB-OTHER", "touches that belong to no point of the plan: another job's log"
+    PRB_MISSING = "PRB-MISSING", "points without a touch"
+    PRB_MISSED = "PRB-MISSED", "probing moves that met nothing, logged as touches"
+    PRB_TWICE = "PRB-TWICE", "several touches at one point"
+    PRB_ORDER = "PRB-ORDER", "touches in another order than the plan's"
+    PRB_RETRACT = "PRB-RETRACT", "touches where the approach began: the probe was triggered, or never switched on"
 
     # FIT: error curves
-    FIT_POINTS = "FIT-POINTS"  # fewer touches than the curve that was asked for needs
-    FIT_VALUE = "FIT-VALUE"  # a touch that is no finite number
-    FIT_ORDER = "FIT-ORDER"  # touches of a feature unordered, or two in one place
-    FIT_OUTSIDE = "FIT-OUTSIDE"  # a touch beyond the feature it was given to
-    FIT_KNOTS = "FIT-KNOTS"  # a knot at every r-th touch with r below 2
-    FIT_ANGLE = "FIT-ANGLE"  # a contact angle outside the fitted range of a nose model
-    FIT_CONDITIONS = "FIT-CONDITIONS"  # prescribed values or slopes that contradict each other
+    FIT_POINTS = "FIT-POINTS", "fewer touches than the curve that was asked for needs"
+    FIT_VALUE = "FIT-VALUE", "a touch that is no finite number"
+    FIT_ORDER = "FIT-ORDER", "touches of a feature unordered, or two in one place"
+    FIT_OUTSIDE = "FIT-OUTSIDE", "a touch beyond the feature it was given to"
+    FIT_KNOTS = "FIT-KNOTS", "a knot at every r-th touch with r below 2"
+    FIT_ANGLE = "FIT-ANGLE", "a contact angle outside the fitted range of a nose model"
+    FIT_CONDITIONS = "FIT-CONDITIONS", "prescribed values or slopes that contradict each other"
 
     # CMP: compensation and its limits
-    CMP_SIZE = "CMP-SIZE"
-    CMP_SLOPE = "CMP-SLOPE"
-    CMP_SCATTER = "CMP-SCATTER"
-    CMP_AGE = "CMP-AGE"
-    CMP_TWICE = "CMP-TWICE"
-    CMP_OTHER_PROGRAM = "CMP-OTHER-PROGRAM"
-    CMP_RAPID = "CMP-RAPID"
-    CMP_READ_BACK = "CMP-READ-BACK"
+    CMP_SIZE = "CMP-SIZE", "a correction larger than the limit"
+    CMP_SLOPE = "CMP-SLOPE", "a correction steeper than the limit"
+    CMP_SCATTER = "CMP-SCATTER", "touches that scatter by more than the limit"
+    CMP_AGE = "CMP-AGE", "measurements older than the limit, or from the future"
+    CMP_TWICE = "CMP-TWICE", "a program or file that is corrected already"
+    CMP_OTHER_PROGRAM = "CMP-OTHER-PROGRAM", "measurements that belong to another program"
+    CMP_RAPID = "CMP-RAPID", "a rapid move that the correction would bring closer to the part"
+    CMP_READ_BACK = "CMP-READ-BACK", "a written program that, read again, is not what was intended"
 
     # SRF: surfaces, their deviations and patterns
-    SRF_SURFACE = "SRF-SURFACE"  # knots, control points and weights that make no patch
-    SRF_DEGENERATE = "SRF-DEGENERATE"  # a place without a normal
-    SRF_SETUP = "SRF-SETUP"  # a best fit that moves a part farther than its set-up is off, or leaves motions out
-    SRF_GRID = "SRF-GRID"  # a point grid that no surface can be fitted to
-    SRF_POINTS = "SRF-POINTS"  # too few points measured on a surface
-    SRF_UNIT = "SRF-UNIT"  # points in another unit than mm
-    SRF_SIGN = "SRF-SIGN"  # points on the wrong side: normals into the material, or the ball's radius left in
-    SRF_OFF = "SRF-OFF"  # points too far off the surface
-    SRF_OUTSIDE = "SRF-OUTSIDE"  # points beyond the edge of the face
-    SRF_DUPLICATE = "SRF-DUPLICATE"  # a point measured twice
-    SRF_HOLES = "SRF-HOLES"  # a grid that lacks points
-    SRF_BALL = "SRF-BALL"  # a ball larger than a hollow, or no ball
-    SRF_CAD = "SRF-CAD"  # a CAD file that cannot be read or written
-    SRF_CAD_KERNEL = "SRF-CAD-KERNEL"  # the CAD kernel is not installed
-    SRF_CAD_CHOICE = "SRF-CAD-CHOICE"  # several faces, none chosen
-    SRF_TRIM = "SRF-TRIM"  # a corrected surface that cannot be trimmed as its nominal face was
-    SRF_CUTTER = "SRF-CUTTER"  # a cutter that is none
-    SRF_GOUGE = "SRF-GOUGE"  # a cutter that would cut into the corrected surface
-    SRF_TOLERANCE = "SRF-TOLERANCE"  # a corrected surface that cannot be fitted as closely as wanted
-    SRF_PROGRAM = "SRF-PROGRAM"  # a program whose moves cannot be corrected for a surface
-    SRF_PATH = "SRF-PATH"  # a tool path that cannot be made
-    SRF_FILE = "SRF-FILE"  # points that cannot be read
-    SRF_TWICE = "SRF-TWICE"  # two parts of one name, or one part twice
-    SRF_BATCH = "SRF-BATCH"  # a batch that its workers could not finish
-    SRF_COMPARE = "SRF-COMPARE"  # jobs whose parts cannot be set beside each other
-    SRF_PARTS = "SRF-PARTS"  # too few parts for a pattern
-    SRF_OUTLIER = "SRF-OUTLIER"  # a part unlike the others
-    SRF_SUPPORT = "SRF-SUPPORT"  # a part of the face that measurements do not support, or too much of it
-    SRF_MODEL = "SRF-MODEL"  # a model that the points cannot determine, or that none satisfies
+    SRF_SURFACE = "SRF-SURFACE", "knots, control points and weights that make no patch"
+    SRF_DEGENERATE = "SRF-DEGENERATE", "a place without a normal"
+    SRF_SETUP = "SRF-SETUP", "a best fit that moves a part farther than its set-up is off, or leaves motions out"
+    SRF_GRID = "SRF-GRID", "a point grid that no surface can be fitted to"
+    SRF_POINTS = "SRF-POINTS", "too few points measured on a surface"
+    SRF_UNIT = "SRF-UNIT", "points in another unit than mm"
+    SRF_SIGN = "SRF-SIGN", "points on the wrong side: normals into the material, or the ball's radius left in"
+    SRF_OFF = "SRF-OFF", "points too far off the surface"
+    SRF_OUTSIDE = "SRF-OUTSIDE", "points beyond the edge of the face"
+    SRF_DUPLICATE = "SRF-DUPLICATE", "a point measured twice"
+    SRF_HOLES = "SRF-HOLES", "a grid that lacks points"
+    SRF_BALL = "SRF-BALL", "a ball larger than a hollow, or no ball"
+    SRF_CAD = "SRF-CAD", "a CAD file that cannot be read or written"
+    SRF_CAD_KERNEL = "SRF-CAD-KERNEL", "the CAD kernel is not installed"
+    SRF_CAD_CHOICE = "SRF-CAD-CHOICE", "several faces, none chosen"
+    SRF_TRIM = "SRF-TRIM", "a corrected surface that cannot be trimmed as its nominal face was"
+    SRF_CUTTER = "SRF-CUTTER", "a cutter that is none"
+    SRF_GOUGE = "SRF-GOUGE", "a cutter that would cut into the corrected surface"
+    SRF_TOLERANCE = "SRF-TOLERANCE", "a corrected surface that cannot be fitted as closely as wanted"
+    SRF_PROGRAM = "SRF-PROGRAM", "a program whose moves cannot be corrected for a surface"
+    SRF_PATH = "SRF-PATH", "a tool path that cannot be made"
+    SRF_FILE = "SRF-FILE", "points that cannot be read"
+    SRF_TWICE = "SRF-TWICE", "two parts of one name, or one part twice"
+    SRF_BATCH = "SRF-BATCH", "a batch that its workers could not finish"
+    SRF_COMPARE = "SRF-COMPARE", "jobs whose parts cannot be set beside each other"
+    SRF_PARTS = "SRF-PARTS", "too few parts for a pattern"
+    SRF_OUTLIER = "SRF-OUTLIER", "a part unlike the others"
+    SRF_SUPPORT = "SRF-SUPPORT", "a part of the face that measurements do not support, or too much of it"
+    SRF_MODEL = "SRF-MODEL", "a model that the points cannot determine, or that none satisfies"
 
     # MCH: machine models
-    MCH_NAME = "MCH-NAME"  # no axis error of ISO 230-1
-    MCH_STRUCTURE = "MCH-STRUCTURE"  # no kinematic chain
-    MCH_AXIS = "MCH-AXIS"  # an axis or axis error the machine does not have
-    MCH_BASIS = "MCH-BASIS"  # no function of position
-    MCH_SIGNAL = "MCH-SIGNAL"  # a temperature or speed the model needs is not given
-    MCH_HISTORY = "MCH-HISTORY"  # the past of a signal that is felt later is not given
-    MCH_LAG = "MCH-LAG"  # a time constant that was not found within its bounds
-    MCH_DATA = "MCH-DATA"  # too few readings, or none that move an axis
-    MCH_COLLINEAR = "MCH-COLLINEAR"  # parameters the readings cannot tell apart, or hardly
-    MCH_FILE = "MCH-FILE"  # data that cannot be read
-    MCH_UNIT = "MCH-UNIT"  # units unknown, missing or mixed
-    MCH_PROGRAM = "MCH-PROGRAM"  # a program that cannot be corrected by a machine model
-    MCH_SHAPE = "MCH-SHAPE"  # inspections of different points
-    MCH_FRAME = "MCH-FRAME"  # a work offset or tool whose place in the machine is not given
-    MCH_TRAVEL = "MCH-TRAVEL"  # a position the machine cannot reach
-    MCH_RANGE = "MCH-RANGE"  # a position or temperature outside what the model was found at
-    MCH_TABLE = "MCH-TABLE"  # what a control's table cannot hold
-    MCH_MACHINE = "MCH-MACHINE"  # a model for another machine
-    MCH_PATTERN = "MCH-PATTERN"  # a pattern of plates that is not known to repeat
-    MCH_OUTLIER = "MCH-OUTLIER"  # a reading far off the model
+    MCH_NAME = "MCH-NAME", "no axis error of ISO 230-1"
+    MCH_STRUCTURE = "MCH-STRUCTURE", "no kinematic chain"
+    MCH_AXIS = "MCH-AXIS", "an axis or axis error the machine does not have"
+    MCH_BASIS = "MCH-BASIS", "no function of position"
+    MCH_SIGNAL = "MCH-SIGNAL", "a temperature or speed the model needs is not given"
+    MCH_HISTORY = "MCH-HISTORY", "the past of a signal that is felt later is not given"
+    MCH_LAG = "MCH-LAG", "a time constant that was not found within its bounds"
+    MCH_DATA = "MCH-DATA", "too few readings, or none that move an axis"
+    MCH_COLLINEAR = "MCH-COLLINEAR", "parameters the readings cannot tell apart, or hardly"
+    MCH_FILE = "MCH-FILE", "data that cannot be read"
+    MCH_UNIT = "MCH-UNIT", "units unknown, missing or mixed"
+    MCH_PROGRAM = "MCH-PROGRAM", "a program that cannot be corrected by a machine model"
+    MCH_SHAPE = "MCH-SHAPE", "inspections of different points"
+    MCH_FRAME = "MCH-FRAME", "a work offset or tool whose place in the machine is not given"
+    MCH_TRAVEL = "MCH-TRAVEL", "a position the machine cannot reach"
+    MCH_RANGE = "MCH-RANGE", "a position or temperature outside what the model was found at"
+    MCH_TABLE = "MCH-TABLE", "what a control's table cannot hold"
+    MCH_MACHINE = "MCH-MACHINE", "a model for another machine"
+    MCH_PATTERN = "MCH-PATTERN", "a pattern of plates that is not known to repeat"
+    MCH_OUTLIER = "MCH-OUTLIER", "a reading far off the model"
 
     # SIM: the simulator
-    SIM_FILE = "SIM-FILE"  # a machine file that is missing or wrong
-    SIM_ALLOWANCE = "SIM-ALLOWANCE"  # nothing left on for the finish cut
-    SIM_NOSE = "SIM-NOSE"  # a worn nose that is no nose, or another than the job's
-    SIM_TRANSFER = "SIM-TRANSFER"  # what the finish cut does otherwise, by tables that do not go together
-    SIM_MILL = "SIM-MILL"  # a surface's job that the virtual mill cannot cut
+    SIM_FILE = "SIM-FILE", "a machine file that is missing or wrong"
+    SIM_ALLOWANCE = "SIM-ALLOWANCE", "nothing left on for the finish cut"
+    SIM_NOSE = "SIM-NOSE", "a worn nose that is no nose, or another than the job's"
+    SIM_TRANSFER = "SIM-TRANSFER", "what the finish cut does otherwise, by tables that do not go together"
+    SIM_MILL = "SIM-MILL", "a surface's job that the virtual mill cannot cut"
 
     # CTL: controls and what they write
-    CTL_LINUXCNC = "CTL-LINUXCNC"  # LinuxCNC is missing or does not come up
-    CTL_DIALECT = "CTL-DIALECT"  # a program for another control than the one that shall run it
-    CTL_PROGRAM = "CTL-PROGRAM"  # the control stopped a program with an error
+    CTL_LINUXCNC = "CTL-LINUXCNC", "LinuxCNC is missing or does not come up"
+    CTL_DIALECT = "CTL-DIALECT", "a program for another control than the one that shall run it"
+    CTL_PROGRAM = "CTL-PROGRAM", "the control stopped a program with an error"
 
     # JOB: job files
-    JOB_MISSING = "JOB-MISSING"
-    JOB_SYNTAX = "JOB-SYNTAX"
-    JOB_KEY = "JOB-KEY"
+    JOB_MISSING = "JOB-MISSING", "a job, or a file that it names, that is not there"
+    JOB_SYNTAX = "JOB-SYNTAX", "a job that is no TOML"
+    JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have"
 
     # OUT: writing
-    OUT_FOLDER = "OUT-FOLDER"
-    OUT_INPUT = "OUT-INPUT"
-    OUT_TWICE = "OUT-TWICE"  # two results of one name
+    OUT_FOLDER = "OUT-FOLDER", "a folder or file that cannot be written"
+    OUT_INPUT = "OUT-INPUT", "an output that would overwrite an input"
+    OUT_TWICE = "OUT-TWICE", "two results of one name"
 
 
 @dataclass(frozen=True)

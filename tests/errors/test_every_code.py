@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from scripts.error_page import PAGE, page
 from trueloop.errors import Code, Finding, TrueloopError
 
 AREAS = sorted(file.stem for file in Path(__file__).parent.glob("test_*.py") if file != Path(__file__))
@@ -59,3 +60,13 @@ def test_the_complaint_names_code_values_hint_and_place(code: Code, produce: Cal
         assert str(said).startswith(f"{place} {code}: {said.message}" if place else f"{code}: {said.message}")
         assert f"hint: {said.hint}" in str(said)
         assert said.override is None or said.override in str(said)
+
+
+def test_every_code_has_a_meaning_of_its_own() -> None:
+    meanings = [code.meaning for code in Code]
+    assert all(meanings)
+    assert len(set(meanings)) == len(meanings)
+
+
+def test_the_page_of_errors_is_the_catalogue() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page(), "run `python -m scripts.error_page`"

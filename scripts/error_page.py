@@ -1,0 +1,41 @@
+"""Writes docs/errors.md, the page of all error codes, from the catalogue: python -m scripts.error_page."""
+
+from itertools import groupby
+from pathlib import Path
+from typing import Final
+
+from trueloop.errors import Code
+
+PAGE: Final = Path(__file__).parents[1] / "docs" / "errors.md"
+AREAS: Final = {
+    "GEO": "Nominal profiles and drawings",
+    "NC": "NC programs",
+    "TCH": "Touches",
+    "PRB": "Probing: plans, programs, logs",
+    "FIT": "Error curves",
+    "CMP": "Corrections and their limits",
+    "SRF": "Surfaces",
+    "MCH": "Machine models",
+    "SIM": "The simulator",
+    "CTL": "Controls",
+    "JOB": "Job files",
+    "OUT": "Outputs",
+}
+HEAD: Final = """# Errors
+
+A message names its code, what was wrong with values and units, where (file, line, column) and a hint. With `--json` it
+is an object with the same parts. [cli.md](cli.md) has the exit statuses. The letters of a code name its area.
+"""
+
+
+def page() -> str:
+    """The page as it has to be: a table an area, in the catalogue's order."""
+    parts = [HEAD]
+    for area, codes in groupby(Code, key=lambda code: code.split("-")[0]):
+        rows = "".join(f"| `{code}` | {code.meaning} |\n" for code in codes)
+        parts.append(f"\n## {area}: {AREAS[area]}\n\n| code | it is about |\n|---|---|\n{rows}")
+    return "".join(parts)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
