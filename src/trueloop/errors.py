@@ -99,6 +99,7 @@ class Code(StrEnum):
     PRB_CALIBRATION = "PRB-CALIBRATION", "a probe that is not calibrated, or not credibly"
     PRB_REACH = "PRB-REACH", "a point that ball or stem cannot reach without touching something else"
     PRB_BALL = "PRB-BALL", "a ball larger than the groove it is to touch in"
+    PRB_SECOND = "PRB-SECOND", "a second, slow touch for a control that cannot be programmed to make one"
     PRB_AXIS = "PRB-AXIS", "a macro that measures along one axis, and a surface that faces neither"
     PRB_LOG = "PRB-LOG", "a log that cannot be read"
     PRB_OTHER = "PRB-OTHER", "touches that belong to no point of the plan: another job's log"

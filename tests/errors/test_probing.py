@@ -1,6 +1,7 @@
 """Every way in which probing is refused."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,10 +16,12 @@ from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.calibration import BallCalibration, calibrate
 from trueloop.probing.probe_match import match_touches
+from trueloop.probing.probe_plan import SecondTouch
 from trueloop.probing.stylus import Stylus
 
 PLAN = plan_of(STEP, {"cylinder": 3, "face": 2})
 CENTRES = np.array([touch.contact_mm for touch in PLAN.touches])
+TWICE = replace(APPROACH, second=SecondTouch(0.5, 30.0))
 CALIBRATED = BallCalibration(1.5)
 CONE = checked_profile([Line("cone", (40.0, -30.0), (10.0, 0.0)), Line("face", (10.0, 0.0), (0.0, 0.0))])
 GROOVE = checked_profile(
@@ -57,6 +60,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.PRB_CALIBRATION: lambda: calibrate(_circle(np.linspace(0, 40, 12)), 12.5),
     Code.PRB_REACH: lambda: plan_of(GROOVE, {"floor": 1}, APPROACH, Stylus(0.5, 0.4, 50.0, 0.0)),
     Code.PRB_BALL: lambda: plan_of(GROOVE, {"floor": 1}, APPROACH, Stylus(1.2, 0.4)),
+    Code.PRB_SECOND: lambda: probing_program(plan_of(STEP, {"face": 2}, TWICE), "ge2000t", Settings()),
     Code.PRB_AXIS: lambda: probing_program(plan_of(CONE, {"cone": 2}), "renishaw", Settings()),
     Code.PRB_LOG: lambda: _log("16.5 0 -10\n"),
     Code.PRB_OTHER: lambda: _match(range(5), moved_mm=30.0),

@@ -14,7 +14,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.support.linuxcnc import Tool, interpret
-from tests.support.probing import APPROACH, STEP, ProbeMove, example, example_plan, moves_of, plan_of
+from tests.support.probing import APPROACH, STEP, STYLUS, ProbeMove, example, example_plan, moves_of, plan_of
 from tests.support.profiles import profiles
 from trueloop.arrays import Array
 from trueloop.controllers.probing import WRITERS, Settings, probing_program
@@ -23,7 +23,7 @@ from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.obstacle import CHORD_MM, stock_obstacle
-from trueloop.probing.probe_plan import ProbePlan
+from trueloop.probing.probe_plan import ProbePlan, SecondTouch
 from trueloop.probing.stylus import Stylus
 
 MICROMETRE = 1e-3
@@ -105,6 +105,25 @@ def test_every_touch_is_met_where_planned_and_nothing_before(
         assume(False)
     program = Settings(inch=inch, diameter=diameter or control in DIAMETERS)
     require_safe(plan, profile, moves_of(probing_program(plan, control, program), control, plan, program))
+
+
+@settings(max_examples=8)
+@given(profile=profiles())
+def test_ball_and_stem_are_free_as_far_as_the_ball_may_back_off(profile: Profile) -> None:
+    """A touch may come as early as where the approach begins."""
+    counts = {feature.name: 3 for feature in profile.features if feature.length_mm > 8.0}
+    assume(counts)
+    try:
+        plan = plan_of(profile, counts, replace(APPROACH, allowance_mm=0.1, second=SecondTouch(1.5, 30.0)))
+    except TrueloopError as refused:
+        assert refused.code in (Code.PRB_REACH, Code.PRB_BALL)
+        assume(False)
+    obstacle = stock_obstacle(profile, 0.1)
+    for touch in plan.touches:
+        farthest = np.array(touch.start_mm) + 1.5 * np.array(touch.normal)
+        places = along(np.array(touch.contact_mm), farthest)
+        assert all(STYLUS.stem_clearance_mm(obstacle, at)[0] > 0.0 for at in places), touch
+        assert STYLUS.ball_clearance_mm(obstacle, farthest)[0] > plan.approach.margin_mm - ROUNDED_MM, touch
 
 
 @settings(max_examples=10)

@@ -20,18 +20,35 @@ OVERLAP_MM: Final = 0.005
 
 
 @dataclass(frozen=True)
+class SecondTouch:
+    """After a touch the ball backs off along the normal by `back_off_mm` from where it touched and touches again.
+
+    The second touch, at `feed_mm_per_min`, alone is recorded.
+    """
+
+    back_off_mm: float
+    feed_mm_per_min: float
+
+
+@dataclass(frozen=True)
 class Approach:
     """How a point is approached; lengths in mm.
 
     The probing move begins `stand_off_mm` before the expected contact and ends `overtravel_mm` beyond it, where a
     missing touch is reported. `margin_mm` stays free between stylus and part everywhere else. `allowance_mm` is what
-    the surface stands over the nominal one.
+    the surface stands over the nominal one. `second`: how each point is touched again, None where it is touched once.
     """
 
     stand_off_mm: float = 2.0
     overtravel_mm: float = 1.0
     margin_mm: float = 0.5
     allowance_mm: float = 0.0
+    second: SecondTouch | None = None
+
+    @property
+    def back_off_mm(self) -> float:
+        """Between the two touches of a point; 0 where there is one."""
+        return self.second.back_off_mm if self.second else 0.0
 
 
 @dataclass(frozen=True)
@@ -39,7 +56,7 @@ class PlannedTouch:
     """One touch: its point, and positions of the ball's centre in part coordinates, x a radius, mm.
 
     `way` leads from where the touch before ended to `start`; from there the probing move goes to `target`, expected to
-    be stopped at `contact`, and back to `start`.
+    be stopped at `contact`, and back to `start`. `normal` points out of the material.
     """
 
     point: str
@@ -50,6 +67,10 @@ class PlannedTouch:
     start_mm: Point
     contact_mm: Point
     target_mm: Point
+
+    def back_off_vector_mm(self, second: SecondTouch) -> Point:
+        """The way between the two touches, as a vector."""
+        return second.back_off_mm * self.normal[0], second.back_off_mm * self.normal[1]
 
 
 @dataclass(frozen=True)
@@ -82,7 +103,8 @@ def probe_plan(
         require_ball_fits(touch, obstacle, stylus)
         name, feature = touch.point, touch.feature
         start, contact = np.array(touch.start_mm), np.array(touch.contact_mm)
-        _require_free(name, feature, obstacle, stylus, approach, start, contact)
+        farthest = start + approach.back_off_mm * np.array(touch.normal)
+        _require_free(name, feature, obstacle, stylus, approach, farthest, contact)
         way = _way(name, feature, obstacle, stylus, approach, at, start, safe)
         touches.append(replace(touch, way_mm=tuple(_point(p) for p in way)))
         at = start
@@ -146,7 +168,9 @@ def _require_free(
 ) -> None:
     """The stem keeps a margin up to the contact, the ball at the start; on its way to the contact it touches nothing.
 
-    A stem along a face has no more room than it is thinner than the ball: half of that is its margin there.
+    `start` is the farthest from the part that the ball can be: a touch may come anywhere on the probing move, also
+    where that begins, and the ball backs off from there. A stem along a face has no more room than it is thinner than
+    the ball: half of that is its margin there.
     """
     beside = (stylus.ball_radius_mm - stylus.stem_radius_mm) / 2
     margin = min(approach.margin_mm, beside)
@@ -193,7 +217,8 @@ def _unreachable(name: str, feature: str, meeting: Meeting, approach: Approach) 
         f"point {name!r} on {feature!r} cannot be reached: with the ball's centre at x {x:.3f} mm (radius), "
         f"z {z:.3f} mm {max(meeting.clearance_mm, 0.0):.3f} mm are left to {meeting.with_what!r}, "
         f"{approach.margin_mm:.3f} mm are asked for",
-        hint="turn the stylus, use a thinner or longer stem, leave the point out, or accept a smaller margin",
+        hint="turn the stylus, use a thinner or longer stem, leave the point out, or accept a smaller margin, "
+        "stand-off or back-off",
     )
 
 

@@ -61,7 +61,7 @@ SPHERE_OFF_MM: Final = (0.013, -0.008)
 and would otherwise all come at the same moment of it."""
 SPHERE_POINTS: Final = 25
 SETTINGS: Final = Settings(diameter=True, probe_feed_mm_per_min=60.0)
-TOUCHING: Final = {"stand_off_mm": 0.5, "overtravel_mm": 0.5, "margin_mm": 0.4}
+TOUCHING: Final = Approach(stand_off_mm=0.5, overtravel_mm=0.5, margin_mm=0.4)
 """Short ways at probing speed: what the simulator left is within a tenth of a millimetre of where it should be."""
 
 Say = Callable[[str], None]
@@ -187,7 +187,7 @@ def _calibrate(virtual: VirtualProbe) -> BallCalibration:
     sphere = profile.features[1]
     margin = SPHERE_RADIUS_MM * math.radians(15.0)
     points = equally_spaced(profile, {"sphere": Spacing(SPHERE_POINTS, margin, margin)})
-    plan = probe_plan(profile, points, stock_obstacle(profile), _stylus(virtual), Approach(**TOUCHING))
+    plan = probe_plan(profile, points, stock_obstacle(profile), _stylus(virtual), TOUCHING)
     s = np.linspace(0.0, sphere.length_mm, round(sphere.length_mm / SURFACE_STEP_MM))
     surface = SPHERE_OFF_MM + np.vstack([[profile.features[0].start_mm], sphere.point_mm(s)])
     log = probe(probing_program(plan, SETTINGS).encode(), _probed(surface, virtual), SETTINGS.log)
@@ -210,7 +210,7 @@ def _plan(inputs: Inputs, virtual: VirtualProbe) -> ProbePlan:
     at = inputs.touches
     points = GaugingPoints(at.feature_index, at.arc_length_mm, at.nominal_mm, at.outward_normal)
     obstacle = stock_obstacle(inputs.profile, inputs.allowance_mm)
-    approach = Approach(**TOUCHING, allowance_mm=inputs.allowance_mm)
+    approach = replace(TOUCHING, allowance_mm=inputs.allowance_mm)
     return probe_plan(inputs.profile, points, obstacle, _stylus(virtual), approach, at.point)
 
 

@@ -23,11 +23,31 @@ WRITERS: Mapping[str, Writer] = MappingProxyType(
 """Every control that a probing program can be written for, by its name."""
 
 
+ONE_TOUCH: Mapping[str, str] = MappingProxyType(
+    {
+        "renishaw": "P9811 approaches, backs off and sets its feeds by itself",
+        "ge2000t": "the control has no skip and cannot back off from where the probe touched",
+    }
+)
+"""Controls whose programs touch a point once, and why."""
+
+
 def probing_program(plan: ProbePlan, control: str, settings: Settings) -> str:
-    """The program that touches the plan's points. Raises PRB-LOG for a control that is not known, PRB-AXIS."""
+    """The program that touches the plan's points.
+
+    Raises PRB-LOG for a control that is not known, PRB-SECOND for a second touch where there can be none, PRB-AXIS.
+    """
     if control not in WRITERS:
         raise TrueloopError(
             Code.PRB_LOG, f"no probing for a control named {control!r}", hint=f"choose one of: {', '.join(WRITERS)}"
+        )
+    second = plan.approach.second
+    if second is not None and control in ONE_TOUCH:
+        raise TrueloopError(
+            Code.PRB_SECOND,
+            f"a second touch at {second.feed_mm_per_min:g} mm/min cannot be programmed for {control!r}: "
+            f"{ONE_TOUCH[control]}",
+            hint="take `second_feed_mm_per_min` and `second_back_off_mm` out of the probe file's table [program]",
         )
     return WRITERS[control](plan, settings)
 

@@ -4,7 +4,8 @@ A skip move leaves the axes' positions in #5061 and up, servo lag included, in t
 diameter mode: on a two-axis Fanuc lathe Z is #5062, on a Haas #5063. The macros P9810 (protected move) and P9811
 (surface along one axis) take ball and lag off by themselves and leave the surface in #135 (X) and #137 (Z). Where the
 axes stand is read from #5041 and up: on a move that was not skipped they stand at its end, whatever the control
-leaves in #5061. So a touch that was missed, and a way that was obstructed, end in the alarms 101 and 102. Of this the
+leaves in #5061. So a touch that was missed, and a way that was obstructed, end in the alarms 101 and 102. Where a point
+is touched twice, a probe that is still triggered where the second touch begins ends in alarm 103. Of this the
 skip cycle, its servo lag and the macros' arguments were read in manuals; DPRNT's format, the variables of results and
 those of the Haas are from memory: try the program on air first.
 """
@@ -21,7 +22,7 @@ AT_END_MM = 0.05
 """Axes this close to a move's end have come to it: servos settle within a few micrometres, touches are expected a
 millimetre before it."""
 
-MISSED, OBSTRUCTED = 101, 102
+MISSED, OBSTRUCTED, TRIGGERED = 101, 102, 103
 """Numbers of the program's own alarms, as #3000 gives them: nothing moves after one."""
 
 
@@ -51,19 +52,43 @@ def macro_program(plan: ProbePlan, settings: Settings) -> str:
 
 
 def _skip_program(plan: ProbePlan, settings: Settings, z_axis: int) -> str:
-    probe, back = settings.feed(settings.probe_feed_mm_per_min), settings.feed(settings.position_feed_mm_per_min)
-    near = settings.number(AT_END_MM)
+    back = settings.feed(settings.position_feed_mm_per_min)
     lines = [*_begin(plan, settings), *settings.probe_on, "POPEN"]
     for touch in plan.touches:
         lines.append(_comment(f"point {touch.point} on {touch.feature}"))
         for place in (*touch.way_mm, touch.start_mm):
             lines += _protected(place, settings, z_axis)
-        lines += [f"G31 {settings.words(touch.target_mm)} {probe}"]
-        lines += [f"IF[{_off(touch.target_mm, settings, z_axis)}LT {near}]THEN #3000={MISSED}(MISSED TOUCH)"]
+        lines += _touched(touch, settings.probe_feed_mm_per_min, settings, z_axis)
+        lines += _second(touch, plan, settings, z_axis)
         lines += ["#101=#5061", f"#102=#506{z_axis}", _logged("#101", "#102", settings)]
         lines += [f"G1 {settings.words(touch.start_mm)} {back}"]
     ways = [line for place in plan.retreat_mm for line in _protected(place, settings, z_axis)]
     return "\n".join([*lines, "PCLOS", *ways, *settings.probe_off, "M30", "%", ""])
+
+
+def _touched(touch: PlannedTouch, feed_mm_per_min: float, settings: Settings, z_axis: int) -> list[str]:
+    """A skip move that ends in an alarm where it came to its end."""
+    near = settings.number(AT_END_MM)
+    return [
+        f"G31 {settings.words(touch.target_mm)} {settings.feed(feed_mm_per_min)}",
+        f"IF[{_off(touch.target_mm, settings, z_axis)}LT {near}]THEN #3000={MISSED}(MISSED TOUCH)",
+    ]
+
+
+def _second(touch: PlannedTouch, plan: ProbePlan, settings: Settings, z_axis: int) -> list[str]:
+    """Back from where the probe touched, then again; an alarm where the probe trips before the axes have moved."""
+    second = plan.approach.second
+    if second is None:
+        return []
+    x, z = settings.added(touch.back_off_vector_mm(second))
+    moved = f"[ABS[#5061-#101]+ABS[#506{z_axis}-#102]]"
+    return [
+        f"#101=#5061{x}",
+        f"#102=#506{z_axis}{z}",
+        f"G1 X#101 Z#102 {settings.feed(settings.position_feed_mm_per_min)}",
+        *_touched(touch, second.feed_mm_per_min, settings, z_axis),
+        f"IF[{moved}LT {settings.number(AT_END_MM)}]THEN #3000={TRIGGERED}(PROBE STILL TRIGGERED)",
+    ]
 
 
 def _protected(place: Point, settings: Settings, z_axis: int) -> list[str]:

@@ -52,6 +52,12 @@ class Settings:
         text = f"{length_mm / self.unit_mm:.{self.decimals}f}".rstrip("0")
         return "0." if text in ("-0.", "0.") else text
 
+    def added(self, vector_mm: Point) -> tuple[str, str]:
+        """What is added to X and to Z for a way along a vector: `+1.5`, in the program's unit, X as `words` has it."""
+        words = (word[1:] for word in self.words(vector_mm).split())
+        x, z = (word if word.startswith("-") else f"+{word}" for word in words)
+        return x, z
+
     def feed(self, mm_per_min: float) -> str:
         """An F word."""
         return f"F{self.number(mm_per_min)}"
@@ -69,8 +75,17 @@ def heading(plan: ProbePlan, settings: Settings) -> list[str]:
         f"Probing program for {settings.part}: {len(plan.touches)} touches",
         f"Programmed point: centre of the ball, radius {plan.stylus.ball_radius_mm:.3f} mm; X in {mode}",
         f"The surface is expected {plan.approach.allowance_mm:.3f} mm over the nominal one",
+        *_second(plan),
         *([] if settings.probe_on else ["No code turns the probe on: see that it is"]),
     ]
+
+
+def _second(plan: ProbePlan) -> list[str]:
+    second = plan.approach.second
+    if second is None:
+        return []
+    again = f"from {second.back_off_mm:.3f} mm back, at {second.feed_mm_per_min:g} mm/min"
+    return [f"Each point is touched again {again}: the second touch is logged"]
 
 
 def settings_of(part: str, table: ProgramTable, probe: ProbeTable) -> Settings:

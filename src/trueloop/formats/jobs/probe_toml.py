@@ -3,16 +3,19 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from trueloop.errors import Code
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
 from trueloop.probing.calibration import BallCalibration
-from trueloop.probing.probe_plan import Approach
+from trueloop.probing.probe_plan import Approach, SecondTouch
 from trueloop.probing.stylus import Stylus
 from trueloop.units import UM_PER_MM
+
+LEAST_BACK_OFF_MM: Final = 0.1
+"""Shorter ways cannot be told from a probe that is still triggered."""
 
 
 class StylusTable(Table):
@@ -34,16 +37,36 @@ class ApproachTable(Table):
 
 
 class ProgramTable(Table):
-    """How probing programs are written."""
+    """How probing programs are written; with the `second` keys every point is touched again, slowly."""
 
     unit: Literal["mm", "inch"] = "mm"
     x_is: Literal["radius", "diameter"] = "diameter"
     probe_feed_mm_per_min: Positive = 60.0
     position_feed_mm_per_min: Positive = 2000.0
+    second_feed_mm_per_min: Positive | None = None
+    second_back_off_mm: Annotated[Positive, Field(ge=LEAST_BACK_OFF_MM)] | None = None
     tool: Count = 9
     work_offset: Annotated[int, Field(ge=54, le=59, strict=True)] = 54
     log: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "touches.txt"
     program_number: Annotated[int, Field(ge=1, le=8999, strict=True)] = 8100
+
+    @model_validator(mode="after")
+    def _slow_second(self) -> "ProgramTable":
+        if (self.second_feed_mm_per_min is None) != (self.second_back_off_mm is None):
+            raise ValueError("`second_feed_mm_per_min` and `second_back_off_mm` go together")
+        if (self.second_feed_mm_per_min or 0.0) > self.probe_feed_mm_per_min:
+            raise ValueError(
+                f"`second_feed_mm_per_min` is {self.second_feed_mm_per_min:g}, faster than the first touch at "
+                f"{self.probe_feed_mm_per_min:g} (`probe_feed_mm_per_min`)"
+            )
+        return self
+
+    @property
+    def second(self) -> SecondTouch | None:
+        """How points are touched again; None where they are touched once."""
+        if self.second_feed_mm_per_min is None or self.second_back_off_mm is None:
+            return None
+        return SecondTouch(self.second_back_off_mm, self.second_feed_mm_per_min)
 
 
 class ProbeTable(Table):
@@ -97,7 +120,7 @@ def read_probe(path: Path, allowance_mm: float = 0.0) -> ReadProbe:
         Stylus(
             stylus.ball_radius_mm, stylus.stem_radius_mm, stylus.stem_length_mm, math.radians(stylus.stem_angle_deg)
         ),
-        Approach(approach.stand_off_mm, approach.overtravel_mm, approach.margin_mm, allowance_mm),
+        Approach(approach.stand_off_mm, approach.overtravel_mm, approach.margin_mm, allowance_mm, file.program.second),
         approach.bar_radius_mm,
         file.program,
         file.probe,

@@ -58,7 +58,7 @@ def parse_probe_log(
         raise TrueloopError(
             Code.PRB_LOG,
             f"{name!r} holds 0 touches",
-            hint="did the program run to its end? LinuxCNC writes the file when it comes to PROBECLOSE",
+            hint="did the program run to its end? LinuxCNC writes the file when it comes to LOGCLOSE",
             place=Place(name),
         )
     return touches
