@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from tests.support.chromium import screenshot
-from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page
 

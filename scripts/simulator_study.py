@@ -21,8 +21,8 @@ from scripts.nist_bands import held, together
 from scripts.nist_parts import parts as nist_parts
 from scripts.nist_table import corrected
 from trueloop.arrays import Array
+from trueloop.jobs.turned import read_inputs
 from trueloop.loops.batch import run_batch
-from trueloop.loops.inputs.job_inputs import read_inputs
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.simulated.study import Study, study
 from trueloop.simulator.presets import Workshop, nist

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from trueloop.errors import Code
-from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program

@@ -13,7 +13,7 @@ from trueloop.controllers.linuxcnc import session
 from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.loops.simulated.simulated import workshop_and_trial
+from trueloop.jobs.simulated import workshop_and_trial
 from trueloop.loops.simulated.simulated_surface import surface_trial
 from trueloop.loops.surface.inputs import read_surface_inputs
 from trueloop.simulator.nose import Nose

@@ -24,7 +24,8 @@ from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.controllers.linuxcnc.session import cut
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.loops.simulated.simulated import simulate, workshop_and_trial
+from trueloop.jobs.simulated import workshop_and_trial
+from trueloop.loops.simulated.simulated import simulate
 from trueloop.simulator.presets import Workshop
 from trueloop.simulator.process import Repeatability
 from trueloop.simulator.transfer import SAME

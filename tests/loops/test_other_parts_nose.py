@@ -6,7 +6,7 @@ import numpy as np
 
 from scripts.nist_parts import parts
 from scripts.nist_table import write_job
-from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 

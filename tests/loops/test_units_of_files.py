@@ -9,7 +9,7 @@ import pytest
 from tests.support.probing import EXAMPLES
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.jobs.turned import read_inputs
 from trueloop.loops.surface.inputs import options_of
 from trueloop.loops.surface.surface import SurfaceOptions
 from trueloop.loops.turned.correction import Options

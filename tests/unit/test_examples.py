@@ -21,7 +21,7 @@ from scripts.nist_parts import (
 from tests.support.linuxcnc import Tool, interpret
 from trueloop.errors import Severity
 from trueloop.geometry.feature import Arc
-from trueloop.loops.inputs.job_inputs import read_inputs
+from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.check.check import check

@@ -34,7 +34,7 @@ def run_job(path: Path, output: Path | None, as_json: bool) -> None:
         from trueloop.cli import summary
         from trueloop.errors import TrueloopError
         from trueloop.formats.outputs import write_all
-        from trueloop.loops.inputs.job_inputs import read_inputs
+        from trueloop.jobs.turned import read_inputs
         from trueloop.loops.turned.process_intermittent import compensate
 
         job = read_inputs(path)

@@ -30,7 +30,7 @@ def loop(
 
     from trueloop.cli import simulated_summary as summary
     from trueloop.controllers.linuxcnc.loop import drive_part
-    from trueloop.loops.simulated.simulated import workshop_and_trial
+    from trueloop.jobs.simulated import workshop_and_trial
 
     workshop, trial = workshop_and_trial(job, machine)
     with Console(stderr=True).status("starting") as status:

@@ -46,7 +46,7 @@ def show(
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
     from trueloop.cli.profile_table import as_dict, print_profile
     from trueloop.geometry.offset import nose_centre_path
-    from trueloop.loops.inputs.job_inputs import read_part
+    from trueloop.jobs.turned import read_part
 
     with busy(f"reading {job}"):
         part = read_part(job)

@@ -26,8 +26,8 @@ def simulate(
 ) -> None:
     """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
     from trueloop.cli import simulated_summary as summary
+    from trueloop.jobs.simulated import workshop_and_trial
     from trueloop.loops.simulated.simulated import simulate as simulate_part
-    from trueloop.loops.simulated.simulated import workshop_and_trial
 
     workshop, trial = workshop_and_trial(job, machine)
     if parts == 1:

@@ -95,7 +95,7 @@ def compensate(
     from trueloop.cli.nc.map import tell_mapped
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.loops.inputs.job_inputs import user_name
+    from trueloop.jobs.user import user_name
     from trueloop.loops.machine.mapped_program import MapOptions
     from trueloop.loops.machine.program import ModelFile, compensate_program
     from trueloop.machine.correct.setup import Setup

@@ -7,18 +7,14 @@ side in the result.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.jobs.job import read_job
-from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.errors import TrueloopError
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.loops.inputs.job_inputs import read_inputs
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import Program
@@ -31,7 +27,7 @@ from trueloop.probing.probe_plan import Approach, ProbePlan, probing_moves, requ
 from trueloop.probing.stylus import Stylus
 from trueloop.simulator.machine import VirtualMachine
 from trueloop.simulator.path import CentrePath, path_along, paths_of_program
-from trueloop.simulator.presets import Workshop, nist
+from trueloop.simulator.presets import Workshop
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.stock import Stock
 from trueloop.statistics import rms
@@ -46,7 +42,6 @@ LEAST_CALIBRATED_RAD: Final = math.pi
 lobing can hardly be told apart."""
 DIRECTIONS: Final = 33
 REPEATS: Final = 5
-NOSE_WITHIN_MM: Final = 1e-3
 
 
 @dataclass(frozen=True)
@@ -90,32 +85,8 @@ class Trial:
     finish: tuple[CentrePath, ...]
 
 
-def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial]:
-    """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH, SIM and PRB errors."""
-    read, z_reference = read_inputs(job), read_job(job).gauging.z_reference
-    workshop = nist() if machine is None else read_virtual_machine(machine)
-    if read.inputs.allowance_mm <= 0.0:
-        raise TrueloopError(
-            Code.SIM_ALLOWANCE,
-            f"the semi-finish cut leaves {read.inputs.allowance_mm} mm: the finish cut would have nothing to cut",
-            hint="say `semifinish_allowance_mm` in the job's table [programs]",
-            place=Place(str(job)),
-        )
-    nose_mm = workshop.machine.nose.radius_mm
-    if abs(nose_mm - read.inputs.nose_radius_mm) > NOSE_WITHIN_MM:
-        raise TrueloopError(
-            Code.SIM_NOSE,
-            f"the machine's nose has a radius of {nose_mm:.4f} mm, the job's {read.inputs.nose_radius_mm:.4f} mm",
-            hint="give the machine file a table [nose] with the job's radius; its errors belong into the wear",
-            place=Place(str(machine) if machine is not None else str(job)),
-        )
-    trial = trial_of(replace(read.inputs, measured_at=None), z_reference)
-    with in_file(job):
-        _require_ball_fits(trial, workshop.probe)
-    return workshop, trial
-
-
-def _require_ball_fits(trial: Trial, probe: VirtualProbe) -> None:
+def require_plan_fits(trial: Trial, probe: VirtualProbe) -> None:
+    """PRB-BALL for a touch at which the semi-finished part leaves the ball no room."""
     plan = _plan(trial, probe)
     obstacle = stock_obstacle(trial.inputs.profile, trial.inputs.allowance_mm)
     for touch in plan.touches:

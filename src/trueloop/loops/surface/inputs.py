@@ -15,7 +15,7 @@ from trueloop.formats.jobs.surface_job import SurfaceJobFile, SurfaceProgramTabl
 from trueloop.formats.measurements.points_csv import read_points
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.loops.inputs.job_inputs import user_name
+from trueloop.jobs.user import user_name
 from trueloop.loops.surface.figures import Trim
 from trueloop.loops.surface.surface import SurfaceOptions
 from trueloop.nc.program.guess import guess_dialect

@@ -7,7 +7,7 @@ from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.jobs.job import MachineTable
 from trueloop.formats.measurements.history_csv import read_history
 from trueloop.formats.tables.model_file import read_model
-from trueloop.loops.inputs.sources import Sources
+from trueloop.jobs.sources import Sources
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.machine.model.history import check_lags_given, signals_at_end
 from trueloop.machine.model.model import MachineModel

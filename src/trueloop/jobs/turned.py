@@ -3,7 +3,6 @@
 Whatever is refused names the file it stands in: numerics know nothing of files, this module does.
 """
 
-import getpass
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,8 +16,9 @@ from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of
 from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.loops.inputs.machine_inputs import read_part_on_machine
-from trueloop.loops.inputs.sources import Sources
+from trueloop.jobs.part_on_machine import read_part_on_machine
+from trueloop.jobs.sources import Sources
+from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs, Options
 from trueloop.nc.check.rapid import boring_moves
@@ -268,11 +268,3 @@ def _nose_radius_mm(job: Job) -> float:
         return job.tool.nose_radius_in * MM_PER_INCH
     assert job.tool.nose_radius_mm is not None
     return job.tool.nose_radius_mm
-
-
-def user_name() -> str:
-    """Who runs this, as far as the system knows."""
-    try:
-        return getpass.getuser()
-    except (KeyError, OSError):
-        return "unknown"

@@ -1,0 +1,1 @@
+"""From a project file to the values that a loop works on."""

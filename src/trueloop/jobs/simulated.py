@@ -1,0 +1,39 @@
+"""A job and the file of a virtual machine, read into the values that a simulation works on."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.jobs.turned import read_inputs
+from trueloop.loops.simulated.simulated import Trial, require_plan_fits, trial_of
+from trueloop.simulator.presets import Workshop, nist
+
+NOSE_WITHIN_MM: Final = 1e-3
+
+
+def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial]:
+    """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH, SIM and PRB errors."""
+    read, z_reference = read_inputs(job), read_job(job).gauging.z_reference
+    workshop = nist() if machine is None else read_virtual_machine(machine)
+    if read.inputs.allowance_mm <= 0.0:
+        raise TrueloopError(
+            Code.SIM_ALLOWANCE,
+            f"the semi-finish cut leaves {read.inputs.allowance_mm} mm: the finish cut would have nothing to cut",
+            hint="say `semifinish_allowance_mm` in the job's table [programs]",
+            place=Place(str(job)),
+        )
+    nose_mm = workshop.machine.nose.radius_mm
+    if abs(nose_mm - read.inputs.nose_radius_mm) > NOSE_WITHIN_MM:
+        raise TrueloopError(
+            Code.SIM_NOSE,
+            f"the machine's nose has a radius of {nose_mm:.4f} mm, the job's {read.inputs.nose_radius_mm:.4f} mm",
+            hint="give the machine file a table [nose] with the job's radius; its errors belong into the wear",
+            place=Place(str(machine) if machine is not None else str(job)),
+        )
+    trial = trial_of(replace(read.inputs, measured_at=None), z_reference)
+    with in_file(job):
+        require_plan_fits(trial, workshop.probe)
+    return workshop, trial

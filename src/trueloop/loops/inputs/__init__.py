@@ -1,1 +1,0 @@
-"""Inputs of the loops, read from the files that a job names."""
