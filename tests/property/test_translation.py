@@ -80,3 +80,42 @@ def test_linuxcnc_s_own_interpreter_makes_the_moves_of_a_translation(data: st.Da
         file.write_bytes(made)
         judged = interpret(file)
     assert_same_moves(read_program(made, "linuxcnc").run(), judged)
+
+
+@st.composite
+def straight_blocks(draw: st.DrawFn) -> list[str]:
+    """Blocks of a mill that only move straight, some of increments, some that move nothing or wait for a feed mode."""
+    length = st.decimals(-50, 50, places=4).map(lambda value: f"{value:f}")
+    coordinate = st.tuples(st.sampled_from("XYZ"), length).map("".join)
+    words = st.tuples(
+        st.sampled_from(["", "", "N7", "G90", "G91", "G40", "M08", "S900", "G93", "G94 F300."]),
+        st.sampled_from(["", "G00", "G01"]),
+        st.lists(coordinate, max_size=3, unique_by=lambda word: word[0]).map(" ".join),
+        st.sampled_from(["", "", "F100.", "F250.5"]),
+    )
+    return draw(st.lists(words.map(lambda found: " ".join(filter(None, found))), min_size=1, max_size=12))
+
+
+@pytest.mark.parametrize("target", sorted(MILLING + EITHER))
+@settings(max_examples=20, suppress_health_check=[HealthCheck.too_slow])
+@given(blocks=straight_blocks(), head=st.sampled_from(["G21", "G20", "G21 G90 G01 X1. Y1. Z1. F50."]), data=st.data())
+def test_straight_moves_are_written_alike_with_and_without_comments_between(
+    target: str, blocks: list[str], head: str, data: st.DataObject
+) -> None:
+    """A comment in a block has it read by itself: without one it is part of a stretch."""
+    decimals = data.draw(st.sampled_from([None, 0, 3]))
+    spoken = [f"{block} (BETWEEN)" for block in blocks]
+    alone, together = (
+        translate(read_program("\n".join([head, *lines, "M30"]).encode(), "fanuc-mill"), target, decimals=decimals)
+        for lines in (spoken, blocks)
+    )
+
+    def unnumbered(source: bytes) -> list[str]:
+        lines = [line.split(" ", 1)[-1] if target == "heidenhain" else line for line in source.decode().splitlines()]
+        return [line for line in lines if "BETWEEN" not in line and "sha256" not in line]
+
+    assert unnumbered(together.source) == unnumbered(alone.source)
+    assert (together.rounded_mm, together.decimals) == (alone.rounded_mm, alone.decimals)
+    assert [(loss.code, loss.severity, loss.place) for loss in together.losses] == [
+        (loss.code, loss.severity, loss.place) for loss in alone.losses
+    ]

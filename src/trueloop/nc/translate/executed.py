@@ -1,6 +1,6 @@
 """The source of a translation: blocks as they were executed, with what their words mean."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -67,28 +67,26 @@ class Course:
     ended: bool = False
 
 
-def executed_blocks(program: Program, path: ToolPath) -> Iterator[Executed]:
-    """The blocks of a traced run, in order of execution."""
-    done, offset = 0, np.zeros(3)
-    rows = zip(path.executed.tolist(), path.executed_at_mm, path.executed_offset_mm, strict=True)
-    for (index, moves, state), at, offset_after in rows:
-        block = program.block(index)
-        meanings = {word.index: found for word in block.words if (found := program.core.meaning(word.index))}
-        codes = {meanings[word.index].partition("(")[0]: word for word in block.words if word.index in meanings}
-        change = offset_after - offset
-        waited = int(np.argmax(np.append(path.block[done:moves] == index, True)))
-        yield Executed(
-            block,
-            codes,
-            meanings,
-            range(done, done + waited),
-            range(done + waited, moves),
-            state,
-            _vector(at),
-            _vector(offset_after),
-            _vector(change),
-        )
-        done, offset = moves, offset_after
+def executed_block(program: Program, path: ToolPath, row: int) -> Executed:
+    """A block of a traced run, by its place in the order of execution."""
+    index, moves, state = path.executed[row].tolist()
+    done = int(path.executed[row - 1, 1]) if row else 0
+    offset, offset_before = path.executed_offset_mm[row], path.executed_offset_mm[row - 1] if row else np.zeros(3)
+    block = program.block(index)
+    meanings = {word.index: found for word in block.words if (found := program.core.meaning(word.index))}
+    codes = {meanings[word.index].partition("(")[0]: word for word in block.words if word.index in meanings}
+    waited = int(np.argmax(np.append(path.block[done:moves] == index, True)))
+    return Executed(
+        block,
+        codes,
+        meanings,
+        range(done, done + waited),
+        range(done + waited, moves),
+        state,
+        _vector(path.executed_at_mm[row]),
+        _vector(offset),
+        _vector(offset - offset_before),
+    )
 
 
 def _vector(values: np.ndarray) -> Vector:

@@ -1,16 +1,30 @@
 """Moves in the words of G code: absolute positions, arcs by their centres from the start."""
 
 import math
+from dataclasses import replace
+from typing import Final
 
+from trueloop._core import nc_straights
 from trueloop.errors import Severity
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.tool_path import NO_COMPENSATION
 from trueloop.nc.translate import arcs
 from trueloop.nc.translate.in_force import InForce, Target, Writing, block, decimals, number, once, position, step_mm
-from trueloop.nc.translate.statements import Circle, Compensation, Home, Lost, Partial, Register, Straight, Thread
+from trueloop.nc.translate.statements import (
+    Circle,
+    Compensation,
+    Home,
+    Lost,
+    Partial,
+    Register,
+    Straight,
+    Straights,
+    Thread,
+)
 
 AXES = "XYZ"
 CENTRES = "IJK"
+_FEED_DECIMALS: Final = 6
 
 
 def register(target: Target, state: InForce, said: Register) -> Writing:
@@ -40,7 +54,7 @@ def compensation_words(target: Target, compensation: Compensation | None) -> str
 def _feed(state: InForce, feed: float | None) -> tuple[str, InForce]:
     if feed is None:
         return "", state
-    word = f"F{number(feed / state.coordinates.unit_mm('F'), 6)}"
+    word = f"F{number(feed / state.coordinates.unit_mm('F'), _FEED_DECIMALS)}"
     return state.unless("feed", word), state.now("feed", word)
 
 
@@ -59,6 +73,19 @@ def straight(target: Target, state: InForce, straight: Straight) -> Writing:
     if straight.machine:
         return state.forget(*(axis for axis in range(3) if straight.end_mm[axis] is not None))
     return state
+
+
+def straights(target: Target, state: InForce, said: Straights) -> Writing:
+    """Rapid moves and lines, a block each."""
+    unit_mm = state.coordinates.unit_mm
+    units_mm = (unit_mm("X"), unit_mm("Y"), unit_mm("Z"))
+    style = (["G00", "G01"], "", units_mm, unit_mm("F"), decimals(target, state), _FEED_DECIMALS, False)
+    feed = state.words.get("feed", "")
+    text, (at_mm, rounded_mm, _, feed) = nc_straights(
+        (said.end_mm, said.rapid, said.feed), style, "", (state.at_mm, state.rounded_mm, feed, feed)
+    )
+    yield from text.splitlines()
+    return replace(state, at_mm=at_mm, rounded_mm=rounded_mm).now("feed", feed)
 
 
 def circle(target: Target, state: InForce, circle: Circle) -> Writing:

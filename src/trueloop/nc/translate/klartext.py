@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from trueloop._core import nc_straights
 from trueloop.errors import Severity
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.translate import arcs, gcode
@@ -23,6 +24,7 @@ from trueloop.nc.translate.statements import (
     Spindle,
     Statement,
     Straight,
+    Straights,
     Switch,
     Thread,
     ToolChange,
@@ -33,6 +35,7 @@ from trueloop.nc.translate.statements import (
 
 AXES = "XYZ"
 SIDES = {40: "R0", 41: "RL", 42: "RR"}
+_FEED_DECIMALS = 3
 _ANGLE_DECIMALS = 2
 """More than of lengths: at 500 mm from the pole that is a twentieth of a step."""
 
@@ -136,7 +139,7 @@ def _feed(state: InForce, feed: float | None) -> Writing:
             yield Lost(Severity.ERROR, f"the feed of {feed:g} mm/rev, without the spindle's speed")
             return state
         feed *= float(speed[1:])
-    return state.now("wanted feed", f"F{number(feed, 3).removesuffix('.0')}")
+    return state.now("wanted feed", f"F{number(feed, _FEED_DECIMALS).removesuffix('.0')}")
 
 
 def _words(target: Target, state: InForce, straight: Straight) -> tuple[list[str], InForce]:
@@ -161,6 +164,21 @@ def _straight(target: Target, state: InForce, straight: Straight) -> Writing:
     if straight.machine:
         return state.forget(*(axis for axis in range(3) if straight.end_mm[axis] is not None))
     return state if straight.rapid else state.now("feed", wanted)
+
+
+def _straights(target: Target, state: InForce, said: Straights) -> Writing:
+    """Lines, a block each, with the side of the cutter in the first where it is new."""
+    side = state.words.get("wanted side", "R0")
+    style = (["L", "L"], "FMAX", (1.0, 1.0, 1.0), 1.0, decimals(target, state), _FEED_DECIMALS, True)
+    feeds = state.words.get("wanted feed", ""), state.words.get("feed", "")
+    text, (at_mm, rounded_mm, wanted, feed) = nc_straights(
+        (said.end_mm, said.rapid, said.feed), style, state.unless("side", side), (state.at_mm, state.rounded_mm, *feeds)
+    )
+    if not text:
+        return state
+    yield from text.splitlines()
+    words = {"side": side, "wanted side": side, "wanted feed": wanted, "feed": feed}
+    return replace(state, at_mm=at_mm, rounded_mm=rounded_mm, words={**state.words, **words})
 
 
 def _circle(target: Target, state: InForce, circle: Circle) -> Writing:
@@ -249,6 +267,7 @@ WRITERS: Final[Mapping[type, Callable[..., Writing]]] = {
     LengthOffset: _length_offset,
     Compensation: _compensation,
     Straight: _straight,
+    Straights: _straights,
     Circle: _circle,
     Thread: _thread,
     Home: _home,

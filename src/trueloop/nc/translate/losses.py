@@ -3,8 +3,10 @@
 from collections.abc import Iterator
 from typing import Final
 
+import numpy as np
+
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.nc.program.program import Block, Word
+from trueloop.nc.program.program import PLAIN_MOVES, Block, Word
 from trueloop.nc.program.understood import NOT_UNDERSTOOD
 from trueloop.nc.translate.executed import Executed, Said, Source
 from trueloop.nc.translate.statements import Lost
@@ -107,19 +109,28 @@ def _said(found: Finding, word: Word | None) -> str:
 
 def not_run(source: Source) -> Iterator[Said]:
     """Blocks that were not run, and that loops and calls are written out."""
-    executed = set(source.path.executed[:, 0].tolist())
-    formulas = bool(source.program.parameters_used())
-    unrolled, left_out, count = None, None, 0
-    for block in source.program.blocks:
-        data = [word for word in block.data if word.letter != "O" and not word.text.upper().startswith("END PGM")]
-        told = any(word.kind in ("flow", "label", "unknown") for word in data)
-        if data and not told and block.index not in executed:
-            left_out, count = left_out or data[0], count + 1
+    executed = np.zeros(source.program.block_count, dtype=np.bool_)
+    executed[source.path.executed[:, 0]] = True
+    left_out = np.flatnonzero((source.program.plain >= PLAIN_MOVES) & ~executed).tolist()
+    formulas, unrolled = bool(source.program.parameters_used()), None
+    for block in source.program.other_blocks:
+        if not executed[block.index] and _has_to_run(block):
+            left_out.append(block.index)
         unrolled = unrolled or next((word for word in block.words if _runs_once(source, word, formulas)), None)
-    if left_out is not None:
-        yield left_out, Lost(Severity.WARNING, f"{count} blocks were not run, from this one on, and are not written")
+    if left_out:
+        word, what = _run_words(source.program.block(min(left_out)))[0], "blocks were not run, from this one on"
+        yield word, Lost(Severity.WARNING, f"{len(left_out)} {what}, and are not written")
     if unrolled is not None:
         yield unrolled, Lost(Severity.NOTE, "loops, calls and expressions are written out as they ran")
+
+
+def _has_to_run(block: Block) -> bool:
+    words = _run_words(block)
+    return bool(words) and not any(word.kind in ("flow", "label", "unknown") for word in words)
+
+
+def _run_words(block: Block) -> list[Word]:
+    return [word for word in block.data if word.letter != "O" and not word.text.upper().startswith("END PGM")]
 
 
 def _runs_once(source: Source, word: Word, formulas: bool) -> bool:

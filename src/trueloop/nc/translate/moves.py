@@ -13,9 +13,9 @@ from trueloop.nc.program.program import Word
 from trueloop.nc.program.tool_path import INVERSE_TIME, Motion, ToolPath
 from trueloop.nc.translate.executed import Course, Executed, Said, Source
 from trueloop.nc.translate.statements import Circle, Compensation, Home, Lost, Partial, Straight, Thread, Vector
+from trueloop.nc.translate.stretches import STANDS_MM
 from trueloop.units import MM_PER_INCH
 
-_STANDS_MM: Final = 1e-9
 AXES: Final = (*"XYZ", *"UVW")
 BY_INCREMENT: Final = frozenset("UVWnAa")
 """U, V, W, and the angle of a line, from where the tool stands."""
@@ -81,7 +81,7 @@ def _move(
 
 def _end(path: ToolPath, move: int, shift_mm: Vector) -> Partial:
     """The end along the axes that are named or move."""
-    moves = (path.word[move] >= 0) | (np.abs(path.end_mm[move] - path.start_mm[move]) > _STANDS_MM)
+    moves = (path.word[move] >= 0) | (np.abs(path.end_mm[move] - path.start_mm[move]) > STANDS_MM)
     x, y, z = (
         at + shift if named else None
         for at, shift, named in zip(path.end_mm[move].tolist(), shift_mm, moves.tolist(), strict=True)
@@ -159,7 +159,7 @@ def _home(source: Source, course: Course, executed: Executed, word: Word) -> Gen
 def _unknown(source: Source, course: Course, move: int, word: Word) -> Iterator[Said]:
     """An increment, or a move by no word, from where the program has not positioned an axis is no position."""
     path = source.path
-    moves = np.abs(path.end_mm[move] - path.start_mm[move]) > _STANDS_MM
+    moves = np.abs(path.end_mm[move] - path.start_mm[move]) > STANDS_MM
     in_plane = PLANE_AXES[int(path.plane[move])] if path.motion[move] == Motion.ARC else ()
     for axis in set(range(3)) - course.known:
         index = int(path.word[move, axis])

@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 from trueloop.errors import Severity
 from trueloop.nc.program.program import Program, Word
 from trueloop.nc.program.tool_path import NO_COMPENSATION, PER_REVOLUTION
-from trueloop.nc.translate.executed import Course, Executed, Said, Source, executed_blocks
+from trueloop.nc.translate.executed import Course, Executed, Said, Source, executed_block
 from trueloop.nc.translate.functions import functions_after, functions_before, other_edge
 from trueloop.nc.translate.losses import lost_in_findings, lost_in_words, not_run
 from trueloop.nc.translate.moves import moves_of, waiting_moves
@@ -28,6 +28,7 @@ from trueloop.nc.translate.statements import (
     Vector,
     WorkOffset,
 )
+from trueloop.nc.translate.stretches import straights, stretches_of
 
 Reading: TypeAlias = Generator[Said, None, Course]
 
@@ -47,16 +48,23 @@ SIDES: Final = {"Off": 40, "Left": 41, "Right": 42}
 
 
 def statements(source: Source) -> Iterator[Said]:
-    """Everything that the program does, with the word that says it."""
+    """Everything that the program does, with the word that says it; of stretches of straight moves no word."""
     yield from lost_in_findings(source)
     yield from not_run(source)
-    course, commented = Course(), set[int]()
-    for executed in executed_blocks(source.program, source.path):
+    course, commented, stretches, row = Course(), set[int](), stretches_of(source), 0
+    while row < len(source.path.executed):
+        end = stretches.end(row, course) if _stands(source, course, row) else row
+        if end > row:
+            yield None, straights(source, course, row, end)
+            row = end
+            continue
+        executed = executed_block(source.program, source.path, row)
         if executed.block.index not in commented:
             commented.add(executed.block.index)
             yield from ((None, Remark(text)) for text in comments(source.program, executed))
         if executed.block.data:
             course = yield from _block(source, course, executed)
+        row += 1
     if not course.ended:
         yield None, End(30)
 
@@ -92,15 +100,25 @@ def _block(source: Source, course: Course, executed: Executed) -> Reading:
     return replace(course, ended=course.ended or "MEnd" in executed.codes)
 
 
+def _stands(source: Source, course: Course, row: int) -> bool:
+    """Whether modes and spindle of an executed block are those said last."""
+    state = int(source.path.executed[row, 2])
+    spindle = _spindle_at(source, state)
+    return course.last.get("modes") == _modes_at(source, state) and spindle in (None, course.last.get("spindle"))
+
+
 def _modes(source: Source, course: Course, executed: Executed) -> Reading:
-    states, at = source.path.states, executed.state
-    modes = Modes(
-        bool(states["inch"][at]),
-        bool(states["diameter"][at]),
-        int(states["plane"][at]),
-        states["feed_mode"][at] == PER_REVOLUTION,
+    return (yield from once(course, "modes", _modes_at(source, executed.state), executed.block.data[0]))
+
+
+def _modes_at(source: Source, state: int) -> Modes:
+    states = source.path.states
+    return Modes(
+        bool(states["inch"][state]),
+        bool(states["diameter"][state]),
+        int(states["plane"][state]),
+        bool(states["feed_mode"][state] == PER_REVOLUTION),
     )
-    return (yield from once(course, "modes", modes, executed.block.data[0]))
 
 
 def once(course: Course, kind: str, statement: Modes | Spindle, word: Word) -> Reading:
@@ -150,12 +168,16 @@ def _register(source: Source, course: Course, executed: Executed) -> Reading:
 
 
 def _spindle(source: Source, course: Course, executed: Executed) -> Reading:
-    states, at = source.path.states, executed.state
-    speed = float(states["spindle_speed"][at])
-    if math.isnan(speed):
+    spindle = _spindle_at(source, executed.state)
+    if spindle is None:
         return course
-    spindle = Spindle(states["spindle_mode"][at] == 96, speed)
     return (yield from once(course, "spindle", spindle, executed.block.data[0]))
+
+
+def _spindle_at(source: Source, state: int) -> Spindle | None:
+    states = source.path.states
+    speed = float(states["spindle_speed"][state])
+    return None if math.isnan(speed) else Spindle(bool(states["spindle_mode"][state] == 96), speed)
 
 
 def _dwell(source: Source, executed: Executed) -> Iterator[Said]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from trueloop.arrays import Array, Flags
 from trueloop.errors import Severity
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -124,6 +125,17 @@ class Straight:
     machine: bool = False
 
 
+@dataclass(frozen=True, eq=False)
+class Straights:
+    """Rapid moves and lines one after another, with nothing between them; `end_mm` (n, 3) is NaN along an axis that is
+    not named and does not move, `feed` (n,) where none is known.
+    """
+
+    end_mm: Array
+    rapid: Flags
+    feed: Array
+
+
 @dataclass(frozen=True)
 class Circle:
     """An arc or a helix; the sign of `sweep_rad` is that of `ToolPath.sweep_rad`. `rises`: along the third axis."""
@@ -179,6 +191,7 @@ Statement: TypeAlias = (
     | Dwell
     | Compensation
     | Straight
+    | Straights
     | Circle
     | Thread
     | Home

@@ -68,7 +68,7 @@ def translate(
         raise TrueloopError(Code.NC_LIMIT, f"{decimals} decimals: 0 to 9 can be written", hint="leave --decimals out")
     path = program.run(parameters, skipped_blocks=skipped_blocks, trace=True)
     from_control, same = CONTROLS[program.dialect.name], program.dialect.name == to
-    words = [word for block in program.blocks for word in block.words if word.letter in ("M", "T")]
+    words = [word for block in program.other_blocks for word in block.words if word.letter in ("M", "T")]
     by_m6 = any(word.letter == "M" and word.value == 6 for word in words)
     names_tools = any(word.letter == "T" and '"' in word.text for word in words)
     source = Source(program, path, from_control, target.control, same, by_m6, names_tools)
@@ -138,7 +138,7 @@ def _finding(lost: Lost, word: Word | None, file: str | None) -> Finding:
 def _framed(source: Source, target: Target, lines: list[str]) -> list[str]:
     """With what a program of the control begins and ends with, under the source's number."""
     numbers = (
-        w.value for block in source.program.blocks for w in block.words if w.letter == "O" and w.kind == "number"
+        w.value for block in source.program.other_blocks for w in block.words if w.letter == "O" and w.kind == "number"
     )
     found = next(numbers, 1.0)
     number = int(found) if 0 < found < 10_000 else 1
