@@ -1,4 +1,4 @@
-"""What is told of many values by one."""
+"""One value for many."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The unit edge: everything inside is millimetres and radians; what is told or read otherwise is converted by these."""
+"""The unit edge: inside are millimetres and radians; what is printed or read in other units is converted by these."""
 
 from typing import Final
 

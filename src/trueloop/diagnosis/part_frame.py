@@ -41,7 +41,7 @@ def fit_frame_discrepancy(seen: Inspections, error_proc_resid_mm: Array) -> Fram
     """The rigid motion that best explains, along the normals, CMM minus on-machine errors, by least squares.
 
     What the machine model left (ERROR_MTG,RESID) and looks like a rigid motion goes into it too: a constant offset of X
-    cannot be told from a part set up off centre. Take out the discrepancy only where the two frames were found anew.
+    looks like a part set up off centre. Take out the discrepancy only where the two frames were found anew.
     """
     difference = np.einsum("ni,ni->n", seen.normal, seen.cmm_mm - seen.nominal_mm) - error_proc_resid_mm
     size = max(float(np.abs(seen.nominal_mm).max()), 1e-9)

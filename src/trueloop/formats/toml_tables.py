@@ -85,7 +85,7 @@ def read_located(
     path: Path, model: type[T], code: Code, *, hint: str, missing: Code | None = None, syntax: Code | None = None
 ) -> Located[T]:
     """The file as a model. Raises `code`, with the line, for a key that is wrong; `missing` for a file that cannot be
-    read and `syntax` for one that is no TOML, where they are to be told apart. `hint` says where the keys are listed.
+    read and `syntax` for one that is no TOML, where they differ. `hint` says where the keys are listed.
     """
     text = read_text(path, missing or code, hint=hint)
     content = _parsed(text, path, syntax or code)

@@ -15,7 +15,7 @@ from trueloop.geometry.profile import Profile, junctions_of
 
 RUNS_TOGETHER_RAD: Final = 0.02
 """Features whose directions differ by less may be joined without an intersection: at the mean of their offset ends,
-which stands off either by at most R·turn²/8 (0.04 µm for a nose of 0.8 mm)."""
+which deviates from either by at most R·turn²/8 (0.04 µm for a nose of 0.8 mm)."""
 
 SHARPEST_CORNER: Final = 5.0
 """How far a corner of the offset may lie from its features' offset ends, as a multiple of the distance between these:

@@ -15,7 +15,7 @@ from trueloop.geometry.feature import Feature
 
 TANGENT_WITHIN_RAD: Final = 1e-3
 """Two features whose directions differ by less meet tangentially, unless the job says otherwise: rounding coordinates
-to 1e-5 in turns a 0.5 mm feature by 0.5 mrad, and nobody draws a corner of less than 0.06 degrees."""
+to 1e-5 in turns a 0.5 mm feature by 0.5 mrad, and no drawing has a corner of less than 0.06 degrees."""
 
 
 class JunctionKind(StrEnum):

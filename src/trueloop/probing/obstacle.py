@@ -13,7 +13,7 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 
 CHORD_MM: Final = 2e-3
-"""Arcs are taken as polygons that stand off them by at most this much; clearances are that much uncertain."""
+"""Arcs are taken as polygons that deviate from them by at most this much; clearances are that much uncertain."""
 
 BAR_MM: Final = 1000.0
 

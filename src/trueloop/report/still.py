@@ -154,7 +154,7 @@ def _trace(trace: Trace, panel: Panel) -> list[str]:
 
 
 def _said_along(xs: list[float], ys: list[float], hover: list[str], panel: Panel) -> list[str]:
-    """What a line says when pointed at: places without extent along it, no more of them than can be told apart."""
+    """What a line says when pointed at: places without extent along it, no more of them than can be distinguished."""
     some = range(0, len(hover), max(1, len(hover) // SAID))
     return [f'<path d="M{panel.x(xs[k]):.1f} {panel.y(ys[k]):.1f}h0">{_title(hover[k])}</path>' for k in some]
 

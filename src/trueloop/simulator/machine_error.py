@@ -28,7 +28,7 @@ class ErrorTerm:
 
 @dataclass(frozen=True)
 class MachineError:
-    """All terms. Without any the machine goes where it is told."""
+    """All terms. Without any the machine goes where it is commanded."""
 
     terms: tuple[ErrorTerm, ...] = ()
 

@@ -15,7 +15,7 @@ from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 
 LINE_STEP_MM: Final = 0.05
 CHORD_MM: Final = 2.5e-7
-"""How far a chord may stand off an arc: a quarter of a nanometre."""
+"""How far a chord may deviate from an arc: a quarter of a nanometre."""
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ TOUCHING: Final = Approach(stand_off_mm=0.5, overtravel_mm=0.5, margin_mm=0.4)
 """Short ways at probing speed: what the simulator left is within a tenth of a millimetre of where it should be."""
 
 Say = Callable[[str], None]
-"""Told in words what is being done."""
+"""Called with words on what is being done."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def drive_part(
     """One part through the loop with LinuxCNC as its controller.
 
     Raises CTL-DIALECT for a job in another dialect, CTL-LINUXCNC where LinuxCNC is missing, CTL-PROGRAM where it stops
-    a program with an error, told with that program's file.
+    a program with an error; the error names that program's file.
     """
     inputs, machine = trial.inputs, workshop.machine
     _require_dialect(inputs)

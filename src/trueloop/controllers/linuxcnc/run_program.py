@@ -26,7 +26,7 @@ UNSEEN_S = 5.0
 busy computer takes its time."""
 
 LATE_S = 0.5
-"""Why a program ended may be told after it has."""
+"""The reason why a program ended may be printed after its end."""
 
 UNNAMED = "an error that it does not name"
 ERRORS = (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)

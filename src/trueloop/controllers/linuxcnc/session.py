@@ -21,7 +21,7 @@ from trueloop.errors import Code, Place, TrueloopError
 TIMEOUT_S: Final = 600.0
 POLL_S: Final = 0.1
 TOO_BUSY: Final = "USRMOT: ERROR: command timeout"
-"""What LinuxCNC prints when it ends a program because its motion was not given the processor. It tells nobody else."""
+"""What LinuxCNC prints, and reports nowhere else, when it ends a program because its motion got no processor time."""
 
 PARAMETERS: Final = [*range(5161, 5170), *range(5181, 5190), *range(5210, 5391)]
 
@@ -206,7 +206,7 @@ def _line_meant(folder: Path, said: str, lines: Sequence[str], moving: int) -> i
         return min(int(named[1]), len(lines))
     moving = min(moving, len(lines))
     code = re.match(r"G38\.\d", said)
-    if code:  # the line told may be the one after the probing move
+    if code:  # the line reported may be the one after the probing move
         return max((k + 1 for k, text in enumerate(lines[:moving]) if code[0] in text), default=moving)
     command = ["rs274", "-g", "-n", "2", "-t", "tool.tbl", "-v", "machine.var", "program.ngc"]
     alone = subprocess.run(

@@ -113,8 +113,8 @@ def _readings(rows: Rows, is_angle: Flags) -> tuple[Array, Array]:
     uncertainties = [name for name in UNCERTAINTY if name in rows.header]
     for name in uncertainties:
         if ("rad" in name) != ("rad" in reading) or len(uncertainties) > 1:
-            told = " and ".join(uncertainties)
-            raise wrong_unit(rows.path, f"{count} readings are in {reading}, their standard uncertainty in {told}")
+            units = " and ".join(uncertainties)
+            raise wrong_unit(rows.path, f"{count} readings are in {reading}, their standard uncertainty in {units}")
     if not np.all(is_angle == (reading == "reading_urad")):
         why = f"{int(is_angle.sum())} of {count} rows are rotations, but the readings are in {reading}"
         raise wrong_unit(rows.path, why)

@@ -38,7 +38,7 @@ class CsvKind:
 
 @dataclass(frozen=True)
 class CsvFile:
-    """A file whose columns are yet to be told from each other: `lines` are numbers and texts without comments."""
+    """A file whose columns are yet to be separated: `lines` are numbers and texts without comments."""
 
     path: Path
     kind: CsvKind

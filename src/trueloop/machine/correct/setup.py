@@ -32,7 +32,7 @@ class Setup:
     `work_zero_mm`: machine coordinates of the program's zero by number of the work offset (1 is G54), for a tool of
     no length. `tool_mm`: tool point from the frame of the last axis, by T number; under −1 for every other tool.
     `fixed`: where rotary axes stand, which the program has to leave alone, rad; 0 for those not named. `table`: the
-    control's tool table, where it is told: a tool that is not in `tool_mm` has its point at minus the offset that the
+    control's tool table, where it is given: a tool that is not in `tool_mm` has its point at minus the offset that the
     program brings into force, because machine = program + work zero + offset. `zero_signals` are those of the moment
     when the work zero was set, where what had drifted by then lies in it.
     """
@@ -77,7 +77,7 @@ def state_at(
 ) -> State:
     """Axis positions at program points (n, 3): point + work zero − tool vector; travel (n, 3) along X, Y, Z.
 
-    `offset_mm` (n, 3) are the tool offsets in force, none unless told. Raises MCH-FRAME for what is not known.
+    `offset_mm` (n, 3) are the tool offsets in force, none unless given. Raises MCH-FRAME for what is not known.
     """
     offset_mm = np.zeros((len(points_mm), 3)) if offset_mm is None else offset_mm
     return _state(model, setup, points_mm, work, travel, _tool_points_mm(setup, tool, offset_mm))

@@ -44,7 +44,7 @@ class HeldOut:
 
     @property
     def by_unit(self) -> dict[str, Left]:
-        """What there is, as it is told: in µm, in µrad."""
+        """What there is, as it is printed: in µm, in µrad."""
         kinds = (("µm", self.length_mm, UM_PER_MM), ("µrad", self.angle_rad, URAD_PER_RAD))
         return {unit: _scaled(left, scale) for unit, left, scale in kinds if left}
 

@@ -60,7 +60,7 @@ def check_travel(axis: Axis, position: Array) -> None:
 
 
 def in_unit(unit: str) -> Callable[[float], str]:
-    """How a value of that unit is told; `""` where it is not known."""
+    """How a value of that unit is printed; `""` where it is not known."""
     return lambda value: f"{value:g} {unit}".rstrip()
 
 

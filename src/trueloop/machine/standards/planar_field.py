@@ -1,4 +1,4 @@
-"""Position errors of a machine in a plane as one field, where the axes are not told apart: drilled plates, patterns.
+"""Position errors of a machine in a plane as one field, where the axes are not separated: drilled plates, patterns.
 
 A field answers E(x, y) = actual − commanded, (n, 2) mm. The correction is −E at the commanded position.
 """

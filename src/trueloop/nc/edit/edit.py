@@ -92,7 +92,7 @@ def displace_word(program: Program, word: Word, delta_mm: float, state: Coordina
 
 
 def _as_positions(program: Program, word: Word) -> str:
-    """How a control is told positions. G90 of a lathe of code system A cuts."""
+    """How positions are given to a control. G90 of a lathe of code system A cuts."""
     if word.letter in "UVW":
         return f"{'XYZ'['UVW'.index(word.letter)]} in place of {word.letter}"
     return "take the increment out of the word" if word.increment else "G90"

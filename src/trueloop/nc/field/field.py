@@ -15,7 +15,7 @@ Displace = Callable[[Array], Array]
 
 
 DisplaceInMachine = Callable[[Array, Integers, Integers, Array, Array], Array]
-"""The same of a machine: it is told, beside positions, the work offset and tool in force (n,), which way each axis goes
+"""The same of a machine: it gets, beside positions, the work offset and tool in force (n,), which way each axis goes
 there or went last, (n, 3): +1, −1, or 0 before its first move, and what the tool's offset adds, (n, 3) mm: NaN where
 that is not known."""
 

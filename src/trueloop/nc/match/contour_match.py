@@ -1,4 +1,4 @@
-"""What a program cuts of a profile: the moves of each feature, and how far the commanded contour stands off."""
+"""What a program cuts of a profile: the moves of each feature, and how far the commanded contour deviates."""
 
 from dataclasses import dataclass
 
@@ -34,7 +34,7 @@ class FeatureMatch:
     offset_mm: float
 
     def deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """How far the commanded contour stands off the nominal one (plus allowance) along its normal, (...) → (...).
+        """How far the commanded contour deviates from the nominal one (plus allowance) along its normal, (...) → (...).
 
         Measured from the nominal centre path to the commanded one along the nominal normal, which equals the distance
         of the contours up to R·slope²/2. Exact and linear for a line on a line. Beyond the first and last move these

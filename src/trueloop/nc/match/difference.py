@@ -104,7 +104,7 @@ def _pieces(path: ToolPath, moves: NDArray[np.intp], spacing_mm: float) -> _Piec
 
 
 def _piece_counts(path: ToolPath, moves: NDArray[np.intp], spacing_mm: float) -> NDArray[np.intp]:
-    """How many pieces each move has: none is longer than the spacing, and none of an arc further off it than told."""
+    """How many pieces each move has: none is longer than the spacing, and none of an arc further off it than stated."""
     counts = np.maximum(np.ceil(lengths_mm(path, moves) / spacing_mm), 1)
     arcs = path.motion[moves] == Motion.ARC
     turning = moves[arcs]

@@ -70,7 +70,7 @@ class Passes:
         return [over for over in self._passes(index) if self._whole(over)]
 
     def _whole(self, over: Pass) -> bool:
-        """Neighbours that stand off by up to the tolerance shift the place where one move hands over to the next."""
+        """Neighbours that deviate by up to the tolerance shift the place where one move hands over to the next."""
         return over.missing_mm <= 0.1 * over.length_mm + 2 * self.tolerance_mm
 
     def _passes(self, index: int) -> list[Pass]:

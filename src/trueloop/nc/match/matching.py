@@ -15,7 +15,7 @@ from trueloop.nc.match.feature_passes import Passes
 from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
 
 TOLERANCE_MM: Final = 0.125
-"""How far a commanded contour may stand off the nominal one: half the usual step of 0.25 mm between passes, so that a
+"""How far a commanded contour may be from the nominal one: half the usual step of 0.25 mm between passes, so that a
 mock error or a slip of 0.1 mm is still the same contour and the pass before the last is another."""
 
 

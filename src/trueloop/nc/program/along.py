@@ -36,7 +36,7 @@ def points_along(path: ToolPath, move: Integers | np.intp, share: Array) -> Arra
 
 
 def lengths_mm(path: ToolPath, move: Integers | None = None) -> Array:
-    """Length of moves (n,), all unless told: of an arc along it, of a helix the root of the squares of arc and rise."""
+    """Length of moves (n,), all by default: of an arc along it, of a helix the root of the squares of arc and rise."""
     move = np.arange(len(path)) if move is None else move
     way, arm = path.end_mm[move] - path.start_mm[move], path.start_mm[move] - path.centre_mm[move]
     length: Array = np.linalg.norm(way, axis=1)

@@ -159,7 +159,7 @@ def lost_in_words(source: Source, executed: Executed) -> Iterator[Said]:
 
 
 def _of_control(source: Source) -> frozenset[str]:
-    """D of Sinumerik is an edge of the tool; further axes are told by NC-OPAQUE."""
+    """D of Sinumerik is an edge of the tool; further axes are reported as NC-OPAQUE."""
     return frozenset("DABCo") if source.control.tool_offset == "D" else frozenset("ABC")
 
 

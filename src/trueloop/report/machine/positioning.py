@@ -50,7 +50,7 @@ def values_of(test: Positioning) -> list[tuple[str, str, BothWays]]:
 
 
 def scale_of(test: Positioning) -> tuple[float, str]:
-    """Factor to, and name of, the unit in which deviations are told: µm, or arcseconds."""
+    """Factor to, and name of, the unit in which deviations are printed: µm, or arcseconds."""
     return (ARCSECONDS, "″") if test.angular else (UM_PER_MM, "µm")
 
 

@@ -84,9 +84,12 @@ def _figure(shown: DeviationMap, range_um: float) -> str:
 
 def _summary(model: SurfaceModel) -> str:
     kinds = sorted({part.deviations.alignment.kind for part in model.parts})
-    told = {"datum": "datum-bound: location and orientation are among the errors", "best fit": "best fit: form alone"}
+    words = {
+        "datum": "datum-bound: location and orientation are among the errors",
+        "best fit": "best fit: form alone",
+    }
     return (
-        f"{model.pattern.parts} parts · {'; '.join(told[kind] for kind in kinds)} · "
+        f"{model.pattern.parts} parts · {'; '.join(words[kind] for kind in kinds)} · "
         f"pattern of {esc(model.pattern.size)} "
         f"· random part {plain(model.pattern.sigma_mm * UM_PER_MM, 2)} µm (one standard deviation)"
     )
@@ -107,11 +110,11 @@ def _prediction(model: SurfaceModel) -> str:
 
 
 def _support(model: SurfaceModel) -> str:
-    told = headline(model.figures)
-    if not told:
+    support = headline(model.figures)
+    if not support:
         return ""
     return (
-        f'<p class="verdict"><span class="stamp">Support</span>{esc(told)}. Hatched on the '
+        f'<p class="verdict"><span class="stamp">Support</span>{esc(support)}. Hatched on the '
         "maps of the pattern and of its uncertainty.</p>"
     )
 

@@ -38,8 +38,8 @@ def map_of_part(model: SurfaceModel, own: PartMaps, name: str, title: str) -> De
 
 def part_choice(parts: list[list[DeviationMap]], names: list[str], range_um: float) -> str:
     """The list of parts to choose from, with the numbers of their maps (HTML)."""
-    told = [_told(name, maps) for name, maps in zip(names[:MOST], parts, strict=False)]
-    data = {"range": range_um, "stops": [[share, rgb(code)] for share, code in SCALE], "parts": told}
+    shown = [_shown(name, maps) for name, maps in zip(names[:MOST], parts, strict=False)]
+    data = {"range": range_um, "stops": [[share, rgb(code)] for share, code in SCALE], "parts": shown}
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     options = "".join(f"<option>{esc(name)}</option>" for name in names[:MOST])
     left = f" The first {MOST} of {len(names)}; NAME-maps.csv holds every part’s." if len(names) > MOST else ""
@@ -67,14 +67,14 @@ def _on_one_grid(model: SurfaceModel) -> bool:
     return len(shapes) == 1 and len(shapes.pop()) == 2
 
 
-def _told(name: str, maps: list[DeviationMap]) -> dict[str, object]:
+def _shown(name: str, maps: list[DeviationMap]) -> dict[str, object]:
     """A part's numbers, fewer where there are very many; places where they are not those of a grid."""
     drawn = [shown.thinned for shown in maps]
-    told: dict[str, object] = {"name": name, "maps": [_numbers(*pair) for pair in zip(maps, drawn, strict=True)]}
+    shown: dict[str, object] = {"name": name, "maps": [_numbers(*pair) for pair in zip(maps, drawn, strict=True)]}
     if drawn[0].error_mm.ndim == 1:
-        told["uv"] = drawn[0].uv.T.round(5).tolist()
-        told["xyz"] = drawn[0].points_mm.T.round(4).tolist()
-    return told
+        shown["uv"] = drawn[0].uv.T.round(5).tolist()
+        shown["xyz"] = drawn[0].points_mm.T.round(4).tolist()
+    return shown
 
 
 def _numbers(shown: DeviationMap, drawn: DeviationMap) -> dict[str, object]:

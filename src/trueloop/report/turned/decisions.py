@@ -28,7 +28,7 @@ def decisions(correction: Correction) -> str:
 
 
 def commanded_words(correction: Correction) -> str:
-    """What of the measured errors was commanded: where the semi-finish program's own contour stands off the nominal."""
+    """What of the measured errors was commanded: where the semi-finish program itself deviates from the nominal."""
     commanded_um = correction.commanded_mm * UM_PER_MM
     worst = int(np.argmax(np.abs(commanded_um)))
     if abs(commanded_um[worst]) < RESOLVED_UM:

@@ -101,7 +101,7 @@ def _times(figure: Figure) -> str:
 
 def _curves(correction: Correction) -> str:
     """A figure a feature with two touches or more, arcs wide and lines side by side; a line for the others."""
-    drawn, told = [], []
+    drawn, undrawn = [], []
     for i, feature in enumerate(correction.profile.features):
         caption = f"<b>{esc(feature.name)}</b>: {kind_of_correction(correction, i)}"
         if _has_curve(correction, i):
@@ -110,13 +110,13 @@ def _curves(correction: Correction) -> str:
                 figure_block(f"curve-{i}", error_curve(correction, i, width), caption, small=width == HALF_WIDTH)
             )
         else:
-            told.append(caption)
+            undrawn.append(caption)
     legend = (
         "<p class='note'>Upper panel: touches with ±U, fitted curve, its 95 % band (Student), ▲ knots, □ prescribed "
         "ends. Lower panel, own scale: ● predicted after, ◇ the touch predicted without itself, grey: ±U of the next "
         "cut.</p>"
     )
-    rest = f"<p>Without a figure: {'; '.join(told)}. <a href='#why'>Decisions</a> says why.</p>" if told else ""
+    rest = f"<p>Without a figure: {'; '.join(undrawn)}. <a href='#why'>Decisions</a> says why.</p>" if undrawn else ""
     return section("curves", "Error curves", legend, f'<div class="figures">{"".join(drawn)}</div>', rest)
 
 

@@ -43,11 +43,11 @@ LEAST_MM: Final = 1e-4
 class Half:
     """Errors to be drawn on one half of the part: `side` 1 above the axis, −1 below; ± `expanded_u_mm` holds 95 %.
 
-    `told` says in a hover label what the numbers are.
+    `label` says in a hover label what the numbers are.
     """
 
     heading: str
-    told: str
+    label: str
     error_mm: Array
     expanded_u_mm: Array
     side: int
@@ -162,7 +162,7 @@ def _hover(correction: Correction, half: Half) -> list[str]:
     touches, names = correction.touches, correction.profile.names
     return [
         f"{style.label(names[touches.feature_index[i]])}, point {style.label(touches.point[i])}<br>"
-        f"{half.told} {style.signed(half.error_mm[i] * UM_PER_MM)} "
+        f"{half.label} {style.signed(half.error_mm[i] * UM_PER_MM)} "
         f"± {style.plain(half.expanded_u_mm[i] * UM_PER_MM)} µm (95 %)<br>"
         f"x {style.plain(touches.nominal_mm[i, 0], 3)} mm, z {style.plain(touches.nominal_mm[i, 1], 3)} mm"
         for i in range(len(touches.point))

@@ -1,6 +1,6 @@
 """A finishing program moved point by point onto the corrected surface, without any CAM system.
 
-Ends of moves that cut the surface are displaced; where a straight move between displaced ends would stand off the
+Ends of moves that cut the surface are displaced; where a straight move between displaced ends would deviate from the
 displaced path, blocks are put in before it. Feeds and every other word stay. What does not cut stays where it was.
 """
 
@@ -94,8 +94,8 @@ def corrected_program(
     check_gouges(written, again, axes, of_pass, nominal, corrected, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
     new_blocks, largest_mm = sum(map(len, between.values())), max(moved, default=0.0)
-    told = changes(program, edits[1:]), unit_of_path(program.unit, path)
-    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, *told)
+    provenance = changes(program, edits[1:]), unit_of_path(program.unit, path)
+    return CorrectedProgram(source, len(samples.cutting_moves), new_blocks, largest_mm, *provenance)
 
 
 def _check(program: Program, path: ToolPath, samples: Samples) -> None:

@@ -42,7 +42,7 @@ class Deviation(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CorrectedSurface:
-    """The corrected surface on [0, 1] × [0, 1], and how far the refit stands off the exact M(u, v) at most."""
+    """The corrected surface on [0, 1] × [0, 1], and how far the refit deviates from the exact M(u, v) at most."""
 
     surface: Surface
     worst_mm: float

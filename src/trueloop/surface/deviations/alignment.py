@@ -1,7 +1,7 @@
 """Location and orientation: kept with the datums, or taken out by a best fit.
 
 A best fit takes out what the set-up may have done, and nothing else: of the six motions only those that the points tell
-better than the set-up does. On a nearly flat patch three are told by hardly more than the form itself: a slide of
+better than the set-up does. On a nearly flat patch three are determined by hardly more than the form itself: a slide of
 millimetres would take a good part of a machining pattern with it, and call it location.
 """
 
@@ -19,7 +19,7 @@ from trueloop.statistics import rms
 ROUNDS: Final = 20
 STILL_MM: Final = 1e-9
 SETUP_MM: Final = 0.2
-"""How far a part that was aligned with its datums may sit off them, where nobody says better."""
+"""How far a part that was aligned with its datums may sit off them, where no better value is given."""
 BETTER: Final = 3.0
 """A motion as large as the set-up's must stand out of the form by three standard deviations."""
 RESOLUTION_MM: Final = 1e-5
@@ -55,7 +55,7 @@ DATUM: Final = Alignment("datum", np.eye(3), np.zeros(3), np.zeros(3))
 
 @dataclass(frozen=True, eq=False)
 class RigidMotions:
-    """What small motions of points do to their deviations, from the one told best to the one told worst.
+    """What small motions of points do to their deviations, from the one determined best to the one determined worst.
 
     `shapes` (n, 6): the deviations each makes, orthonormal; `size` (6,): how much of them a motion of 1 mm makes;
     `motion` (6, 6): the motions, shift and turn, a row each; a turn is in mm at the points' spread.
@@ -65,8 +65,8 @@ class RigidMotions:
     size: Array
     motion: Array
 
-    def told_mm(self, form: float) -> Array:
-        """Standard deviations to which the motions are told, (6,), where the form makes up `form` of any shape."""
+    def uncertainty_mm(self, form: float) -> Array:
+        """Standard deviations of the motions, (6,), where the form makes up `form` of any shape."""
         return form / np.maximum(self.size, 1e-300)
 
 
@@ -77,7 +77,7 @@ def rigid_motions(points_mm: Array, normal: Array, centre_mm: Array, spread_mm: 
 
 
 def spread_of(points_mm: Array, centre_mm: Array) -> float:
-    """Root mean square distance from the centre, mm: by it turns are told in millimetres."""
+    """Root mean square distance from the centre, mm: by it turns are given in millimetres."""
     return float(np.sqrt(np.mean(np.sum((points_mm - centre_mm) ** 2, axis=1)))) or 1.0
 
 
@@ -100,7 +100,7 @@ def form_size(motions: RigidMotions, u: Array, v: Array, error_mm: Array) -> flo
 
 def count_told(motions: RigidMotions, form: float, setup_mm: float) -> int:
     """How many motions the points tell better than the set-up does: those are to be taken out."""
-    return int(np.count_nonzero(BETTER * motions.told_mm(form) <= setup_mm))
+    return int(np.count_nonzero(BETTER * motions.uncertainty_mm(form) <= setup_mm))
 
 
 def form_alone_mm(points_mm: Array, normal: Array, u: Array, v: Array, error_mm: Array, setup_mm: float) -> Array:
@@ -136,14 +136,16 @@ def best_fit(
         if np.max(np.abs(step)) < STILL_MM:
             break
     _refuse_far(moved_mm, setup_mm, name)
-    left = tuple(_named(*each) for each in zip(motions.motion[count:], motions.told_mm(form)[count:], strict=True))
+    left = tuple(
+        _named(*each) for each in zip(motions.motion[count:], motions.uncertainty_mm(form)[count:], strict=True)
+    )
     return Alignment("best fit", alignment.rotation, alignment.shift_mm, centre, left), feet
 
 
-def _named(motion: Array, told_mm: float) -> str:
+def _named(motion: Array, uncertainty_mm: float) -> str:
     """The motion's largest components, and how well the points tell it."""
     parts = [MOTIONS[k] for k in range(6) if abs(motion[k]) > PARTS] or [MOTIONS[int(np.argmax(np.abs(motion)))]]
-    return f"{' and '.join(parts)} (told to {told_mm:.2g} mm)"
+    return f"{' and '.join(parts)} (told to {uncertainty_mm:.2g} mm)"
 
 
 def _refuse_far(moved_mm: Array, setup_mm: float, name: str) -> None:

@@ -16,7 +16,7 @@ from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import Feet, closest
 from trueloop.surface.deviations.alignment import DATUM, SETUP_MM, Alignment, best_fit
 from trueloop.surface.deviations.duplicates import averaged, first_of_place
-from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, told_twice
+from trueloop.surface.deviations.plausibility import findings_of, refuse_outside, refuse_twice, reported_twice
 from trueloop.surface.deviations.points import MeasuredPoints
 
 LEAST_POINTS = 16
@@ -68,7 +68,7 @@ def surface_deviations(
 ) -> SurfaceDeviations:
     """Deviations along the normals, datum-bound or, with `fit`, after a best fit of what the set-up may have done.
 
-    Scattered points of one place are averaged, and told; two places of a grid in one spot are refused.
+    Scattered points of one place are averaged, and reported; two places of a grid in one spot are refused.
     farthest_mm: a point that stands farther off is refused. setup_mm: how far the part may sit off its datums; motions
     that the points tell worse are not taken out. Raises SRF-POINTS (too few), SRF-OFF, SRF-UNIT, SRF-SIGN, SRF-OUTSIDE,
     SRF-DUPLICATE, SRF-SETUP; what is only suspicious is among `findings`.
@@ -83,8 +83,8 @@ def surface_deviations(
         if fit:
             alignment, feet = best_fit(surface, xyz[there], points.ball_radius_mm, feet, setup_mm, points.name)
             found += tuple(_left(points.name, alignment, setup_mm))
-        told = tuple(one.in_file(points.file) for one in found)
-        return _once(points, _filled(points, there, feet, alignment, told))
+        findings = tuple(one.in_file(points.file) for one in found)
+        return _once(points, _filled(points, there, feet, alignment, findings))
 
 
 def refuse_trimmed(
@@ -135,8 +135,8 @@ def _once(points: MeasuredPoints, found: SurfaceDeviations) -> SurfaceDeviations
     values = found.error_mm.copy()
     values[at] = error
     _enough(points, np.isfinite(values))
-    told = told_twice(points, twice, at).in_file(points.file)
-    return replace(found, error_mm=values, findings=(*found.findings, told))
+    averaged_places = reported_twice(points, twice, at).in_file(points.file)
+    return replace(found, error_mm=values, findings=(*found.findings, averaged_places))
 
 
 def _enough(points: MeasuredPoints, there: np.ndarray) -> None:

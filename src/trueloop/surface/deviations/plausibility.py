@@ -122,7 +122,7 @@ def refuse_twice(points: MeasuredPoints, at: Integers, first: Integers) -> None:
         )
 
 
-def told_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> Finding:
+def reported_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> Finding:
     """What was averaged of the points `at` (n,); a warning where one place's values differ far more than neighbours."""
     a, b = (int(at[number]) + 1 for number in found.pair)
     odd = found.difference_mm > CONFLICT * found.typical_mm

@@ -73,11 +73,11 @@ class Pattern:
         t₍ₛ₋₁₎ · scatter/√s for what scatters, and in squares the normal law's share of `missed_mm` and of what no point
         supports. A part without points at a place counts there as one that scatters as parts do on the whole.
         """
-        told, beyond = np.full(len(u), float(self.parts)), np.zeros(len(u))
+        known, beyond = np.full(len(u), float(self.parts)), np.zeros(len(u))
         if self.support is not None:
-            told, beyond = between(self.support.parts, u, v), between(self.support.deviation_mm, u, v)
-        unseen = (self.parts - told) / (self.parts - 1) * self._pooled_mm**2
-        scattered = np.sqrt((scatter_mm**2 + unseen) / told) * student(coverage, self.parts - 1)
+            known, beyond = between(self.support.parts, u, v), between(self.support.deviation_mm, u, v)
+        unseen = (self.parts - known) / (self.parts - 1) * self._pooled_mm**2
+        scattered = np.sqrt((scatter_mm**2 + unseen) / known) * student(coverage, self.parts - 1)
         return np.asarray(np.hypot(scattered, student(coverage, MANY) * np.hypot(self.missed_mm, beyond)))
 
     def next_part_grid_mm(self, u: Array, v: Array, coverage: float = COVERAGE) -> Array:
@@ -123,8 +123,8 @@ def pattern_of(
     mean = SplineSurface(models[0].size, np.mean([model.coefficients_mm for model in models], axis=0))
     sigma = rms(np.array([part.sigma_mm for part in again]))
     odd = outliers(models, names, confidence)
-    told = tuple(_told(o) for o in odd)
-    return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, told, support)
+    findings = tuple(_finding(o) for o in odd)
+    return Pattern(size, tuple(names), models, mean, sigma, _missed_mm(again), odd, findings, support)
 
 
 def common_size(parts: Sequence[Separation]) -> Size:
@@ -196,7 +196,7 @@ def parts_needed(pattern: Pattern, target_mm: float, coverage: float = COVERAGE)
     return few
 
 
-def _told(odd: Outlier) -> Finding:
+def _finding(odd: Outlier) -> Finding:
     return Finding(
         Severity.WARNING,
         Code.SRF_OUTLIER,

@@ -128,9 +128,9 @@ def _support(process: Process, widening: float, share: Array, bare: np.ndarray, 
     )
     known[bare] = np.maximum(np.clip(1 - found.variance_mm2 / yardstick, 0.0, 1.0), best)
     deviation[bare] = widening * np.sqrt((1 - best) * found.variance_mm2)
-    told = np.maximum(1 - np.clip(found.own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
-    most = np.max(told, axis=0)
-    parts[bare] = np.where(most > 0, np.sum(told, axis=0) / np.where(most > 0, most, 1.0), len(share))
+    backing = np.maximum(1 - np.clip(found.own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
+    most = np.max(backing, axis=0)
+    parts[bare] = np.where(most > 0, np.sum(backing, axis=0) / np.where(most > 0, most, 1.0), len(share))
     square = (SAMPLES, SAMPLES)
     return Support(process, known.reshape(square), deviation.reshape(square), parts.reshape(square))
 

@@ -1,6 +1,6 @@
 """Chains: features joined tangentially that one spline runs over, and which chain prescribes what to which.
 
-Lines and arcs are told apart because their errors behave differently: along a line the contact angle of the nose
+Lines and arcs are distinguished because their errors behave differently: along a line the contact angle of the nose
 stands still, along an arc it turns. A chain of arcs takes its end values from the lines it is tangent to.
 """
 

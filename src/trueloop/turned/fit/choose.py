@@ -35,7 +35,7 @@ of their arcs, and what lies much beyond is drawn out from no knowledge."""
 class ModelChoice:
     """Leave-one-out RMS of both models on the same touches of one curve, and which of them serves.
 
-    `own_rms_mm` is infinite where some touch says something nobody else does. With too few touches to leave one out of
+    `own_rms_mm` is infinite where one touch alone determines something. With too few touches to leave one out of
     the offsets, `nose_rms_mm` is the model's own standard uncertainty of a touch.
     """
 

@@ -4,7 +4,7 @@ A worn or off-size nose errs where it is worn, so that the part error depends on
 
     e(part, feature, φ) = w(φ) + dX·sin φ + dZ·cos φ + left(feature)
 
-with w the nose, dX and dZ the tool offsets of the part in hand, and a constant that a straight feature stands off by.
+with w the nose, dX and dZ the tool offsets of the part in hand, and a constant by which a straight feature deviates.
 w is a cubic spline in φ fitted to the arcs of several parts; two touches then set the offsets of the next part, and its
 whole arc is known. sin φ and cos φ could be moved between w and the offsets: w is fixed by having no part in common
 with them, ∫w sin φ dφ = ∫w cos φ dφ = 0 over the fitted range.

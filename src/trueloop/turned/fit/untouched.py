@@ -37,7 +37,7 @@ ALIKE_RAD: Final = math.radians(20.0)
 """Contact angles this far apart have half of the nose's form in common: 0.28 mm of a 0.8 mm radius."""
 
 BETWEEN_FEATURES_MM: Final = 0.016
-"""How far the cones of [6811 Tables 8, 10] stand off what the same nose did on the domes, RMS over the ten parts (11
+"""How far the cones of [6811 Tables 8, 10] deviate from what the same nose did on the domes, RMS over the ten parts (11
 to 17 µm on nine, 30 µm on one whose taper looks falsified): the prior spread between features."""
 
 NOISE_MM: Final = 0.0015

@@ -21,7 +21,7 @@ SAME_MM: Final = 1e-9
 
 
 def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[CentrePiece], tolerance_mm: float) -> None:
-    """Refuses a program whose moves `span` (first, last) stand off the intended path by more than the tolerance."""
+    """Refuses a program whose moves `span` (first, last) deviate from the intended path by more than the tolerance."""
     moves = [move_of(path, k) for k in range(span[0], span[1] + 1) if path.motion[k] != Motion.RAPID]
     for piece in intended:
         feature = piece.shifted.feature
