@@ -9,6 +9,9 @@ from scripts.bad_touch_study import KEEP, DrawnPart, draw, families, spoiled, su
 from tests.support.profiles import facetst
 from tests.support.touched import noise, touched
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.turned.error_curve.uncertainty import finish
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.fit_chains import Known, fit_chains, fit_touched
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -122,3 +125,25 @@ def test_a_bad_z_reference_is_named_as_such() -> None:
 def test_few_touches_about_nothing_are_not_judged() -> None:
     """Without a touch to spare there is no scatter to judge by."""
     assert not on([1, 1, 0, 0], {1: 80.0}).suspects
+
+
+@pytest.mark.parametrize("policy", TangentPolicy)
+@pytest.mark.parametrize("name", FAMILIES)
+def test_chains_fitted_once_serve_as_those_fitted_anew_to_every_choice_of_touches(
+    name: str, policy: TangentPolicy
+) -> None:
+    rng, profile, options = np.random.default_rng(3), FAMILIES[name].profile, FitOptions(policy)
+    known: Known = {}
+    touches = draw(FAMILIES[name], rng).touches
+    for _ in range(12):
+        some = touches.chosen(np.flatnonzero(rng.random(len(touches.point)) < rng.choice([0.2, 0.9])))
+        whole = finish(fit_chains(profile, some, options, None)[0], some)
+        found = finish(fit_touched(profile, some, options, None, known)[0], some)
+        assert sorted(found.fits) == [i for i, fit in whole.fits.items() if len(fit.touches)]
+        assert found.degrees_of_freedom == whole.degrees_of_freedom
+        for i, fit in found.fits.items():
+            np.testing.assert_array_equal(fit.touches, whole.fits[i].touches)
+            np.testing.assert_array_equal(fit.leave_one_out_mm, whole.fits[i].leave_one_out_mm)
+            np.testing.assert_array_equal(found.splines[i].coefficients_mm, whole.splines[i].coefficients_mm)
+            np.testing.assert_array_equal(found.splines[i].covariance_band_mm2, whole.splines[i].covariance_band_mm2)
+            assert found.scatter_mm[i] == whole.scatter_mm[i]

@@ -12,7 +12,7 @@ uncertainty s and ν degrees of freedom, the odds of "touch k is bad" against "n
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -22,7 +22,7 @@ from trueloop.errors import TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.turned.error_curve.coverage import student_t_factor
 from trueloop.turned.error_curve.uncertainty import FittedChains, finish
-from trueloop.turned.fit.fit_chains import fit_chains
+from trueloop.turned.fit.fit_chains import Known, fit_chains, fit_touched
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.untouched import BETWEEN_FEATURES_MM
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -125,11 +125,18 @@ class _Search:
     profile: Profile
     vectors: ErrorVectors
     options: FitOptions
+    known: Known = field(default_factory=dict)
 
-    def fitted(self, kept: NDArray[np.intp]) -> FittedChains:
-        """The profile fitted to some of the touches."""
+    def fitted(self, kept: NDArray[np.intp], feature: int | None = None) -> FittedChains:
+        """The chains with a touch fitted to some of the touches; all where the feature, by its index, has none left.
+
+        Chains that no removed touch concerns are fitted once.
+        """
         part = self.vectors.chosen(kept)
-        return finish(fit_chains(self.profile, part, self.options, None)[0], part)
+        fits = fit_touched(self.profile, part, self.options, None, self.known)[0]
+        if feature is not None and not any(feature in fit.chain.features for fit in fits.values()):
+            fits = fit_chains(self.profile, part, self.options, None)[0]
+        return finish(fits, part)
 
 
 def suspect_touches(profile: Profile, vectors: ErrorVectors, options: FitOptions) -> tuple[SuspectTouch, ...]:
@@ -167,10 +174,10 @@ def _standing_out(search: _Search, kept: NDArray[np.intp]) -> list[int]:
         return []
     picked: list[int] = []
     fitted = search.fitted(kept)
-    for fit, scatter_mm in zip(fitted.fits, fitted.scatter_mm, strict=True):
+    for i, fit in fitted.fits.items():
         size = np.where(np.isnan(fit.leave_one_out_mm), np.inf, np.abs(fit.leave_one_out_mm))
         most = np.argsort(-size)[:LOOKED_AT]
-        picked += [int(kept[k]) for k in fit.touches[most[size[most] > WORTH_A_FIT * scatter_mm]]]
+        picked += [int(kept[k]) for k in fit.touches[most[size[most] > WORTH_A_FIT * fitted.scatter_mm[i]]]]
     return picked
 
 
@@ -182,7 +189,7 @@ def _deletions(search: _Search, kept: NDArray[np.intp], looked_at: Sequence[int]
 def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | None:
     """The touch against a fit to the others; None where those do not determine a curve with touches to spare."""
     try:
-        fitted = search.fitted(kept[kept != k])
+        fitted = search.fitted(kept[kept != k], int(search.vectors.feature_index[k]))
     except TrueloopError:
         return None
     expected, u, freedom = _predicted(search, fitted, k)
@@ -197,7 +204,7 @@ def _deletion(search: _Search, kept: NDArray[np.intp], k: int) -> _Deletion | No
 def _predicted(search: _Search, fitted: FittedChains, k: int) -> tuple[float, float, int]:
     """What a fit says of touch k that it does not know: value, standard uncertainty of a good touch, its freedom."""
     feature = int(search.vectors.feature_index[k])
-    c = next(c for c, fit in enumerate(fitted.fits) if feature in fit.chain.features)
+    c = next(c for c, fit in fitted.fits.items() if feature in fit.chain.features)
     fit, spline = fitted.fits[c], fitted.splines[c]
     start = fit.chain.starts_mm[fit.chain.features.index(feature)]
     s = np.clip(start + search.vectors.arc_length_mm[k], 0.0, spline.length_mm)

@@ -113,9 +113,9 @@ def fit_profile(
         leave_one_out_rms_mm=np.array([_rms_of_known(left_out[group]) for group in groups]),
         junctions=displaced_junctions(profile, curves),
         tangency=tangencies(profile, free, options.tangent_policy),
-        scatter_mm=max(fitted.scatter_mm),
+        scatter_mm=max(fitted.scatter_mm.values()),
         degrees_of_freedom=fitted.degrees_of_freedom,
-        notes=(*unused, *(note for fit in fitted.fits for note in fit.notes), *drawn_out),
+        notes=(*unused, *(note for fit in fitted.fits.values() for note in fit.notes), *drawn_out),
         choices=choices,
     )
 
@@ -131,16 +131,17 @@ def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tu
 
 
 def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
-    for i, (fit, spline, scatter) in enumerate(zip(fitted.fits, fitted.splines, fitted.scatter_mm, strict=True)):
-        within = options.repeatability_mm
+    process = fitted.process_mm()
+    for i, fit in fitted.fits.items():
+        scatter, within = fitted.scatter_mm[i], options.repeatability_mm
         if within is None:
-            within = scatter if fitted.process_mm is None else fitted.process_mm
+            within = scatter if process is None else process
         probe = vectors.own_u_mm[fit.touches] if len(fit.touches) else vectors.own_u_mm
         for k, index in enumerate(fit.chain.features):
             yield ErrorCurve(
                 feature=profile.features[index].name,
                 length_mm=profile.features[index].length_mm,
-                spline=spline,
+                spline=fitted.splines[i],
                 start_mm=fit.chain.starts_mm[k],
                 conditions=_share(fit.fit.conditions, k, len(fit.chain.features)),
                 knot_every=fit.knot_every[k],
@@ -186,7 +187,7 @@ def _by_touch(
     for k in np.setdiff1d(np.arange(len(vectors.point)), kept):
         curve = curves[vectors.feature_index[k]]
         residual[k] = left_out[k] = vectors.error_mm[k] - curve.value_mm(vectors.arc_length_mm[k])[0]
-    for fit in fitted.fits:
+    for fit in fitted.fits.values():
         residual[kept[fit.touches]] = fit.residual_mm
         left_out[kept[fit.touches]] = fit.leave_one_out_mm
     return residual, left_out

@@ -5,8 +5,7 @@ cannot average it away. The fits are linear in the errors, so the coefficients f
 do.
 """
 
-from collections.abc import Sequence
-from dataclasses import astuple
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from trueloop.turned.fit.spline import EndConditions, LinearForm, Spline, least_
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 
-def reference_responses(fits: Sequence[ChainFit], vectors: ErrorVectors) -> tuple[Array, ...]:
+def reference_responses(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> dict[int, Array]:
     """By how much the coefficients of each chain fall for an error of 1 of the reference touch, (coefficients,) each.
 
     What the user prescribes, and features that are estimated without a touch, do not follow it. A curve from a nose
@@ -24,14 +23,14 @@ def reference_responses(fits: Sequence[ChainFit], vectors: ErrorVectors) -> tupl
     """
     found: dict[int, Array] = {}
     while len(found) < len(fits):
-        for i, fit in enumerate(fits):
+        for i, fit in fits.items():
             givers = {source.neighbour.chain for source in fit.sources if source.neighbour is not None}
             if i not in found and givers <= found.keys():
                 found[i] = _response(fit, fits, found, vectors)
-    return tuple(found[i] for i in range(len(fits)))
+    return {i: found[i] for i in fits}
 
 
-def _response(fit: ChainFit, fits: Sequence[ChainFit], found: dict[int, Array], vectors: ErrorVectors) -> Array:
+def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array], vectors: ErrorVectors) -> Array:
     """The chain's own fit made again, with the shares in place of the errors."""
     if not len(fit.touches) and all(source.neighbour is None for source in fit.sources):
         return np.zeros_like(fit.fit.spline.coefficients_mm)
@@ -48,16 +47,16 @@ def _response(fit: ChainFit, fits: Sequence[ChainFit], found: dict[int, Array], 
     return least_squares_spline(s, share, knots, spline.length_mm, degree, given).spline.coefficients_mm
 
 
-def _conditions(fit: ChainFit, fits: Sequence[ChainFit], found: dict[int, Array]) -> EndConditions:
+def _conditions(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array]) -> EndConditions:
     """The ends' values and slopes as they follow the reference: those of the neighbours, zero where prescribed."""
-    numbers, given = [], astuple(fit.fit.conditions)
+    numbers, given = [], fit.fit.conditions.numbers
     for source, value, slope in zip(fit.sources, given[::2], given[1::2], strict=True):
         numbers += [_number(source, value, fits, found, slope=False), _number(source, slope, fits, found, slope=True)]
     return EndConditions(*numbers)
 
 
 def _number(
-    source: ConditionSource, given: float | None, fits: Sequence[ChainFit], found: dict[int, Array], *, slope: bool
+    source: ConditionSource, given: float | None, fits: Mapping[int, ChainFit], found: dict[int, Array], *, slope: bool
 ) -> float | None:
     if given is None:
         return None

@@ -45,7 +45,7 @@ class Tangency:
 
 def tangencies(profile: Profile, free: FittedChains, policy: TangentPolicy) -> tuple[Tangency, ...]:
     """One entry a tangent junction. `free` is the fit with continuous values and free slopes (PART)."""
-    place = {index: (c, k) for c, fit in enumerate(free.fits) for k, index in enumerate(fit.chain.features)}
+    place = {index: (c, k) for c, fit in free.fits.items() for k, index in enumerate(fit.chain.features)}
     found = []
     for i, junction in enumerate(profile.junctions):
         if junction.kind != JunctionKind.TANGENT:

@@ -1,6 +1,6 @@
 """From fits to curves with their uncertainty: the scatter of the touches, and what is handed from chain to chain."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,49 +16,56 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 
 @dataclass(frozen=True)
 class FittedChains:
-    """The chains' fits and finished splines, in the profile's order.
+    """The chains' fits and finished splines, each by the chain's index, in the profile's order.
 
     `scatter_mm` is the standard deviation of a touch about each chain's curve: the residuals of all chains with touches
     to spare, pooled over `degrees_of_freedom` of them, and never less than the touches' type B uncertainty. Pooling
     assumes that lines and arcs of one cut scatter alike; a curve too stiff for its feature makes all bands wider.
     `reference` (None: z has no reference): what each chain's coefficients follow the reference touch by, per unit of
     its own error, one and the same in all chains.
-    `process_mm` is the process's part of it, which the next cut scatters by again (None: no touch to spare).
     """
 
-    fits: tuple[ChainFit, ...]
-    splines: tuple[Spline, ...]
-    scatter_mm: tuple[float, ...]
-    process_mm: float | None
-    degrees_of_freedom: int
-    reference: tuple[Array, ...] | None
+    fits: Mapping[int, ChainFit]
+    splines: Mapping[int, Spline]
+    scatter_mm: Mapping[int, float]
+    spreads: tuple[Spread, ...]
+    reference: Mapping[int, Array] | None
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Touches to spare."""
+        return sum(one.spare for one in self.spreads)
+
+    def process_mm(self) -> float | None:
+        """The process's part of the scatter, which the next cut scatters by again; None without a touch to spare."""
+        return process_scatter_mm(self.spreads) if self.spreads else None
 
 
-def finish(fits: Sequence[ChainFit], vectors: ErrorVectors) -> FittedChains:
+def finish(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> FittedChains:
     """Puts numbers to the covariances: σ² of the touches, and that of the end values taken from neighbours."""
     reference = reference_responses(fits, vectors) if np.any(vectors.at_reference) else None
-    spreads = [_spread(fit, vectors) for fit in fits if fit.spare > 0]
+    spreads = [_spread(fit, vectors) for fit in fits.values() if fit.spare > 0]
     spare = sum(one.spare for one in spreads)
     pooled = sum(one.squares_mm2 for one in spreads) / spare if spare else 0.0
-    scatter = [_at_least_type_b(fit, vectors, pooled) for fit in fits]
+    scatter = {i: _at_least_type_b(fit, vectors, pooled) for i, fit in fits.items()}
     splines: dict[int, Spline] = {}
     while len(splines) < len(fits):
-        for i, fit in enumerate(fits):
+        for i, fit in fits.items():
             givers = {source.neighbour.chain for source in fit.sources if source.neighbour is not None}
             if i not in splines and givers <= splines.keys():
                 splines[i] = _finished(fit, scatter[i], splines)
-    process_mm = process_scatter_mm(spreads) if spare else None
-    finished = [splines[i] for i in range(len(fits))]
     if reference is not None:
         own_mm = _reference_scatter_mm(fits, scatter, vectors)
-        finished = [one.with_common(own_mm * response) for one, response in zip(finished, reference, strict=True)]
-    return FittedChains(tuple(fits), tuple(finished), tuple(scatter), process_mm, spare, reference)
+        splines = {i: spline.with_common(own_mm * reference[i]) for i, spline in splines.items()}
+    return FittedChains(fits, {i: splines[i] for i in fits}, scatter, tuple(spreads), reference)
 
 
-def _reference_scatter_mm(fits: Sequence[ChainFit], scatter_mm: Sequence[float], vectors: ErrorVectors) -> float:
+def _reference_scatter_mm(
+    fits: Mapping[int, ChainFit], scatter_mm: Mapping[int, float], vectors: ErrorVectors
+) -> float:
     """Standard deviation of the reference touch: that of its chain's touches."""
     (k,) = np.flatnonzero(vectors.at_reference)
-    return next(scatter for fit, scatter in zip(fits, scatter_mm, strict=True) if k in fit.touches)
+    return next(scatter_mm[i] for i, fit in fits.items() if k in fit.touches)
 
 
 def _spread(fit: ChainFit, vectors: ErrorVectors) -> Spread:

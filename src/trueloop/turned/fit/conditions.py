@@ -39,6 +39,8 @@ def chain_conditions(
 def conditions_covariance(fit: ChainFit, splines: Mapping[int, Spline]) -> Array:
     """Covariance of the prescribed numbers, in their order; what the user prescribed counts as exact."""
     c = fit.fit.conditions
+    if not c.count:
+        return np.zeros((0, 0))
     blocks = [
         _end_covariance(fit.sources[0], splines, c.start_value_mm is not None, c.start_slope is not None),
         _end_covariance(fit.sources[1], splines, c.end_value_mm is not None, c.end_slope is not None),

@@ -5,12 +5,16 @@ without a touch follow the arcs they are tangent to; what is left is expected fr
 (`untouched_fit`).
 """
 
+from collections.abc import Hashable
+from dataclasses import replace
+from typing import TypeAlias
+
 import numpy as np
 
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.arc_fit import fit_arcs
 from trueloop.turned.fit.chain import Chain, chains_of
-from trueloop.turned.fit.chain_fit import ChainFit, Sources, touches_of
+from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, touches_of
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
 from trueloop.turned.fit.conditions import chain_conditions
 from trueloop.turned.fit.line_fit import fit_lines
@@ -19,26 +23,39 @@ from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.fit.untouched_fit import fit_untouched
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
+Known: TypeAlias = dict[Hashable, ChainFit]
+"""Fits of single chains by all that they depend on: whoever fits many subsets of the touches makes each once."""
+
 
 def fit_chains(
     profile: Profile, vectors: ErrorVectors, options: FitOptions, nose: NoseOnPart | None
-) -> tuple[tuple[ChainFit, ...], tuple[ModelChoice, ...]]:
-    """Fits of every chain in the profile's order, and the choices between own curve and nose model."""
+) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
+    """Fits of every chain by its index, in the profile's order, and the choices between own curve and nose model."""
     chains = chains_of(profile)
-    touched = [bool(np.any(np.isin(vectors.feature_index, chain.features))) for chain in chains]
+    fits, choices = fit_touched(profile, vectors, options, nose)
+    for i in sorted(set(range(len(chains))) - set(fits), key=lambda i: chains[i].curved):
+        conditions, sources = chain_conditions(profile, chains, i, fits, options)
+        fits[i] = fit_untouched(profile, chains[i], vectors, conditions, sources, fits)
+    return {i: fits[i] for i in range(len(chains))}, choices
+
+
+def fit_touched(
+    profile: Profile, vectors: ErrorVectors, options: FitOptions, nose: NoseOnPart | None, known: Known | None = None
+) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
+    """The same of the chains with a touch: those without one have no part in them. `known` is added to."""
+    chains = chains_of(profile)
+    with_touches = set(vectors.feature_index.tolist())
+    touched = [i for i, chain in enumerate(chains) if with_touches.intersection(chain.features)]
     fits: dict[int, ChainFit] = {}
     choices: list[ModelChoice] = []
-    for i in sorted(range(len(chains)), key=lambda i: (not touched[i], chains[i].curved)):
+    for i in sorted(touched, key=lambda i: chains[i].curved):
         conditions, sources = chain_conditions(profile, chains, i, fits, options)
-        if not touched[i]:
-            fits[i] = fit_untouched(profile, chains[i], vectors, conditions, sources, fits)
-            continue
-        fits[i] = _touched(profile, chains[i], vectors, options, conditions, sources)
+        fits[i] = _touched(profile, chains[i], vectors, options, conditions, sources, {} if known is None else known)
         held = any(name in options.prescribed for name in _names(profile, chains[i]))
         if nose is not None and chains[i].curved and not held and np.any(np.isin(nose.positions, fits[i].touches)):
             fits[i], choice = choose(profile, vectors, fits[i], nose, options.tangent_policy)
             choices.append(choice)
-    return tuple(fits[i] for i in range(len(chains))), tuple(choices)
+    return {i: fits[i] for i in touched}, tuple(choices)
 
 
 def _names(profile: Profile, chain: Chain) -> list[str]:
@@ -52,8 +69,26 @@ def _touched(
     options: FitOptions,
     conditions: EndConditions,
     sources: Sources,
+    known: Known,
 ) -> ChainFit:
-    names, touches = _names(profile, chain), touches_of(profile, chain, vectors)
+    """The fit, or the known one to the same touches: these may stand at other positions there."""
+    touches = touches_of(profile, chain, vectors)
+    places = tuple(len(places_mm) for places_mm in touches.by_feature_mm)
+    key = (chain, touches.arc_length_mm.tobytes(), touches.error_mm.tobytes(), places, conditions, sources)
+    if key not in known:
+        known[key] = _fitted(profile, chain, touches, options, conditions, sources)
+    return replace(known[key], touches=touches.positions)
+
+
+def _fitted(
+    profile: Profile,
+    chain: Chain,
+    touches: ChainTouches,
+    options: FitOptions,
+    conditions: EndConditions,
+    sources: Sources,
+) -> ChainFit:
+    names = _names(profile, chain)
     if chain.curved:
         return fit_arcs(names, chain, touches, options, conditions, sources)
     return fit_lines(" and ".join(names), chain, touches, options.tangent_policy, conditions, sources)

@@ -6,7 +6,7 @@ curves, but lose up to a millimetre at 1,000 points.
 """
 
 import math
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -28,9 +28,14 @@ class EndConditions:
     end_slope: float | None = None
 
     @property
+    def numbers(self) -> tuple[float | None, float | None, float | None, float | None]:
+        """Value and slope at the start, value and slope at the end."""
+        return self.start_value_mm, self.start_slope, self.end_value_mm, self.end_slope
+
+    @property
     def count(self) -> int:
         """How many numbers are prescribed."""
-        return sum(number is not None for number in astuple(self))
+        return sum(number is not None for number in self.numbers)
 
     @property
     def coefficients(self) -> int:
@@ -238,7 +243,7 @@ def least_squares_spline(
     if degree > 1 and len(s) > 1:
         supported = float(s[0]) if free[0] else 0.0, float(s[-1]) if free[1] else length_mm
     w = None if weights is None else np.ascontiguousarray(weights, dtype=np.float64)
-    given = (conditions.start_value_mm, conditions.start_slope, conditions.end_value_mm, conditions.end_slope)
-    coefficients, band, sensitivity, residual, leverage = fit_spline(s, y, w, knots, length_mm, degree, given)
+    fitted = fit_spline(s, y, w, knots, length_mm, degree, conditions.numbers)
+    coefficients, band, sensitivity, residual, leverage = fitted
     spline = Spline(knots, length_mm, degree, coefficients, band, np.zeros((len(coefficients), 1)), supported)
     return SplineFit(spline, conditions, residual, leverage, sensitivity)
