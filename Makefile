@@ -15,6 +15,9 @@ PART ?= modbas2
 # One more than there are cores: tests that wait for LinuxCNC or a browser leave theirs to another.
 WORKERS := $(shell echo $$(( $$(nproc) + 1 )))
 
+# Tests start hundreds of Python processes: each would compile all that it imports anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
@@ -49,13 +52,13 @@ demo-surface: $(SETUP) ## a surface: ten measured parts to a corrected STEP surf
 
 test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC and Chromium where it may
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6
-	cargo test --quiet --locked --workspace --exclude trueloop-python
-	$(RUN)python -m pytest -n $(WORKERS) -m 'not corpus'
+	cargo test --quiet --locked --workspace --exclude trueloop-python --tests
+	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m 'not corpus'
 
 test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-corpus CORPUS=DIR, where DIR/data is
 	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6
-	$(RUN)python -m pytest -n $(WORKERS) -m corpus --corpus='$(CORPUS)'
+	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m corpus --corpus='$(CORPUS)'
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files
 	$(RUN)ruff check --quiet
