@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use spatial::spread;
+use threads::spread;
 
 use crate::bezier::{bernstein, evaluated, Lifted, Local};
 use crate::boxes::{Boxes, Search};

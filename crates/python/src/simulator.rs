@@ -78,7 +78,7 @@ impl NoseSweep {
                 .zip(known.iter().copied())
                 .collect();
             let jobs: Vec<_> = rays.chunks(TOGETHER).collect();
-            spatial::spread(&jobs, |rays| {
+            threads::spread(&jobs, |rays| {
                 self.sweep.entries(rays.iter().copied(), reach)
             })
             .concat()

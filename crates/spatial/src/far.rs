@@ -4,10 +4,11 @@
 //! nodes of their cell, from these to the nodes of the other one, and from there to its points, by interpolation (a
 //! fast multipole method without expansions; Fong & Darve, J. Comput. Phys. 228, 2009). Near cells meet point by point.
 
+use threads::spread;
+
 use crate::block::Block;
 use crate::points::{finite, Points, Refused};
 use crate::product::{add, take_away};
-use crate::threads::spread;
 use crate::tree::{Cell, Tree};
 use crate::weight::Decay;
 

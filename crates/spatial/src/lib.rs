@@ -13,7 +13,6 @@ mod lanes_x86;
 mod pairs;
 mod points;
 mod product;
-mod threads;
 mod tree;
 mod weight;
 
@@ -21,5 +20,4 @@ pub use far::far_product;
 pub use pairs::{pair_sums, PairSums};
 pub use points::{Points, Refused};
 pub use product::{product, some_rows};
-pub use threads::spread;
 pub use weight::Decay;

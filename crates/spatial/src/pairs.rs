@@ -1,9 +1,10 @@
 //! Sums over all pairs of one value a point.
 
+use threads::spread;
+
 use crate::block::{squared, Block};
 use crate::lanes::{Eight, Lanes, LANES};
 use crate::points::{finite, Points, Refused};
-use crate::threads::spread;
 use crate::weight::{Decay, Job, Weight};
 
 /// Vectors of a tile at most: its columns stay in the first cache. Few points have smaller tiles, so that every core gets some.

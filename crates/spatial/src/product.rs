@@ -1,9 +1,10 @@
 //! The weight matrix times a few vectors, the matrix never formed.
 
+use threads::spread;
+
 use crate::block::Block;
 use crate::lanes::Lanes;
 use crate::points::{finite, Points, Refused};
-use crate::threads::spread;
 use crate::weight::{Decay, Job, Weight};
 
 /// Rows worked off together, and points with which, so that these stay in the cache.

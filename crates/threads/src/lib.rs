@@ -1,4 +1,4 @@
-//! Jobs shared among the machine's cores.
+//! Jobs shared among the machine's cores; their results do not depend on how many there are.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::OnceLock;
