@@ -3,7 +3,7 @@
 import difflib
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_text
+from trueloop.formats.toml_statements import KEEP_ONE, Location, collision, statements
 
 MOST: Final = 1e15
 """No length, time or temperature is as large; its square is still a number."""
@@ -37,16 +38,9 @@ def _zoned(moment: datetime) -> datetime:
 Moment = Annotated[datetime, Field(strict=True), AfterValidator(_zoned)]
 """A date with a time, in some zone."""
 
-Location = tuple[int | str, ...]
-"""Keys and places in arrays from the file down to one value."""
-
 SYNTAX_HINT: Final = "text values stand in quotes, tables in [brackets]: see examples/modbas2/job.toml"
-
-HEADING: Final = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
-KEY_PART: Final = r"""[\w-]+|"[^"]*"|'[^']*'"""
-DOTTED_KEY: Final = re.compile(rf"\s*((?:{KEY_PART})(?:\s*\.\s*(?:{KEY_PART}))*)\s*=")
-GIVEN_TWICE: Final = re.compile("overwrite a value|twice")
-KEY: Final = re.compile(r"\s*[\"']?([\w-]+)[\"']?\s*[=.]")
+COLLIDES: Final = re.compile("overwrite a value|twice|redefine namespace|immutable namespace|Duplicate")
+"""What Python's reader says where two statements define one name."""
 
 
 class Table(BaseModel):
@@ -110,10 +104,13 @@ def _parsed(text: str, path: Path, code: Code) -> dict[str, object]:
 def _syntax_error(text: str, path: Path, code: Code, error: ValueError | RecursionError) -> TrueloopError:
     where = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
     line, column = (int(where[1]), int(where[2])) if where else (None, None)
-    if GIVEN_TWICE.search(str(error)) and (twice := [found for found in _repeated(text) if found[0] <= (line or 0)]):
-        second, first, name = twice[-1]  # a value of several lines is complained of in its last
-        message = f"{name} is given twice: in line {second}, and in line {first} before"
-        return TrueloopError(code, message, hint="keep one of them", place=Place(str(path), second))
+    if line and COLLIDES.search(str(error)):
+        found = collision(text, line)
+        if found is None:
+            message = "a key is given twice between the braces of one value"
+            return TrueloopError(code, message, hint=KEEP_ONE, place=Place(str(path), line, column))
+        place = Place(str(path), found.later.line, found.later.column)
+        return TrueloopError(code, found.message, hint=found.hint, place=place)
     message = f"not a TOML file: {str(error).split(' (at ')[0]!r}"
     return TrueloopError(code, message, hint=SYNTAX_HINT, place=Place(str(path), line, column))
 
@@ -129,11 +126,20 @@ def _said(mistake: ErrorDetails, model: type[BaseModel]) -> tuple[str, str | Non
     location = mistake["loc"]
     key = ".".join(str(part) for part in location)
     if mistake["type"] == "extra_forbidden":
-        near = difflib.get_close_matches(str(location[-1]), _table_at(model, location).model_fields, n=1)
-        return f"{key!r} is no key of this file", f"did you mean {near[0]!r}?" if near else None
+        return f"{key!r} is no key of this file", _hint_for_unknown(location, model)
     given = f", given {mistake['input']!r}" if not isinstance(mistake["input"], dict) else ""
     where = f"{key!r}: " if key else ""
     return f"{where}{mistake['msg'].removeprefix('Value error, ')}{given}", None
+
+
+def _hint_for_unknown(location: Location, model: type[BaseModel]) -> str | None:
+    """A table named in full under a heading, or a key that is nearly right; None where it is neither."""
+    *above, name = (str(part) for part in location)
+    if above and name in model.model_fields:
+        written = f"leave '{name}.' out" if above == [name] else f"write it under [{name}]"
+        return f"keys under [{'.'.join(above)}] count from there: {written}"
+    near = difflib.get_close_matches(name, _table_at(model, location).model_fields, n=1)
+    return f"did you mean {near[0]!r}?" if near else None
 
 
 def _table_at(model: type[BaseModel], location: Location) -> type[BaseModel]:
@@ -154,7 +160,7 @@ def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
 
 def _line_of(text: str, location: Location) -> int | None:
     """The line that agrees with most of a location, the first of several; None where none agrees with any of it."""
-    agreed = [(_agreement(where, location), -number) for number, where in _locations(text)]
+    agreed = [(_agreement(found.location, location), -found.line) for found in statements(text)]
     most, number = max(agreed, default=(0, 0))
     return -number if most else None
 
@@ -162,53 +168,3 @@ def _line_of(text: str, location: Location) -> int | None:
 def _agreement(one: Location, other: Location) -> int:
     """How many parts they share from the start."""
     return next((k for k, (a, b) in enumerate(zip(one, other, strict=False)) if a != b), min(len(one), len(other)))
-
-
-def _locations(text: str) -> Iterator[tuple[int, Location]]:
-    """Line number and location of every heading and key."""
-    table: Location = ()
-    counts: dict[str, int] = {}
-    for number, line in enumerate(text.splitlines(), 1):
-        if heading := HEADING.match(line):
-            names = [name.strip(" \"'") for name in heading[2].split(".")]
-            path = ".".join(names)
-            if heading[1] == "[[":
-                counts[path] = counts.get(path, -1) + 1
-            table = _with_counts(names, counts)
-            yield number, table
-        elif key := KEY.match(line):
-            yield number, (*table, key[1])
-
-
-def _repeated(text: str) -> Iterator[tuple[int, int, str]]:
-    """Line of every key and table that was there before, line of the first, and its name as it is written."""
-    first: dict[Location, int] = {}
-    table: Location = ()
-    for number, (line, location) in enumerate(zip(text.splitlines(), _by_line(text), strict=True), 1):
-        key, heading = DOTTED_KEY.match(line), HEADING.match(line)
-        if heading and location:
-            table, name = location, f"the table [{heading[2]}]"
-            whole = location if heading[1] == "[" else (*location, number)
-        elif key:
-            parts = [part.strip("\"'") for part in re.findall(KEY_PART, key[1])]
-            whole, name = (*table, *parts), f"the key {'.'.join(parts)!r}"
-        else:
-            continue
-        if whole in first:
-            yield number, first[whole], name
-        first.setdefault(whole, number)
-
-
-def _by_line(text: str) -> list[Location]:
-    """The location that begins in each line, () where none does."""
-    begins = dict(_locations(text))
-    return [begins.get(number, ()) for number, _ in enumerate(text.splitlines(), 1)]
-
-
-def _with_counts(names: list[str], counts: Mapping[str, int]) -> Location:
-    """`term`, `signals` as `term`, 1, `signals` where the heading [[term]] was there twice so far."""
-    location: Location = ()
-    for k, name in enumerate(names, 1):
-        path = ".".join(names[:k])
-        location += (name, counts[path]) if path in counts else (name,)
-    return location
