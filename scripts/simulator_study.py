@@ -44,6 +44,9 @@ FINEST_UM: Final = 0.5
 FIRST_SEED: Final = 400_000
 FRESH_SEED: Final = 470_000
 WAYS: Final = ("loop_mm", "path_mm", "raw_mm")
+ALIKE: Final = "Empty `[transfer]`, `cut_to_cut_um = 0`"
+"""What the tables of curve, probe and process alone hold for; the preset and jobs have a transfer and a prior."""
+AS_SHIPPED: Final = "`[transfer]` of the preset where the finish cut is as NIST's, else empty; prior between cuts"
 USUAL: Final = Repeatability(0.0012, 1.0)
 UNSEEN: Final = (
     ("0.5 µm from cut to cut", Repeatability(0.0012, 1.0, 0.0005)),
@@ -84,7 +87,8 @@ def residuals(parts: int) -> str:
         rows.append(_told(name.upper(), f"{sigma} µm", *ways, _coverage(made)))
     head = ("", "σ", "the loop", "tangent paths", "each touch for itself", "inside the 95 % band")
     words = (
-        f"{parts} parts a row, {_seeds(FIRST_SEED, parts)}; ± is one standard uncertainty from how the parts differ."
+        f'{ALIKE}, `errors_follow = "nose"`: {parts} parts a row, {_seeds(FIRST_SEED, parts)}; ± is one standard '
+        "uncertainty from how the parts differ."
     )
     return f"{words}\n\n{_table(head, rows)}"
 
@@ -96,7 +100,7 @@ def by_place(parts: int) -> str:
         made = _made(_trial(name, "place"), Repeatability(sigma / 1000, 1.0), parts)
         rows.append(_told(name.upper(), f"{sigma} µm", _relative(made, "loop_mm", sigma), _coverage(made)))
     head = ('without `errors_follow = "nose"`', "σ", "the loop", "inside the 95 % band")
-    return f"{parts} parts a row, {_seeds(FIRST_SEED, parts)}.\n\n{_table(head, rows)}"
+    return f"{ALIKE}: {parts} parts a row, {_seeds(FIRST_SEED, parts)}.\n\n{_table(head, rows)}"
 
 
 def between(parts: int) -> str:
@@ -116,7 +120,7 @@ def between(parts: int) -> str:
     for words, repeatability in UNSEEN:
         rows.append(_held(f"MODBAS2, {words}", trial, nist(repeatability, SAME), parts, ("", "")))
     head = ("1.2 µm along the cut and …", "inside ±U", "were cuts taken for alike", "NIST's metal", "taken for alike")
-    return f"{parts} parts a row, {_seeds(FIRST_SEED, parts)}.\n\n{_table(head, rows)}"
+    return f"{AS_SHIPPED}: {parts} parts a row, {_seeds(FIRST_SEED, parts)}.\n\n{_table(head, rows)}"
 
 
 def _held(words: str, trial: Trial, workshop: Workshop, parts: int, metal: tuple[str, str]) -> tuple[str, ...]:
@@ -152,7 +156,7 @@ def shares(parts: int) -> str:
         rows.append(_told(name.upper(), f'`"{follow}"`', *cells))
     scatters = (f"process {FINEST_UM} µm and probe", "process alone", "probe alone", "neither")
     head = ("left, RMS", "`errors_follow`", *scatters)
-    return f"{parts} parts a cell, {_seeds(FRESH_SEED, parts)}.\n\n{_table(head, rows)}"
+    return f"{ALIKE}: {parts} parts a cell, {_seeds(FRESH_SEED, parts)}.\n\n{_table(head, rows)}"
 
 
 def _seeds(first: int, parts: int) -> str:
