@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from scripts.error_page import PAGE, page
+from tests.errors.expected import kept, words
 from trueloop.errors import Code, Finding, TrueloopError
 
 AREAS = sorted(file.stem for file in Path(__file__).parent.glob("test_*.py") if file != Path(__file__))
@@ -21,6 +22,11 @@ PRODUCERS: list[tuple[str, Code, Callable[[], object]]] = [
     for code, produce in importlib.import_module(f"tests.errors.{area}").PRODUCERS.items()
 ]
 NUMBER_OR_QUOTED = re.compile(r"\d|'[^']+'|\"[^\"]+\"|`[^`]+`")
+
+
+@pytest.fixture(scope="module")
+def expected() -> dict[str, str]:
+    return kept()
 
 
 def complaint(code: Code, produce: Callable[[], object]) -> TrueloopError | Finding:
@@ -45,12 +51,15 @@ def test_every_code_is_its_name_in_words() -> None:
 
 
 @pytest.mark.parametrize(
-    ("code", "produce"),
-    [pytest.param(code, produce, id=f"{area.removeprefix('test_')}-{code}") for area, code, produce in PRODUCERS],
+    ("area", "code", "produce"),
+    [pytest.param(area, code, produce, id=f"{area.removeprefix('test_')}-{code}") for area, code, produce in PRODUCERS],
 )
-def test_the_complaint_names_code_values_hint_and_place(code: Code, produce: Callable[[], object]) -> None:
+def test_the_complaint_names_code_values_hint_and_place(
+    area: str, code: Code, produce: Callable[[], object], expected: dict[str, str]
+) -> None:
     said = complaint(code, produce)
     assert said.code is code
+    assert words(said) == expected[f"{area} {code}"], "if it is meant so: python -m tests.errors.expected"
     assert NUMBER_OR_QUOTED.search(said.message), f"no value in {said.message!r}"
     assert said.hint.strip()
     if isinstance(said, TrueloopError):
