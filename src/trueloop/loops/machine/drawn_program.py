@@ -7,9 +7,10 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.shape_words import ANGLED, SHAPE, TURNS
+from trueloop.nc.edit.shape_words import SHAPE, TURNS
 from trueloop.nc.expand.expand import WrittenOut, written_out
 from trueloop.nc.expand.splines import gives_spline
+from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.nc.program.understood import require_sound
@@ -24,10 +25,10 @@ _SPLINE: Final = tuple(re.compile(letter + rb"[ \t]*0*5(?!\d)") for letter in (b
 """Splines of LinuxCNC, G5 to G5.2; they may match more. One that minds no case takes four times as long."""
 
 
-def has_shapes(letters: Collection[str], dialect: str) -> bool:
+def has_shapes(letters: Collection[str], dialect: Dialect) -> bool:
     """Whether words of these letters shape moves beside their ends."""
-    shapes = SHAPE - {TURNS} | ({"A"} if dialect.startswith(ANGLED) else set())
-    return dialect != "linuxcnc" and bool(shapes & set(letters))
+    shapes = SHAPE - {TURNS} | ({"A"} if dialect.line_angle else set())
+    return bool(shapes & set(letters))
 
 
 def written_out_file(
@@ -44,7 +45,7 @@ def written_out_file(
     blocks[[program.core.block_at(found.start()) for found in _SHAPING.finditer(program.source)]] = True
     wordless = (path.word < 0).all(axis=1) | (path.motion == Motion.ARC)
     done = written_out(program, path, np.flatnonzero(blocks[path.block] | wordless).tolist(), run)
-    if program.dialect.name == "linuxcnc":
+    if program.dialect.splines:
         with done.in_lines_of(program):
             _require_no_spline(done.program)
     return program, done

@@ -86,7 +86,7 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
             line += blocks
     known = dialect or guess_dialect(b"", str(path))
     *_, curve = first
-    drawn = curve is not None or has_shapes(letters, known)
+    drawn = curve is not None or has_shapes(letters, dialect_named(known))
     return Survey(known, digest.hexdigest(), jumps, named, letters, *first[:3], drawn, comma, decimals, rotary)
 
 

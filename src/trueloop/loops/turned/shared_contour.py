@@ -7,7 +7,6 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.nc.program.program import Block, Program
 
-CONTROLS: Final = ("fanuc-lathe", "haas-lathe")
 ROUGHING: Final = (71.0, 72.0, 73.0)
 
 
@@ -16,7 +15,7 @@ def shared_contour_notes(program: Program, first_block: int, x_before_mm: Array,
 
     The contour's ends in x (n,), before and after correcting.
     """
-    if not program.dialect.name.startswith(CONTROLS):
+    if not program.dialect.contours_by_number:
         return []
     cycles = [block.line for block in program.blocks if block.index < first_block and _roughs(block)]
     if not cycles:

@@ -16,12 +16,10 @@ from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.machine.standards.planar_field import PlanarField
 from trueloop.nc.edit.edit import Edit, displace_word, insert_word
 from trueloop.nc.field.field import Field
+from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import CoordinateState
 from trueloop.units import UM_PER_MM
-
-MILLS: Final = ("fanuc-mill", "haas-mill", "linuxcnc")
-"""Dialects in which X and Y are positions of a plane, X no diameter."""
 
 IN_NO_CASE: Final = frozenset({4.0, 68.0})
 """G codes whose X and Y are a time and the centre of a rotation: G4, G68."""
@@ -97,11 +95,12 @@ def displace_points(program: Program, field: PlanarField, no_positions: frozense
     words: under a rotation (G68) the field turns with it. Raises MCH-PROGRAM for a dialect that is no mill's, an
     incremental coordinate, one that is computed when the program runs, arcs, and frames that are not followed.
     """
-    if program.dialect.name not in MILLS:
+    if not program.dialect.plane_of_points:
+        mills = sorted(name for name, dialect in DIALECTS.items() if dialect.plane_of_points)
         raise TrueloopError(
             Code.MCH_PROGRAM,
-            f"programs of the dialect {program.dialect.name} are not corrected point by point: {len(MILLS)} mills' are",
-            hint=f"have it written for another control, or say which this is: --dialect {' or '.join(MILLS)}",
+            f"programs of the dialect {program.dialect.name} are not corrected point by point: {len(mills)} mills' are",
+            hint=f"have it written for another control, or say which this is: --dialect {' or '.join(mills)}",
             place=program.place(0),
         )
     points = list(_points(program, no_positions))

@@ -17,8 +17,6 @@ from trueloop.nc.program.dialect import Dialect
 from trueloop.nc.program.program import Program, Word
 from trueloop.nc.program.tool_path import CoordinateState
 
-KLARTEXT: Final = "heidenhain"
-"""The dialect whose moves are no G words: of new moves only lines are written, `L X+1 Y+2`."""
 AXES: Final = frozenset("XYZ")
 CODES: Final = frozenset({"N", "G", "M", ""})
 """Letters of the words before which no coordinate is written; names have none."""
@@ -107,7 +105,7 @@ def coordinate_text(dialect: Dialect, letter: str, value_mm: float, state: Coord
 
 def line_texts(dialect: Dialect, places: Sequence[str]) -> list[str]:
     """Blocks that go straight at feed from place to place, each given by its coordinates."""
-    if dialect.name == KLARTEXT:
+    if dialect.klartext:
         return [f"L {place}" for place in places]
     return [f"G01 {place}" if index == 0 else place for index, place in enumerate(places)]
 
@@ -131,7 +129,7 @@ def _comes_before(program: Program, words: Sequence[Word], word: Word, letter: s
     """Whether a coordinate is written behind a word: number, code, name or earlier axis; Klartext's L comes first."""
     if word.letter in AXES:
         return word.letter < letter
-    if program.dialect.name == KLARTEXT:
+    if program.dialect.klartext:
         return word.letter == "N" or word is next((other for other in words if other.letter != "N"), None)
     return word.letter in CODES
 
@@ -198,7 +196,7 @@ def insert_blocks_after(program: Program, block: int, texts: Sequence[str]) -> E
 
 
 def _require_words(program: Program, block: int, texts: Sequence[str]) -> None:
-    if program.dialect.name == KLARTEXT and not all(text.startswith((";", "L ")) for text in texts):
+    if program.dialect.klartext and not all(text.startswith((";", "L ")) for text in texts):
         raise TrueloopError(
             Code.NC_EDIT,
             f"{len(texts)} new blocks would be needed here, and of moves in Klartext only lines are written",

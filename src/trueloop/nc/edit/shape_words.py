@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from typing import Final
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.nc.edit.edit import KLARTEXT
 from trueloop.nc.program.program import Program, Word
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
@@ -27,8 +26,6 @@ ENDS: Final = frozenset("XYZUVW")
 """Letters of the words that set an end by themselves; a line's angle may set one too."""
 CENTRE: Final = frozenset("IJKR")
 """Letters of the words that give an arc's circle in its own block."""
-ANGLED: Final = ("fanuc-lathe", "haas-lathe")
-"""Controls on which A is the angle of a line."""
 
 
 def require_own_shape(program: Program, path: ToolPath, moves: Iterable[int], *, absolute_centres: bool = True) -> None:
@@ -51,7 +48,7 @@ def shaping_words(program: Program, path: ToolPath, move: int) -> list[Word]:
     """The words of a move's block that shape it beside its end and its centre, full turns left out."""
     words = _values(program, path, move)
     setting = {int(word) for word in path.word[move] if word >= 0}
-    shapes = SHAPE - {TURNS} | ({"A"} if program.dialect.name.startswith(ANGLED) else set())
+    shapes = SHAPE - {TURNS} | ({"A"} if program.dialect.line_angle else set())
     return [word for word in words if word.letter in shapes or (word.index in setting and word.letter not in ENDS)]
 
 
@@ -78,7 +75,7 @@ def asks_corner(program: Program, path: ToolPath, move: int) -> bool:
     """Whether a made move is the corner that its block, or RNDM, asks for."""
     letters = {word.letter for word in _values(program, path, move)}
     after_own = move > 0 and path.block[move - 1] == path.block[move]
-    return is_made(path, move) and bool(letters & CORNER or (after_own and program.dialect.name == "siemens"))
+    return is_made(path, move) and bool(letters & CORNER or (after_own and program.dialect.rounds_every_corner))
 
 
 def asks_every_corner(program: Program, path: ToolPath, move: int) -> bool:
@@ -90,7 +87,7 @@ def asks_every_corner(program: Program, path: ToolPath, move: int) -> bool:
 def _is_about_pole(program: Program, path: ToolPath, move: int) -> bool:
     """Whether an arc is a C of Klartext, with the CC before it."""
     words = program.block(int(path.block[move])).data
-    return program.dialect.name == KLARTEXT and any(word.text.upper() == "C" for word in words)
+    return program.dialect.klartext and any(word.text.upper() == "C" for word in words)
 
 
 def _values(program: Program, path: ToolPath, move: int) -> list[Word]:

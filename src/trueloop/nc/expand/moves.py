@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.nc.edit.edit import KLARTEXT, Edit, coordinate_text, line_ending
+from trueloop.nc.edit.edit import Edit, coordinate_text, line_ending
 from trueloop.nc.edit.number_text import number_said, rounded_mm, word_with
 from trueloop.nc.edit.shape_words import CORNER, ENDS, EVERY_CORNER, is_made, shaping_words
 from trueloop.nc.expand.block import OUT, rewritten
@@ -45,7 +45,7 @@ class Explicit:
         self.program, self.path = program, path
         self.edits: dict[int, list[Edit]] = {}
         self._digits = g_digits(program)
-        self._klartext = program.dialect.name == KLARTEXT
+        self._klartext = program.dialect.klartext
         self._last, self._end, self._code, self._feed = -1, np.zeros(3), "", math.nan
 
     def write(self, moves: Sequence[int]) -> None:

@@ -22,14 +22,14 @@ _WORDS: Final = frozenset("XYIJPQL")
 
 def makes_spline(program: Program, path: ToolPath, move: int) -> bool:
     """Whether a move is a chord of a spline; where that turns back on itself, one may lead nowhere."""
-    if program.dialect.name != "linuxcnc" or not is_wordless(path, move):
+    if not program.dialect.splines or not is_wordless(path, move):
         return False
     return _codes_in_force(program)[int(path.block[move])] in (*_ONE_BLOCK, _ENDS)
 
 
 def chords_of_one(program: Program, block: int) -> int | None:
     """How many chords a spline has that is given in this block alone; None for any other block."""
-    return _CHORDS.get(_codes_in_force(program)[block]) if program.dialect.name == "linuxcnc" else None
+    return _CHORDS.get(_codes_in_force(program)[block]) if program.dialect.splines else None
 
 
 def spline_blocks(program: Program, block: Block) -> list[Block]:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.nc.edit.edit import KLARTEXT, coordinate_text
+from trueloop.nc.edit.edit import coordinate_text
 from trueloop.nc.program.along import PLANE_AXES
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import Motion, ToolPath
@@ -86,4 +86,4 @@ def feed_word(program: Program, path: ToolPath, move: int) -> str:
     """The F word of a move's feed."""
     feed = float(path.feed[move]) / (MM_PER_INCH if path.inch[move] else 1.0)
     text = f"F{feed:.6f}".rstrip("0")
-    return text.rstrip(".") if program.dialect.name == KLARTEXT else text
+    return text.rstrip(".") if program.dialect.klartext else text

@@ -1,8 +1,9 @@
-"""The dialects the Rust core knows: what a writer of programs needs of them."""
+"""The dialects that the Rust core reads, and what differs between them for whoever writes programs."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any, Final, Literal
 
 from trueloop._core import nc_dialects
 from trueloop.errors import Code, TrueloopError
@@ -17,6 +18,18 @@ class Dialect:
     `radius_address` is what stands before the radius of an arc: `R`, `CR=`. `lead_along_thread`: the lead of a tapered
     thread counts along it, else along the axis on which it is longer. `decimal_comma`: the
     program at hand writes `X+2,5`.
+
+    `file_ending` of programs that no other control uses. `klartext`: moves are `L X+1 Y+2`, without G words.
+    `plane_of_points`: X and Y are positions of a plane, X no diameter. `line_angle`: A is the angle of a line.
+    `splines`: G5 to G5.3 cut splines. `blends_corners`: corners are rounded without a bound until G61, or G64 with P.
+    `rounds_every_corner`: a word rounds every corner from there on (RNDM). `radius_within_quadrant`: as delivered, an
+    arc with R may not leave its quadrant [6811 §A.1.1]. `contours_by_number`: G70 to G73 run the contour between two
+    block numbers. `offset_in_t`: T0312 calls tool 3 with offset 12.
+
+    `contour_shift` is what moves a contour by an offset: a shift of its frame, or the update of the tool's offset
+    (UPD); empty where neither is known. `one_shift`: G52 and G92 set one and the same shift; elsewhere G92 stays below
+    G52. `wear_words` add to a tool's wear offset; empty where none are known. `offset_x`: whether offsets on X are
+    radii, are always read as words on X are, or as the control is set up.
     """
 
     name: str
@@ -28,6 +41,20 @@ class Dialect:
     radius_address: str
     lead_along_thread: bool
     decimal_comma: bool = False
+    file_ending: str | None = None
+    klartext: bool = False
+    plane_of_points: bool = False
+    line_angle: bool = False
+    splines: bool = False
+    blends_corners: bool = False
+    rounds_every_corner: bool = False
+    radius_within_quadrant: bool = False
+    contours_by_number: bool = False
+    offset_in_t: bool = False
+    contour_shift: Literal["", "G52", "ATRANS", "UPD"] = ""
+    one_shift: bool = False
+    wear_words: Literal["", "G10", "G10 L11", "G10 L10", "$TC_DP", "UPD"] = ""
+    offset_x: Literal["set-up", "radius", "words"] = "set-up"
 
     def step(self, inch: bool) -> float:
         """The smallest programmable step, in the unit of the program."""
@@ -51,7 +78,29 @@ class Dialect:
         return f"{self.comment_open}{kept}{self.comment_close}"
 
 
-DIALECTS: Mapping[str, Dialect] = MappingProxyType({row[0]: Dialect(*row) for row in nc_dialects()})
+_LATHE: Final[Mapping[str, Any]] = {
+    "line_angle": True, "contours_by_number": True, "offset_in_t": True, "contour_shift": "G52",
+}  # fmt: skip
+_MILL: Final[Mapping[str, Any]] = {"plane_of_points": True, "contour_shift": "G52"}
+_WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
+    "ge2000t": {
+        "radius_within_quadrant": True, "offset_in_t": True, "contour_shift": "UPD", "wear_words": "UPD",
+    },
+    "linuxcnc": {
+        **_MILL, "file_ending": ".ngc", "splines": True, "blends_corners": True, "one_shift": True,
+        "wear_words": "G10 L10", "offset_x": "words",
+    },
+    "fanuc-lathe": {**_LATHE, "wear_words": "G10"},
+    "fanuc-lathe-b": _LATHE,
+    "fanuc-mill": _MILL,
+    "haas-lathe": {**_LATHE, "wear_words": "G10 L11"},
+    "haas-mill": _MILL,
+    "siemens": {
+        "rounds_every_corner": True, "contour_shift": "ATRANS", "wear_words": "$TC_DP", "offset_x": "radius",
+    },
+    "heidenhain": {"klartext": True},
+}  # fmt: skip
+DIALECTS: Mapping[str, Dialect] = MappingProxyType({r[0]: Dialect(*r, **_WRITTEN[r[0]]) for r in nc_dialects()})
 """Every dialect by its name."""
 
 

@@ -1,5 +1,7 @@
 """Which dialect a program is written in, where its text and its file's name leave no doubt."""
 
+from pathlib import Path
+
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import read_program
@@ -9,15 +11,14 @@ from trueloop.nc.program.understood import NOT_UNDERSTOOD
 def guess_dialect(source: bytes, file: str | None = None, option: str = "--dialect {}") -> str:
     """The only dialect in which every word of the program makes sense. Raises NC-DIALECT for none or several.
 
-    `option` is how a user says which. Of several, LinuxCNC's is taken where the file's name ends in .ngc, which no
-    other control uses.
+    `option` is how a user says which. Of several, the one is taken whose control alone uses the ending of the file's
+    name: .ngc of LinuxCNC.
     """
     strange = {name: _strange_words(source, name) for name in DIALECTS}
     fitting = [name for name, count in strange.items() if count == 0]
-    if "linuxcnc" in fitting and (file or "").lower().endswith(".ngc"):
-        return "linuxcnc"
-    if len(fitting) == 1:
-        return fitting[0]
+    by_ending = [name for name in fitting if DIALECTS[name].file_ending == Path(file or "").suffix.lower()]
+    if len(only := by_ending or fitting) == 1:
+        return only[0]
     counts = ", ".join(f"{name} {count}" for name, count in strange.items())
     raise TrueloopError(
         Code.NC_DIALECT,

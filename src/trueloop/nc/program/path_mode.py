@@ -13,7 +13,6 @@ from trueloop.errors import Code, Finding, Place, Severity
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
-BLENDING_DIALECT = "linuxcnc"
 EXACT, BLENDED = (61.0, 61.1), 64.0
 HINT = "write G64 P0.0001 (inch) or G64 P0.002 (mm), or G61, before the first cut"
 
@@ -23,7 +22,7 @@ def path_mode_findings(program: Program, path: ToolPath) -> Iterator[Finding]:
     path mode, a warning where it names one without a bound. Blocks are looked at in the order they are written.
     """
     cuts = path.line[np.isin(path.motion, [Motion.LINE, Motion.ARC])]
-    if program.dialect.name != BLENDING_DIALECT or not cuts.size:
+    if not program.dialect.blends_corners or not cuts.size:
         return
     named = [block for block in map(program.block, range(int(cuts[0]))) if _mode(block) is not None]
     if not named:

@@ -14,9 +14,6 @@ from trueloop.turned.compensation.moves import Move, within_quadrants
 GEOMETRY = frozenset("XZRIK")
 """The words of an arc block that new moves replace; feed and comments stay in the first block."""
 
-SINGLE_QUADRANT = frozenset({"ge2000t"})
-"""Controls that, as delivered, take an arc with R only within one quadrant [6811 §A.1.1]."""
-
 
 @dataclass(frozen=True)
 class ArcStyle:
@@ -34,7 +31,7 @@ class ArcStyle:
 
     def allowed(self, moves: Sequence[Move]) -> tuple[Move, ...]:
         """The moves as the control takes them."""
-        if self.by_radius and self.dialect.name in SINGLE_QUADRANT:
+        if self.by_radius and self.dialect.radius_within_quadrant:
             return tuple(piece for move in moves for piece in within_quadrants(move))
         return tuple(moves)
 

@@ -1,6 +1,7 @@
 """The tool-offset variant: the program's coordinates stay, a constant moves the whole contour [6811 §3.2].
 
-Where the program can set the tool's offset (GE 2000T: UPD) it does. Elsewhere the contour is cut in a shifted frame:
+Where the program can set the tool's offset for one run (GE 2000T: UPD) it does. Elsewhere the contour is cut in a
+shifted frame:
 `shifted_frame` says which moves. G52 is written as what is in force plus the offset and set back to what was in force;
 ATRANS adds to what is in force and is taken back. A program that is stopped in the cut leaves G52 on, LinuxCNC even
 over a restart: it is set to zero at the program's head, so that the next run begins as the first did. A shift that was
@@ -14,17 +15,11 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import Edit, coordinate_text, insert_blocks_after, set_offset
+from trueloop.nc.program.dialect import DIALECTS
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import CoordinateState, ToolPath
 from trueloop.turned.program.shifted_frame import Shifted
 
-SHIFTS: Final = {"linuxcnc": "G52", "fanuc": "G52", "haas": "G52", "siemens": "ATRANS"}
-"""What puts the contour into a shifted frame, by control (a dialect's name up to the dash): a program cannot set the
-tool table of these for one run only."""
-SETS_TOOL: Final = "ge2000t"
-"""The control whose programs set a tool's offset themselves."""
-ONE_REGISTER: Final = "linuxcnc"
-"""The control on which G52 and G92 set one and the same shift; on others G92 stays below G52."""
 LEFT_BEHIND: Final = "takes back the shift of a run that was stopped in the cut"
 
 
@@ -33,16 +28,15 @@ def has_local_shift(program: Program) -> bool:
 
     Raises NC-OFFSET for a control of which neither is known.
     """
-    if program.dialect.name == SETS_TOOL:
-        return False
-    if _control(program) not in SHIFTS:
+    if not program.dialect.contour_shift:
+        known = [name for name, dialect in DIALECTS.items() if dialect.contour_shift]
         raise TrueloopError(
             Code.NC_OFFSET,
-            f"how a {program.dialect.name} program shifts a contour by an offset is not known: {len(SHIFTS) + 1} "
-            "controls are",
-            hint=f"known are {', '.join([SETS_TOOL, *SHIFTS])}",
+            f"how a {program.dialect.name} program shifts a contour by an offset is not known: that of {len(known)} "
+            "dialects is",
+            hint=f"known are {', '.join(known)}",
         )
-    return True
+    return program.dialect.contour_shift != "UPD"
 
 
 def tool_offset_updates(
@@ -82,7 +76,7 @@ def shift_edits(program: Program, path: ToolPath, shifted: Shifted, offset_mm: t
     """A shift by (x as a radius, z) for those moves. Raises NC-OFFSET where it would replace another one."""
     state = path.coordinate_state(shifted.first)
     base_mm, offset = path.register_mm[shifted.first, [0, 2]], np.asarray(offset_mm)
-    code = SHIFTS[_control(program)]
+    code = program.dialect.contour_shift
     if code == "ATRANS":  # X of a frame is a radius
         state = CoordinateState(state.inch, diameter=False)
         there, back, head = _words(program, code, offset, state), _words(program, code, -offset, state), []
@@ -94,17 +88,13 @@ def shift_edits(program: Program, path: ToolPath, shifted: Shifted, offset_mm: t
     return [*head, _before(program, shifted.begin, there), insert_blocks_after(program, shifted.end, [back])]
 
 
-def _control(program: Program) -> str:
-    return program.dialect.name.partition("-")[0]
-
-
 def _words(program: Program, code: str, value_mm: Array, state: CoordinateState) -> str:
     texts = (coordinate_text(program.dialect, a, float(v), state) for a, v in zip("XZ", value_mm, strict=True))
     return " ".join([code, *texts])
 
 
 def _require_followed(program: Program, path: ToolPath, shifted: Shifted, base_mm: Array) -> None:
-    if np.any(base_mm) and _control(program) != ONE_REGISTER:
+    if np.any(base_mm) and not program.dialect.one_shift:
         raise TrueloopError(
             Code.NC_OFFSET,
             f"a shift of x {base_mm[0]:g} mm (radius), z {base_mm[1]:g} mm is in force at line "

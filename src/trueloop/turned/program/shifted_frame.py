@@ -20,8 +20,6 @@ from trueloop.turned.program.contour_start import finishes
 OFF: Final = 40
 ON: Final = frozenset({41, 42})
 FINISHING_CYCLE: Final = 70.0
-NO_FINISHING_CYCLE: Final = ("linuxcnc", "ge2000t", "siemens")
-"""Dialects whose G70 runs no contour by number."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ def _cycle_of_calls(program: Program, path: ToolPath, cut: int) -> _Cycle | None
 
 def _finishing_cycle(program: Program, contour_block: int) -> _Cycle | None:
     """The G70 that runs the contour; None where the program cuts it in its own course."""
-    if program.dialect.name in NO_FINISHING_CYCLE:
+    if not program.dialect.contours_by_number:
         return None
     blocks = list(program.blocks)
     for block in blocks:

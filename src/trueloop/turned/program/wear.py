@@ -12,10 +12,6 @@ from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.offsets import offset_state, tool_offset_updates
 
-TWO_NUMBERS_IN_T: Final = ("fanuc-lathe", "fanuc-lathe-b", "haas-lathe", "ge2000t")
-"""Dialects whose T0312 calls tool 3 with offset 12."""
-RADIUS_OFFSETS: Final = ("siemens",)
-"""Controls that keep the lengths of tools as radii however X is programmed (as delivered: MD 20360)."""
 MINUS: Final = "\u2212"
 
 
@@ -60,20 +56,20 @@ def wear_offset(
     `cut` is a move of the finish pass: the unit is that of its words. `is_diameter` says how the control reads offsets
     on X; None: as the words on X, on Sinumerik as a radius. LinuxCNC always reads them as words.
     """
-    words, name = path.coordinate_state(cut), program.dialect.name
-    if name == "linuxcnc":
+    dialect, words = program.dialect, path.coordinate_state(cut)
+    if dialect.offset_x == "words":
         is_diameter = None
-    elif is_diameter is None and name in RADIUS_OFFSETS:
+    elif is_diameter is None and dialect.offset_x == "radius":
         is_diameter = False
     state = offset_state(words, is_diameter)
-    step = resolution_of(program.dialect, state)
+    step = resolution_of(dialect, state)
     x, z = (float(rounded(v / state.unit_mm(a), step)) for a, v in zip("XZ", offset_mm, strict=True))
     decimals = max(0, -int(step.as_tuple().exponent))
     wear = WearOffset(tool, x, z, state.diameter, "inch" if state.inch else "mm", decimals)
-    if name == "ge2000t":
+    if dialect.wear_words == "UPD":
         own = tool_offset_updates(program, state, (0.0, 0.0), tool)
         return _with(wear, _ge2000t(wear, {axis: value / state.unit_mm(axis) for axis, value in own.items()}))
-    return _with(wear, BLOCKS[name](wear) if name in BLOCKS else ())
+    return _with(wear, BLOCKS[dialect.wear_words](wear))
 
 
 def offset_number(program: Program, path: ToolPath, cut: int) -> int | None:
@@ -81,7 +77,7 @@ def offset_number(program: Program, path: ToolPath, cut: int) -> int | None:
     word = int(path.tool[cut])
     if word <= 0:
         return None
-    if program.dialect.name in TWO_NUMBERS_IN_T and word >= 100:
+    if program.dialect.offset_in_t and word >= 100:
         return word % 100 or word // 100
     return word
 
@@ -132,8 +128,9 @@ def _ge2000t(wear: WearOffset, own: Mapping[str, float]) -> tuple[str, ...]:
 
 
 BLOCKS: Final[Mapping[str, Callable[[WearOffset], tuple[str, ...]]]] = {
-    "fanuc-lathe": _fanuc,
-    "haas-lathe": _haas,
-    "siemens": _siemens,
-    "linuxcnc": _linuxcnc,
+    "": lambda wear: (),
+    "G10": _fanuc,
+    "G10 L11": _haas,
+    "G10 L10": _linuxcnc,
+    "$TC_DP": _siemens,
 }
