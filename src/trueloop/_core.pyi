@@ -89,6 +89,29 @@ class NcProgram:
         length, and whether it is the inch.
         """
 
+@final
+class NcSession:
+    """A run in parts, of a program of which no part jumps."""
+
+    def __new__(
+        cls,
+        dialect: str,
+        parameters: list[tuple[str, float]],
+        optional_blocks: bool,
+        work_offsets: list[tuple[int, tuple[float, float, float]]],
+        inch: bool | None,
+        rotary: str,
+    ) -> NcSession: ...
+    def run(
+        self, part: NcProgram, until: int
+    ) -> tuple[
+        dict[str, NDArray[Any]], dict[str, NDArray[Any]], list[tuple[str, str, str, str, int]], tuple[int, bool] | None
+    ]:
+        """Runs the blocks of the next part before `until`, as `NcProgram.run` does; what is after them is looked at."""
+
+def nc_part(part: NcProgram) -> tuple[bool, str]:
+    """Whether a block of a part may send the run elsewhere, and the letters of the rotary axes that it names."""
+
 # nc-map: a field applied to a program
 
 def nc_survey(

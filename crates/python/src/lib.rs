@@ -8,6 +8,7 @@ mod nc;
 mod nc_field;
 mod nc_map;
 mod nc_path;
+mod nc_session;
 mod nc_text;
 mod simulator;
 mod surface;
@@ -24,6 +25,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     nc::register(module)?;
     nc_field::register(module)?;
     nc_map::register(module)?;
+    nc_session::register(module)?;
     nc_text::register(module)?;
     simulator::register(module)?;
     surface::register(module)

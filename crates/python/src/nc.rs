@@ -3,7 +3,7 @@
 use bytes::Bytes;
 use nc_program::{
     lint, meaning, offset_statements, parameters_used, plain, run, Dialect, Finding, Key, Options,
-    Plane, Program, Severity, Tool, Word, WordKind,
+    Plane, Program, Severity, Tool, ToolPath, Word, WordKind,
 };
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyIndexError, PyOverflowError, PyValueError};
@@ -14,7 +14,7 @@ use pyo3::types::{PyBytes, PyDict};
 use crate::nc_path::{moves, states};
 
 /// Severity, code, message, hint, byte offset.
-type FindingTuple = (&'static str, &'static str, String, String, usize);
+pub type FindingTuple = (&'static str, &'static str, String, String, usize);
 
 /// Letter, start, end, start of the value, kind, value, block, reference.
 type WordTuple = (
@@ -51,7 +51,7 @@ pub type ToolTuple = (
 );
 
 /// What a run gives; see `NcProgram::run`.
-type RunTuple<'py> = (
+pub type RunTuple<'py> = (
     Bound<'py, PyDict>,
     Bound<'py, PyDict>,
     Vec<FindingTuple>,
@@ -209,11 +209,21 @@ impl NcProgram {
             roughed_contours: false,
         };
         let (path, findings) = py.detach(|| run(&self.program, &options));
-        let findings = findings.into_iter().map(finding_tuple).collect();
-        let states = states(py, &path)?;
-        let unit = path.unit_stated;
-        Ok((moves(py, &self.program, path)?, states, findings, unit))
+        run_tuple(py, &self.program, path, findings)
     }
+}
+
+/// What a run gives, as Python takes it.
+pub fn run_tuple<'py>(
+    py: Python<'py>,
+    program: &Program,
+    path: ToolPath,
+    findings: Vec<Finding>,
+) -> PyResult<RunTuple<'py>> {
+    let findings = findings.into_iter().map(finding_tuple).collect();
+    let states = states(py, &path)?;
+    let unit = path.unit_stated;
+    Ok((moves(py, program, path)?, states, findings, unit))
 }
 
 /// Tools as Python gives them.

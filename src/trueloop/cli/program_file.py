@@ -75,14 +75,21 @@ def read_program_file(
     path: Path, dialect: str | None, unit: Literal["mm", "inch"] | None = None, decimals: int = 0
 ) -> "Program":
     """The program in its dialect, as `read_program` takes it. Raises NC-FILE and NC-DIALECT."""
-    from trueloop.errors import Code
-    from trueloop.formats.input_file import read_input
-    from trueloop.nc.program.guess import guess_dialect
     from trueloop.nc.program.program import read_program
 
-    source = read_input(path, Code.NC_FILE, hint="name an NC program")
-    known = guess_dialect(source, str(path)) if dialect is None else dialect
+    source, known = read_source(path, dialect)
     return read_program(source, known, str(path), unit, decimals)
+
+
+def read_source(path: Path, dialect: str | None) -> tuple[bytes, str]:
+    """The bytes of a program and its dialect, guessed where none is named. Raises NC-FILE and NC-DIALECT."""
+    from trueloop.errors import Code
+    from trueloop.formats.input_file import read_input
+    from trueloop.nc.program.dialect import dialect_named
+    from trueloop.nc.program.guess import guess_dialect
+
+    source = read_input(path, Code.NC_FILE, hint="name an NC program")
+    return source, dialect_named(guess_dialect(source, str(path)) if dialect is None else dialect).name
 
 
 def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict[str, float]:

@@ -1,5 +1,6 @@
 """What a program's path leaves out, said beside what was made of the path."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import typer
@@ -16,17 +17,25 @@ PATH_MAY_DIFFER: Final = (Code.NC_CODE, Code.NC_WORD, Code.NC_OPAQUE, Code.NC_UN
 
 def not_understood(program: "Program", path: "ToolPath") -> list[Finding]:
     """The warnings of a program after which its path may not be the machine's, in the order of the blocks."""
-    all_of_it = (*program.findings, *path.findings)
-    found = [one for one in all_of_it if one.severity is Severity.WARNING and one.code in PATH_MAY_DIFFER]
+    return path_may_differ((*program.findings, *path.findings))
+
+
+def path_may_differ(findings: Sequence[Finding]) -> list[Finding]:
+    """Those of the findings, in the order of the blocks."""
+    found = [one for one in findings if one.severity is Severity.WARNING and one.code in PATH_MAY_DIFFER]
     return sorted(found, key=lambda one: (one.place.line or 0, one.place.column or 0))
 
 
 def tell_not_understood(program: "Program", path: "ToolPath") -> None:
     """Says the first of them on stderr, and how many there are."""
-    found = not_understood(program, path)
+    tell(not_understood(program, path), program.file)
+
+
+def tell(found: Sequence[Finding], file: str | None) -> None:
+    """The same of those that are known already."""
     if not found:
         return
     typer.echo(str(found[0]), err=True)
     if len(found) > 1:
-        others = f"{program.file or 'program'}: {len(found) - 1} more of this kind"
+        others = f"{file or 'program'}: {len(found) - 1} more of this kind"
         typer.echo(f"{others}: the machine may go elsewhere\n  hint: `trueloop nc check` lists them", err=True)

@@ -1,11 +1,11 @@
 """`trueloop nc time`: how long a program takes."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.nc.not_understood import not_understood, tell_not_understood
+from trueloop.cli.nc.not_understood import path_may_differ, tell
 from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import (
     DialectName,
@@ -15,14 +15,10 @@ from trueloop.cli.program_file import (
     SkippedBlocks,
     UnitAtStart,
     parameters_of,
-    read_program_file,
+    read_source,
     tables_of,
 )
 from trueloop.cli.terminal import AsJson, busy, print_json
-
-if TYPE_CHECKING:
-    from trueloop.nc.program.machining_time import MachiningTime
-    from trueloop.nc.program.tool_path import ToolPath
 
 
 @guarded
@@ -44,35 +40,33 @@ def time_of_program(
     """Print how long a program takes: cuts at their feed, rapid moves at a stated rate, dwells. Accelerations and tool
     changes are left out. How far it is to the machine's own places (G28, G53) hangs on the offsets.
     """
-    from trueloop.nc.program.machining_time import machining_time
+    from trueloop.nc.program.program import read_program
+    from trueloop.nc.program.program_time import program_time, time_in_parts
 
     with busy(f"running {file}"):
-        program = read_program_file(file, dialect, unit)
-        tables = tables_of(offsets_file)
-        path = program.run(
-            parameters_of(settings),
-            skipped_blocks=skipped_blocks,
-            tools=tables.tools,
-            work_offsets_mm=dict(tables.work_mm),
-        )
-        time = machining_time(path, rapid_mm_min, max_rpm, lead_along_thread=program.dialect.lead_along_thread)
+        source, known = read_source(file, dialect)
+        tables, parameters = tables_of(offsets_file), parameters_of(settings)
+        time = None if tables.tools else time_in_parts(
+            source, known, str(file), unit, parameters, rapid_mm_min, max_rpm,
+            skipped_blocks=skipped_blocks, work_offsets_mm=dict(tables.work_mm),
+        )  # fmt: skip
+        if time is None:
+            program = read_program(source, known, str(file), unit)
+            path = program.run(
+                parameters,
+                skipped_blocks=skipped_blocks,
+                tools=tables.tools,
+                work_offsets_mm=dict(tables.work_mm),
+            )
+            time = program_time(program, path, rapid_mm_min, max_rpm)
     parts = {"cutting": time.cutting_s, "rapid": time.rapid_s, "dwell": time.dwell_s, "total": time.total_s}
-    tools = _by_tool(path, time)
+    tools = {str(tool) if tool >= 0 else "none": seconds for tool, seconds in time.by_tool_s.items()}
+    unknown = path_may_differ(time.findings)
     if as_json:
-        unknown = len(not_understood(program, path))
-        print_json({"file": str(file), "seconds": parts, "seconds_by_tool": tools, "not_understood": unknown})
+        print_json({"file": str(file), "seconds": parts, "seconds_by_tool": tools, "not_understood": len(unknown)})
         return
-    tell_not_understood(program, path)
+    tell(unknown, str(file))
     for name, seconds in parts.items():
         print(f"{name:8} {seconds:10.1f} s")
     for tool, seconds in tools.items():
         print(f"  tool {tool}: {seconds:.1f} s at feed")
-
-
-def _by_tool(path: "ToolPath", time: "MachiningTime") -> dict[str, float]:
-    """Seconds at feed of each tool, in the order of first use."""
-    seconds: dict[str, float] = {}
-    for tool, move_s in zip(path.tool[~time.rapid].tolist(), time.move_s[~time.rapid].tolist(), strict=True):
-        name = str(tool) if tool >= 0 else "none"
-        seconds[name] = seconds.get(name, 0.0) + move_s
-    return seconds

@@ -157,7 +157,7 @@ class Program:
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
         """What can be said without running it: unknown words and codes, words twice in a block, odd numbers."""
-        return self._findings(self.core.findings())
+        return self.found(self.core.findings())
 
     @cached_property
     def offset_statements(self) -> tuple[OffsetStatement, ...]:
@@ -213,12 +213,13 @@ class Program:
             )  # fmt: skip
         except ValueError as refused:
             raise no_parameter(str(refused), self.dialect.name) from None
-        findings = (*self._findings(rows), *contradicted(self.unit, unit, self.file))
+        findings = (*self.found(rows), *contradicted(self.unit, unit, self.file))
         if strict:
             _raise_first(findings)
         return ToolPath(findings=findings, states=states, unit_stated=unit, **moves)
 
-    def _findings(self, rows: list[tuple[str, str, str, str, int]]) -> tuple[Finding, ...]:
+    def found(self, rows: list[tuple[str, str, str, str, int]]) -> tuple[Finding, ...]:
+        """Findings as the Rust core gives them, with their places."""
         return tuple(
             Finding(Severity(severity), Code(code), message, hint, self.place(at))
             for severity, code, message, hint, at in rows
