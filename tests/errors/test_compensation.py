@@ -6,8 +6,9 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from trueloop.errors import Code
+from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
@@ -31,7 +32,7 @@ def _limited(limits: Limits) -> None:
 
 
 def _old() -> None:
-    compensate(replace(_inputs(), measured_at=NOW - timedelta(days=2)), NOW)
+    compensate(replace(_inputs(), made_at=NOW, measured_at=NOW - timedelta(days=2)))
 
 
 def _twice() -> None:
@@ -53,7 +54,7 @@ def _rapid_along_the_contour() -> None:
     error_mm = inputs.touches.error_mm.copy()
     error_mm[large] = 0.05
     touches = replace(inputs.touches, error_mm=error_mm)
-    compensate(replace(inputs, touches=touches, program=read_program(source, "ge2000t"), semifinish=None))
+    compensate(replace(inputs, touches=touches, program=read_program(source, "ge2000t", "short.nc"), semifinish=None))
 
 
 def _not_as_intended() -> None:
@@ -74,3 +75,18 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.CMP_RAPID: _rapid_along_the_contour,
     Code.CMP_READ_BACK: _not_as_intended,
 }
+
+
+@pytest.mark.parametrize(
+    ("code", "file"),
+    [
+        (Code.CMP_SCATTER, "touches.csv"),
+        (Code.CMP_AGE, "job.toml"),
+        (Code.CMP_RAPID, "short.nc"),
+        (Code.CMP_TWICE, "corrected.nc"),
+    ],
+)
+def test_a_refusal_names_the_file_that_the_refused_value_was_read_from(code: Code, file: str) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        PRODUCERS[code]()
+    assert Path(refused.value.place.file or "").name == file

@@ -25,9 +25,7 @@ PROBE_MM = 0.0015 / np.sqrt(12.0)
 
 
 def with_touches(inputs: Inputs, rows: "np.ndarray[tuple[int], np.dtype[np.intp]]") -> Inputs:
-    given = inputs.touches
-    few = {name: np.asarray(getattr(given, name))[rows] for name in vars(given) if name != "point"}
-    return replace(inputs, touches=replace(given, point=tuple(given.point[k] for k in rows), **few))
+    return replace(inputs, touches=inputs.touches.chosen(rows))
 
 
 def corrected(inputs: Inputs, between: BetweenCuts) -> Correction:

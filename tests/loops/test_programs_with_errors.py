@@ -1,14 +1,13 @@
 """A program with an error of its own is refused by everything that writes; LinuxCNC says what an error is."""
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.support.cli import run
-from tests.support.correction import EXAMPLES, NOW, example_inputs
+from tests.support.correction import EXAMPLES, example_inputs
 from tests.support.linuxcnc import ProgramRefusedError, interpret
 from tests.support.mapped import mapped
 from tests.support.refusals import refused
@@ -125,6 +124,6 @@ def test_surface_compensate_refuses_it() -> None:
 
 
 def test_what_is_right_is_not_refused() -> None:
-    assert compensate(replace(example_inputs("modbas2")), NOW).corrected_program
+    assert compensate(example_inputs("modbas2")).corrected_program
     sound = OFF_BY_3_MM.replace("Y13", "Y10").encode()
     assert translate(read_program(sound, "linuxcnc"), "fanuc-mill").moves == 2

@@ -32,16 +32,12 @@ def run_job(path: Path, output: Path | None, as_json: bool) -> None:
     """Reads, corrects, writes and says what was done."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli import summary
-        from trueloop.errors import TrueloopError
         from trueloop.formats.outputs import write_all
         from trueloop.jobs.turned import read_inputs
         from trueloop.loops.turned.process_intermittent import compensate
 
         job = read_inputs(path)
-        try:
-            correction = compensate(job.inputs)
-        except TrueloopError as error:
-            raise error.in_file(str(job.file_behind(error.code))) from error
+        correction = compensate(job.inputs)
         files = write_all(output or _from_here(job.output_folder), _contents(correction).items(), job.files)
     if as_json:
         print_json(summary.as_dict(correction, files))

@@ -38,6 +38,7 @@ def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_
         semifinish_cut=given.semifinish_cut,
         ball_radius_mm=ball,
         extrapolate=given.extrapolate,
+        file=str(job),
     )
 
 

@@ -4,7 +4,8 @@ Whatever is refused names the file it stands in: numerics know nothing of files,
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -40,23 +41,11 @@ PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job 
 
 @dataclass(frozen=True)
 class ReadJob:
-    """A job as values, and what it was read from: `files` are all inputs, `finish` the program to be corrected."""
+    """A job as values, the files it was read from, and the folder for what comes of it."""
 
     inputs: Inputs
-    finish: Path
     files: tuple[Path, ...]
     output_folder: Path
-    job: Path
-    touches: Path
-    finish_touches: Path | None = None
-
-    def file_behind(self, code: Code) -> Path:
-        """Where to look for the cause of a refusal that names no file: the touches, unless it is about another."""
-        if code is Code.TCH_SIGN and self.finish_touches is not None:
-            return self.finish_touches
-        if code is Code.CMP_AGE or code.startswith("MCH-"):
-            return self.job
-        return self.finish if code.startswith("NC-") or code is Code.CMP_READ_BACK else self.touches
 
 
 @dataclass(frozen=True)
@@ -121,6 +110,8 @@ def read_inputs(path: Path) -> ReadJob:
         program=program,
         touches=_touches(touches, job, profile),
         options=_options(job),
+        made_at=datetime.now(UTC),
+        made_by=user_name(),
         semifinish=_program(sources, path, job, job.programs.semifinish) if job.programs.semifinish else None,
         allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
         parameters=job.programs.parameters,
@@ -132,16 +123,12 @@ def read_inputs(path: Path) -> ReadJob:
         nose=nose,
         machine=machine,
         inputs_sha256=sources.sha256,
-        made_by=user_name(),
+        file=str(path),
     )
     return ReadJob(
         inputs=inputs,
-        finish=path.parent / job.programs.finish,
         files=sources.files,
         output_folder=path.parent / job.output.folder,
-        job=path,
-        touches=touches,
-        finish_touches=finish_touches,
     )
 
 
@@ -205,7 +192,7 @@ def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:
         z_reference=job.gauging.z_reference,
     )
     with in_file(file):
-        return error_vectors(profile, read_touches(file), gauging)
+        return replace(error_vectors(profile, read_touches(file), gauging), file=str(file))
 
 
 def _nose(sources: Sources, job: Job) -> NoseModel | None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plotly.graph_objects import Figure as PlotlyFigure
 
-from tests.support.correction import NOW, example_correction, example_inputs
+from tests.support.correction import example_correction, example_inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.style import Figure, Trace
 from trueloop.report.turned.curves import error_curve
@@ -62,7 +62,7 @@ def test_knots_and_prescribed_ends_are_marked() -> None:
 def test_the_policy_path_prescribes_the_slope_too() -> None:
     inputs = example_inputs("modbas2")
     options = replace(inputs.options, junctions="path", limits=Limits(slope=0.05))
-    path = compensate(replace(inputs, options=options), NOW)
+    path = compensate(replace(inputs, options=options))
     assert error_curve(path, DOME)["layout"]["annotations"][0]["text"] == "value and slope prescribed"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.record import Record
 from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
@@ -56,7 +57,10 @@ class Options:
 
 @dataclass(frozen=True)
 class Inputs:
-    """One job, read: shapes, programs and touches as values. `inputs_sha256` names what they were read from."""
+    """One job as values: shapes, programs and touches, and who corrects when.
+
+    `inputs_sha256` names what they were read from; `file` is the job's, which states the rest; None: no file does.
+    """
 
     part: str
     profile: Profile
@@ -64,6 +68,8 @@ class Inputs:
     program: Program
     touches: ErrorVectors
     options: Options
+    made_at: datetime
+    made_by: str = ""
     semifinish: Program | None = None
     allowance_mm: float = 0.0
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -75,7 +81,12 @@ class Inputs:
     nose: NoseModel | None = None
     machine: PartOnMachine | None = None
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
-    made_by: str = ""
+    file: str | None = None
+
+    @property
+    def run(self) -> Run:
+        """How the programs are run."""
+        return Run(self.parameters, self.execute_deleted_blocks, self.lines)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, TrueloopError
+from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.machine.correct.setup import Setup, state_at
 from trueloop.machine.model.chain import Vector
@@ -36,7 +36,8 @@ class PartOnMachine:
     while probing. `touched_on`: "machine", whose touches carry its error at `probing`, or "cmm". `semifinish_cut`:
     "uncompensated", then the touched surface carries
     E(semifinish), or "compensated", by the control or by a program that the job does not name. `ball_radius_mm` of the
-    probe. Axes and signals in `extrapolate` may leave the range of the model's data.
+    probe. Axes and signals in `extrapolate` may leave the range of the model's data. `file` is the one that places the
+    part in the machine; None: none does.
     """
 
     model: MachineModel
@@ -51,6 +52,7 @@ class PartOnMachine:
     semifinish_cut: str
     ball_radius_mm: float = 0.0
     extrapolate: Collection[str] = ()
+    file: str | None = None
 
     @property
     def mark(self) -> str:
@@ -99,11 +101,13 @@ class Standing:
 
     def error_mm(self, at_mm: Array, travel: Array) -> Array:
         """E, (n, 2): where the tool is less where it is sent."""
-        return np.asarray(self.part.model.error_mm(self.state(at_mm, travel))[:, PLANE])
+        with in_file(self.part.file):
+            return np.asarray(self.part.model.error_mm(self.state(at_mm, travel))[:, PLANE])
 
     def sensitivities(self, at_mm: Array, travel: Array, normal: Array) -> Array:
         """DE along normals (n, 2) by every coefficient of the model, (n, coefficients)."""
-        rows = self.part.model.sensitivities(self.state(at_mm, travel))[:, PLANE, :]
+        with in_file(self.part.file):
+            rows = self.part.model.sensitivities(self.state(at_mm, travel))[:, PLANE, :]
         return np.asarray(np.einsum("ni,nik->nk", normal, rows))
 
 
@@ -135,6 +139,19 @@ def placed(part: PartOnMachine, told: Commanded) -> InMachine:
     Raises MCH-FRAME where the program's zero moves in the pass, MCH-PROGRAM where an axis turns round in it whose model
     tells forward and return travel apart.
     """
+    with in_file(part.file):
+        _require_one_zero(told)
+        travel = _travel(part, told)
+    finishing = Standing(part, part.cutting, part.tool_mm)
+    return InMachine(
+        finishing,
+        replace(finishing, signals=part.semifinish),
+        replace(finishing, signals=part.probing, tool_mm=part.probe_mm),
+        travel,
+    )
+
+
+def _require_one_zero(told: Commanded) -> None:
     path, moves = told.path, slice(min(c.move for c in told.cuts), max(c.move for c in told.cuts) + 1)
     if (moved_mm := float(np.ptp(path.origin_mm[moves], axis=0).max())) > SAME_MM:
         raise TrueloopError(
@@ -142,13 +159,6 @@ def placed(part: PartOnMachine, told: Commanded) -> InMachine:
             f"the program's zero moves by {moved_mm:g} mm in the finish pass: where the part stands is not one place",
             hint="cut the finish pass in one coordinate system, and say in machine.work_zero_mm where its zero lies",
         )
-    finishing = Standing(part, part.cutting, part.tool_mm)
-    return InMachine(
-        finishing,
-        replace(finishing, signals=part.semifinish),
-        replace(finishing, signals=part.probing, tool_mm=part.probe_mm),
-        _travel(part, told),
-    )
 
 
 def _travel(part: PartOnMachine, told: Commanded) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.turned.commanded import Commanded
+from trueloop.loops.turned.correction import Options
 from trueloop.turned.compensation.decide import FACES_AXIS, Decision
 from trueloop.turned.compensation.lean import of_curve, to_take_out, unasked_u_mm
 from trueloop.turned.compensation.shift import ZERO, Shift, ShiftFunction, weighted_sum
@@ -35,16 +36,11 @@ def whole_mm(decision: Decision) -> tuple[float, float]:
 
 
 def corrected_shifts(
-    profile: Profile,
-    model: ProfileErrorModel,
-    decision: Decision,
-    told: Commanded,
-    weight: float,
-    errors_follow: str = "place",
+    profile: Profile, model: ProfileErrorModel, decision: Decision, told: Commanded, options: Options
 ) -> Shifts:
     """`contour` = correction + the rounding of the program; a slip of the program is corrected away with the rest.
 
-    errors_follow: "place", or "nose": on arcs the correction then holds what the error's slope asks for besides
+    With `errors_follow` = "nose" the correction holds on arcs what the error's slope asks for besides
     (`compensation.lean`). When the tool offset does it all nothing is shifted; when it could but the contour shall
     carry it, only slips of the program are: `whole_mm` is then what the contour is displaced by as a whole.
     """
@@ -53,12 +49,12 @@ def corrected_shifts(
         contour = told.finish if decision.by_offset else told.rounding
         return Shifts((ZERO,) * count, contour, (True,) * count, (ZERO.value_mm,) * count)
     by_offset = _by_offset(profile, decision)
-    nose = errors_follow == "nose"
+    nose = options.errors_follow == "nose"
     curves = list(enumerate(model.curves))
     errors = [to_take_out(profile, i, curve) if nose else of_curve(curve) for i, curve in curves]
     unasked = (ZERO.value_mm if nose or by_offset[i] else unasked_u_mm(profile, i, curve) for i, curve in curves)
     correction = tuple(
-        _constant(feature, decision) if constant else weighted_sum(((-weight, error),))
+        _constant(feature, decision) if constant else weighted_sum(((-options.weight, error),))
         for feature, error, constant in zip(profile.features, errors, by_offset, strict=True)
     )
     contour = tuple(

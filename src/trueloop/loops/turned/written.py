@@ -1,7 +1,7 @@
 """The corrected program, written, read back and compared with what was intended."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.domain.record import ChangedWord, marks_of_record
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded, Run
+from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.shared_contour import shared_contour_notes
 from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
@@ -66,40 +67,16 @@ class Writing:
         return self.program.rewritten(source)
 
 
-@dataclass(frozen=True)
-class Driven:
-    """What the control makes of a contour under G41 or G42: the nose radius, and where its centre shall run."""
-
-    nose_radius_mm: float
-    pieces: Sequence[CentrePiece]
-
-    def along(self, contour: Sequence[CentrePiece]) -> list[CentrePiece]:
-        """The pieces as far as the nose touches their own feature of the contour, corners of the contour being turned.
-
-        Without the last nose radius at the profile's free ends, where ways in and out have a say.
-        """
-        pieces = [
-            replace(piece, start_mm=max(piece.start_mm, own.start_mm), end_mm=min(piece.end_mm, own.end_mm))
-            for piece, own in zip(self.pieces, contour, strict=True)
-        ]
-        pieces[0] = replace(pieces[0], start_mm=pieces[0].start_mm + self.nose_radius_mm)
-        pieces[-1] = replace(pieces[-1], end_mm=pieces[-1].end_mm - self.nose_radius_mm)
-        return [piece for piece in pieces if piece.end_mm > piece.start_mm]
-
-
 def write_contour(
-    writing: Writing,
-    profile: Profile,
-    touches: ErrorVectors,
-    before: Sequence[CentrePiece],
-    after: Sequence[CentrePiece],
-    driven: Driven | None = None,
+    writing: Writing, profile: Profile, touches: ErrorVectors, paths: Paths
 ) -> tuple[bytes, list[ChangedWord], list[str]]:
-    """The program with its contour displaced from `before` to `after`, what changed, and what to know of it.
+    """The program with its contour displaced, what changed, and what to know of it.
 
-    Raises CMP errors if reading it back says so; with `driven` also if compensating it as the control does.
+    Raises CMP errors if reading it back says so; where the control compensates for the nose, also if compensating it as
+    the control does says so.
     """
-    told, run = writing.told, writing.run
+    told, run, driven = writing.told, writing.run, paths.driven
+    before, after = paths.written
     targets = _targets(writing, profile, touches, before, after)
     explicit = written_out(writing.program, told.path, range(targets.first, targets.last + 2), run.of)
     old = explicit.path

@@ -4,7 +4,6 @@ from trueloop.domain.record import ChangedWord
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.written import Writing
 from trueloop.nc.edit.edit import Edit
-from trueloop.turned.compensation.limits import Limits, check_offset
 from trueloop.turned.program.offsets import (
     has_local_shift,
     offset_state,
@@ -19,14 +18,12 @@ from trueloop.turned.program.write import changes
 
 
 def write_offsets(
-    writing: Writing, offset_mm: tuple[float, float], limits: Limits, tool: int, is_diameter: bool | None
+    writing: Writing, offset_mm: tuple[float, float], tool: int, is_diameter: bool | None
 ) -> tuple[bytes, list[ChangedWord]]:
     """The program with the tool's offset changed by (x as a radius, z), and what changed.
 
-    Raises CMP-SIZE for too large an offset, NC-OFFSET where none can be written around the contour, CMP-READ-BACK if
-    reading it back says so.
+    Raises NC-OFFSET where none can be written around the contour, CMP-READ-BACK if reading it back says so.
     """
-    check_offset(offset_mm, limits)
     if has_local_shift(writing.program):
         edits = _shifted(writing, offset_mm)
     else:

@@ -14,7 +14,7 @@ class ErrorVectors:
 
     `error_mm` is `n · (measured − nominal)`: positive = material left on [6876 glossary, PARTERROR]. `standard_u_mm` is
     its standard uncertainty from gauging. `at_reference` marks the points whose error is zero by definition, because
-    the part's z was taken from them [6811 §5.1].
+    the part's z was taken from them [6811 §5.1]. `file` is the one the touches were read from; None: from no file.
     """
 
     point: tuple[str, ...]
@@ -25,6 +25,7 @@ class ErrorVectors:
     at_reference: NDArray[np.bool_]
     nominal_mm: Array
     outward_normal: Array
+    file: str | None = None
 
     def of_feature(self, index: int) -> NDArray[np.intp]:
         """Positions of the gauging points that lie on feature `index`, in order of arc length."""
@@ -42,6 +43,7 @@ class ErrorVectors:
             self.at_reference[k],
             self.nominal_mm[k],
             self.outward_normal[k],
+            self.file,
         )
 
     @property

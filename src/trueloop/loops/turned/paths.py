@@ -1,0 +1,80 @@
+"""The nose-centre path as the finish program commands it, and as it is to be driven."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from trueloop.loops.turned.commanded import Commanded
+from trueloop.loops.turned.composed import check_composed
+from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.part_on_machine import InMachine
+from trueloop.loops.turned.shifts import Shifts
+from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.turned.compensation.displaced import along_normal, constant, displaced_pieces, then
+from trueloop.turned.compensation.limits import check_limits, check_nose
+from trueloop.turned.compensation.shift import Shift, weighted_sum
+
+
+@dataclass(frozen=True)
+class Driven:
+    """What the control makes of a contour under G41 or G42: the nose radius, and where its centre shall run."""
+
+    nose_radius_mm: float
+    pieces: Sequence[CentrePiece]
+
+    def along(self, contour: Sequence[CentrePiece]) -> list[CentrePiece]:
+        """The pieces as far as the nose touches their own feature of the contour, corners of the contour being turned.
+
+        Without the last nose radius at the profile's free ends, where ways in and out have a say.
+        """
+        pieces = [
+            replace(piece, start_mm=max(piece.start_mm, own.start_mm), end_mm=min(piece.end_mm, own.end_mm))
+            for piece, own in zip(self.pieces, contour, strict=True)
+        ]
+        pieces[0] = replace(pieces[0], start_mm=pieces[0].start_mm + self.nose_radius_mm)
+        pieces[-1] = replace(pieces[-1], end_mm=pieces[-1].end_mm - self.nose_radius_mm)
+        return [piece for piece in pieces if piece.end_mm > piece.start_mm]
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Paths of the finish pass before and after the correction, one piece a feature.
+
+    `commanded` and `corrected` are of the nose centre, `written` what the program spells for them, before and after:
+    the same, or, where the control itself keeps the nose off, the contour; then `driven` says what it makes of that.
+    `shift` is what each feature of the corrected contour deviates by from the nominal, the displacement of the whole
+    included.
+    """
+
+    commanded: tuple[CentrePiece, ...]
+    corrected: tuple[CentrePiece, ...]
+    written: tuple[tuple[CentrePiece, ...], tuple[CentrePiece, ...]]
+    driven: Driven | None
+    shift: tuple[Shift, ...]
+
+
+def corrected_paths(
+    inputs: Inputs, told: Commanded, shifts: Shifts, whole_mm: tuple[float, float], machine: InMachine | None
+) -> Paths:
+    """The paths with every feature shifted, then displaced by `whole_mm` and, on a known machine, by COMP_MTG.
+
+    Raises GEO-NOSE where the nose would not fit, CMP-SIZE and CMP-SLOPE for a correction over the limits.
+    """
+    profile, nose_radius_mm, limits = inputs.profile, inputs.nose_radius_mm, inputs.options.limits
+
+    def pieces(of: Sequence[Shift], nose_mm: float) -> tuple[CentrePiece, ...]:
+        return centre_pieces(profile, shifted_contour(profile, of, nose_mm))
+
+    before, after = pieces(told.finish, nose_radius_mm), pieces(shifts.contour, nose_radius_mm)
+    check_nose(after)
+    check_limits(after, shifts.correction, limits)
+    moved = constant(whole_mm)
+    if machine is not None:
+        moved = then(moved, machine.comp_mtg_mm)
+        check_composed(after, shifts.correction, (machine.comp_mtg_mm, moved), limits)
+    after, written, driven = displaced_pieces(after, moved), None, None
+    if told.match.on_contour:
+        written = pieces(told.finish, 0.0), displaced_pieces(pieces(shifts.contour, 0.0), moved)
+        driven = Driven(nose_radius_mm, after)
+    displaced = [along_normal(feature, nose_radius_mm, moved) for feature in profile.features]
+    shift = tuple(weighted_sum(((1.0, a), (1.0, b))) for a, b in zip(shifts.contour, displaced, strict=True))
+    return Paths(before, after, written or (before, after), driven, shift)

@@ -1,0 +1,86 @@
+"""The programs of a correction: the contour's, the variant with tool offsets alone, and the offset as numbers."""
+
+from dataclasses import dataclass
+
+from trueloop.domain.record import ChangedWord
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.loops.turned.correction import Inputs, Options
+from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.loops.turned.paths import Paths
+from trueloop.loops.turned.written import Writing, write_contour
+from trueloop.loops.turned.written_offsets import write_offsets
+from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.compensation.limits import check_offset
+from trueloop.turned.program.wear import WearOffset, offset_number, wear_offset
+
+
+@dataclass(frozen=True)
+class Programs:
+    """The corrected program as the decision wants it, and its variant with `wear` written into it, if there is one.
+
+    `changes` are those of the one to run, `notes` what to know before running it.
+    """
+
+    corrected: bytes
+    offsets: bytes | None
+    wear: WearOffset
+    changes: list[ChangedWord]
+    notes: list[str]
+
+
+def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: Paths) -> Programs:
+    """Writes them and reads them back. Raises NC and CMP errors that name the program; CMP-SIZE for a large offset."""
+    wear, notes = _wear(writing, decision, inputs.options)
+    if inputs.machine is not None:
+        offsets, more = None, _of_machine(inputs.machine)
+    else:
+        offsets, more = _offset_variant(writing, decision, inputs.options, wear)
+    notes += more
+    if decision.by_offset:
+        source, changed = offsets or (inputs.program.source, [])
+    else:
+        with in_file(inputs.program.file):
+            source, changed, more = write_contour(writing, inputs.profile, inputs.touches, paths)
+        notes += more
+    return Programs(source, offsets[0] if offsets else None, wear, changed, notes)
+
+
+def _of_machine(cut: PartOnMachine) -> list[str]:
+    """What to know of a composed correction."""
+    where = "corrected by COMP_MTG(T_probing)" if cut.touched_on == "machine" else "taken as they are: by a CMM"
+    return [
+        f"The contour carries COMP_MTG of {cut.model.machine.name!r} at the finish cut's temperatures and COMP_PROC; "
+        f"the touches were {where}; the touched surface was cut {cut.semifinish_cut}.",
+        "There is no variant with tool offsets alone: it would leave the machine's error.",
+    ]
+
+
+def _wear(writing: Writing, decision: Decision, options: Options) -> tuple[WearOffset, list[str]]:
+    """The offset as numbers to enter, of the tool that the job names, else that of the program's T word."""
+    program, path, cut = writing.program, writing.told.path, writing.told.cuts[0].move
+    with in_file(program.file):
+        own = offset_number(program, path, cut)
+    tool = next((number for number in (options.tool, own) if number is not None), 1)
+    notes = [] if options.by == "auto" else [f"The job wants the correction by {options.by}, whatever the test says."]
+    if own is not None and own != tool:
+        notes += [f"The job says tool {tool}; the finish pass in line {path.line[cut]} runs with offset {own}."]
+    with in_file(program.file):
+        return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter), notes
+
+
+def _offset_variant(
+    writing: Writing, decision: Decision, options: Options, wear: WearOffset
+) -> tuple[tuple[bytes, list[ChangedWord]] | None, list[str]]:
+    """The program with offsets alone. It may be left out, which a note says: the offset can be entered by hand."""
+    try:
+        check_offset(decision.offset_mm, options.limits)
+        with in_file(writing.program.file):
+            variant = write_offsets(writing, decision.offset_mm, wear.tool, options.offset_is_diameter)
+    except TrueloopError as refused:
+        if refused.code is not Code.NC_OFFSET and (decision.by_offset or refused.code is not Code.CMP_SIZE):
+            raise
+        note = f"There is no variant with tool offsets alone: {refused.message}."
+        if decision.by_offset:
+            note += f" Enter the offset at the control ({wear.words}) and run the program as it is, once."
+        return None, [note]
+    return variant, []

@@ -1,0 +1,77 @@
+"""What a correction was made from and by what, as its record keeps it."""
+
+from dataclasses import asdict
+
+from trueloop import __version__
+from trueloop.domain.record import Component, Record, record_id
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.commanded import Commanded
+from trueloop.loops.turned.correction import Composed, Inputs
+from trueloop.loops.turned.programs import Programs
+from trueloop.nc.program.unit import unit_of_path
+from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+
+def id_of(inputs: Inputs) -> str:
+    """The id of the record, from what was read and the options alone: what is written into the program names it."""
+    return record_id(dict(inputs.inputs_sha256), _options(inputs))
+
+
+def record_of(
+    inputs: Inputs,
+    told: Commanded,
+    model: ProfileErrorModel,
+    decision: Decision,
+    programs: Programs,
+    touches: ErrorVectors,
+    composed: Composed | None,
+) -> Record:
+    """The record of a correction, complete."""
+    return Record(
+        id=id_of(inputs),
+        made_at=inputs.made_at.isoformat(timespec="seconds"),
+        made_by=inputs.made_by,
+        trueloop_version=__version__,
+        inputs_sha256=dict(inputs.inputs_sha256),
+        options=_options(inputs) | {"unit": unit_of_path(inputs.program.unit, told.path)},
+        model=_model(model),
+        decision=[decision.x.words, decision.z.words, f"As a tool offset: {programs.wear.words}."],
+        changes=programs.changes,
+        components=_components(inputs.profile, touches, composed),
+    )
+
+
+def _options(inputs: Inputs) -> dict[str, object]:
+    machine = {} if inputs.machine is None else {"machine": inputs.machine.told()}
+    return {**asdict(inputs.options), "parameters": dict(inputs.parameters), **machine}
+
+
+def _model(model: ProfileErrorModel) -> dict[str, object]:
+    """The error curves as polynomial pieces about their own beginnings, in mm [6517 Eq. 29-33], and what was noted."""
+    curves = [
+        {
+            "feature": curve.feature,
+            "knot_every": curve.knot_every,
+            "begins_mm": curve.pieces[0].tolist(),
+            "coefficients_mm": curve.pieces[1].tolist(),
+        }
+        for curve in model.curves
+    ]
+    return {
+        "tangent_policy": str(model.options.tangent_policy),
+        "scatter_mm": model.scatter_mm,
+        "degrees_of_freedom": model.degrees_of_freedom,
+        "curves": curves,
+        "suspect_touches": [one.as_dict() for one in model.suspects],
+        "notes": list(model.notes),
+    }
+
+
+def _components(profile: Profile, touches: ErrorVectors, composed: Composed | None) -> list[Component]:
+    if composed is None:
+        return []
+    names = [profile.names[i] for i in touches.feature_index]
+    pairs = zip(composed.comp_mtg_mm.tolist(), composed.comp_proc_mm.tolist(), strict=True)
+    return [Component.of(name, point, *pair) for name, point, pair in zip(names, touches.point, pairs, strict=True)]
