@@ -19,6 +19,7 @@ AREAS: Final = {
     "SIM": "The simulator",
     "CTL": "Controls",
     "JOB": "Job files",
+    "VAL": "Stored values",
     "OUT": "Outputs",
 }
 HEAD: Final = """# Errors

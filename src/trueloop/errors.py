@@ -198,6 +198,9 @@ class Code(StrEnum):
     JOB_SYNTAX = "JOB-SYNTAX", "a job that is no TOML"
     JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have"
 
+    # VAL: stored values
+    VAL_FORM = "VAL-FORM", "a stored value that cannot be read back"
+
     # OUT: writing
     OUT_FOLDER = "OUT-FOLDER", "a folder or file that cannot be written"
     OUT_INPUT = "OUT-INPUT", "an output that would overwrite an input"

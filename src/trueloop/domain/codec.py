@@ -1,0 +1,202 @@
+"""Values as plain JSON and back: frozen dataclasses of numbers, text, arrays, tuples, mappings, times and enumerations.
+
+What JSON has is written as it is, and a tuple as an array. All else is an object whose `type` says what it is: a type
+of the registry, or one of `array`, `list`, `dict`, `bytes`, `datetime`, `number` (which is not finite). Numbers come
+back to the last bit. Nothing is imported or run by what a document says: types that are not registered are refused.
+"""
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from datetime import datetime
+from enum import Enum
+from functools import cache
+from typing import Any, Final, TypeAlias, TypeVar, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.domain.field_types import fits
+from trueloop.errors import Code, TrueloopError
+
+TAG: Final = "type"
+ARRAYS: Final = re.compile(r"bool|u?int(8|16|32|64)|float(32|64)")
+"""Types of the elements of arrays, by numpy's names."""
+WHOLE: Final = "the document"
+HINT: Final = "take the file as trueloop wrote it; one of a later version is read by that version"
+
+Plain: TypeAlias = Any
+"""What `json` reads and writes: None, bool, int, float, str, list, dict with keys of str."""
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Codec:
+    """The registry: the types that a document may hold, by the name that stands for each in JSON."""
+
+    types: Mapping[str, type]
+
+    @classmethod
+    def of(cls, *types: type) -> "Codec":
+        """A codec of frozen dataclasses and enumerations, each under its own name."""
+        named = {one.__name__: one for one in types}
+        if len(named) != len(set(types)) or not all(_is_value(one) for one in types):
+            raise TypeError(f"frozen dataclasses and enumerations, each with a name of its own: {sorted(named)}")
+        return cls(named)
+
+    def to_json(self, value: object) -> str:
+        """A value as a JSON document. Raises TypeError for what is no value of this codec."""
+        return json.dumps(self.plain(value), ensure_ascii=False, allow_nan=False) + "\n"
+
+    def from_json(self, text: str | bytes, kind: type[T]) -> T:
+        """The value of a JSON document, of this type. Raises VAL-FORM for one that does not hold it."""
+        try:
+            return self.value(json.loads(text, parse_constant=_no_constant), kind)
+        except (ValueError, RecursionError) as wrong:
+            raise _refused(f"{wrong}", WHOLE) from wrong
+
+    def plain(self, value: object) -> Plain:
+        """A value as what `json` writes."""
+        if isinstance(value, Enum) or is_dataclass(value):
+            return self._plain_of_registered(value)
+        if value is None or isinstance(value, bool | int | str):
+            return value
+        if isinstance(value, float):
+            return float(value) if math.isfinite(value) else {TAG: "number", "value": repr(float(value))}
+        if isinstance(value, tuple):
+            return [self.plain(one) for one in value]
+        return self._plain_of_mapping(value) if isinstance(value, Mapping) else self._plain_of_other(value)
+
+    def value(self, plain: Plain, kind: type[T]) -> T:
+        """The value of what `json` has read, of this type. Raises VAL-FORM for what does not hold it."""
+        found = self._value(plain, WHOLE)
+        if not isinstance(found, kind):
+            raise _refused(f"a {type(found).__name__} instead of a {kind.__name__}", WHOLE)
+        return found
+
+    def _plain_of_registered(self, value: Any) -> Plain:
+        name = type(value).__name__
+        if self.types.get(name) is not type(value):
+            raise TypeError(f"{type(value)} is not registered")
+        if isinstance(value, Enum):
+            return {TAG: name, "value": self.plain(value.value)}
+        return {TAG: name} | {field.name: self.plain(getattr(value, field.name)) for field in _fields(value)}
+
+    def _plain_of_mapping(self, value: Mapping[Any, object]) -> Plain:
+        """An object as it is; with keys that JSON or the tag cannot have, a list of pairs."""
+        if all(isinstance(key, str) and not isinstance(key, Enum) and key != TAG for key in value):
+            return {key: self.plain(one) for key, one in value.items()}
+        return {TAG: "dict", "items": [[self.plain(key), self.plain(one)] for key, one in value.items()]}
+
+    def _plain_of_other(self, value: object) -> Plain:
+        if isinstance(value, list):
+            return {TAG: "list", "items": [self.plain(one) for one in value]}
+        if isinstance(value, np.ndarray) and ARRAYS.fullmatch(value.dtype.name):
+            elements = [self.plain(one) for one in value.ravel().tolist()]
+            return {TAG: "array", "of": value.dtype.name, "shape": list(value.shape), "values": elements}
+        if isinstance(value, np.bool_ | np.integer):
+            return value.item()
+        if isinstance(value, bytes):
+            return {TAG: "bytes", "latin1": value.decode("latin-1")}
+        if isinstance(value, datetime):
+            return {TAG: "datetime", "value": value.isoformat()}
+        raise TypeError(f"{type(value)} is no value that can be stored")
+
+    def _value(self, plain: Plain, where: str) -> Any:
+        if isinstance(plain, list):
+            return tuple(self._value(one, f"{where}[{k}]") for k, one in enumerate(plain))
+        if not isinstance(plain, dict):
+            return plain
+        if TAG not in plain:
+            return {key: self._value(one, f"{where}.{key}") for key, one in plain.items()}
+        name, inner = plain[TAG], {key: one for key, one in plain.items() if key != TAG}
+        registered = self.types.get(name) if isinstance(name, str) else None
+        if registered is None:
+            return self._other(name, inner, where)
+        return self._registered(registered, inner, where)
+
+    def _registered(self, kind: Any, inner: dict[str, Plain], where: str) -> Any:
+        values = {key: self._value(one, f"{where}.{key}") for key, one in inner.items()}
+        if issubclass(kind, Enum):
+            if set(values) != {"value"} or values["value"] not in [one.value for one in kind]:
+                raise _refused(f"{values} is no {kind.__name__}", where)
+            return kind(values["value"])
+        hints = _hints(kind)
+        needed = {field.name for field in _fields(kind) if field.default is field.default_factory is MISSING}
+        if unknown := set(values) - set(hints):
+            raise _refused(f"{kind.__name__} has no {sorted(unknown)}", where)
+        if missing := needed - set(values):
+            raise _refused(f"{kind.__name__} lacks {sorted(missing)}", where)
+        for key, one in values.items():
+            if not fits(one, hints[key]):
+                raise _refused(f"{kind.__name__}.{key} cannot be {_shown(one)}", where)
+        return kind(**values)
+
+    def _other(self, name: object, inner: dict[str, Plain], where: str) -> Any:
+        try:
+            if name == "list":
+                return [self._value(one, f"{where}[{k}]") for k, one in enumerate(inner["items"])]
+            if name == "dict":
+                pairs = [self._value(pair, f"{where}[{k}]") for k, pair in enumerate(inner["items"])]
+                return dict(pairs)
+            return _OTHERS[str(name)](inner)
+        except (KeyError, TypeError, ValueError, OverflowError) as wrong:
+            raise _refused(f"{wrong!s} in {name!r} of {sorted(inner)}", where) from wrong
+
+
+def _is_value(kind: Any) -> bool:
+    if issubclass(kind, Enum):
+        return True
+    parameters: Any = getattr(kind, "__dataclass_params__", None)
+    return parameters is not None and parameters.frozen and all(f.init and f.name != TAG for f in _fields(kind))
+
+
+def _array(inner: dict[str, Plain]) -> NDArray[Any]:
+    if not ARRAYS.fullmatch(inner["of"]):
+        raise ValueError(f"an array of {inner['of']!r}")
+    kind = np.dtype(inner["of"])
+    values = [one if isinstance(one, int | float) else _number(one) for one in inner["values"]]
+    if kind.kind != "f" and not all(type(one) is (bool if kind.kind == "b" else int) for one in values):
+        raise ValueError(f"an element that is no {inner['of']}")
+    return np.array(values, dtype=kind).reshape([int(n) for n in inner["shape"]])
+
+
+def _bytes(inner: dict[str, Plain]) -> bytes:
+    return str(inner["latin1"]).encode("latin-1")
+
+
+def _datetime(inner: dict[str, Plain]) -> datetime:
+    return datetime.fromisoformat(inner["value"])
+
+
+def _number(inner: dict[str, Plain]) -> float:
+    return float(inner["value"])
+
+
+_OTHERS: Final = {"array": _array, "bytes": _bytes, "datetime": _datetime, "number": _number}
+
+
+def _fields(value: Any) -> tuple[Field[Any], ...]:
+    return fields(value)
+
+
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    hints = get_type_hints(kind)
+    return {field.name: hints[field.name] for field in _fields(kind)}
+
+
+def _no_constant(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON")
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:60]}…"
+
+
+def _refused(what: str, where: str) -> TrueloopError:
+    return TrueloopError(Code.VAL_FORM, f"{where}: {what}", hint=HINT)
