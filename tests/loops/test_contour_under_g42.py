@@ -82,7 +82,7 @@ def corrected(source: bytes, dialect: str, of: Pass, lines: tuple[int, int]) -> 
 
 
 def moved_mm(correction: Correction, text: str, folder: Path) -> Array:
-    """How far the surface that LinuxCNC makes the nose leave stands off the nominal, at the touches."""
+    """How far the surface that LinuxCNC makes the nose leave deviates from the nominal, at the touches."""
     file = folder / "judged.ngc"
     file.write_text(text)
     judged = interpret(file, tools=[Tool(1, correction.nose_radius_mm)], startup=LATHE_STARTUP)
@@ -299,7 +299,7 @@ FROM_ONE_AXIS = LED_IN.replace(b"X62. Z3.", b"X62. Z1.").replace(b"X16. Z1.\nG01
 
 def led_in(source: bytes, error_mm: float) -> tuple[Correction, list[str], Array, Array]:
     """Its correction for one error everywhere but for a taper, the contour's blocks, where the rapid onto it ends and
-    how far the surface then stands off the nominal: (x, z) and at the touches."""
+    how far the surface then deviates from the nominal: (x, z) and at the touches."""
     program = read_program(source, "fanuc-lathe")
     profile = contour_of_program(feed_moves(program.run()), 0.4).profile
     touches = touches_on(profile)

@@ -19,7 +19,7 @@ WITHIN_MM = 0.0002
 
 
 def corrected(job: Path) -> tuple[Correction, Array]:
-    """The correction, and how far the contour stands off the nominal at the touches in its corrected program."""
+    """The correction, and how far the contour deviates from the nominal at the touches in its corrected program."""
     inputs = read_inputs(job).inputs
     correction = compensate(inputs)
     program = read_program(correction.corrected_program, correction.dialect)
@@ -113,13 +113,13 @@ def test_a_move_that_other_words_shape_is_refused_beside_formulas(tmp_path: Path
     with pytest.raises(TrueloopError) as refused:
         corrected(siemens_job(tmp_path, before, after))
     assert refused.value.code == Code.NC_EDIT, refused.value
-    assert "it hangs on X=R46-0.6+GAP, which another value would change" in refused.value.message
+    assert "it depends on X=R46-0.6+GAP, which another value would change" in refused.value.message
     assert refused.value.place.line is not None
     assert refused.value.hint
 
 
 def test_an_arc_that_begins_where_the_contour_ends_is_refused(tmp_path: Path) -> None:
-    """Its circle hangs on its start, which would be displaced, and on its end, which would not."""
+    """Its circle depends on its start, which would be displaced, and on its end, which would not."""
     with pytest.raises(TrueloopError) as refused:
         corrected(siemens_job(tmp_path, "G0 Z0.13125\n", "CT X-1 Z0.1 F1\nG0 Z0.13125\n"))
     assert refused.value.code == Code.NC_EDIT, refused.value

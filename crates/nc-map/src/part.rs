@@ -302,7 +302,7 @@ fn require_on_position(program: &Program, block: usize, carried: &Vector) -> Res
         return Ok(());
     }
     let at = program.blocks().get(block).map_or(0, |found| found.start as usize);
-    let message = format!("coordinates are set anew where the tool stands {off:.5} mm off its programmed position");
+    let message = format!("coordinates are set anew where the tool is {off:.5} mm off its programmed position");
     let hint = "set them at the start of the program, or after a move to the reference point";
     Err(Refused::block(at, message, hint))
 }

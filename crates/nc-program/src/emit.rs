@@ -44,7 +44,7 @@ impl Runner<'_> {
     fn warn_diameter(&mut self, word: i32) {
         self.state.diameter_is_known = true;
         let message = format!(
-            "the program does not say whether X is a diameter, which hangs on machine data; {} is read as a radius",
+            "the program does not say whether X is a diameter, which depends on machine data; {} is read as a radius",
             self.word_text(word)
         );
         self.warn(finding::DIAMETER, self.word_start(word), message, "write DIAMON or DIAMOF at the start");

@@ -125,7 +125,7 @@ def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
             Code.GEO_ORDER,
             f"the profile runs from {_at(start)} to {_at(end)}, {way}",
             hint="order the features from chuck end to free end, z growing, or along a face alone inwards: "
-            "normals and error signs hang on it; bores are not corrected",
+            "normals and error signs depend on it; bores are not corrected",
         )
     for i, j, place in _all_crossings(features, gap_mm):
         raise TrueloopError(

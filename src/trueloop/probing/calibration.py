@@ -54,7 +54,7 @@ class BallCalibration:
         low, high = math.degrees(self.lowest_rad), math.degrees(self.highest_rad)
         message = (
             f"the ball's radius is known to {self.radius_u_mm * UM_PER_MM:.2f} µm (one standard deviation), worse than "
-            f"a touch: between {low:.0f}° and {high:.0f}° ball, lobing and artefact are hardly told apart"
+            f"a touch: between {low:.0f}° and {high:.0f}° ball, lobing and artefact are hardly separated"
         )
         hint = "touch it over 180° or more, in at least twenty directions"
         return (Finding(Severity.WARNING, Code.PRB_CALIBRATION, message, hint),)

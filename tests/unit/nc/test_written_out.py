@@ -125,9 +125,9 @@ def test_a_program_without_any_stays() -> None:
 @pytest.mark.parametrize(
     ("text", "dialect", "line", "why"),
     [
-        ("G21 #1=9.\nG1 X#1 Y0. F9.\nX10. ,R1.\nY10.", "fanuc-mill", 3, "it hangs on X#1"),
-        ("G21 #1=9.\nG1 X1. Y0. F9.\nX10. ,R1.\nY#1", "fanuc-mill", 3, "it hangs on Y#1"),
-        ("G21 #1=1.\nG1 X1. Y0. F9.\nX10. ,R#1\nY9.", "fanuc-mill", 3, "it hangs on ,R#1"),
+        ("G21 #1=9.\nG1 X#1 Y0. F9.\nX10. ,R1.\nY10.", "fanuc-mill", 3, "it depends on X#1"),
+        ("G21 #1=9.\nG1 X1. Y0. F9.\nX10. ,R1.\nY#1", "fanuc-mill", 3, "it depends on Y#1"),
+        ("G21 #1=1.\nG1 X1. Y0. F9.\nX10. ,R#1\nY9.", "fanuc-mill", 3, "it depends on ,R#1"),
         ("G21 G91\nG1 X1. Y0. F9.\nG93 X10. ,R1. F2.\nY10. F2.", "fanuc-mill", 3, "G93"),
         ("G21 G93 G1 X1. Y0. F9.\nX10. ,R1. F9.\nY10. F9.", "fanuc-mill", 2, "the time of its move is given"),
         ("G21 G1 X1. Y0. F9.\nX10. ,R1. M77\nY10.", "fanuc-mill", 2, "before or after the move"),

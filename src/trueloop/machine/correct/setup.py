@@ -131,6 +131,6 @@ def _check_head_upright(model: MachineModel, setup: Setup) -> None:
         if setup.fixed.get(axis.name, 0.0) != 0.0:
             raise TrueloopError(
                 Code.MCH_FRAME,
-                f"{axis.name} turns the tool by {setup.fixed[axis.name]:g} rad: where its tip lies is not told",
+                f"{axis.name} turns the tool by {setup.fixed[axis.name]:g} rad: the place of its tip is not given",
                 hint="only rotary axes that carry the work may stand away from 0",
             )

@@ -91,7 +91,7 @@ def _warning(names: list[str], index: float) -> Finding:
     return Finding(
         Severity.WARNING,
         Code.MCH_COLLINEAR,
-        f"{' and '.join(names)} are hardly told apart by these readings (condition index {index:.0f})",
+        f"{' and '.join(names)} are hardly separated by these readings (condition index {index:.0f})",
         hint="measure where they differ (another tool length, another warm-up), or leave one out",
     )
 
@@ -99,6 +99,6 @@ def _warning(names: list[str], index: float) -> Finding:
 def _refusal(names: list[str], index: float) -> TrueloopError:
     return TrueloopError(
         Code.MCH_COLLINEAR,
-        f"{' and '.join(names)} cannot be told apart by these readings (condition index {index:.1e})",
+        f"{' and '.join(names)} cannot be separated by these readings (condition index {index:.1e})",
         hint="leave one out: keep the sensor nearest the heat source, or one of two errors with the same effect",
     )

@@ -92,6 +92,6 @@ def _check(target: Array, up: Array, down: Array) -> None:
     if up.shape[0] < 2 or up.shape[1] < 2 or not (np.isfinite(up).all() and np.isfinite(down).all()):
         raise TrueloopError(
             Code.MCH_DATA,
-            f"{up.shape[0]} targets with {up.shape[1]} approaches each way, some missing: no spread can be told",
+            f"{up.shape[0]} targets with {up.shape[1]} approaches each way, some missing: no spread can be computed",
             hint="the standard asks for five targets a metre at least and five approaches each way",
         )

@@ -24,7 +24,7 @@ def require_writable(program: Program, path: ToolPath, block: Block, moves: Sequ
     formula = next((w for w in _behind(program, path, moves) if w.is_expression and math.isnan(number_said(w))), None)
     if shaped and formula is not None:
         hint = "write the coordinates beside it as numbers, or the corner or arc as a block of its own"
-        raise refusal(program, block, f"it hangs on {formula.text}, which another value would change", hint)
+        raise refusal(program, block, f"it depends on {formula.text}, which another value would change", hint)
 
 
 def _behind(program: Program, path: ToolPath, moves: Sequence[int]) -> Iterable[Word]:

@@ -231,7 +231,7 @@ def _read_back(
     for move, points in between.items():
         found = again.end_mm[at[move] - len(points) : at[move]]
         if (off := float(np.max(np.abs(found - [at for _, at in points])))) > allowed:
-            raise _refusal(f"a new point stands {off * UM_PER_MM:.2f} µm off")
+            raise _refusal(f"a new point is {off * UM_PER_MM:.2f} µm off")
     wanted = np.array([ends.get(move, path.end_mm[move]) for move in range(len(path))]).reshape(-1, 3)
     checked = (path.word >= 0) | np.isin(np.arange(len(path)), list(ends))[:, None]
     off = float(np.max(np.abs(again.end_mm[at] - wanted)[checked], initial=0.0))

@@ -145,7 +145,7 @@ def best_fit(
 def _named(motion: Array, uncertainty_mm: float) -> str:
     """The motion's largest components, and how well the points tell it."""
     parts = [MOTIONS[k] for k in range(6) if abs(motion[k]) > PARTS] or [MOTIONS[int(np.argmax(np.abs(motion)))]]
-    return f"{' and '.join(parts)} (told to {uncertainty_mm:.2g} mm)"
+    return f"{' and '.join(parts)} (known to {uncertainty_mm:.2g} mm)"
 
 
 def _refuse_far(moved_mm: Array, setup_mm: float, name: str) -> None:

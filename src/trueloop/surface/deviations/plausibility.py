@@ -60,7 +60,7 @@ def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name
         if 0.3 < share < 1.5 and np.median(np.abs(closest(surface, some).distance_mm - radius)) < 0.05 * off:
             raise TrueloopError(
                 Code.SRF_UNIT,
-                f"the points of {name!r} stand {off:.3f} mm off; multiplied by {factor:g} they fit",
+                f"the points of {name!r} deviate by {off:.3f} mm; multiplied by {factor:g} they fit",
                 hint=f"the unit is not mm but {unit}: write the points in mm",
             )
 
@@ -71,7 +71,7 @@ def _refuse_side(feet: Feet, radius: float, name: str) -> None:
     if radius > 0 and abs(middle + radius) < 0.5 * radius:
         raise TrueloopError(
             Code.SRF_SIGN,
-            f"the ball's centre stands {middle:.4f} mm from the surface of {name!r}, on the inner side of the "
+            f"the ball's centre is {middle:.4f} mm from the surface of {name!r}, on the inner side of the "
             f"material; with a ball of radius {radius:g} mm it should be at {radius:g} mm",
             hint="the surface's normals point into the material: turn them (flip = true)",
         )
@@ -83,7 +83,7 @@ def _refuse_off(points: MeasuredPoints, error: Array, number: Integers, xyz: Arr
         x, y, z = xyz[worst]
         raise TrueloopError(
             Code.SRF_OFF,
-            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} stand more than {farthest_mm:g} mm off "
+            f"{np.count_nonzero(bad)} of {len(error)} points of {points.name!r} are more than {farthest_mm:g} mm off "
             f"the surface; the farthest, with {error[worst]:+.3f} mm, is point {number[worst]} (x {x:.3f}, y {y:.3f}, "
             f"z {z:.3f} mm)",
             hint="look at frame, ball radius and that touch; a larger distance can be allowed",
@@ -171,7 +171,7 @@ def _ball(surface: Surface, feet: Feet, radius: float) -> Iterator[Finding]:
             f"a ball of radius {radius:g} mm cannot reach the ground on {np.mean(hollow * radius <= -1.0):.0%} of the "
             f"area: the surface is concave with radius {-1 / hollow[worst]:.3f} mm at x {x:.3f}, y {y:.3f}, "
             f"z {z:.3f} mm",
-            "take a smaller ball; deviations of its rims are told as those of the ground",
+            "take a smaller ball; deviations of its rims are reported as those of the ground",
         )
 
 
@@ -183,6 +183,6 @@ def _ball_left_in(error: Array) -> Iterator[Finding]:
         yield Finding(
             Severity.WARNING,
             Code.SRF_SIGN,
-            f"all points stand about {middle:+.3f} mm off, scattering by {scatter:.3f} mm: {side} the material",
+            f"all points deviate by about {middle:+.3f} mm, scattering by {scatter:.3f} mm: {side} the material",
             "if they are ball centres, give ball_radius_mm; if the normals point inwards, flip them",
         )

@@ -98,7 +98,7 @@ def _require_followed(program: Program, path: ToolPath, shifted: Shifted, base_m
         raise TrueloopError(
             Code.NC_OFFSET,
             f"a shift of x {base_mm[0]:g} mm (radius), z {base_mm[1]:g} mm is in force at line "
-            f"{path.line[shifted.first]}; what G52 makes of it there hangs on the control",
+            f"{path.line[shifted.first]}; what G52 makes of it there depends on the control",
             hint="put the program's own shift into the work offset, or correct the contour",
             place=program.place(program.block(shifted.begin).start),
         )
