@@ -122,16 +122,19 @@ def as_arcs(path: SampledPath) -> tuple[Move, ...]:
 
 def fewest_moves(path: SampledPath) -> tuple[Move, ...]:
     """Lines or tangent arcs, whichever are fewer; arcs when equal, because they leave no facets."""
-    arcs, lines = as_arcs(path), as_lines(path)
-    return arcs if len(arcs) <= len(lines) else lines
+    arcs = as_arcs(path)
+    return _greedy(path, _chord, len(arcs)) or arcs
 
 
-def _greedy(path: SampledPath, fit: Fit) -> tuple[Move, ...]:
+def _greedy(path: SampledPath, fit: Fit, fewer_than: int | None = None) -> tuple[Move, ...]:
+    """None at all where they would not be fewer than that many."""
     moves: list[Move] = []
     first, last = 0, len(path.point_mm) - 1
     while first < last:
         reach = _furthest(path, fit, first, last)
         moves += fit(path, first, reach)
+        if fewer_than is not None and len(moves) >= fewer_than:
+            return ()
         first = reach
     return tuple(moves)
 

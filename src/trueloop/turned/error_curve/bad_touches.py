@@ -135,7 +135,7 @@ class _Search:
         part = self.vectors.chosen(kept)
         fits = fit_touched(self.profile, part, self.options, None, self.known)[0]
         if feature is not None and not any(feature in fit.chain.features for fit in fits.values()):
-            fits = fit_chains(self.profile, part, self.options, None)[0]
+            fits = fit_chains(self.profile, part, self.options, None, self.known)[0]
         return finish(fits, part)
 
 

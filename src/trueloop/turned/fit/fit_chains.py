@@ -28,11 +28,11 @@ Known: TypeAlias = dict[Hashable, ChainFit]
 
 
 def fit_chains(
-    profile: Profile, vectors: ErrorVectors, options: FitOptions, nose: NoseOnPart | None
+    profile: Profile, vectors: ErrorVectors, options: FitOptions, nose: NoseOnPart | None, known: Known | None = None
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
     """Fits of every chain by its index, in the profile's order, and the choices between own curve and nose model."""
     chains = chains_of(profile)
-    fits, choices = fit_touched(profile, vectors, options, nose)
+    fits, choices = fit_touched(profile, vectors, options, nose, known)
     for i in sorted(set(range(len(chains))) - set(fits), key=lambda i: chains[i].curved):
         conditions, sources = chain_conditions(profile, chains, i, fits, options)
         fits[i] = fit_untouched(profile, chains[i], vectors, conditions, sources, fits)
