@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.batch_tasks import always_killed, killed_once, refused, squared
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.batch import AHEAD, run_batch
 from trueloop.loops.surface.inputs import read_surface_inputs
@@ -26,32 +26,8 @@ ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "surface" / "surface.toml"
 
 
-def killed_once(task: tuple[int, str]) -> int:
-    """Kills the process it runs in, the first time it is given task 3."""
-    number, folder = task
-    mark = Path(folder) / "killed"
-    if number == 3 and not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    time.sleep(0.02)
-    return number * number
-
-
-def squared(number: int) -> int:
-    return number * number
-
-
-def refused(number: int) -> int:
-    raise TrueloopError(Code.SRF_POINTS, f"{number} points", hint="more")
-
-
-def slowly(number: int) -> int:
-    time.sleep(0.2)
-    return number
-
-
 INTERRUPTED = """
-from tests.loops.test_batch import slowly
+from tests.support.batch_tasks import slowly
 from trueloop.loops.batch import run_batch
 if __name__ == "__main__":
     try:
@@ -143,13 +119,6 @@ def test_a_refusal_of_one_part_is_told_as_it_is() -> None:
     with pytest.raises(TrueloopError, match="5 points") as told:
         list(run_batch(refused, [5, 6], workers=2))
     assert told.value.code is Code.SRF_POINTS
-
-
-def always_killed(number: int) -> int:
-    if number == 5:
-        time.sleep(2.0)  # those before it are told by then
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number
 
 
 def test_what_was_done_before_workers_kept_dying_was_told() -> None:
