@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Finding, Place, Severity
 from trueloop.nc.check.rapid import cutting_rapids
 from trueloop.nc.check.written_step import written_step_mm
@@ -76,10 +76,10 @@ def _finding(path: ToolPath, move: int, severity: Severity, code: Code, message:
     return Finding(severity, code, message, hint, Place(None, int(path.line[move]), int(path.column[move])))
 
 
-def _in_plane(path: ToolPath, points: Array) -> Array:
-    """(n, 3) → (n, 2): the coordinates in each move's plane."""
-    axes = np.array([PLANE_AXES[plane] for plane in range(17, 20)])[path.plane - 17]
-    in_plane: Array = np.take_along_axis(points, axes, axis=1)
+def _in_plane(path: ToolPath, points: Array, moves: Integers) -> Array:
+    """(n, 3) → (k, 2): the coordinates of some moves (k,), in each one's plane."""
+    axes = np.array([PLANE_AXES[plane] for plane in range(17, 20)])[path.plane[moves] - 17]
+    in_plane: Array = np.take_along_axis(points[moves], axes, axis=1)
     return in_plane
 
 
@@ -89,12 +89,14 @@ def arc_misfit_mm(path: ToolPath) -> Array:
     Distance of the end from the centre minus that of the start; with R, half the chord minus R where the chord is too
     long (else the circle fits).
     """
-    centre = _in_plane(path, path.centre_mm)
-    start_radius = np.linalg.norm(_in_plane(path, path.start_mm) - centre, axis=1)
-    end_radius = np.linalg.norm(_in_plane(path, path.end_mm) - centre, axis=1)
-    by_radius = ~np.isnan(path.programmed_radius_mm)
-    too_long = np.maximum(start_radius - path.programmed_radius_mm, 0.0)
-    misfit_mm: Array = np.where(by_radius, too_long, end_radius - start_radius)
+    arcs = np.flatnonzero(path.motion == Motion.ARC)
+    centre = _in_plane(path, path.centre_mm, arcs)
+    start_radius = np.linalg.norm(_in_plane(path, path.start_mm, arcs) - centre, axis=1)
+    end_radius = np.linalg.norm(_in_plane(path, path.end_mm, arcs) - centre, axis=1)
+    programmed = path.programmed_radius_mm[arcs]
+    too_long = np.maximum(start_radius - programmed, 0.0)
+    misfit_mm = np.full(len(path), np.nan)
+    misfit_mm[arcs] = np.where(np.isnan(programmed), end_radius - start_radius, too_long)
     return misfit_mm
 
 
@@ -107,42 +109,47 @@ def _arcs_that_do_not_fit(path: ToolPath, tolerance_mm: float, severity: Severit
         yield _finding(path, int(move), severity, Code.NC_ARC_FIT, message, hint)
 
 
-def _tangents(path: ToolPath, at_end: bool) -> Array:
-    """Unit direction of travel at the start or end of each move, (n, 2), in its plane; NaN where there is none."""
-    start, end, centre = (_in_plane(path, points) for points in (path.start_mm, path.end_mm, path.centre_mm))
+def _tangents(path: ToolPath, moves: Integers, at_end: bool) -> Array:
+    """Unit direction of travel at the start or end of some moves, (k, 2), in their planes; NaN where there is none."""
+    start, end, centre = (_in_plane(path, points, moves) for points in (path.start_mm, path.end_mm, path.centre_mm))
     radial = (end if at_end else start) - centre
-    turned = np.sign(path.sweep_rad)[:, None] * np.stack([radial[:, 1], -radial[:, 0]], axis=1)
-    direction = np.where((path.motion == Motion.ARC)[:, None], turned, end - start)
+    turned = np.sign(path.sweep_rad[moves])[:, None] * np.stack([radial[:, 1], -radial[:, 0]], axis=1)
+    direction = np.where((path.motion[moves] == Motion.ARC)[:, None], turned, end - start)
     with np.errstate(invalid="ignore"):
         unit: Array = direction / np.linalg.norm(direction, axis=1, keepdims=True)
     return unit
 
 
-def _straightness_mm(path: ToolPath) -> Array:
+def _straightness_mm(path: ToolPath, moves: Integers) -> Array:
     """The length that rounding acts over in a move's direction: of a line its own, of an arc radius or chord."""
-    start, end, centre = (_in_plane(path, points) for points in (path.start_mm, path.end_mm, path.centre_mm))
+    start, end, centre = (_in_plane(path, points, moves) for points in (path.start_mm, path.end_mm, path.centre_mm))
     chord = np.linalg.norm(end - start, axis=1)
     curved = np.fmin(np.linalg.norm(start - centre, axis=1), chord)
-    length_mm: Array = np.where(path.motion == Motion.ARC, curved, chord)
+    length_mm: Array = np.where(path.motion[moves] == Motion.ARC, curved, chord)
     return length_mm
 
 
-def _broken_tangents(path: ToolPath, step_mm: float) -> Iterator[Finding]:
-    if len(path) < 2:
-        return
+def _joints_of_arcs(path: ToolPath) -> Integers:
+    """Moves at feed that the next one, at feed too, goes on from in the same plane; one of both is an arc."""
     arc, feed = path.motion == Motion.ARC, path.motion != Motion.RAPID
-    joined = (path.start_mm[1:] == path.end_mm[:-1]).all(axis=1) & (path.plane[1:] == path.plane[:-1])
-    candidates = joined & feed[1:] & feed[:-1] & (arc[1:] | arc[:-1])
-    before, after = _tangents(path, at_end=True)[:-1], _tangents(path, at_end=False)[1:]
+    joints = np.flatnonzero(feed[1:] & feed[:-1] & (arc[1:] | arc[:-1]) & (path.plane[1:] == path.plane[:-1]))
+    met: Integers = joints[(path.start_mm[joints + 1] == path.end_mm[joints]).all(axis=1)]
+    return met
+
+
+def _broken_tangents(path: ToolPath, step_mm: float) -> Iterator[Finding]:
+    joints = _joints_of_arcs(path)
+    before, after = _tangents(path, joints, at_end=True), _tangents(path, joints + 1, at_end=False)
     cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     jump_rad = np.abs(np.arctan2(cross, (before * after).sum(axis=1)))
     with np.errstate(divide="ignore"):
-        rounding_rad = _ROUNDING_STEPS * step_mm / _straightness_mm(path)
-    explained_rad = np.maximum(SMALLEST_KINK_RAD, rounding_rad[1:] + rounding_rad[:-1])
-    for joint in np.flatnonzero(candidates & (jump_rad > explained_rad) & (jump_rad < LARGEST_KINK_RAD)):
-        message = f"the direction jumps by {math.degrees(jump_rad[joint]):.3f}° where this move joins the one before"
+        rounding_rad = [_ROUNDING_STEPS * step_mm / _straightness_mm(path, moves) for moves in (joints + 1, joints)]
+    explained_rad = np.maximum(SMALLEST_KINK_RAD, rounding_rad[0] + rounding_rad[1])
+    broken = (jump_rad > explained_rad) & (jump_rad < LARGEST_KINK_RAD)
+    for joint, jump in zip(joints[broken].tolist(), jump_rad[broken].tolist(), strict=True):
+        message = f"the direction jumps by {math.degrees(jump):.3f}° where this move joins the one before"
         hint = "if the joint is meant to be tangent, compute end point and centre anew; a corner needs no mending"
-        yield _finding(path, int(joint) + 1, Severity.WARNING, Code.NC_TANGENT, message, hint)
+        yield _finding(path, joint + 1, Severity.WARNING, Code.NC_TANGENT, message, hint)
 
 
 def _cuts_without_feed(path: ToolPath) -> Iterator[Finding]:

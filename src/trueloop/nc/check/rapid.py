@@ -49,8 +49,10 @@ def _runs(path: ToolPath) -> list[Integers]:
     known = np.flatnonzero(np.isfinite(path.start_mm).all(axis=1) & np.isfinite(path.end_mm).all(axis=1))
     if not len(known):
         return []
-    jump = np.abs(path.start_mm[known[1:]] - path.end_mm[known[:-1]]).max(axis=1, initial=0.0) > 1e-9
-    breaks = np.flatnonzero(jump | (np.diff(path.tool[known]) != 0)) + 1
+    breaks_here = np.diff(path.tool[known]) != 0
+    for axis in (_X, _Y, _Z):  # one at a time: a third of the memory
+        breaks_here |= np.abs(path.start_mm[known[1:], axis] - path.end_mm[known[:-1], axis]) > 1e-9
+    breaks = np.flatnonzero(breaks_here) + 1
     return np.split(known, breaks)
 
 
