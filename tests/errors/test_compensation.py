@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from trueloop.domain.limits import Limits
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
-from trueloop.turned.compensation.limits import Limits
 from trueloop.turned.compensation.shift import sampled
 from trueloop.turned.program.read_back import check_contour
 

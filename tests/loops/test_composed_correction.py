@@ -17,6 +17,7 @@ from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import interpreted_points
 from tests.support.probing import example
 from trueloop.arrays import Array
+from trueloop.domain.limits import Limits
 from trueloop.domain.record import MARK
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.model_file import model_to_json
@@ -32,7 +33,6 @@ from trueloop.simulator.machine_error import ErrorTerm, MachineError
 from trueloop.simulator.presets import Workshop, nist
 from trueloop.simulator.process import Repeatability
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
-from trueloop.turned.compensation.limits import Limits
 from trueloop.turned.compensation.shift import ZERO as STAYS
 from trueloop.turned.compensation.shift import sampled
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
+from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.machine import program_survey
-from trueloop.loops.machine.mapped_program import MapOptions
 from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program

@@ -8,9 +8,9 @@ import pytest
 
 from tests.support.mapped import FREE, mapped, path_of
 from trueloop.arrays import Array
+from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.machine import program_survey
-from trueloop.loops.machine.mapped_program import MapOptions
 from trueloop.nc.field.field import affine_field, function_field
 
 INCH_MM = 25.4

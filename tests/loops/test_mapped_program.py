@@ -14,9 +14,10 @@ from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from tests.support.refusals import refused
 from trueloop.arrays import Array
+from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.machine import program_survey
-from trueloop.loops.machine.mapped_program import MapOptions, map_program
+from trueloop.loops.machine.mapped_program import map_program
 from trueloop.nc.field.field import affine_field, function_field, similarity_field, table_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
@@ -362,8 +363,8 @@ def test_every_end_of_generated_programs_is_displaced(
 LARGE = """
 import resource, sys
 from pathlib import Path
-from trueloop.loops.mapped_program import MapOptions, map_program
-from trueloop.nc.field import similarity_field
+from trueloop.loops.machine.mapped_program import map_program
+from trueloop.nc.field.field import similarity_field
 done = map_program(Path(sys.argv[1]), Path(sys.argv[2]), similarity_field(scale=1.0001), dialect="linuxcnc")
 print(done.blocks, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """

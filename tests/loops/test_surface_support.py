@@ -11,6 +11,7 @@ import pytest
 from tests.support.refusals import refused
 from tests.support.surfaces import square_places, wavy_surface
 from trueloop.arrays import Array
+from trueloop.domain.limits import Limits
 from trueloop.errors import Code
 from trueloop.formats.measurements.points_csv import points_to_csv
 from trueloop.loops.surface.correction import correct_job
@@ -23,7 +24,6 @@ from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.outlying_point import outlying_point
 from trueloop.surface.separation.separate import of_size
 from trueloop.surface.separation.spline_surface import Size, SplineSurface
-from trueloop.turned.compensation.limits import Limits
 
 SIDE = 17
 AT = np.linspace(0.01, 0.99, SIDE)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.probing import EXAMPLES
+from trueloop.domain.limits import Limits
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.turned import read_inputs
@@ -17,7 +18,6 @@ from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine_error import ErrorTerm
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
-from trueloop.turned.compensation.limits import Limits
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.spline import EndConditions
 

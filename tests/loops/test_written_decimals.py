@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.cli import run
 from tests.support.mapped import FREE, mapped, path_of
-from trueloop.loops.machine.mapped_program import MapOptions
+from trueloop.domain.map_options import MapOptions
 from trueloop.nc.field.field import function_field
 from trueloop.nc.program.program import read_program
 from trueloop.nc.translate.translate import translate

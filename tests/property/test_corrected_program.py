@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.standoff import feed_moves_of, standoff_mm
+from trueloop.domain.limits import Limits
 from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
-from trueloop.turned.compensation.limits import Limits
 
 JOB = Path(__file__).parents[2] / "examples" / "modbas2" / "job.toml"
 NO_LIMITS = Limits(correction_mm=1.0, slope=1.0, scatter_mm=1.0)

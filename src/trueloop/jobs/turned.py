@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from trueloop.domain.limits import Limits
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
@@ -27,7 +28,6 @@ from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.understood import require_understood
-from trueloop.turned.compensation.limits import Limits
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.nose_model import NoseModel

@@ -2,10 +2,10 @@
 
 from datetime import datetime
 
+from trueloop.domain.limits import Limits, check_age
 from trueloop.domain.record import check_same_program, check_uncorrected
 from trueloop.errors import in_file
 from trueloop.nc.program.program import Program
-from trueloop.turned.compensation.limits import Limits, check_age
 
 
 def refuse_misuse(

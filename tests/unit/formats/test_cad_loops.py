@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.arrays import Array
+from trueloop.domain.limits import Limits
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.loops import Loop
@@ -16,7 +17,6 @@ from trueloop.formats.cad.trim import distance_mm, edges_mm
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
 from trueloop.surface.compensation.shift import corrected_surface
-from trueloop.turned.compensation.limits import Limits
 
 RNG = np.random.default_rng(71)
 HOLE, RADIUS = (0.3, 0.6), (0.1, 0.2)

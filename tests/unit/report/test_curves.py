@@ -7,10 +7,10 @@ import pytest
 from plotly.graph_objects import Figure as PlotlyFigure
 
 from tests.support.correction import example_correction, example_inputs
+from trueloop.domain.limits import Limits
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.style import Figure, Trace
 from trueloop.report.turned.curves import error_curve
-from trueloop.turned.compensation.limits import Limits
 
 MODBAS2 = example_correction("modbas2")
 DOME = MODBAS2.profile.names.index("dome")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, LimitUm, Slope, ToleranceUm
 from trueloop.cli.machine.options import (
     Extrapolate,
     ModelFile,
@@ -18,7 +19,6 @@ from trueloop.cli.machine.options import (
     positions_of,
     signals_of,
 )
-from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import (
     Decimals,
     DialectName,
@@ -74,11 +74,9 @@ def compensate(
             help="time_s of the log at which the work zero was set or last referenced: displacements drift from there.",
         ),
     ] = None,
-    tolerance_um: Annotated[
-        float, typer.Option(min=0.001, callback=positive, help="How far a block may leave the corrected path.")
-    ] = 0.5,
-    limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
-    slope: Annotated[float, typer.Option(min=0.0, help="Steepest change of it accepted in a cut, µm/mm.")] = 40.0,
+    tolerance_um: ToleranceUm = TOLERANCE_UM,
+    limit_um: LimitUm = LARGEST_UM,
+    slope: Slope = STEEPEST,
     extrapolate: Extrapolate = None,
     serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None,
     dialect: DialectName = None,
@@ -93,10 +91,10 @@ def compensate(
     The model lives in machine coordinates: --work-zero and --tool, or --offsets, say where the program is in them.
     """
     from trueloop.cli.nc.map import tell_mapped
+    from trueloop.domain.map_options import MapOptions
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.user import user_name
-    from trueloop.loops.machine.mapped_program import MapOptions
     from trueloop.loops.machine.program import ModelFile, compensate_program
     from trueloop.machine.correct.setup import Setup
 

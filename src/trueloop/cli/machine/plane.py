@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.limits import LARGEST_UM, LimitUm
 from trueloop.cli.numbers import not_negative, positive
 from trueloop.cli.program_file import Decimals, DialectName, ProgramFile, UnitAtStart
 from trueloop.cli.terminal import AsJson, busy, print_json
@@ -109,7 +110,7 @@ def points(
         bool,
         typer.Option("--all-words", help="Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points."),
     ] = False,
-    limit_um: Annotated[float, typer.Option(min=0.0, help="Largest correction accepted.")] = 150.0,
+    limit_um: LimitUm = LARGEST_UM,
     unproven: Annotated[
         bool, typer.Option("--unproven", help="Also by a table of plates whose pattern is not known to repeat.")
     ] = False,

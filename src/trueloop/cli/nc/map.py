@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.numbers import positive
+from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, ToleranceUm
 from trueloop.cli.program_file import (
     Decimals,
     DialectName,
@@ -42,16 +42,14 @@ def map_program_file(
     axis: Annotated[Literal["X", "Y", "Z"], typer.Option(help="Axis of --rotate.")] = "Z",
     scale: Annotated[float | None, typer.Option(metavar="S", help="Scale, 1.001 for 1 mm a metre.")] = None,
     about: Annotated[str, typer.Option(metavar="X,Y,Z", help="Centre of --rotate and --scale, mm.")] = "0,0,0",
-    tolerance_um: Annotated[
-        float, typer.Option(min=0.001, callback=positive, help="How far a block may leave the displaced path.")
-    ] = 0.5,
+    tolerance_um: ToleranceUm = TOLERANCE_UM,
     limit_um: Annotated[
         float | None,
-        typer.Option(min=0.0, help="Largest displacement accepted.  [default: 150 for a table, else none]"),
+        typer.Option(min=0.0, help=f"A larger one is refused.  [default: {LARGEST_UM:g} for a table, else none]"),
     ] = None,
     slope: Annotated[
         float | None,
-        typer.Option(min=0.0, help="Steepest change accepted, µm/mm.  [default: 40 for a table, else none]"),
+        typer.Option(min=0.0, help=f"A steeper one is refused, µm/mm.  [default: {STEEPEST:g} for a table, else none]"),
     ] = None,
     frame: Annotated[
         Literal["program", "machine"],
@@ -76,7 +74,8 @@ def map_program_file(
     as_json: AsJson = False,
 ) -> None:
     """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
-    from trueloop.loops.machine.mapped_program import MapOptions, map_program
+    from trueloop.domain.map_options import MapOptions
+    from trueloop.loops.machine.mapped_program import map_program
 
     field = _framed(_field(table, shift, rotate, axis, scale, about), frame, offsets_file)
     usual = MapOptions()

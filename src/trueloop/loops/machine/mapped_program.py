@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop._core import NcMapper
+from trueloop.domain.map_options import USUAL, MapOptions
 from trueloop.domain.record import mark_of_field, record_id
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.outputs import Named, write_all, written_as_it_comes
@@ -26,25 +27,6 @@ from trueloop.nc.program.unit import unit_told
 
 HEAD: Final = 1 << 12
 """Bytes of a written program among which the lines are that have to be first."""
-
-
-@dataclass(frozen=True)
-class MapOptions:
-    """How a field is applied.
-
-    tolerance_mm: how far the written path may leave the displaced one, rounding to the control's resolution not
-    counted. limit_mm: largest displacement along an axis. slope: largest change of the displacement in a cut over its
-    length, mm/mm. skipped_blocks: displace the blocks that start with a slash as well. unit: what is in force at the
-    program's start, where it does not state it. decimals: how many are written at least, beside those that the control
-    resolves and those that the program has.
-    """
-
-    tolerance_mm: float = 0.0005
-    limit_mm: float = 0.150
-    slope: float = 0.040
-    skipped_blocks: bool = False
-    unit: Unit | None = None
-    decimals: int = 0
 
 
 @dataclass(frozen=True)
@@ -73,7 +55,7 @@ def map_program(
     source: Path,
     target: Path,
     field: Field,
-    options: MapOptions = MapOptions(),
+    options: MapOptions = USUAL,
     *,
     dialect: str | None = None,
     parameters: Mapping[str, float] | None = None,

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from trueloop.domain.limits import Limits
 from trueloop.domain.record import check_uncorrected, mark_of_field, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.outputs import write_all
@@ -43,7 +44,7 @@ def correct_points(
     told: dict[str, object],
     *,
     all_words: bool = False,
-    limit_mm: float = 0.150,
+    limit_mm: float = Limits.correction_mm,
     inputs: Sequence[Path] = (),
 ) -> CorrectedPoints:
     """Writes the program with −E at every X and Y word; `told` identifies the field in its mark.

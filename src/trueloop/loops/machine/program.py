@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from trueloop import __version__
+from trueloop.domain.map_options import MapOptions
 from trueloop.domain.record import Record, sha256_of
 from trueloop.formats.outputs import Named
-from trueloop.loops.machine.mapped_program import MapOptions, Mapped, map_program
+from trueloop.loops.machine.mapped_program import Mapped, map_program
 from trueloop.machine.correct.setup import Setup, compensation_field
 from trueloop.machine.drift.terms import zeroed_at
 from trueloop.machine.model.model import MachineModel

@@ -8,6 +8,7 @@ from glob import glob
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from trueloop.domain.limits import Limits
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
@@ -24,7 +25,6 @@ from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.compensation.side import require_outer_side
 from trueloop.surface.deviations.points import MeasuredPoints
-from trueloop.turned.compensation.limits import Limits
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:

@@ -2,10 +2,10 @@
 
 from typing import Final
 
+from trueloop.domain.limits import Limits, check_scatter
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.surface.surface import SurfaceModel
 from trueloop.surface.separation.outlying_point import scattering_part
-from trueloop.turned.compensation.limits import Limits, check_scatter
 from trueloop.units import UM_PER_MM
 
 MOSTLY: Final = 0.5

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from trueloop.arrays import Array
+from trueloop.domain.limits import Limits
 from trueloop.errors import Finding, in_file
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
@@ -23,7 +24,6 @@ from trueloop.surface.separation.cells import averaged_over_cells
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places, places_of, same_places
 from trueloop.surface.separation.separate import Separation, separate
-from trueloop.turned.compensation.limits import Limits
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.limits import Limits
 from trueloop.domain.record import MARKED
 from trueloop.loops.turned.part_on_machine import InMachine
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.displaced import Displacement, magnitude
-from trueloop.turned.compensation.limits import Limits, check_limits
+from trueloop.turned.compensation.limits import check_limits
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.limits import Limits
 from trueloop.domain.record import Record
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
@@ -15,7 +16,6 @@ from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
-from trueloop.turned.compensation.limits import Limits
 from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.compensation.shift import Shift, ShiftFunction
 from trueloop.turned.compensation.table import CorrectionTable

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from trueloop.domain.limits import check_scatter
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.commanded import Commanded, commanded
@@ -23,7 +24,6 @@ from trueloop.loops.turned.provenance import id_of, record_of
 from trueloop.loops.turned.shifts import corrected_shifts, whole_mm
 from trueloop.loops.turned.written import Writing
 from trueloop.turned.compensation.decide import Decision, decide
-from trueloop.turned.compensation.limits import check_scatter
 from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting

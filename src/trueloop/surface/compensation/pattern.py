@@ -2,9 +2,9 @@
 
 import math
 
+from trueloop.domain.limits import Limits
 from trueloop.geometry.surface import Surface
 from trueloop.surface.compensation.shift import CorrectedSurface, Deviation, corrected_surface
-from trueloop.turned.compensation.limits import Limits
 
 UNLIMITED = Limits(correction_mm=math.inf, slope=math.inf)
 

@@ -10,10 +10,10 @@ from typing import Final, Protocol, TypeAlias
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.limits import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_parameterised
-from trueloop.turned.compensation.limits import Limits
 from trueloop.units import UM_PER_MM
 
 DEGREE: Final = 3
@@ -109,9 +109,9 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
         both = inside[inner] & (inside[1:] if axis == 0 else inside[:, 1:])
         rise = np.where(both, np.diff(weight * deviation.grid_mm(*at), axis=axis), 0.0)
         slope[inner] = np.hypot(slope[inner], rise / steps)
-    for code, values, limit, unit, key in (
-        (Code.CMP_SIZE, size, limits.correction_mm, "µm", "max_correction_um"),
-        (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "max_slope_um_per_mm"),
+    for code, values, limit, unit, field in (
+        (Code.CMP_SIZE, size, limits.correction_mm, "µm", "correction_mm"),
+        (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "slope"),
     ):
         k = np.unravel_index(int(np.argmax(values)), values.shape)
         if values[k] > limit:
@@ -121,7 +121,7 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
                 f"the correction reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f}, y {y:.3f}, z {z:.3f} mm; the "
                 f"limit is {limit * UM_PER_MM:.1f} {unit}",
                 hint="look at the deviations there first: bad touches are likelier than such an error",
-                override=f"compensation.{key} in the job",
+                override=allowed_by(field),
             )
 
 

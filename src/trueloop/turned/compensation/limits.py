@@ -1,11 +1,10 @@
-"""Limits of a correction: beyond them it is refused, never clamped in silence."""
+"""A compensated contour against the limits of a correction (`domain.limits`), and against its nose."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from datetime import datetime
 
 import numpy as np
 
+from trueloop.domain.limits import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc
 from trueloop.turned.compensation.contour import CentrePiece
@@ -13,16 +12,6 @@ from trueloop.turned.compensation.shift import Shift
 from trueloop.units import UM_PER_MM
 
 SAMPLES = 201
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What is accepted. Sizes and scatter in mm along the normal, slopes in mm per mm of arc, age in hours."""
-
-    correction_mm: float = 0.150
-    slope: float = 0.040
-    scatter_mm: float = 0.010
-    age_hours: float = 24.0
 
 
 def check_limits(
@@ -33,9 +22,9 @@ def check_limits(
         feature = piece.shifted.feature
         s = np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, feature.length_mm), SAMPLES)
         size, slope = np.abs(correction.value_mm(s)), np.abs(correction.slope(s))
-        for code, values, limit, unit, key in (
-            (Code.CMP_SIZE, size, limits.correction_mm, "µm", "max_correction_um"),
-            (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "max_slope_um_per_mm"),
+        for code, values, limit, unit, field in (
+            (Code.CMP_SIZE, size, limits.correction_mm, "µm", "correction_mm"),
+            (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "slope"),
         ):
             k = int(np.argmax(values))
             if values[k] > limit:
@@ -45,7 +34,7 @@ def check_limits(
                     f"{what} of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
                     f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
                     hint="look at the touches there first: a bad touch is likelier than such an error",
-                    override=f"compensation.{key} in the job",
+                    override=allowed_by(field),
                 )
 
 
@@ -88,39 +77,5 @@ def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:
                 f"the tool offset on {axis} would be {value_mm * UM_PER_MM:+.1f} µm{' (radius)' * (axis == 'X')}; the "
                 f"limit is {limits.correction_mm * UM_PER_MM:.1f} µm",
                 hint="a constant this large is likelier a ball radius, an allowance or a datum that the job leaves out",
-                override="compensation.max_correction_um in the job",
+                override=allowed_by("correction_mm"),
             )
-
-
-def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
-    """Refuses touches that scatter about what was fitted by more than the limit: then little of the error repeats.
-
-    cause: what is known of where the scatter comes from, a clause for the message.
-    """
-    if scatter_mm > limits.scatter_mm:
-        raise TrueloopError(
-            Code.CMP_SCATTER,
-            f"the touches scatter by {scatter_mm * UM_PER_MM:.1f} µm (one standard deviation) about what was fitted; "
-            f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm{f'; {cause}' if cause else ''}",
-            hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
-            override="compensation.max_scatter_um in the job",
-        )
-
-
-def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
-    """Refuses touches that are older than the limit, or from the future. Both times know their zone, or neither."""
-    age_hours = (now - measured_at).total_seconds() / 3600
-    if age_hours < 0:
-        raise TrueloopError(
-            Code.CMP_AGE,
-            f"the touches were taken {-age_hours:.1f} h from now ({measured_at.isoformat(timespec='minutes')})",
-            hint="set the clock, or the time and its zone that the job gives",
-        )
-    if age_hours > limits.age_hours:
-        raise TrueloopError(
-            Code.CMP_AGE,
-            f"the touches were taken {age_hours:.1f} h ago ({measured_at.isoformat(timespec='minutes')}); "
-            f"the limit is {limits.age_hours:g} h",
-            hint="probe the part again: machine and tool have changed since",
-            override="compensation.max_age_hours in the job",
-        )

@@ -1,0 +1,20 @@
+"""Options of commands that correct a program by a field: limits and tolerance, as the catalogue has them."""
+
+from typing import Annotated, Final
+
+import typer
+
+from trueloop.cli.numbers import positive
+from trueloop.domain.limits import LIMITS
+from trueloop.domain.map_options import MAP_OPTIONS
+
+LARGEST_UM: Final[float] = LIMITS["correction_mm"].default
+STEEPEST: Final[float] = LIMITS["slope"].default
+TOLERANCE_UM: Final[float] = MAP_OPTIONS["tolerance_mm"].default
+
+LimitUm = Annotated[float, typer.Option("--limit-um", min=0.0, help=LIMITS["correction_mm"].option.meaning)]
+Slope = Annotated[float, typer.Option("--slope", min=0.0, help=f"{LIMITS['slope'].option.meaning[:-1]}, µm/mm.")]
+ToleranceUm = Annotated[
+    float,
+    typer.Option("--tolerance-um", min=0.001, callback=positive, help=MAP_OPTIONS["tolerance_mm"].option.meaning),
+]
