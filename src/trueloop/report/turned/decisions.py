@@ -34,8 +34,9 @@ def commanded_words(correction: Correction) -> str:
     if abs(commanded_um[worst]) < RESOLVED_UM:
         return "The programmed contour is the nominal one: all of the measured error is the process's."
     return (
-        f"The program that cut the measured surface deviates from the nominal by up to "
-        f"{signed(commanded_um[worst])} µm (point {correction.touches.point[worst]}). The touches contain that; error curves and predictions do not."
+        "The program that cut the measured surface deviates from the nominal by up to "
+        f"{signed(commanded_um[worst])} µm (point {correction.touches.point[worst]}). "
+        "The touches contain that; error curves and predictions do not."
     )
 
 

@@ -31,8 +31,8 @@ def check_contour(path: ToolPath, span: tuple[int, int], intended: Sequence[Cent
         if (worst := float(np.max(off))) > tolerance_mm:
             x, z = points[int(np.argmax(off))]
             raise not_as_intended(
-                f"the written program deviates by {worst * UM_PER_MM:.2f} µm from the intended path on {feature.name!r} "
-                f"at x {x:.4f} mm (radius), z {z:.4f} mm; {tolerance_mm * UM_PER_MM:.2f} µm is allowed"
+                f"the written program deviates by {worst * UM_PER_MM:.2f} µm from the intended path on "
+                f"{feature.name!r} at x {x:.4f} mm (radius), z {z:.4f} mm; {tolerance_mm * UM_PER_MM:.2f} µm is allowed"
             )
 
 
