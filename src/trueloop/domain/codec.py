@@ -137,14 +137,14 @@ class Codec:
 
     def _other(self, name: object, inner: dict[str, Plain], where: str) -> Any:
         try:
-            if name == "list":
-                return [self._value(one, f"{where}[{k}]") for k, one in enumerate(inner["items"])]
-            if name == "dict":
-                pairs = [self._value(pair, f"{where}[{k}]") for k, pair in enumerate(inner["items"])]
-                return dict(pairs)
-            return _OTHERS[str(name)](inner)
+            if name in ("list", "dict"):
+                items = [self._value(one, f"{where}[{k}]") for k, one in enumerate(inner["items"])]
+                return items if name == "list" else dict(items)
+            if isinstance(name, str) and name in _OTHERS:
+                return _OTHERS[name](inner)
         except (KeyError, TypeError, ValueError, OverflowError) as wrong:
-            raise _refused(f"{wrong!s} in {name!r} of {sorted(inner)}", where) from wrong
+            raise _refused(f"this {name} cannot be read, at {wrong}", where) from wrong
+        raise _refused(f"the type {name!r} is not known", where)
 
 
 def _is_value(kind: Any) -> bool:
