@@ -20,6 +20,8 @@ from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.measurements.points_csv import points_to_csv
+from trueloop.loops.surface.inputs import read_nominal, read_surface_inputs
+from trueloop.loops.surface.surface import model_of, pattern_model
 
 SIDE_MM = 40.0
 AT = np.linspace(0.0, SIDE_MM, 21)
@@ -33,13 +35,14 @@ def pattern_mm(x: Array, y: Array) -> Array:
     return np.asarray(0.012 * a**3 - 0.008 * b**2 * (1 - a))
 
 
-def job(folder: Path, name: str, share: float, parts: int, more: str = "") -> Path:
-    """Parts of the plane that keep a share of the pattern, with noise."""
+def job(folder: Path, name: str, share: float, parts: int, more: str = "", wave_mm: float = 0.0) -> Path:
+    """Parts of the plane that keep a share of the pattern, with noise, and waves that no few pieces follow."""
     (folder / name).mkdir()
     (folder / "plane.csv").write_bytes(points_to_csv(np.stack([X, Y, 0 * X], axis=1), (21, 21)))
     for k in range(parts):
         noise = np.random.default_rng(k).normal(0, NOISE_MM, len(X))
-        points = np.stack([X, Y, share * pattern_mm(X, Y) + noise], axis=1)
+        wave = wave_mm * np.sin(2 * np.pi * X / 17.0) * np.cos(2 * np.pi * Y / 23.0)
+        points = np.stack([X, Y, share * pattern_mm(X, Y) + wave + noise], axis=1)
         (folder / name / f"{name[0].upper()}{k + 1}.csv").write_bytes(points_to_csv(points, (21, 21)))
     path = folder / f"{name}.toml"
     table = f'name = "{name}"\n[surface]\nfile = "plane.csv"\n[gauging]\npoints = ["{name}/*.csv"]\n'
@@ -115,3 +118,25 @@ def test_parts_that_cannot_be_set_beside_each_other_are_refused(tmp_path: Path, 
     refusal = run("surface", "compare", before, after, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert "SRF-COMPARE" in refusal and said in " ".join(refusal.split())
     assert not (tmp_path / "out").exists()
+
+
+def test_the_page_names_the_written_patterns_and_how_far_they_deviate(tmp_path: Path) -> None:
+    """Judged by the written files: what they hold, and how far they deviate from the pattern at places of their own."""
+    path = job(tmp_path, "before", 1.0, 3, wave_mm=0.01)
+    run("surface", "pattern", path, "-o", tmp_path / "out", "--magnify", "250")
+    inputs = read_surface_inputs(path)
+    model = pattern_model(inputs.surface, model_of(inputs.surface, inputs.parts, inputs.options), inputs.options)
+    shown = re.search(r'<table id="cad-table">.*?</table>', dump_dom(tmp_path / "out" / "pattern.html"))
+    assert shown is not None
+    rows = [re.sub("<[^>]+>", "|", row) for row in re.findall("<tr>(.*?)</tr>", shown[0])[1:]]
+    at = np.random.default_rng(5).uniform(0.0, 1.0, 400)
+    for (name, factor), row in zip((("pattern", 1), ("pattern-x250", 250)), rows, strict=True):
+        written = read_nominal(tmp_path / "out" / f"{name}.step", None, flip=False)
+        x, y, z = written.grid_mm(at[:200], at[200:]).reshape(-1, 3).T
+        told = model.pattern.mean.value_mm(np.clip(x / SIDE_MM, 0, 1), np.clip(y / SIDE_MM, 0, 1))
+        off_um = 1000 * np.max(np.abs(z - factor * told))
+        cells = [cell for cell in row.split("|") if cell.strip(" ,")]
+        assert cells[:3] == [f"{name}.step", f"{name}.iges", f"× {factor}"]
+        assert cells[3] == " × ".join(map(str, written.degrees))
+        assert cells[4] == " × ".join(map(str, written.control_mm.shape[:2]))
+        assert 0.3 * float(cells[5]) < off_um < 1.05 * float(cells[5]) + 5e-4

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from trueloop.geometry.surface import Surface
     from trueloop.loops.surface.inputs import SurfaceInputs
     from trueloop.loops.surface.surface import SurfaceModel
+    from trueloop.surface.compensation.pattern import WrittenPattern
 
 
 def trimmed_file(inputs: "SurfaceInputs", surface: "Surface", name: str, mark: str) -> "tuple[Named, list[str]]":
@@ -25,21 +26,26 @@ def trimmed_file(inputs: "SurfaceInputs", surface: "Surface", name: str, mark: s
         return (name, surface_to_bytes(surface, ending, mark)), [note]
 
 
-def pattern_files(inputs: "SurfaceInputs", found: "SurfaceModel", magnify: float) -> "tuple[list[Named], list[str]]":
-    """Nominal and pattern as STEP and IGES, in true size and magnified; a note instead where there is no CAD kernel."""
-    from trueloop.surface.compensation.pattern import pattern_surface
+def pattern_files(
+    inputs: "SurfaceInputs", found: "SurfaceModel", magnify: float
+) -> "tuple[list[Named], list[WrittenPattern], list[str]]":
+    """Nominal and pattern as STEP and IGES, in true size and magnified, and what they hold; a note instead where there
+    is no CAD kernel.
+    """
+    from trueloop.surface.compensation.pattern import WrittenPattern, pattern_surface
 
-    files, notes = list["Named"](), list[str]()
+    files, written, notes = list["Named"](), list[WrittenPattern](), list[str]()
     try:
         for factor, name in ((1.0, "pattern"), (magnify, f"pattern-x{magnify:g}")):
             made = pattern_surface(found.surface, found.pattern.mean, factor, found.options.tolerance_mm)
-            for ending in ("step", "iges"):
-                mark = f"trueloop: nominal + {factor:g} x machining pattern, not to be cut"
-                file, note = trimmed_file(inputs, made.surface, f"{name}.{ending}", mark)
+            mark = f"trueloop: nominal + {factor:g} x machining pattern, not to be cut"
+            written.append(WrittenPattern((f"{name}.step", f"{name}.iges"), factor, made))
+            for file_name in written[-1].files:
+                file, note = trimmed_file(inputs, made.surface, file_name, mark)
                 files.append(file)
                 notes += note
     except TrueloopError as error:
         if error.code is not Code.SRF_CAD_KERNEL:
             raise
-        return [], [f"the pattern was not written as STEP and IGES: {error.message}; {error.hint}"]
-    return files, notes
+        return [], [], [f"the pattern was not written as STEP and IGES: {error.message}; {error.hint}"]
+    return files, written, notes

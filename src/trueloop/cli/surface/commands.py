@@ -1,5 +1,6 @@
 """`trueloop surface`: free-form surfaces, from measured parts to a corrected surface and program."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from trueloop.formats.outputs import Named
     from trueloop.loops.surface.inputs import SurfaceInputs
     from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel
+    from trueloop.surface.compensation.pattern import WrittenPattern
 
 app = typer.Typer(
     help="Free-form surfaces: deviations, machining pattern, corrected surface and program.",
@@ -100,8 +102,9 @@ def pattern(
     parts = _parts(inputs, workers, scheduler)
     with in_file(inputs.job):
         found = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
-    cad, notes = pattern_files(inputs, found, magnify)
-    say_pattern(found, _write(inputs, output, [*cad, *_pattern_files(inputs, found)]), as_json, notes=notes)
+    cad, written, notes = pattern_files(inputs, found, magnify)
+    contents = [*cad, *_pattern_files(inputs, found, written=written)]
+    say_pattern(found, _write(inputs, output, contents), as_json, notes=notes)
 
 
 @app.command()
@@ -193,7 +196,10 @@ def _cad_file(inputs: "SurfaceInputs", correction: "SurfaceCorrection", mark: st
 
 
 def _pattern_files(
-    inputs: "SurfaceInputs", found: "SurfaceModel", correction: "SurfaceCorrection | None" = None
+    inputs: "SurfaceInputs",
+    found: "SurfaceModel",
+    correction: "SurfaceCorrection | None" = None,
+    written: "Sequence[WrittenPattern]" = (),
 ) -> "list[Named]":
     from trueloop.formats.measurements.surface_csv import maps_to_csv, pattern_to_json
     from trueloop.loops.surface.surface import maps_of
@@ -201,7 +207,7 @@ def _pattern_files(
 
     return [
         ("pattern.json", pattern_to_json(found.pattern)),
-        ("pattern.html", surface_page(inputs.name, found, correction).encode()),
+        ("pattern.html", surface_page(inputs.name, found, correction, written).encode()),
         ("maps.svg", maps_picture(found).encode()),
         *((f"{maps.name}-maps.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(found)),
     ]

@@ -1,5 +1,6 @@
 """One page per surface: what was measured, what repeats, what is random, the pattern, and what is predicted after."""
 
+from collections.abc import Sequence
 from itertools import chain
 from typing import Final
 
@@ -14,6 +15,7 @@ from trueloop.report.style import plain, signed
 from trueloop.report.surface.maps import DeviationMap, colour_range_um, flat, sheet
 from trueloop.report.surface.parts import caption, map_of_part, maps_of_part, part_choice
 from trueloop.report.surface.space import space_figure
+from trueloop.surface.compensation.pattern import WrittenPattern
 from trueloop.surface.pattern.part_maps import PartMaps, part_maps
 from trueloop.units import UM_PER_MM
 
@@ -24,8 +26,13 @@ SIGN: Final = (
 )
 
 
-def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection | None = None) -> str:
-    """The page of one surface's pattern, and of its correction where there is one."""
+def surface_page(
+    name: str,
+    model: SurfaceModel,
+    correction: SurfaceCorrection | None = None,
+    written: Sequence[WrittenPattern] = (),
+) -> str:
+    """The page of one surface's pattern, of its correction where there is one, and of the pattern `written` as CAD."""
     parts = [own for own, _ in maps_of(model)]
     own, drawn = [maps_of_part(model, part) for part in parts], _arranged(model, parts[0])
     range_um = colour_range_um([*drawn, *chain.from_iterable(own)])
@@ -38,6 +45,7 @@ def surface_page(name: str, model: SurfaceModel, correction: SurfaceCorrection |
         f"{_prediction(model)}<p class='note'>{SIGN}</p></header>"
         + section("maps", "Maps", choice, f'<div class="figures">{figures}</div>', space_figure(drawn))
         + section("parts", "Parts", _parts(model))
+        + (section("cad", "Pattern as CAD", _cad(written)) if written else "")
         + (section("correction", "Correction", _correction(correction)) if correction else "")
         + (section("findings", "Findings", findings) if model.findings else "")
     )
@@ -151,6 +159,29 @@ def _row(part: Part) -> tuple[str, ...]:
         plain(apart.sigma_mm * UM_PER_MM, 2),
         f"{signed(low)} to {signed(high)}",
     )
+
+
+def _at_least_a_nanometre(um: float) -> str:
+    return plain(um, 3) if um >= 0.001 else "&lt; 0.001"
+
+
+def _cad(written: Sequence[WrittenPattern]) -> str:
+    head = ("files", "pattern magnified", "degree", "control points", "deviation (µm)")
+    rows = [
+        (
+            ", ".join(f'<a href="{esc(file)}">{esc(file)}</a>' for file in of.files),
+            f"× {of.factor:g}",
+            " × ".join(str(degree) for degree in of.made.surface.degrees),
+            " × ".join(str(count) for count in of.made.surface.control_mm.shape[:2]),
+            _at_least_a_nanometre(of.made.worst_mm * UM_PER_MM),
+        )
+        for of in written
+    ]
+    note = (
+        "<p class='note'>Nominal surface and pattern together, the pattern magnified as stated; not to be cut. "
+        "Deviation: how far the written surface deviates at most from the sampled nominal surface and pattern.</p>"
+    )
+    return table(head, rows, name="cad-table") + note
 
 
 def _correction(correction: SurfaceCorrection) -> str:

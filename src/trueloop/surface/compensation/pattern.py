@@ -1,12 +1,22 @@
 """The machining pattern as a surface: the nominal one moved along its normals by what parts have alike, magnified."""
 
 import math
+from dataclasses import dataclass
 
 from trueloop.domain.limits import Limits
 from trueloop.geometry.surface import Surface
 from trueloop.surface.compensation.shift import CorrectedSurface, Deviation, corrected_surface
 
 UNLIMITED = Limits(correction_mm=math.inf, slope=math.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class WrittenPattern:
+    """Nominal surface and pattern in CAD files of these names, the pattern magnified by `factor`."""
+
+    files: tuple[str, ...]
+    factor: float
+    made: CorrectedSurface
 
 
 def pattern_surface(
