@@ -13,6 +13,9 @@ settings.register_profile("desk", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True, database=None, print_blob=True)
 settings.load_profile("ci" if os.environ.get("CI") else "desk")
 
+LONGEST = "test_simulated.py"
+"""Its studies take a tenth of the whole run, one after the other: begun last, they would be waited for."""
+
 LONGEST_S = 900
 """No test takes this long, not even beside other work: one that waits for ever fails and names where it waits."""
 
@@ -21,6 +24,10 @@ for ignored in (signal.SIGINT, signal.SIGQUIT, signal.SIGTERM, signal.SIGHUP):
     # a command that is to be interrupted would never hear of it.
     if signal.getsignal(ignored) is signal.SIG_IGN:
         signal.signal(ignored, signal.default_int_handler if ignored == signal.SIGINT else signal.SIG_DFL)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: item.path.name != LONGEST)
 
 
 @pytest.hookimpl(wrapper=True)

@@ -237,14 +237,21 @@ mod tests {
     use crate::block::tests::sheet;
     use crate::product::product;
 
-    /// Largest error as a share of Σⱼ cᵢⱼ |vⱼ|.
-    fn error(points: &Points, values: &[f64], decay: Decay, digits: f64) -> f64 {
+    /// Largest error at each number of digits as a share of Σⱼ cᵢⱼ |vⱼ|.
+    fn errors<const N: usize>(
+        points: &Points,
+        values: &[f64],
+        decay: Decay,
+        digits: [f64; N],
+    ) -> [f64; N] {
         let sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
         let scale = product(points, &sizes, 1, decay).unwrap();
         let wanted = product(points, values, 1, decay).unwrap();
-        let found = far_product(points, values, 1, decay, digits).unwrap();
-        let off = found.iter().zip(&wanted).zip(&scale);
-        off.map(|((f, w), s)| (f - w).abs() / s).fold(0.0, f64::max)
+        digits.map(|digits| {
+            let found = far_product(points, values, 1, decay, digits).unwrap();
+            let off = found.iter().zip(&wanted).zip(&scale);
+            off.map(|((f, w), s)| (f - w).abs() / s).fold(0.0, f64::max)
+        })
     }
 
     #[test]
@@ -253,8 +260,11 @@ mod tests {
         let points = Points::new(&rows).unwrap();
         for exponent in [1.0, 3.0, 6.0] {
             let decay = Decay::new(exponent, 0.3).unwrap();
-            for digits in [2.0, 3.0, 4.0, 6.0] {
-                let error = error(&points, &values, decay, digits);
+            let digits = [2.0, 3.0, 4.0, 6.0];
+            for (digits, error) in digits
+                .into_iter()
+                .zip(errors(&points, &values, decay, digits))
+            {
                 println!("k {exponent} digits {digits} error {error:.1e}");
                 assert!(error < 10_f64.powf(-digits), "{exponent} {digits} {error}");
             }
