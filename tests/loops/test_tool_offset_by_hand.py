@@ -13,10 +13,10 @@ from tests.support.correction import example_correction, example_inputs
 from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import distances_mm, interpreted_points
 from trueloop.arrays import Array
-from trueloop.cli.summary import as_dict
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
+from trueloop.report.turned.correction_json import correction_as_dict
 from trueloop.report.turned.page import page
 from trueloop.turned.program.wear import offset_number, wear_offset
 
@@ -67,7 +67,7 @@ def test_it_is_told_beside_a_corrected_contour_with_what_it_leaves() -> None:
     assert (wear.tool, wear.unit, wear.x_is_diameter) == (1, "inch", True)
     moved = correction.touches.outward_normal @ np.array([wear.x / 2, wear.z]) * 25.4
     left_um = (correction.touches.error_mm + moved) * 1e3
-    told = as_dict(correction, [])["tool_offset"]
+    told = correction_as_dict(correction)["tool_offset"]
     assert isinstance(told, dict)
     worst = max((row["worst_um"] for row in told["leaves"]), key=abs)
     assert worst == pytest.approx(left_um[np.argmax(np.abs(left_um))], abs=0.3)

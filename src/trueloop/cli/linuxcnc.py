@@ -31,8 +31,9 @@ def loop(
     from trueloop.cli import simulated_summary as summary
     from trueloop.controllers.linuxcnc.loop import drive_part
     from trueloop.jobs.simulated import workshop_and_trial
+    from trueloop.report.turned.simulated import simulated_part_as_dict
 
     workshop, trial = workshop_and_trial(job, machine)
     with Console(stderr=True).status("starting") as status:
         driven = drive_part(trial, workshop, seed=seed, feed_override=feed_override, say=status.update)
-    print_json(summary.part_as_dict(driven.part)) if as_json else summary.print_part(driven.part)
+    print_json(simulated_part_as_dict(driven.part)) if as_json else summary.print_part(driven.part)

@@ -44,15 +44,16 @@ def show(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file.")], as_json: AsJson = False
 ) -> None:
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
-    from trueloop.cli.profile_table import as_dict, print_profile
+    from trueloop.cli.profile_table import print_profile
     from trueloop.geometry.offset import nose_centre_path
     from trueloop.jobs.turned import read_part
+    from trueloop.report.turned.profile import profile_as_dict
 
     with busy(f"reading {job}"):
         part = read_part(job)
         centre = nose_centre_path(part.profile, part.nose_radius_mm)
     if as_json:
-        print_json(as_dict(part.name, part.profile, centre))
+        print_json(profile_as_dict(part.name, part.profile, centre))
     else:
         print_profile(part.name, part.profile, centre)
 

@@ -28,12 +28,13 @@ def simulate(
     from trueloop.cli import simulated_summary as summary
     from trueloop.jobs.simulated import workshop_and_trial
     from trueloop.loops.simulated.simulated import simulate as simulate_part
+    from trueloop.report.turned.simulated import simulated_part_as_dict, study_as_dict
 
     workshop, trial = workshop_and_trial(job, machine)
     if parts == 1:
         with busy("cutting, probing, correcting"):
             part = simulate_part(trial, workshop, seed)
-        print_json(summary.part_as_dict(part)) if as_json else summary.print_part(part)
+        print_json(simulated_part_as_dict(part)) if as_json else summary.print_part(part)
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -50,4 +51,4 @@ def simulate(
             workers=workers,
             progress=lambda done: progress.update(task, completed=done),
         )
-    print_json(summary.study_as_dict(made)) if as_json else summary.print_study(made)
+    print_json(study_as_dict(made)) if as_json else summary.print_study(made)

@@ -1,1 +1,1 @@
-"""From a project file to the values that a loop works on."""
+"""From a project file to a loop's values, and on to finished outputs."""

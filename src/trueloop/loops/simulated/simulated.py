@@ -69,6 +69,11 @@ class SimulatedPart:
         """RMS of the true residual."""
         return rms(self.finish_truth_mm)
 
+    @property
+    def coverage(self) -> float:
+        """Share of true residuals inside the predicted 95 % band."""
+        return float(np.mean(np.abs(self.finish_truth_mm) <= self.correction.prediction.expanded_u_mm))
+
 
 @dataclass(frozen=True)
 class Trial:

@@ -18,8 +18,9 @@ from trueloop.report.turned import whiskers
 from trueloop.report.turned.composed import composed_section
 from trueloop.report.turned.curves import error_curve
 from trueloop.report.turned.decisions import decisions
+from trueloop.report.turned.features import kind_of_correction
 from trueloop.report.turned.junctions import junctions
-from trueloop.report.turned.summary import feature_table, kind_of_correction, offset_words, verdict
+from trueloop.report.turned.summary import feature_table, offset_words, verdict
 from trueloop.report.turned.touch_table import touches_csv, touches_table
 from trueloop.report.turned.uncertainty import uncertainty
 from trueloop.turned.error_curve.coverage import coverage_factor

@@ -25,6 +25,13 @@ def uncertainty(correction: Correction) -> str:
     return f"{table(HEADINGS, rows, words=(0,), name='budget')}<p>{words}</p><p class='note'>{COLUMNS}</p>"
 
 
+def budget_words(correction: Correction) -> str:
+    """The largest of each cause over all features, as plain text."""
+    causes = [causes_um(outcome.budget) for outcome in outcomes(correction)]
+    largest = ", ".join(f"{cause} {plain(max(one[cause] for one in causes))}" for cause in causes[0])
+    return f"Uncertainty budget, largest standard uncertainties in µm: {largest}."
+
+
 def _row(correction: Correction, outcome: Outcome) -> list[str]:
     causes = [plain(um) for um in causes_um(outcome.budget).values()]
     return [esc(correction.profile.names[outcome.index]), *causes, plain(outcome.expanded_u_mm * UM_PER_MM)]

@@ -1,0 +1,39 @@
+"""From a turned part's job file to its corrected programs, table, report and record."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from trueloop.formats.outputs import write_all
+from trueloop.formats.tables.table_csv import table_to_csv
+from trueloop.jobs.turned import read_inputs
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.report.turned.page import page
+
+
+def compensate_job(job: Path, output: Path | None = None) -> tuple[Correction, list[Path]]:
+    """The correction of a job and the files written: into `output`, or the folder that the job names; all or none.
+
+    Raises what reading and correcting refuse, and OUT errors.
+    """
+    read = read_inputs(job)
+    correction = compensate(read.inputs)
+    folder = output or _from_here(read.output_folder)
+    return correction, write_all(folder, _contents(correction).items(), read.files)
+
+
+def _from_here(folder: Path) -> Path:
+    """The folder as seen from where the program runs, without a detour by the job's folder."""
+    resolved = folder.resolve()
+    return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
+
+
+def _contents(correction: Correction) -> Mapping[str, bytes | None]:
+    """File name to bytes, None for one that there shall not be. The record comes last: then its set is complete."""
+    return {
+        correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,
+        correction.offsets_name: correction.offsets_program,
+        "table.csv": table_to_csv(correction.table),
+        "report.html": page(correction).encode(),
+        "record.json": correction.record.to_json().encode(),
+    }

@@ -1,0 +1,115 @@
+"""Every feature of a corrected part in figures and a few words: what the page, the terminal and JSON show of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.arrays import Array
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.outcome import Outcome, causes_um, outcomes
+from trueloop.report.style import plain, signed
+from trueloop.statistics import rms
+from trueloop.units import UM_PER_MM
+
+STAYS_MM = 5e-5
+"""A cut that moves by less stays where it is."""
+
+
+@dataclass(frozen=True)
+class TouchFigures:
+    """Errors at some touches in µm: RMS and the value of largest size; `nan` of no touch.
+
+    Before: measured. Predicted: after the corrected cut. Left out: each touch predicted from all others.
+    """
+
+    touches: int
+    before_rms_um: float
+    before_worst_um: float
+    predicted_rms_um: float
+    predicted_worst_um: float
+    left_out_rms_um: float
+
+
+@dataclass(frozen=True)
+class FeatureSummary:
+    """One feature: its touches, and what it is expected to come out like, touched or not.
+
+    `expected_um` is the expected error of largest size and `expanded_u_um` the largest expanded uncertainty, at the
+    feature's touches or, without any, along it; `standard_u_um` what makes that up, by cause. `correction` and
+    `expected` say in words how the feature is corrected and what to expect.
+    """
+
+    feature: str
+    figures: TouchFigures
+    correction: str
+    expected_um: float
+    expanded_u_um: float
+    expected: str
+    standard_u_um: dict[str, float]
+
+
+def feature_summaries(correction: Correction) -> list[FeatureSummary]:
+    """One for each feature of the profile, in its order."""
+    return [_summary(correction, outcome) for outcome in outcomes(correction)]
+
+
+def _summary(correction: Correction, outcome: Outcome) -> FeatureSummary:
+    return FeatureSummary(
+        feature=correction.profile.names[outcome.index],
+        figures=touch_figures(correction, correction.touches.of_feature(outcome.index)),
+        correction=kind_of_correction(correction, outcome.index),
+        expected_um=outcome.expected_mm * UM_PER_MM,
+        expanded_u_um=outcome.expanded_u_mm * UM_PER_MM,
+        expected=_expected_words(correction, outcome),
+        standard_u_um=causes_um(outcome.budget),
+    )
+
+
+def touch_figures(correction: Correction, rows: NDArray[np.intp]) -> TouchFigures:
+    """Of the touches at these positions."""
+    prediction = correction.prediction
+    before, after, left_out = (
+        values[rows] * UM_PER_MM for values in (prediction.before_mm, prediction.after_mm, prediction.leave_one_out_mm)
+    )
+    known = left_out[np.isfinite(left_out)]
+    return TouchFigures(len(rows), rms(before), worst_of(before), rms(after), worst_of(after), rms(known))
+
+
+def worst_of(values: Array) -> float:
+    """The value of largest size, with its sign; nan of nothing."""
+    return float(values[np.argmax(np.abs(values))]) if len(values) else float("nan")
+
+
+def kind_of_correction(correction: Correction, index: int) -> str:
+    """How a feature's error is described and corrected, in a few words."""
+    curve = correction.model.curves[index]
+    touches = len(correction.touches.of_feature(index))
+    if _is_left(correction, index):
+        return "not touched: left as programmed"
+    if correction.by_offset[index]:
+        return "constant offset"
+    if touches == 0:
+        return "not touched: estimated"
+    if curve.spline.degree == 0:
+        return "one touch: constant" if touches == 1 else "constant"
+    if curve.spline.degree == 1:
+        return "straight line: size and taper"
+    knots = len(curve.knots_mm)
+    return f"{('', '', 'parabola', 'cubic spline')[curve.spline.degree]}, {knots} knot{'' if knots == 1 else 's'}"
+
+
+def _expected_words(correction: Correction, outcome: Outcome) -> str:
+    """Expected error and its expanded uncertainty in µm; a feature that is left as programmed is called so."""
+    u = plain(outcome.expanded_u_mm * UM_PER_MM)
+    if _is_left(correction, outcome.index):
+        return f"left as programmed ± {u} µm"
+    return f"{signed(outcome.expected_mm * UM_PER_MM)} ± {u} µm"
+
+
+def _is_left(correction: Correction, index: int) -> bool:
+    """Whether a feature's cut stays as programmed because nothing is known of its error: no offset moves it either."""
+    feature = correction.profile.features[index]
+    normals = feature.outward_normal(np.linspace(0.0, feature.length_mm, 17))
+    moved = normals @ np.array(correction.decision.offset_mm) * correction.by_offset[index]
+    return correction.model.curves[index].unsupported and bool(np.max(np.abs(moved)) < STAYS_MM)
