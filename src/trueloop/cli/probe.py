@@ -7,7 +7,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
-from trueloop.cli.terminal import AsJson, print_json
+from trueloop.cli.terminal import AsJson, print_json, put
 
 app = typer.Typer(no_args_is_help=True, help="Plan touches, write probing programs, read what the control logged.")
 
@@ -28,7 +28,7 @@ def plan(job: Job, as_json: AsJson = False) -> None:
     probing = read_probing(job)
     touches = probing.plan.touches
     if as_json:
-        print_json({"safe_mm": probing.plan.safe_mm, "touches": [vars(touch) for touch in touches]})
+        print_json(probing.plan.as_dict())
         return
     from rich.console import Console
     from rich.table import Table
@@ -60,7 +60,7 @@ def program(job: Job, control: OfControl, output: Output = None) -> None:
     text = probing_program(
         probing.plan, control, settings_of(probing.part.name, probing.probe.program, probing.probe.probe)
     )
-    _put(text, output, probing.files)
+    put(text, output, probing.files)
 
 
 @app.command()
@@ -73,16 +73,17 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place."""
-    from trueloop.jobs.probing import read_logged_touches, read_probing, touches_csv
+    from trueloop.formats.measurements.touches_csv import touches_to_csv
+    from trueloop.jobs.probing import read_logged_touches, read_probing
 
     probing = read_probing(job)
     matched = read_logged_touches(probing, log, control)
     for found in matched.findings:
         typer.echo(str(found), err=True)
     if as_json:
-        print_json({"touches": [{"point": t.point, "error_mm": t.error_mm} for t in matched.touches]})
+        print_json(matched.as_dict())
         return
-    _put(touches_csv(matched), output, (*probing.files, log))
+    put(touches_to_csv(matched.touches), output, (*probing.files, log))
 
 
 @app.command()
@@ -108,13 +109,3 @@ def calibrate(
     typer.echo(calibration_toml(found), nl=False)
     for finding in found.findings:
         typer.echo(str(finding.in_file(str(log))), err=True)
-
-
-def _put(text: str, output: Path | None, inputs: tuple[Path, ...]) -> None:
-    if output is None:
-        typer.echo(text, nl=False)
-        return
-    from trueloop.formats.outputs import write_all
-
-    (written,) = write_all(output.parent, [(output.name, text.encode())], inputs)
-    typer.echo(f"written: {written}", err=True)

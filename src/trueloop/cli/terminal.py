@@ -2,8 +2,9 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -29,6 +30,17 @@ def wide_console() -> "Console":
 
     width = None if sys.stdout.isatty() else 160
     return Console(highlight=False, soft_wrap=True, width=width)
+
+
+def put(text: str, output: Path | None, inputs: Iterable[Path]) -> None:
+    """A text on stdout, or in a file, whose name is then printed on stderr. Raises OUT errors."""
+    if output is None:
+        typer.echo(text, nl=False)
+        return
+    from trueloop.formats.outputs import write_all
+
+    (written,) = write_all(output.parent, [(output.name, text.encode())], inputs)
+    typer.echo(f"written: {written}", err=True)
 
 
 def print_json(value: Mapping[str, object]) -> None:

@@ -19,7 +19,6 @@ from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import MatchedTouches, match_touches, renamed
 from trueloop.probing.probe_plan import ProbePlan, probe_plan
 from trueloop.turned.touches.touches import Gauging, error_vectors
-from trueloop.units import UM_PER_MM
 
 REPORTING_SURFACES: Final = ("renishaw",)
 """Controls whose probing macros take the ball off by themselves."""
@@ -73,18 +72,6 @@ def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> Matched
     return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
 
 
-def touches_csv(matched: MatchedTouches) -> str:
-    """The touches as the job's CSV: errors are part errors, whatever the job says of ball and allowance."""
-    lines = ["point,feature,nominal_x_mm,nominal_z_mm,error_um"]
-    for touch in matched.touches:
-        assert touch.error_mm is not None
-        x, z = touch.nominal_mm
-        lines.append(
-            f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * UM_PER_MM:.3f}"
-        )
-    return "\n".join([*lines, ""])
-
-
 def _points(path: Path, job: Job, part: ReadPart, probe: ReadProbe) -> tuple[GaugingPoints, list[str]]:
     """From the counts and spacing in the job, or, without any, where the job's touches are."""
     profile = part.profile
@@ -111,7 +98,3 @@ def _spacings(job: Job, profile: Profile, reachable_mm: Array, probe: ReadProbe)
         if count is not None:
             spacings[name] = Spacing(count, margin, margin)
     return spacings
-
-
-def _cell(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\r\n') else text

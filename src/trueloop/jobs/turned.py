@@ -3,7 +3,7 @@
 Whatever is refused names the file it stands in: numerics know nothing of files, this module does.
 """
 
-import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +16,7 @@ from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, read_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.part_on_machine import read_part_on_machine
@@ -23,9 +24,6 @@ from trueloop.jobs.sources import Sources
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs, Options
-from trueloop.nc.check.rapid import boring_moves
-from trueloop.nc.match.contour import contour_of_program
-from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.understood import require_understood
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
@@ -150,37 +148,33 @@ def _program(sources: Sources, path: Path, job: Job, name: Path) -> Program:
 
 
 def _profile(sources: Sources, path: Path, job: Job, program: Program | None) -> Profile:
-    part, by_design = job.part, junctions_by_design(job.part.junctions)
-    if part.from_program:
-        assert program is not None
-        with in_file(sources.file(job.programs.finish)):
-            skipped_blocks = job.programs.execute_deleted_blocks
-            tool_path = program.run(job.programs.parameters, skipped_blocks=skipped_blocks, roughing=False)
-            moves, boring = feed_moves(tool_path), boring_moves(tool_path)
-            features = contour_of_program(moves, _nose_radius_mm(job), boring=boring).profile.features
-    elif part.dxf is not None:
+    features = _features(sources, job, program)
+    with in_file(path):
+        if features is None:
+            return profile_of_table(job.part)
+        return checked_profile(features, junctions_by_design(job.part.junctions))
+
+
+def _features(sources: Sources, job: Job, program: Program | None) -> Sequence[Feature] | None:
+    """The nominal profile from the file that the job names; None where the job's own table spells it out."""
+    part = job.part
+    if program is not None and part.from_program:
+        run = Run(job.programs.parameters, job.programs.execute_deleted_blocks)
+        return run.contour(program, _nose_radius_mm(job)).profile.features
+    if part.dxf is not None:
         # ezdxf takes long to import, and most jobs have no drawing.
         from trueloop.formats.cad.dxf import read_dxf
 
         unit = part.unit if "unit" in part.model_fields_set else None
-        features = read_dxf(
-            sources.file(part.dxf), layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline
-        ).features
-    elif part.step is not None:
+        drawing = sources.file(part.dxf)
+        return read_dxf(drawing, layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline).features
+    if part.step is not None:
         from trueloop.formats.cad.step_profile import read_step_profile  # slow to import
 
-        low, high = part.step_from_z_mm, part.step_to_z_mm
-        features = read_step_profile(
-            sources.file(part.step),
-            turned_round=part.step_turned_round,
-            from_z_mm=-math.inf if low is None else low,
-            to_z_mm=math.inf if high is None else high,
-        ).features
-    else:
-        with in_file(path):
-            return profile_of_table(part)
-    with in_file(path):
-        return checked_profile(features, by_design)
+        low_mm, high_mm = part.step_from_z_mm, part.step_to_z_mm
+        solid = sources.file(part.step)
+        return read_step_profile(solid, turned_round=part.step_turned_round, from_z_mm=low_mm, to_z_mm=high_mm).features
+    return None
 
 
 def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:

@@ -35,6 +35,10 @@ class MatchedTouches:
     touches: tuple[Touch, ...]
     findings: tuple[Finding, ...]
 
+    def as_dict(self) -> dict[str, object]:
+        """For JSON."""
+        return {"touches": [{"point": touch.point, "error_mm": touch.error_mm} for touch in self.touches]}
+
 
 def match_touches(
     plan: ProbePlan,

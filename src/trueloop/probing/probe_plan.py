@@ -83,6 +83,10 @@ class ProbePlan:
     stylus: Stylus
     approach: Approach
 
+    def as_dict(self) -> dict[str, object]:
+        """For JSON."""
+        return {"safe_mm": self.safe_mm, "touches": [vars(touch) for touch in self.touches]}
+
 
 def probe_plan(
     profile: Profile,

@@ -37,7 +37,7 @@ class StepProfile:
 
 
 def read_step_profile(
-    path: Path, *, turned_round: bool = False, from_z_mm: float = -math.inf, to_z_mm: float = math.inf
+    path: Path, *, turned_round: bool = False, from_z_mm: float | None = None, to_z_mm: float | None = None
 ) -> StepProfile:
     """The outside of a turned solid as exact lines and arcs, in mm, z along its axis from the file's origin.
 
@@ -63,7 +63,8 @@ def read_step_profile(
             f"sections through the axis differ: {counts} features at {len(found)} angles",
             "the outside is not turned about one axis: give the profile by hand or as a drawing",
         )
-    clipped = _clipped(first, from_z_mm, to_z_mm, path)
+    low_mm, high_mm = -math.inf if from_z_mm is None else from_z_mm, math.inf if to_z_mm is None else to_z_mm
+    clipped = _clipped(first, low_mm, high_mm, path)
     (x0, y0, z0), (dx, dy, dz) = origin.tolist(), along.tolist()
     ends = [clipped[0].start_mm[1], clipped[-1].end_mm[1]]
     notes = [

@@ -5,7 +5,7 @@ Columns carry their unit: `nominal_x_mm`, `nominal_x_in`, `nominal_x_diameter_mm
 `#` are comments. Separator comma, semicolon or tab, found from the header; a decimal comma needs the semicolon or tab.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -57,6 +57,22 @@ def read_touches(path: Path) -> list[Touch]:
         )
         for k, (point, feature) in enumerate(zip(rows.texts("point"), rows.texts("feature"), strict=True))
     ]
+
+
+def touches_to_csv(touches: Sequence[Touch]) -> str:
+    """Touches whose part errors are known, as the CSV that `read_touches` reads, with `error_um`."""
+    lines = ["point,feature,nominal_x_mm,nominal_z_mm,error_um"]
+    for touch in touches:
+        assert touch.error_mm is not None
+        x, z = touch.nominal_mm
+        lines.append(
+            f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * UM_PER_MM:.3f}"
+        )
+    return "\n".join([*lines, ""])
+
+
+def _cell(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if set(text) & set(',"\r\n') else text
 
 
 def _points(file: CsvFile, rows: Rows, prefix: str) -> list[Point] | None:

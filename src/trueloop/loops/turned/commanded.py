@@ -13,6 +13,8 @@ from trueloop.arrays import Array
 from trueloop.errors import in_file
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
+from trueloop.nc.check.rapid import boring_moves
+from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
 from trueloop.nc.program.cutter_tool import CutterTool
@@ -52,6 +54,12 @@ class Run:
             require_known_frame(path)  # first: read with the wrong X, arcs are none
             require_sound(path)
             return path
+
+    def contour(self, program: Program, nose_radius_mm: float) -> ProgramContour:
+        """The contour that a finish pass leaves. Raises NC and GEO errors with the program's file named."""
+        with in_file(program.file):
+            path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
+            return contour_of_program(feed_moves(path), nose_radius_mm, lines=self.lines, boring=boring_moves(path))
 
 
 @dataclass(frozen=True)

@@ -75,32 +75,57 @@ def write_contour(
     Raises CMP errors if reading it back says so; where the control compensates for the nose, also if compensating it as
     the control does says so.
     """
-    told, run, driven = writing.told, writing.run, paths.driven
-    before, after = paths.written
+    told, (before, after) = writing.told, paths.written
     targets = _targets(writing, profile, touches, before, after)
-    explicit = written_out(writing.program, told.path, range(targets.first, targets.last + 2), run.of)
-    old = explicit.path
-    targets = targets.off(told.path.end_mm - old.end_mm)
+    explicit = written_out(writing.program, told.path, range(targets.first, targets.last + 2), writing.run.of)
+    targets = targets.off(told.path.end_mm - explicit.path.end_mm)
     with explicit.in_lines_of(writing.program):
-        edits = composed(writing.program.source, explicit.edits, corrected_source(explicit.program, old, targets))
+        source_edits = corrected_source(explicit.program, explicit.path, targets)
+        edits = composed(writing.program.source, explicit.edits, source_edits)
     source = writing.with_edits(edits)
-    path = run.of(writing.reread(source))
+    program = writing.reread(source)
+    read = _ReadBack(program, writing.run.of(program), explicit.path, targets)
+    _require_intended(writing, profile, read, paths)
+    return source, changes(writing.program, edits), _notes(writing, read)
+
+
+@dataclass(frozen=True)
+class _ReadBack:
+    """A written program, run again, beside the path it was written from and what was intended with that."""
+
+    program: Program
+    path: ToolPath
+    old: ToolPath
+    targets: Displacements
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """First and last move of the contour as written, without the one that leads to it."""
+        return self.targets.first + 1, len(self.path) - 1 - (len(self.old) - 1 - self.targets.last)
+
+
+def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths: Paths) -> None:
+    """The contour is where it shall be, all else is where it was."""
+    old, path, targets, span = read.old, read.path, read.targets, read.span
+    (before, after), driven = paths.written, paths.driven
     check_rest(old, path, targets.first, targets.last)
     check_rapids(profile, old, path, targets.last)
-    span = targets.first + 1, len(path) - 1 - (len(old) - 1 - targets.last)
-    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * told.resolution_mm
+    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.told.resolution_mm
     check_contour(path, span, after, tolerance_mm)
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
     moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
     check_way(old, path, moves, written, largest_mm + tolerance_mm)
     if driven is not None:
-        compensated = run.driven(writing.reread(source), driven.nose_radius_mm)
+        compensated = writing.run.driven(read.program, driven.nose_radius_mm)
         require_nose_fits(compensated, path.line[[*span]])
         check_contour(compensated, _of_blocks(compensated, path.block[[*span]]), driven.along(after), tolerance_mm)
-    first, last = targets.first, targets.last
-    x_before, x_after = old.end_mm[first : last + 1, 0], path.end_mm[span[0] - 1 : span[1] + 1, 0]
-    notes = shared_contour_notes(writing.program, int(told.path.block[first]), x_before, x_after)
-    return source, changes(writing.program, edits), notes
+
+
+def _notes(writing: Writing, read: _ReadBack) -> list[str]:
+    """What to know where a roughing cycle runs on the contour too."""
+    first, last, span = read.targets.first, read.targets.last, read.span
+    x_before, x_after = read.old.end_mm[first : last + 1, 0], read.path.end_mm[span[0] - 1 : span[1] + 1, 0]
+    return shared_contour_notes(writing.program, int(writing.told.path.block[first]), x_before, x_after)
 
 
 def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
