@@ -11,11 +11,11 @@ from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.formats.outputs import write_all
 from trueloop.machine.correct.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.machine.standards.planar_field import PlanarField
+from trueloop.nc.edit.changes import not_as_intended
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.understood import FROM_OUTSIDE, require_sound
-from trueloop.turned.program.read_back import not_as_intended
 from trueloop.units import UM_PER_MM
 
 

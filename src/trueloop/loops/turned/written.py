@@ -11,6 +11,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded, Run
 from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.shared_contour import shared_contour_notes
+from trueloop.nc.edit.changes import changes
 from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
@@ -29,7 +30,7 @@ from trueloop.turned.program.read_back import (
     move_of,
     require_nose_fits,
 )
-from trueloop.turned.program.write import Displacements, changes, corrected_source, displacements, led_in
+from trueloop.turned.program.write import Displacements, corrected_source, displacements, led_in
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 ROUNDING_STEPS = 2.0

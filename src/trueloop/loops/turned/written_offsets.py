@@ -3,6 +3,7 @@
 from trueloop.domain.record import ChangedWord
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.written import Writing
+from trueloop.nc.edit.changes import changes
 from trueloop.nc.edit.edit import Edit
 from trueloop.turned.program.offsets import (
     has_local_shift,
@@ -14,7 +15,6 @@ from trueloop.turned.program.offsets import (
 from trueloop.turned.program.read_back import SAME_MM
 from trueloop.turned.program.read_back_offset import require_same_path, require_shift, require_updates
 from trueloop.turned.program.shifted_frame import shifted_moves
-from trueloop.turned.program.write import changes
 
 
 def write_offsets(

@@ -14,6 +14,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.domain.record import ChangedWord, check_uncorrected, marks_of_record
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
+from trueloop.nc.edit.changes import changes, not_as_intended
 from trueloop.nc.edit.edit import (
     Edit,
     apply_edits,
@@ -33,7 +34,6 @@ from trueloop.surface.compensation.gouges import check_gouges
 from trueloop.surface.compensation.lead import held_starts, require_arcs_stay
 from trueloop.surface.compensation.samples import Samples, SurfaceJob, sampled
 from trueloop.surface.compensation.tool_axis import ToolAxes, check_tool_axes, tool_axes
-from trueloop.turned.program.write import changes
 from trueloop.units import UM_PER_MM
 
 Waypoint: TypeAlias = tuple[float, Array]
@@ -89,7 +89,7 @@ def corrected_program(
     at = np.arange(len(path)) + np.cumsum(inserted)  # what the source's moves have become
     _read_back(program, path, again, ends, between, at)
     if samples.axes.letters and not np.array_equal(axes.end[at], samples.axes.end):
-        raise _refusal("the tool's direction changed")
+        raise not_as_intended("the written program is not what was intended: the tool's direction changed")
     of_pass = np.repeat(np.isin(np.arange(len(path)), samples.cutting_moves), 1 + inserted)
     check_gouges(written, again, axes, of_pass, nominal, corrected, job)
     moved = [float(np.linalg.norm(end - path.end_mm[k])) for k, end in ends.items()]
@@ -227,23 +227,17 @@ def _read_back(
     new = sum(map(len, between.values()))
     allowed = ROUNDING_STEPS * program.dialect.step_mm(bool(np.any(path.inch)))
     if len(again) != len(path) + new or np.any(again.motion[at] != path.motion):
-        raise _refusal(f"it has {len(again)} moves instead of {len(path) + new}")
+        raise not_as_intended(f"the written program has {len(again)} moves instead of {len(path) + new}")
     for move, points in between.items():
         found = again.end_mm[at[move] - len(points) : at[move]]
         if (off := float(np.max(np.abs(found - [at for _, at in points])))) > allowed:
-            raise _refusal(f"a new point is {off * UM_PER_MM:.2f} µm off")
+            raise not_as_intended(f"a new point of the written program is {off * UM_PER_MM:.2f} µm off")
     wanted = np.array([ends.get(move, path.end_mm[move]) for move in range(len(path))]).reshape(-1, 3)
     checked = (path.word >= 0) | np.isin(np.arange(len(path)), list(ends))[:, None]
     off = float(np.max(np.abs(again.end_mm[at] - wanted)[checked], initial=0.0))
     if off > allowed:
-        raise _refusal(f"a move ends {off * UM_PER_MM:.2f} µm from where it was to end")
+        raise not_as_intended(f"a move of the written program ends {off * UM_PER_MM:.2f} µm from where it was to end")
     if not np.array_equal(again.feed[at], path.feed, equal_nan=True):
-        raise _refusal(f"the feed of {np.count_nonzero(again.feed[at] != path.feed)} moves changed")
-
-
-def _refusal(what: str) -> TrueloopError:
-    return TrueloopError(
-        Code.CMP_READ_BACK,
-        f"the written program is not what was intended: {what}",
-        hint="nothing was written; please report the program, this should not happen",
-    )
+        raise not_as_intended(
+            f"the written program changes the feed of {np.count_nonzero(again.feed[at] != path.feed)} moves"
+        )

@@ -9,6 +9,7 @@ from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
+from trueloop.nc.edit.changes import not_as_intended
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
@@ -129,12 +130,3 @@ def _point(xyz: Array) -> Point:
 def _clearance(profile: Profile, end_mm: Array) -> float:
     point = np.array([abs(end_mm[0]), end_mm[2]])
     return float(np.abs(profile.locate(point).distance_mm[0]))
-
-
-def not_as_intended(message: str) -> TrueloopError:
-    """What to raise where a written program does not do what was meant."""
-    return TrueloopError(
-        Code.CMP_READ_BACK,
-        message,
-        hint="nothing was written; please report the program, this should not happen",
-    )

@@ -3,9 +3,10 @@
 import numpy as np
 
 from trueloop.arrays import Array, Integers
+from trueloop.nc.edit.changes import not_as_intended
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import CoordinateState, ToolPath
-from trueloop.turned.program.read_back import SAME_MM, not_as_intended
+from trueloop.turned.program.read_back import SAME_MM
 from trueloop.turned.program.shifted_frame import Shifted, positions_set
 from trueloop.units import UM_PER_MM
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.domain.record import ChangedWord
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.edit.edit import Edit, coordinate_text, displace_word, insert_blocks_after, insert_word, replace_block
 from trueloop.nc.edit.shape_words import require_own_shape
@@ -118,16 +117,6 @@ def _require_no_arc_after(program: Program, path: ToolPath, targets: Displacemen
             hint="leave the contour by a straight move",
             place=program.place(block.start),
         )
-
-
-def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
-    """Edits as a person reads them, in order."""
-    listed: list[ChangedWord] = []
-    for edit in sorted(edits, key=lambda edit: edit.start):
-        place = program.place(edit.start)
-        before = program.source[edit.start : edit.end].decode("latin-1")
-        listed.append(ChangedWord(place.line or 0, place.column or 0, before, edit.text))
-    return listed
 
 
 def _line(program: Program, path: ToolPath, move: int, wanted: Array, held: Array) -> tuple[list[Edit], Array]:

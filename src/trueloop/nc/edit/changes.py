@@ -1,0 +1,27 @@
+"""What was changed in a program, as a record lists it, and the refusal of a change that did not come out as meant."""
+
+from collections.abc import Sequence
+
+from trueloop.domain.record import ChangedWord
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.edit.edit import Edit
+from trueloop.nc.program.program import Program
+
+
+def changes(program: Program, edits: Sequence[Edit]) -> list[ChangedWord]:
+    """Edits as a person reads them, in order."""
+    listed: list[ChangedWord] = []
+    for edit in sorted(edits, key=lambda edit: edit.start):
+        place = program.place(edit.start)
+        before = program.source[edit.start : edit.end].decode("latin-1")
+        listed.append(ChangedWord(place.line or 0, place.column or 0, before, edit.text))
+    return listed
+
+
+def not_as_intended(message: str) -> TrueloopError:
+    """What to raise where a written program does not do what was meant."""
+    return TrueloopError(
+        Code.CMP_READ_BACK,
+        message,
+        hint="nothing was written; please report the program, this should not happen",
+    )
