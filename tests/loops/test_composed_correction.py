@@ -247,16 +247,21 @@ def test_the_limit_of_size_holds_for_each_component_and_for_both(tmp_path: Path,
     assert not (tmp_path / "out").exists()
 
 
+@dataclass(frozen=True)
+class AlongZ:
+    per_mm: float
+
+    def displacement_mm(self, at_mm: Array) -> Array:
+        return np.column_stack([0 * at_mm[:, 0], self.per_mm * (at_mm[:, 0] - 20.0)])
+
+
 @pytest.mark.parametrize(
     ("own", "steep", "words"),
     [(0.0, 0.050, "COMP_MTG of 'dome'"), (0.030, -0.030, "the composed correction of 'dome'")],
 )
 def test_the_limit_of_slope_holds_for_each_component_and_for_both(own: float, steep: float, words: str) -> None:
     """A displacement along z that changes along x, and a shift of the dome that changes along it."""
-
-    def displacement(at: Array) -> Array:
-        return np.column_stack([0 * at[:, 0], steep * (at[:, 0] - 20.0)])
-
+    displacement = AlongZ(steep)
     shifts = [STAYS, sampled(np.array([0.0, 1.0]), np.array([0.0, own])), STAYS]
     pieces = centre_pieces(PROFILE, shifted_contour(PROFILE, shifts, NOSE_MM))
     with pytest.raises(TrueloopError, match=words) as refused:

@@ -102,9 +102,9 @@ def moved_mm(correction: Correction, text: str, folder: Path) -> Array:
 
 def intended_mm(correction: Correction) -> Array:
     """Where the corrected contour shall stand off the nominal, at the touches."""
-    shifts = correction.corrected_shift
+    contour = [piece.shifted for piece in correction.corrected]
     pairs = zip(correction.touches.feature_index, correction.touches.arc_length_mm, strict=True)
-    return np.array([float(shifts[int(i)].value_mm(s)) for i, s in pairs])
+    return np.array([float(contour[int(i)].off_nominal_mm(s)) for i, s in pairs])
 
 
 def contour_lines(source: bytes, of: Pass) -> list[str]:
@@ -327,7 +327,7 @@ def test_a_rapid_onto_the_contour_ends_where_the_corrected_one_begins(source: by
     assert np.abs(stands_mm - intended_mm(correction)).max() < WITHIN_MM + 0.0005
     start_mm, ahead = (np.array([8.0, 1.0]), [1.0, -1.0]) if source is LED_IN else (np.array([10.0, 1.0]), [0.0, -1.0])
     ahead = np.array(ahead) / np.linalg.norm(ahead)
-    gone_mm, wanted_mm = end_mm - start_mm, float(correction.corrected_shift[-1].value_mm(0.0))
+    gone_mm, wanted_mm = end_mm - start_mm, float(correction.corrected[-1].shifted.off_nominal_mm(0.0))
     assert gone_mm @ [-ahead[1], ahead[0]] == pytest.approx(wanted_mm, abs=0.002)
     if source is LED_IN:
         assert gone_mm @ ahead < 0.001 - abs(wanted_mm), "no nearer to what lies ahead"

@@ -16,7 +16,6 @@ from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
-from trueloop.turned.compensation.contour import shifted_contour
 from trueloop.turned.fit.between_cuts import PRIOR
 from trueloop.turned.fit.options import FitOptions
 
@@ -104,8 +103,8 @@ def test_path_policy_closes_the_junction_in_value_and_slope() -> None:
     """Gap under 1 nm and slope mismatch under 1 µrad between small cylinder and dome."""
     inputs = inputs_of("modbas2")
     correction = compensate(replace(inputs, options=replace(inputs.options, junctions="path", knot_every=3)))
-    names, profile = correction.profile.names, correction.profile
-    contour = shifted_contour(profile, correction.corrected_shift, correction.nose_radius_mm)
+    names = correction.profile.names
+    contour = [piece.shifted for piece in correction.corrected]
     line, dome = contour[names.index("small-cylinder")], contour[names.index("dome")]
     length = line.feature.length_mm
     assert np.linalg.norm(line.contour_mm(length) - dome.contour_mm(0.0)) < 1e-6
@@ -116,7 +115,7 @@ def test_path_policy_closes_the_junction_in_value_and_slope() -> None:
 def test_part_policy_closes_the_junction_and_lets_it_kink() -> None:
     correction = compensate(inputs_of("modbas2"))
     names = correction.profile.names
-    contour = shifted_contour(correction.profile, correction.corrected_shift, correction.nose_radius_mm)
+    contour = [piece.shifted for piece in correction.corrected]
     line, dome = contour[names.index("small-cylinder")], contour[names.index("dome")]
     assert np.linalg.norm(line.contour_mm(line.feature.length_mm) - dome.contour_mm(0.0)) < 1e-6
     kink = dome.tangent(0.0) - line.tangent(line.feature.length_mm)

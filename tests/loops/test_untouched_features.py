@@ -68,10 +68,11 @@ def test_what_is_left_as_programmed_is_not_cut_otherwise(job: Path) -> None:
         assert correction.model.curves[index].unsupported
         s = np.linspace(0.0, correction.profile.features[index].length_mm, 5)
         np.testing.assert_array_equal(
-            correction.corrected_shift[index].value_mm(s), correction.commanded_shift[index].value_mm(s)
+            correction.corrected[index].shifted.off_nominal_mm(s),
+            correction.commanded[index].shifted.off_nominal_mm(s),
         )
     cone = names.index("cone")
-    assert np.all(np.abs(correction.corrected_shift[cone].value_mm([0.0, 20.0])) > 0.004)
+    assert np.all(np.abs(correction.corrected[cone].shifted.off_nominal_mm([0.0, 20.0])) > 0.004)
     assert np.max(np.abs(expected_mm(correction, cone, np.array([0.0, 20.0])))) < 1e-12
     widest = max(outcomes(correction), key=lambda one: one.expanded_u_mm)
     assert f"± {1000 * widest.expanded_u_mm:.1f} µm" in headline(correction)

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
 
-from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature, centre_pieces, reaches_mm, shifted_contour
@@ -58,12 +57,11 @@ def test_centre_paths_meet_at_every_junction(ends: list[float]) -> None:
 @given(st.floats(-0.05, 0.05), st.floats(-0.02, 0.02), st.floats(-1e-3, 1e-3))
 def test_the_nose_touches_the_compensated_contour(value: float, slope: float, bend: float) -> None:
     """The nose circle about every centre point touches the contour and nowhere enters it (brute force)."""
-
-    def shift_mm(s: ArrayLike) -> Array:
-        return np.asarray(value + slope * np.asarray(s) + bend * np.sin(np.asarray(s)))
-
     dome = FEATURES[4]
-    shifted = ShiftedFeature(dome, Shift(shift_mm, lambda s: slope + bend * np.cos(np.asarray(s))), NOSE_RADIUS_MM)
+    s = np.linspace(0.0, dome.length_mm, 401)
+    spline = CubicSpline(s, value + slope * s + bend * np.sin(s))
+    rows = spline.c[::-1].T
+    shifted = ShiftedFeature(dome, Shift(s[:-1], np.vstack([rows[:1], rows])), NOSE_RADIUS_MM)
     contour = shifted.contour_mm(np.linspace(0, dome.length_mm, 4001))
     for centre in shifted.centre_mm(np.linspace(5, dome.length_mm - 5, 7)):
         nearest = np.linalg.norm(contour - centre, axis=1).min()

@@ -11,7 +11,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.loops.simulated.study import path_of_shifts
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.stock import Stock, sweep
-from trueloop.turned.compensation.lean import MOST_MM, of_slope, to_take_out, unasked_u_mm
+from trueloop.turned.compensation.lean import MOST_MM, of_curve, of_slope, to_take_out, unasked_u_mm
 from trueloop.turned.compensation.shift import ZERO, Shift, weighted_sum
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import fit_profile
@@ -48,7 +48,7 @@ def test_a_worn_nose_is_taken_out_to_second_order(profile: Profile, weight: floa
     """Without the term some tenths of a micrometre stay on a convex arc and are missing on a concave one: the contour
     leans and is touched by another place of the nose."""
     curve, (s, points, normals) = curve_of(profile), inside(profile)
-    plain = cut_mm(profile, weighted_sum(((-weight, Shift(curve.value_mm, curve.slope)),)), points, normals)
+    plain = cut_mm(profile, weighted_sum(((-weight, of_curve(curve)),)), points, normals)
     leaned = cut_mm(profile, weighted_sum(((-weight, to_take_out(profile, 0, curve)),)), points, normals)
     wanted = (1.0 - weight) * curve.value_mm(s)
     assert np.max(np.abs(plain - wanted)) > weight * 0.3 * UM
@@ -68,8 +68,8 @@ def test_it_fades_towards_a_tangent_neighbour_and_its_slope_follows() -> None:
     profile = checked_profile([neck, *DOME.features])
     steep = touched(profile, [4, 40], lambda points, normals: 0.1 * normals[:, 1])
     curve = fit_profile(profile, steep, FitOptions(knot_every=4)).curves[1]
-    out, step = to_take_out(profile, 1, curve), 1e-5
-    assert out.value_mm(0.0) == curve.value_mm(0.0)[0] and out.slope(0.0) == curve.slope(0.0)[0]
+    out, own, step = to_take_out(profile, 1, curve), of_curve(curve), 1e-5
+    assert out.value_mm(0.0) == own.value_mm(0.0) and out.slope(0.0) == own.slope(0.0)
     s = np.linspace(0.01, 0.5, 50)
     differences = (out.value_mm(s + step) - out.value_mm(s - step)) / (2 * step)
     np.testing.assert_allclose(out.slope(s), differences, rtol=1e-4, atol=1e-7)
@@ -91,13 +91,14 @@ def test_a_line_owes_nothing() -> None:
     taper = touched(profile, [5], lambda points, normals: 0.005 * points[:, 1])
     curve = fit_profile(profile, taper).curves[0]
     s = np.linspace(0.0, 20.0, 5)
-    np.testing.assert_array_equal(to_take_out(profile, 0, curve).value_mm(s), curve.value_mm(s))
+    np.testing.assert_array_equal(to_take_out(profile, 0, curve).value_mm(s), of_curve(curve).value_mm(s))
 
 
 @pytest.mark.parametrize("profile", [DOME, FILLET], ids=["convex", "concave"])
 def test_who_does_not_ask_for_it_has_the_root_mean_square_of_what_may_be_left(profile: Profile) -> None:
     """Of errors whose share of the nose is anything from none to all alike."""
     curve, (s, _, _) = curve_of(profile), inside(profile)
-    left = np.linspace(0.0, 1.0, 10_001)[:, None] * of_slope(profile, 0, curve).value_mm(s)
-    np.testing.assert_allclose(unasked_u_mm(profile, 0, curve)(s), np.sqrt(np.mean(left**2, axis=0)), rtol=1e-4)
-    assert np.max(unasked_u_mm(profile, 0, curve)(s)) > 0.1 * UM
+    term = of_slope(profile, 0, curve)
+    left = np.linspace(0.0, 1.0, 10_001)[:, None] * term.value_mm(s)
+    np.testing.assert_allclose(unasked_u_mm(term, s), np.sqrt(np.mean(left**2, axis=0)), rtol=1e-4)
+    assert np.max(unasked_u_mm(term, s)) > 0.1 * UM

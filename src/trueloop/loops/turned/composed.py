@@ -16,8 +16,8 @@ from trueloop.loops.turned.part_on_machine import InMachine
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.displaced import Displacement, magnitude
-from trueloop.turned.compensation.limits import check_limits
-from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.compensation.limits import check_along, cut_mm
+from trueloop.turned.compensation.shift import ZERO, Shift
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 
@@ -65,16 +65,17 @@ def check_composed(
     `displacements` of the corrected path: COMP_MTG alone, and with it what of COMP_PROC is no shift of a feature.
     """
     alone, whole = displacements
-    mtg = [magnitude(piece.shifted, None, alone) for piece in pieces]
-    both = [magnitude(piece.shifted, own, whole) for piece, own in zip(pieces, corrections, strict=True)]
-    check_limits(pieces, mtg, limits, "COMP_MTG")
-    check_limits(pieces, both, limits, "the composed correction")
+    for piece in pieces:
+        check_along(piece, *magnitude(piece.shifted, ZERO, alone, cut_mm(piece)), limits, "COMP_MTG")
+    for piece, own in zip(pieces, corrections, strict=True):
+        check_along(piece, *magnitude(piece.shifted, own, whole, cut_mm(piece)), limits, "the composed correction")
 
 
 def comp_mtg_at(machine: InMachine, touches: ErrorVectors, process_mm: Array, nose_radius_mm: float) -> Array:
     """COMP_MTG along the normal where the nose cuts the touched places, moved by COMP_PROC (n,) already, (n,)."""
     normal = touches.outward_normal
-    return _along(machine.comp_mtg_mm(touches.nominal_mm + (nose_radius_mm + process_mm)[:, None] * normal), normal)
+    at_mm = touches.nominal_mm + (nose_radius_mm + process_mm)[:, None] * normal
+    return _along(machine.comp_mtg.displacement_mm(at_mm), normal)
 
 
 def model_u_mm(machine: InMachine, touches: ErrorVectors, nose_radius_mm: float) -> Array:

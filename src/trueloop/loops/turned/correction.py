@@ -16,8 +16,9 @@ from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.compensation.lean import unasked_u_mm
 from trueloop.turned.compensation.prediction import Prediction
-from trueloop.turned.compensation.shift import Shift, ShiftFunction
+from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.table import CorrectionTable
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
@@ -107,12 +108,12 @@ class Composed:
 class Correction:
     """Everything one correction is made of and was made from: what the report shows and the files hold.
 
-    `commanded_shift` is what the finish program's contour stands off the nominal by, `corrected_shift` what the
-    corrected one does; `by_offset` for which features a constant offset takes the place of their error curve;
-    `commanded` and `corrected` are the nose-centre paths of both. `offsets_program` is None where only the contour can
-    be corrected; the notes say why. Where the correction is an offset and there is no such variant, the program is run
-    as given, and `wear`, which is known in every case, is entered at the control. `source_name` is the file name of the
-    given program.
+    `commanded` and `corrected` are the contours of the finish program and of the corrected one, with the nose-centre
+    paths that cut them; `by_offset` says for which features a constant offset takes the place of their error curve,
+    `unasked` what their slopes would ask for besides if the nose made the errors. `offsets_program` is None where only
+    the contour can be corrected; the notes say why. Where the correction is an offset and there is no such variant, the
+    program is run as given, and `wear`, which is known in every case, is entered at the control. `source_name` is the
+    file name of the given program.
     """
 
     part: str
@@ -122,10 +123,8 @@ class Correction:
     options: Options
     model: ProfileErrorModel
     decision: Decision
-    commanded_shift: tuple[Shift, ...]
-    corrected_shift: tuple[Shift, ...]
     by_offset: tuple[bool, ...]
-    unasked_u_mm: tuple[ShiftFunction, ...]
+    unasked: tuple[Shift, ...]
     commanded: tuple[CentrePiece, ...]
     corrected: tuple[CentrePiece, ...]
     prediction: Prediction
@@ -175,7 +174,8 @@ class Correction:
 
     def next_cut(self, index: int, arc_length_mm: Array) -> Budget:
         """Uncertainty of the next cut's error about the curve of feature `index`."""
-        return self.model.curves[index].budget(arc_length_mm).with_more(self.unasked_u_mm[index](arc_length_mm))
+        unasked = unasked_u_mm(self.unasked[index], arc_length_mm)
+        return self.model.curves[index].budget(arc_length_mm).with_more(unasked)
 
     @property
     def name_to_run(self) -> str:

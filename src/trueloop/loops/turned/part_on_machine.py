@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.machine.correct.setup import Setup, state_at
@@ -128,9 +128,23 @@ class InMachine:
         """What it was made of."""
         return self.finishing.part
 
-    def comp_mtg_mm(self, at_mm: Array) -> Array:
-        """COMP_MTG(T_cutting) at positions of the nose centre, (n, 2) to (n, 2)."""
-        return -self.finishing.error_mm(at_mm, self.travel)
+    @property
+    def comp_mtg(self) -> "CompMtg":
+        """COMP_MTG(T_cutting) as a displacement of the nose centre."""
+        return CompMtg(self.finishing, self.travel)
+
+
+@by_content
+@dataclass(frozen=True)
+class CompMtg:
+    """COMP_MTG = −E of a tool that stands in the machine, going `travel` (2,), as a displacement of its path."""
+
+    standing: Standing
+    travel: Array
+
+    def displacement_mm(self, at_mm: Array) -> Array:
+        """COMP_MTG at positions of the nose centre, (n, 2) to (n, 2)."""
+        return -self.standing.error_mm(at_mm, self.travel)
 
 
 def placed(part: PartOnMachine, told: Commanded) -> InMachine:

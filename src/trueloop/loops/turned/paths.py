@@ -9,9 +9,9 @@ from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import InMachine
 from trueloop.loops.turned.shifts import Shifts
 from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
-from trueloop.turned.compensation.displaced import along_normal, constant, displaced_pieces, then
+from trueloop.turned.compensation.displaced import Constant, Displacement, Then, displaced_pieces
 from trueloop.turned.compensation.limits import check_limits, check_nose
-from trueloop.turned.compensation.shift import Shift, weighted_sum
+from trueloop.turned.compensation.shift import Shift
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,12 @@ class Paths:
 
     `commanded` and `corrected` are of the nose centre, `written` what the program spells for them, before and after:
     the same, or, where the control itself keeps the nose off, the contour; then `driven` says what it makes of that.
-    `shift` is what each feature of the corrected contour deviates by from the nominal, the displacement of the whole
-    included.
     """
 
     commanded: tuple[CentrePiece, ...]
     corrected: tuple[CentrePiece, ...]
     written: tuple[tuple[CentrePiece, ...], tuple[CentrePiece, ...]]
     driven: Driven | None
-    shift: tuple[Shift, ...]
 
 
 def corrected_paths(
@@ -67,14 +64,12 @@ def corrected_paths(
     before, after = pieces(told.finish, nose_radius_mm), pieces(shifts.contour, nose_radius_mm)
     check_nose(after)
     check_limits(after, shifts.correction, limits)
-    moved = constant(whole_mm)
+    moved: Displacement = Constant(whole_mm)
     if machine is not None:
-        moved = then(moved, machine.comp_mtg_mm)
-        check_composed(after, shifts.correction, (machine.comp_mtg_mm, moved), limits)
+        moved = Then(moved, machine.comp_mtg)
+        check_composed(after, shifts.correction, (machine.comp_mtg, moved), limits)
     after, written, driven = displaced_pieces(after, moved), None, None
     if told.match.on_contour:
         written = pieces(told.finish, 0.0), displaced_pieces(pieces(shifts.contour, 0.0), moved)
         driven = Driven(nose_radius_mm, after)
-    displaced = [along_normal(feature, nose_radius_mm, moved) for feature in profile.features]
-    shift = tuple(weighted_sum(((1.0, a), (1.0, b))) for a, b in zip(shifts.contour, displaced, strict=True))
-    return Paths(before, after, written or (before, after), driven, shift)
+    return Paths(before, after, written or (before, after), driven)

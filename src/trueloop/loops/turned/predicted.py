@@ -5,6 +5,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.loops.turned.shifts import Shifts
 from trueloop.turned.compensation.decide import Decision
+from trueloop.turned.compensation.lean import unasked_u_mm
 from trueloop.turned.compensation.prediction import Prediction, predict
 from trueloop.turned.error_curve.budget import Budget, joined
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
@@ -41,6 +42,7 @@ def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, lev
     """Uncertainties at the touches of one feature."""
     rows, curve = touches.of_feature(index), model.curves[index]
     s = touches.arc_length_mm[rows]
+    unasked = unasked_u_mm(shifts.unasked[index], s)
     if shifts.by_offset[index]:
-        return curve.budget_of(np.sqrt(leverage[rows]) * curve.scatter_mm, s).with_more(shifts.unasked_u_mm[index](s))
-    return curve.budget(s).with_more(shifts.unasked_u_mm[index](s))
+        return curve.budget_of(np.sqrt(leverage[rows]) * curve.scatter_mm, s).with_more(unasked)
+    return curve.budget(s).with_more(unasked)

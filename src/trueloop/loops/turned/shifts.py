@@ -9,8 +9,8 @@ from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Options
 from trueloop.turned.compensation.decide import FACES_AXIS, Decision
-from trueloop.turned.compensation.lean import of_curve, to_take_out, unasked_u_mm
-from trueloop.turned.compensation.shift import ZERO, Shift, ShiftFunction, weighted_sum
+from trueloop.turned.compensation.lean import of_curve, of_slope, to_take_out
+from trueloop.turned.compensation.shift import ZERO, Shift, constant, weighted_sum
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 
 
@@ -19,13 +19,13 @@ class Shifts:
     """By feature: `correction` = −w × process error, and `contour`, where the contour then stands off the nominal.
 
     `by_offset` says for which features the correction is the fitted constant offset instead of their own curve.
-    `unasked_u_mm` is the standard uncertainty of what it leaves where nobody says whether errors follow the nose.
+    `unasked` is what the slopes ask for besides where nobody says whether errors follow the nose (`lean.of_slope`).
     """
 
     correction: tuple[Shift, ...]
     contour: tuple[Shift, ...]
     by_offset: tuple[bool, ...]
-    unasked_u_mm: tuple[ShiftFunction, ...]
+    unasked: tuple[Shift, ...]
 
 
 def whole_mm(decision: Decision) -> tuple[float, float]:
@@ -47,15 +47,15 @@ def corrected_shifts(
     count = len(profile.features)
     if decision.by_offset or decision.offset_is_enough:
         contour = told.finish if decision.by_offset else told.rounding
-        return Shifts((ZERO,) * count, contour, (True,) * count, (ZERO.value_mm,) * count)
+        return Shifts((ZERO,) * count, contour, (True,) * count, (ZERO,) * count)
     by_offset = _by_offset(profile, decision)
     nose = options.errors_follow == "nose"
     curves = list(enumerate(model.curves))
     errors = [to_take_out(profile, i, curve) if nose else of_curve(curve) for i, curve in curves]
-    unasked = (ZERO.value_mm if nose or by_offset[i] else unasked_u_mm(profile, i, curve) for i, curve in curves)
+    unasked = (ZERO if nose or by_offset[i] else of_slope(profile, i, curve) for i, curve in curves)
     correction = tuple(
-        _constant(feature, decision) if constant else weighted_sum(((-options.weight, error),))
-        for feature, error, constant in zip(profile.features, errors, by_offset, strict=True)
+        _constant(feature, decision) if by_one else weighted_sum(((-options.weight, error),))
+        for feature, error, by_one in zip(profile.features, errors, by_offset, strict=True)
     )
     contour = tuple(
         weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, told.rounding, strict=True)
@@ -81,5 +81,4 @@ def _faces(feature: Feature) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
 
 def _constant(feature: Feature, decision: Decision) -> Shift:
     """The offset seen along the feature's normal: constant on a line, and only lines face a single axis."""
-    constant = float(feature.outward_normal(0.0) @ np.array(decision.offset_mm))
-    return Shift(lambda s: np.full(np.shape(s), constant), ZERO.slope)
+    return constant(float(feature.outward_normal(0.0) @ np.array(decision.offset_mm)))

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc, items
 from trueloop.report.style import plain, signed
-from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.units import UM_PER_MM
 
 SAMPLES = 101
@@ -50,7 +49,7 @@ def weight_words(correction: Correction) -> str:
 def limit_words(correction: Correction) -> str:
     """The limits, and how near the correction came to the one on size."""
     limits = correction.options.limits
-    peak_um, feature = _peak_um(correction.profile, correction.corrected_shift)
+    peak_um, feature = _peak_um(correction.corrected)
     return (
         f"The contour moves by at most {plain(abs(peak_um))} µm ({feature}); accepted are "
         f"{limits.correction_mm * UM_PER_MM:g} µm, a slope of {limits.slope * UM_PER_MM:g} µm/mm and touches no older "
@@ -59,12 +58,13 @@ def limit_words(correction: Correction) -> str:
     )
 
 
-def _peak_um(profile: Profile, shifts: tuple[Shift, ...]) -> tuple[float, str]:
+def _peak_um(contour: tuple[CentrePiece, ...]) -> tuple[float, str]:
     """The shift of largest size with its sign, and the feature it is on."""
-    return max(_peaks_um(profile, shifts), key=lambda peak: abs(peak[0]))
+    return max(_peaks_um(contour), key=lambda peak: abs(peak[0]))
 
 
-def _peaks_um(profile: Profile, shifts: tuple[Shift, ...]) -> Iterator[tuple[float, str]]:
-    for feature, shift in zip(profile.features, shifts, strict=True):
-        values = shift.value_mm(np.linspace(0.0, feature.length_mm, SAMPLES))
+def _peaks_um(contour: tuple[CentrePiece, ...]) -> Iterator[tuple[float, str]]:
+    for shifted in (piece.shifted for piece in contour):
+        feature = shifted.feature
+        values = shifted.off_nominal_mm(np.linspace(0.0, feature.length_mm, SAMPLES))
         yield float(values[np.argmax(np.abs(values))]) * UM_PER_MM, feature.name

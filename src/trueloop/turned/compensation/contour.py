@@ -41,6 +41,10 @@ class ShiftedFeature:
         """Itself; what a `compensation.displaced` one is made of."""
         return self
 
+    def off_nominal_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """What the contour deviates by along the nominal normal, (...)."""
+        return self.shift.value_mm(arc_length_mm)
+
     def contour_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Points of the compensated contour, (...) → (..., 2)."""
         s = np.asarray(arc_length_mm, dtype=np.float64)

@@ -4,23 +4,51 @@ A tool offset is a constant D, COMP_MTG one that depends on the position. Neithe
 edge radius of 0.2 mm a tool offset of 30 µm would be 2 µm off as one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, TypeAlias
+from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Feature
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.shift import Shift
 
-Displacement: TypeAlias = Callable[[Array], Array]
-"""Positions (n, 2) in (x as a radius, z), mm, to what is added to them, (n, 2)."""
-
 STEP_MM: Final = 0.01
 """Half the step of differences: what a displacement holds changes over millimetres."""
+
+
+@runtime_checkable
+class Displacement(Protocol):
+    """What is added to positions; a frozen dataclass, so that it can be stored with the path that it displaces."""
+
+    def displacement_mm(self, at_mm: Array) -> Array:
+        """Positions (n, 2) in (x as a radius, z), mm, to what is added to them, (n, 2)."""
+
+
+@dataclass(frozen=True)
+class Constant:
+    """The displacement by a tool offset (x as a radius, z)."""
+
+    offset_mm: tuple[float, float]
+
+    def displacement_mm(self, at_mm: Array) -> Array:
+        """The offset, wherever."""
+        return np.broadcast_to(np.asarray(self.offset_mm), at_mm.shape)
+
+
+@dataclass(frozen=True)
+class Then:
+    """The second one where the first one has moved to, and both together."""
+
+    first: Displacement
+    second: Displacement
+
+    def displacement_mm(self, at_mm: Array) -> Array:
+        """Both added."""
+        moved = self.first.displacement_mm(at_mm)
+        return moved + self.second.displacement_mm(at_mm + moved)
 
 
 @dataclass(frozen=True)
@@ -33,6 +61,13 @@ class DisplacedFeature(ShiftedFeature):
     def undisplaced(self) -> ShiftedFeature:
         """What is displaced."""
         return ShiftedFeature(self.feature, self.shift, self.nose_radius_mm)
+
+    def off_nominal_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """What the contour deviates by along the nominal normal, to first order, (...): to show and to judge it."""
+        s = np.asarray(arc_length_mm, dtype=np.float64)
+        normal = self.feature.outward_normal(s)
+        moved = _of(self.displacement, self.feature.point_mm(s) + self.nose_radius_mm * normal)
+        return np.asarray(self.shift.value_mm(s) + np.sum(moved * normal, axis=-1))
 
     def contour_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Points of the contour, (...) → (..., 2), displaced as the nose centre is that cuts them."""
@@ -63,57 +98,17 @@ def displaced_pieces(pieces: Sequence[CentrePiece], displacement: Displacement) 
     )
 
 
-def constant(offset_mm: tuple[float, float]) -> Displacement:
-    """The displacement by a tool offset (x as a radius, z)."""
-    return lambda at: np.broadcast_to(np.asarray(offset_mm), at.shape)
-
-
-def then(first: Displacement, second: Displacement) -> Displacement:
-    """The second one where the first one has moved to, and both together."""
-
-    def both(at: Array) -> Array:
-        moved = np.asarray(first(at))
-        return moved + np.asarray(second(at + moved))
-
-    return both
-
-
-def magnitude(shifted: ShiftedFeature, own: Shift | None, displacement: Displacement) -> Shift:
-    """Size of a displacement, or of its sum with a shift of the feature's own, and of its change along the feature."""
-    plain = shifted.undisplaced
-    feature = plain.feature
-
-    def vector(s: ArrayLike) -> Array:
-        moved = _of(displacement, plain.centre_mm(s))
-        return moved if own is None else moved + own.value_mm(s)[..., None] * feature.outward_normal(s)
-
-    def value_mm(s: ArrayLike) -> Array:
-        return np.asarray(np.linalg.norm(vector(s), axis=-1))
-
-    def slope(s: ArrayLike) -> Array:
-        at = np.asarray(s, dtype=np.float64)
-        ahead, behind = (_of(displacement, plain.centre_mm(at + step)) for step in (STEP_MM, -STEP_MM))
-        change = (ahead - behind) / (2 * STEP_MM)
-        if own is not None:
-            change = change + own.slope(at)[..., None] * feature.outward_normal(at)
-        return np.asarray(np.linalg.norm(change, axis=-1))
-
-    return Shift(value_mm, slope)
-
-
-def along_normal(feature: Feature, nose_radius_mm: float, displacement: Displacement) -> Shift:
-    """What a displacement shifts a feature's contour by along its normal, to first order: to show and to judge it."""
-
-    def value_mm(s: ArrayLike) -> Array:
-        normal = feature.outward_normal(s)
-        moved = _of(displacement, feature.point_mm(s) + nose_radius_mm * normal)
-        return np.asarray(np.sum(moved * normal, axis=-1))
-
-    def slope(s: ArrayLike) -> Array:
-        return (value_mm(np.asarray(s) + STEP_MM) - value_mm(np.asarray(s) - STEP_MM)) / (2 * STEP_MM)
-
-    return Shift(value_mm, slope)
+def magnitude(
+    shifted: ShiftedFeature, own: Shift, displacement: Displacement, arc_length_mm: Array
+) -> tuple[Array, Array]:
+    """Size of a displacement added to a shift of the feature's own, and of its change along the feature, (n,) each."""
+    plain, s = shifted.undisplaced, arc_length_mm
+    normal = plain.feature.outward_normal(s)
+    vector = _of(displacement, plain.centre_mm(s)) + own.value_mm(s)[:, None] * normal
+    ahead, behind = (_of(displacement, plain.centre_mm(s + step)) for step in (STEP_MM, -STEP_MM))
+    change = (ahead - behind) / (2 * STEP_MM) + own.slope(s)[:, None] * normal
+    return np.linalg.norm(vector, axis=-1), np.linalg.norm(change, axis=-1)
 
 
 def _of(displacement: Displacement, at: Array) -> Array:
-    return np.asarray(displacement(at.reshape(-1, 2))).reshape(at.shape)
+    return displacement.displacement_mm(at.reshape(-1, 2)).reshape(at.shape)

@@ -14,8 +14,6 @@ Who does not know has an uncertainty of it. What is steeper than a nose makes it
 `MOST_MM`.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -24,7 +22,7 @@ from numpy.typing import ArrayLike
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
-from trueloop.turned.compensation.shift import ZERO, Shift, ShiftFunction, weighted_sum
+from trueloop.turned.compensation.shift import ZERO, Shift, constant, product, weighted_sum
 from trueloop.turned.error_curve.curve import ErrorCurve
 
 REACHES: Final = 4.0
@@ -38,24 +36,10 @@ drops by 15 to 30 µm within the last millimetres before the spindle axis, where
 several µm there, and the finish cuts of Tables 9 and 11 do not show it."""
 
 
-@dataclass(frozen=True)
-class Fade:
-    """Where the term fades on one arc of `length_mm`: within these lengths of its start and its end; 0 does not."""
-
-    length_mm: float
-    start_mm: float
-    end_mm: float
-
-    def at(self, s: Array) -> tuple[Array, Array]:
-        """Factor from 0 to 1 and its slope per mm, shapes as s."""
-        rise, rising = _smooth(s, self.start_mm)
-        fall, falling = _smooth(self.length_mm - s, self.end_mm)
-        return rise * fall, rising * fall - rise * falling
-
-
 def of_curve(curve: ErrorCurve) -> Shift:
-    """An error curve as a shift: same shape out as in."""
-    return Shift(lambda s: _shaped(curve.value_mm, s), lambda s: _shaped(curve.slope, s))
+    """An error curve as a shift: its own polynomials on the feature, its end tangents beyond."""
+    begins, coefficients = curve.pieces
+    return Shift(begins, np.vstack([coefficients[:1], coefficients])).carried_straight(0.0, curve.length_mm)
 
 
 def to_take_out(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
@@ -63,13 +47,13 @@ def to_take_out(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
     return weighted_sum(((1.0, of_curve(curve)), (1.0, of_slope(profile, index, curve))))
 
 
-def unasked_u_mm(profile: Profile, index: int, curve: ErrorCurve) -> ShiftFunction:
+def unasked_u_mm(term: Shift, arc_length_mm: ArrayLike) -> Array:
     """Standard uncertainty of what is left where nobody says what the error follows, mm: the term's size over √3.
 
-    An error that is partly the nose's leaves any part of the term: zero to all of it alike [GUM 4.3.7], about zero.
+    `term` is that of `of_slope`, which was not taken out. An error that is partly the nose's leaves any part of it:
+    zero to all of it alike [GUM 4.3.7], about zero.
     """
-    term = of_slope(profile, index, curve)
-    return lambda s: np.abs(term.value_mm(s)) / np.sqrt(3.0)
+    return np.asarray(np.abs(term.value_mm(arc_length_mm)) / np.sqrt(3.0))
 
 
 def of_slope(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
@@ -77,40 +61,26 @@ def of_slope(profile: Profile, index: int, curve: ErrorCurve) -> Shift:
     feature = profile.features[index]
     if isinstance(feature, Line):
         return ZERO
-    kappa, fade = float(feature.curvature_per_mm(0.0)), _fade(profile, index, curve, feature)
-
-    def term_mm(s: Array) -> Array:
-        return np.clip(_shaped(curve.slope, s) ** 2 / kappa, -MOST_MM, MOST_MM)
-
-    def value_mm(s: ArrayLike) -> Array:
-        at = np.asarray(s, dtype=np.float64)
-        return fade.at(at)[0] * term_mm(at)
-
-    def slope(s: ArrayLike) -> Array:
-        at = np.asarray(s, dtype=np.float64)
-        (factor, fading), term = fade.at(at), term_mm(at)
-        growing = 2.0 * _shaped(curve.slope, at) * _shaped(curve.bend_per_mm, at) / kappa
-        return factor * np.where(np.abs(term) < MOST_MM, growing, 0.0) + fading * term
-
-    return Shift(value_mm, slope)
+    slope = of_curve(curve).derivative()
+    term = weighted_sum(((1.0 / float(feature.curvature_per_mm(0.0)), product(slope, slope)),)).clipped(MOST_MM)
+    return product(_fade(profile, index, curve, feature), term)
 
 
-def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> Fade:
-    """Within `REACHES` times the way of the contact at the ends that join tangentially."""
+def _fade(profile: Profile, index: int, curve: ErrorCurve, feature: Feature) -> Shift:
+    """A factor from 0 to 1: within `REACHES` times the way of the contact at the ends that join tangentially."""
     tangent = [False, *(junction.kind is JunctionKind.TANGENT for junction in profile.junctions), False]
     ends = np.array([0.0, feature.length_mm])
     reach = REACHES * np.abs(curve.slope(ends) / feature.curvature_per_mm(ends)) * tangent[index : index + 2]
-    return Fade(feature.length_mm, float(reach[0]), float(reach[1]))
+    return product(_smooth(0.0, float(reach[0])), _smooth(feature.length_mm, -float(reach[1])))
 
 
-def _smooth(s: Array, reach_mm: float) -> tuple[Array, Array]:
-    """3u² − 2u³ of u = s/reach within [0, 1], and its slope."""
+def _smooth(end_mm: float, reach_mm: float) -> Shift:
+    """3u² − 2u³ of u = (s − end)/reach within [0, 1], 0 before and 1 after; 1 where nothing is reached."""
     if reach_mm == 0.0:
-        return np.ones_like(s), np.zeros_like(s)
-    u = np.clip(s / reach_mm, 0.0, 1.0)
-    return u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / reach_mm
-
-
-def _shaped(of: Callable[[ArrayLike], Array], s: ArrayLike) -> Array:
-    """A curve's answers in the shape that was asked."""
-    return np.reshape(of(np.ravel(s)), np.shape(s))
+        return constant(1.0)
+    outside = [[0.0] * 4, [1.0, 0.0, 0.0, 0.0]]
+    if reach_mm > 0.0:
+        rise = [0.0, 0.0, 3.0 / reach_mm**2, -2.0 / reach_mm**3]
+        return Shift(np.array([end_mm, end_mm + reach_mm]), np.array([outside[0], rise, outside[1]]))
+    fall = [1.0, 0.0, -3.0 / reach_mm**2, -2.0 / reach_mm**3]
+    return Shift(np.array([end_mm + reach_mm, end_mm]), np.array([outside[1], fall, outside[0]]))

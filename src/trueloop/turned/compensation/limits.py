@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.domain.limits import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc
@@ -14,28 +15,35 @@ from trueloop.units import UM_PER_MM
 SAMPLES = 201
 
 
-def check_limits(
-    pieces: Sequence[CentrePiece], corrections: Sequence[Shift], limits: Limits, what: str = "the correction"
-) -> None:
+def check_limits(pieces: Sequence[CentrePiece], corrections: Sequence[Shift], limits: Limits) -> None:
     """Refuses a correction that is too large or too steep anywhere the nose cuts, saying where and by how much."""
     for piece, correction in zip(pieces, corrections, strict=True):
-        feature = piece.shifted.feature
-        s = np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, feature.length_mm), SAMPLES)
-        size, slope = np.abs(correction.value_mm(s)), np.abs(correction.slope(s))
-        for code, values, limit, unit, field in (
-            (Code.CMP_SIZE, size, limits.correction_mm, "µm", "correction_mm"),
-            (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "slope"),
-        ):
-            k = int(np.argmax(values))
-            if values[k] > limit:
-                x, z = feature.point_mm(s[k])
-                raise TrueloopError(
-                    code,
-                    f"{what} of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
-                    f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
-                    hint="look at the touches there first: a bad touch is likelier than such an error",
-                    override=allowed_by(field),
-                )
+        s = cut_mm(piece)
+        check_along(piece, np.abs(correction.value_mm(s)), np.abs(correction.slope(s)), limits, "the correction")
+
+
+def cut_mm(piece: CentrePiece) -> Array:
+    """Arc lengths over what the nose cuts of a feature, evenly, (n,)."""
+    return np.linspace(max(piece.start_mm, 0.0), min(piece.end_mm, piece.shifted.feature.length_mm), SAMPLES)
+
+
+def check_along(piece: CentrePiece, size_mm: Array, slope: Array, limits: Limits, what: str) -> None:
+    """The same of sizes and slopes at `cut_mm`, (n,)."""
+    feature = piece.shifted.feature
+    for code, values, limit, unit, field in (
+        (Code.CMP_SIZE, size_mm, limits.correction_mm, "µm", "correction_mm"),
+        (Code.CMP_SLOPE, slope, limits.slope, "µm/mm", "slope"),
+    ):
+        k = int(np.argmax(values))
+        if values[k] > limit:
+            x, z = feature.point_mm(cut_mm(piece)[k])
+            raise TrueloopError(
+                code,
+                f"{what} of {feature.name!r} reaches {values[k] * UM_PER_MM:.1f} {unit} at x {x:.3f} mm "
+                f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
+                hint="look at the touches there first: a bad touch is likelier than such an error",
+                override=allowed_by(field),
+            )
 
 
 def check_nose(pieces: Sequence[CentrePiece]) -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,9 @@ from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.coverage import COVERAGE, student_t_factor
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.spline import EndConditions, Spline
+
+SAME_MM: Final = 1e-9
+"""A polynomial that reaches no further than this into a feature is its neighbour's."""
 
 
 @dataclass(frozen=True)
@@ -52,14 +56,6 @@ class ErrorCurve:
     def slope(self, arc_length_mm: ArrayLike) -> Array:
         """Change of the error along the feature, mm per mm, (n,)."""
         return self.spline.of(self.spline.slope_form(*self._stretch(arc_length_mm)))
-
-    def bend_per_mm(self, arc_length_mm: ArrayLike) -> Array:
-        """Second derivative of the error along the feature, mm per mm², (n,)."""
-        s = np.clip(np.atleast_1d(np.asarray(arc_length_mm, dtype=np.float64)), 0.0, self.length_mm)
-        begins, c = self.pieces
-        j = np.maximum(np.searchsorted(begins, s, side="right") - 1, 0)
-        bend: Array = 2.0 * c[j, 2] + 6.0 * c[j, 3] * (s - begins[j])
-        return bend
 
     def standard_deviation_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Standard uncertainty of the curve, (n,): from the touches' scatter (or gauging) and prescribed end values.
@@ -130,7 +126,7 @@ class ErrorCurve:
         """
         begins, coefficients = self.spline.pieces()
         ends = np.append(begins[1:], self.spline.length_mm)
-        inside = (ends > self.start_mm) & (begins < self.start_mm + self.length_mm)
+        inside = (ends > self.start_mm + SAME_MM) & (begins < self.start_mm + self.length_mm - SAME_MM)
         return begins[inside] - self.start_mm, coefficients[inside]
 
     def _stretch(self, arc_length_mm: ArrayLike) -> tuple[Array, float, float]:
