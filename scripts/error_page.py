@@ -16,6 +16,7 @@ AREAS: Final = {
     "CMP": "Corrections and their limits",
     "SRF": "Surfaces",
     "MCH": "Machine models",
+    "REC": "Records of corrections",
     "SIM": "The simulator",
     "CTL": "Controls",
     "JOB": "Job files",

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from trueloop.domain.inspection import Touch
 from trueloop.formats.jobs.job import Job, read_job
 from trueloop.formats.jobs.profile_of_job import profile_of_table
 from trueloop.geometry.feature import Arc, Feature, Point
@@ -25,7 +26,6 @@ from trueloop.geometry.offset import contour_from_centre_path, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
-from trueloop.turned.touches.touch import Touch
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"

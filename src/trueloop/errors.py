@@ -181,6 +181,11 @@ class Code(StrEnum):
     MCH_PATTERN = "MCH-PATTERN", "a pattern of plates that is not known to repeat"
     MCH_OUTLIER = "MCH-OUTLIER", "a reading far off the model"
 
+    # REC: records of corrections
+    REC_FILE = "REC-FILE", "a file that is no record of a correction"
+    REC_SCHEMA = "REC-SCHEMA", "a record that a later version of trueloop wrote"
+    REC_KEY = "REC-KEY", "a key of a record that is missing or has a wrong value"
+
     # SIM: the simulator
     SIM_FILE = "SIM-FILE", "a machine file that is missing or wrong"
     SIM_ALLOWANCE = "SIM-ALLOWANCE", "nothing left on for the finish cut"

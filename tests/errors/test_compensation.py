@@ -32,7 +32,10 @@ def _limited(limits: Limits) -> None:
 
 
 def _old() -> None:
-    compensate(replace(_inputs(), made_at=NOW, measured_at=NOW - timedelta(days=2)))
+    inputs = _inputs()
+    assert inputs.inspection is not None
+    days_ago = replace(inputs.inspection, measured_at=NOW - timedelta(days=2))
+    compensate(replace(inputs, made_at=NOW, inspection=days_ago))
 
 
 def _twice() -> None:

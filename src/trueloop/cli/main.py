@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 import typer
 
-from trueloop.cli import linuxcnc, part, probe
+from trueloop.cli import linuxcnc, part, probe, record
 from trueloop.cli.compensate import compensate
 from trueloop.cli.demo import demo
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
@@ -40,6 +40,7 @@ app.command()(simulate)
 app.add_typer(linuxcnc.app, name="linuxcnc")
 app.add_typer(machine.app, name="machine")
 app.add_typer(surface.app, name="surface")
+app.add_typer(record.app, name="record")
 
 
 def _print_version(wanted: bool) -> None:

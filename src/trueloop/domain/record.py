@@ -6,11 +6,20 @@ is correcting a program that is not the one the touches came from.
 
 import hashlib
 import json
+import math
 import re
-from dataclasses import asdict, dataclass, field
-from typing import Final
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, asdict, dataclass, field
+from datetime import datetime
+from typing import Final, Literal
 
 from trueloop._core import nc_mentions
+from trueloop.domain.correction import Product
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.machine import Machine
+from trueloop.domain.part import PartType
+from trueloop.domain.program import Program
+from trueloop.domain.tool import Tool
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.units import UM_PER_MM
 
@@ -49,7 +58,14 @@ class Component:
 
 @dataclass(frozen=True)
 class Record:
-    """One correction, complete enough to be repeated and to be judged later. `components`: of a composed one alone."""
+    """One correction, complete enough to be repeated and to be judged later.
+
+    `id` stands in the corrected program. `product`: what was corrected and by what. `inputs_sha256` by file name.
+    `options` and `model` hold what JSON can; a number that is not finite is None there. `decision`: in words.
+    `changes` are listed where the whole program was in memory, `edits` counts them in every case. `components`: of a
+    correction of machine and process together. `inspections` are those it was made from. None and empty: not stated,
+    or written before there was a schema.
+    """
 
     id: str
     made_at: str
@@ -61,10 +77,38 @@ class Record:
     decision: list[str]
     changes: list[ChangedWord]
     components: list[Component] = field(default_factory=list)
+    _: KW_ONLY
+    schema: Literal[1] = 1
+    product: Product
+    edits: int | None = None
+    part_type: PartType | None = None
+    machine: Machine | None = None
+    tool: Tool | None = None
+    program: Program | None = None
+    inspections: tuple[Inspection, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("options", "model"):
+            object.__setattr__(self, name, _plain(getattr(self, name)))
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """The id: of inputs and options."""
+        return (self.id,)
 
     def to_json(self) -> str:
         """The record as JSON, keys in order of declaration."""
-        return json.dumps(asdict(self), indent=2, ensure_ascii=False) + "\n"
+        content = asdict(self)
+        return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=datetime.isoformat) + "\n"
+
+
+def _plain(value: object) -> object:
+    """As JSON gives it back: lists for tuples, None for what is not finite."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def sha256_of(content: bytes) -> str:

@@ -9,8 +9,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from trueloop.domain.inspection import Inspection
 from trueloop.domain.limits import Limits
-from trueloop.domain.record import check_uncorrected
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.record import check_uncorrected, sha256_of
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, read_job
@@ -34,6 +36,8 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
+DEVICES: Final = {"machine": "probe of the machine tool", "cmm": "coordinate measuring machine"}
+"""By `machine.touched_on` of the job."""
 PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
 
 
@@ -101,12 +105,13 @@ def read_inputs(path: Path) -> ReadJob:
     machine = None
     if job.machine is not None:
         machine = read_part_on_machine(sources, path, job.machine, job.gauging.ball_radius_mm)
+    inspection = _inspection(touches, job, machine)
     inputs = Inputs(
         part=job.part.name,
         profile=profile,
         nose_radius_mm=_nose_radius_mm(job),
         program=program,
-        touches=_touches(touches, job, profile),
+        touches=_touches(inspection, touches, job, profile),
         options=_options(job),
         made_at=datetime.now(UTC),
         made_by=user_name(),
@@ -115,9 +120,9 @@ def read_inputs(path: Path) -> ReadJob:
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
         lines=job.programs.finish_lines,
-        measured_at=job.gauging.measured_at,
+        inspection=inspection,
         program_sha256=job.gauging.program_sha256,
-        finish_touches=_touches(finish_touches, job, profile) if finish_touches else None,
+        finish_touches=_inspected(finish_touches, job, profile) if finish_touches else None,
         nose=nose,
         machine=machine,
         inputs_sha256=sources.sha256,
@@ -177,7 +182,30 @@ def _features(sources: Sources, job: Job, program: Program | None) -> Sequence[F
     return None
 
 
-def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:
+def _inspection(file: Path, job: Job, machine: PartOnMachine | None = None) -> Inspection:
+    """The touches as they were reported; device and temperatures as far as the job says them."""
+    with in_file(file):
+        touches = tuple(read_touches(file))
+    on_machine = machine is not None and machine.touched_on == "machine"
+    return Inspection(
+        part=Part(PartType(job.part.name)),
+        measured="touches",
+        sha256=sha256_of(file.read_bytes()),
+        count=len(touches),
+        values=touches,
+        device="" if machine is None else DEVICES[machine.touched_on],
+        measured_at=job.gauging.measured_at,
+        ball_radius_mm=job.gauging.ball_radius_mm,
+        z_reference=job.gauging.z_reference,
+        temperatures=means(machine.probing) if machine is not None and on_machine else {},
+    )
+
+
+def _inspected(file: Path, job: Job, profile: Profile) -> ErrorVectors:
+    return _touches(_inspection(file, job), file, job, profile)
+
+
+def _touches(inspection: Inspection, file: Path, job: Job, profile: Profile) -> ErrorVectors:
     gauging = Gauging(
         ball_radius_mm=job.gauging.ball_radius_mm,
         allowance_mm=job.gauging.measured_allowance_mm,
@@ -186,7 +214,7 @@ def _touches(file: Path, job: Job, profile: Profile) -> ErrorVectors:
         z_reference=job.gauging.z_reference,
     )
     with in_file(file):
-        return replace(error_vectors(profile, read_touches(file), gauging), file=str(file))
+        return replace(error_vectors(profile, inspection.touches, gauging), file=str(file))
 
 
 def _nose(sources: Sources, job: Job) -> NoseModel | None:
@@ -199,7 +227,7 @@ def _nose(sources: Sources, job: Job) -> NoseModel | None:
             _require_uncorrected(file, other)
         program = _program(others, file, other, other.programs.finish) if other.part.from_program else None
         profile = _profile(others, file, other, program)
-        touches = _touches(others.file(other.gauging.touches), other, profile)
+        touches = _inspected(others.file(other.gauging.touches), other, profile)
         parts.append(nose_touches(other.part.name, profile, touches))
     return fit_nose_model(parts) if parts else None
 

@@ -12,11 +12,11 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 from trueloop.geometry.feature import Point, contact_angle_rad
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_plan import ProbePlan
-from trueloop.turned.touches.touch import Touch
 
 BESIDE_MM: Final = 0.1
 """A touch this far beside an approach line does not belong to it: the probing move is straight."""

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.refusals import refused
+from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.measurements.touches_csv import ERROR_COLUMNS, X_SUFFIXES, Z_SUFFIXES, read_touches
-from trueloop.turned.touches.touch import Touch
 
 IN_ONE_MM = {"x_mm": 1.0, "x_in": 1 / 25.4, "x_diameter_mm": 2.0, "x_diameter_in": 2 / 25.4}
 PLAIN = "point,feature,nominal_x_mm,nominal_z_mm,error_um\n"

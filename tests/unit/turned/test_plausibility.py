@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from tests.support.profiles import facetst, modbas2, piecs11
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_loop_sign
-from trueloop.turned.touches.touch import Touch
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
 PARTS = {"MODBAS2": modbas2(), "PIECS11": piecs11(), "FACETST": facetst()}

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from tests.support.profiles import modbas2, piecs11
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.touch import Touch
 from trueloop.turned.touches.touches import Gauging, error_vectors, standard_uncertainty_mm
 
 PARTS = {"MODBAS2": modbas2(), "PIECS11": piecs11()}

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
+from trueloop.domain.inspection import Touch
 from trueloop.errors import Code
 from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, read_csv
 from trueloop.geometry.feature import Point
-from trueloop.turned.touches.touch import Touch
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 LENGTH_MM: Final = {"um": 1 / UM_PER_MM, "mm": 1.0, "in": MM_PER_INCH}

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
-
 from trueloop import __version__
+from trueloop.domain.correction import Product
+from trueloop.domain.machine import Machine
 from trueloop.domain.map_options import MapOptions
 from trueloop.domain.record import Record, sha256_of
 from trueloop.formats.outputs import Named
@@ -15,8 +15,9 @@ from trueloop.loops.machine.mapped_program import Mapped, map_program
 from trueloop.machine.correct.setup import Setup, compensation_field
 from trueloop.machine.drift.terms import zeroed_at
 from trueloop.machine.model.model import MachineModel
-from trueloop.machine.model.term import Signals
+from trueloop.machine.model.term import means
 from trueloop.nc.program.cutter_tool import tool_rows
+from trueloop.nc.program.unit import recorded_program
 from trueloop.units import UM_PER_MM
 
 
@@ -57,10 +58,9 @@ def compensate_program(
     told = _told(setup, sha256)
 
     def record(done: Mapped) -> list[Named]:
-        made = _record(
-            done, model, sha256, {**vars(options), **told, "unit": done.unit, "parameters": dict(parameters or {})}
-        )
-        return [(f"{target.stem}.record.json", replace(made, made_by=made_by).to_json().encode())]
+        given = {**vars(options), **told, "unit": done.unit, "parameters": dict(parameters or {})}
+        made = replace(_record(source, done, model, sha256, given), made_by=made_by)
+        return [(f"{target.stem}.record.json", made.to_json().encode())]
 
     return map_program(
         source,
@@ -77,20 +77,16 @@ def compensate_program(
 def _told(setup: Setup, model_sha256: str) -> dict[str, object]:
     return {
         "model": model_sha256,
-        "temperatures": _means(setup.signals),
+        "temperatures": means(setup.signals),
         "work_zero_mm": {str(number): list(zero) for number, zero in setup.work_zero_mm.items()},
         "rotary_axes_rad": dict(setup.fixed),
         "tool_mm": {str(number): list(tool) for number, tool in setup.tool_mm.items()},
-        **({} if setup.zero_signals is None else {"temperatures_at_zero": _means(setup.zero_signals)}),
+        **({} if setup.zero_signals is None else {"temperatures_at_zero": means(setup.zero_signals)}),
         **({} if setup.table is None else {"tools": [list(row) for row in tool_rows(setup.table)]}),
     }
 
 
-def _means(signals: Signals) -> dict[str, float]:
-    return {name: float(np.mean(value)) for name, value in signals.items()}
-
-
-def _record(done: Mapped, model: MachineModel, model_sha256: str, options: dict[str, object]) -> Record:
+def _record(source: Path, done: Mapped, model: MachineModel, model_sha256: str, options: dict[str, object]) -> Record:
     largest_um = UM_PER_MM * max(done.largest_mm)
     return Record(
         id=done.record,
@@ -102,4 +98,8 @@ def _record(done: Mapped, model: MachineModel, model_sha256: str, options: dict[
         model={"machine": model.machine.name, "serial": model.machine.serial, "terms": len(model.terms)},
         decision=[f"{done.edits} edits, {done.added_blocks} new blocks, largest correction {largest_um:.1f} µm"],
         changes=[],
+        product=Product.MACHINE,
+        edits=done.edits,
+        machine=Machine(model.machine.name, model.machine.serial),
+        program=recorded_program(source.name, done.dialect, done.source_sha256, done.unit),
     )

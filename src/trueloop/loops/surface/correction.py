@@ -4,13 +4,18 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 
 from trueloop import __version__
-from trueloop.domain.record import Record, check_uncorrected, record_id
+from trueloop.domain.correction import Product
+from trueloop.domain.part import PartType
+from trueloop.domain.program import Program
+from trueloop.domain.record import Record, check_uncorrected, record_id, sha256_of
+from trueloop.domain.tool import Tool
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.surface.figures import check_support, headline, support_record
 from trueloop.loops.surface.inputs import SurfaceInputs
 from trueloop.loops.surface.scatter import check_surface_scatter
 from trueloop.loops.surface.surface import HERE, SurfaceCorrection, SurfaceModel, Work, correct, model_of, pattern_model
+from trueloop.nc.program.unit import recorded_program
 from trueloop.units import UM_PER_MM
 
 
@@ -45,8 +50,29 @@ def correct_job(inputs: SurfaceInputs, *, work: Work = HERE, now: datetime | Non
         model=_model_record(model),
         decision=_decision(correction),
         changes=correction.program.changes if correction.program else [],
+        product=Product.SURFACE,
+        edits=len(correction.program.changes) if correction.program else 0,
+        part_type=PartType(inputs.name),
+        tool=_tool(inputs),
+        program=_program(inputs, correction),
     )
     return RecordedCorrection(correction, record, tuple(notes))
+
+
+def _tool(inputs: SurfaceInputs) -> Tool | None:
+    if inputs.cutter is None:
+        return None
+    cutter = inputs.cutter.cutter
+    return Tool(corner_radius_mm=cutter.corner_mm, radius_mm=cutter.radius_mm)
+
+
+def _program(inputs: SurfaceInputs, correction: SurfaceCorrection) -> Program | None:
+    program = inputs.program
+    if program is None or correction.program is None:
+        return None
+    return recorded_program(
+        program.file or "", program.dialect.name, sha256_of(program.source), correction.program.unit
+    )
 
 
 def _refuse_misuse(inputs: SurfaceInputs, now: datetime) -> list[str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Inspection
 from trueloop.domain.limits import Limits
 from trueloop.domain.record import Record
 from trueloop.geometry.profile import Profile
@@ -60,7 +61,8 @@ class Options:
 class Inputs:
     """One job as values: shapes, programs and touches, and who corrects when.
 
-    `inputs_sha256` names what they were read from; `file` is the job's, which states the rest; None: no file does.
+    `touches` are part errors; `inspection` holds them as they were reported: None where no device did. `inputs_sha256`
+    names what they were read from; `file` is the job's, which states the rest; None: no file does.
     """
 
     part: str
@@ -76,7 +78,7 @@ class Inputs:
     parameters: Mapping[str, float] = field(default_factory=dict)
     execute_deleted_blocks: bool = False
     lines: tuple[int, int] | None = None
-    measured_at: datetime | None = None
+    inspection: Inspection | None = None
     program_sha256: str | None = None
     finish_touches: ErrorVectors | None = None
     nose: NoseModel | None = None
@@ -88,6 +90,11 @@ class Inputs:
     def run(self) -> Run:
         """How the programs are run."""
         return Run(self.parameters, self.execute_deleted_blocks, self.lines)
+
+    @property
+    def measured_at(self) -> datetime | None:
+        """When the touches were taken, where that is known."""
+        return None if self.inspection is None else self.inspection.measured_at
 
 
 @dataclass(frozen=True)

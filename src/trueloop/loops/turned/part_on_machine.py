@@ -11,12 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trueloop.arrays import Array, by_content
+from trueloop.domain.machine import Machine
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.machine.correct.setup import Setup, state_at
 from trueloop.machine.model.chain import Vector
 from trueloop.machine.model.model import MachineModel, State
-from trueloop.machine.model.term import Signals
+from trueloop.machine.model.term import Signals, means
 from trueloop.machine.model.validity import check_state
 from trueloop.nc.program.along import points_along
 
@@ -55,6 +56,11 @@ class PartOnMachine:
     file: str | None = None
 
     @property
+    def machine(self) -> Machine:
+        """Which one it is."""
+        return Machine(self.model.machine.name, self.model.machine.serial)
+
+    @property
     def mark(self) -> str:
         """What a corrected program says of it."""
         return f"composed of COMP_MTG by model {self.sha256[:16]} and COMP_PROC"
@@ -66,7 +72,7 @@ class PartOnMachine:
             "model": self.sha256,
             "machine": self.model.machine.name,
             "serial": self.model.machine.serial,
-            **{name: {key: float(np.mean(value)) for key, value in of.items()} for name, of in signals.items()},
+            **{name: means(of) for name, of in signals.items()},
             "work_zero_mm": list(self.work_zero_mm),
             "tool_mm": list(self.tool_mm),
             "probe_mm": list(self.probe_mm),

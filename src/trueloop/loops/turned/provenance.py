@@ -3,12 +3,15 @@
 from dataclasses import asdict
 
 from trueloop import __version__
-from trueloop.domain.record import Component, Record, record_id
+from trueloop.domain.correction import Product
+from trueloop.domain.part import PartType
+from trueloop.domain.record import Component, Record, record_id, sha256_of
+from trueloop.domain.tool import Tool
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
 from trueloop.loops.turned.programs import Programs
-from trueloop.nc.program.unit import unit_of_path
+from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -29,17 +32,25 @@ def record_of(
     composed: Composed | None,
 ) -> Record:
     """The record of a correction, complete."""
+    unit, program = unit_of_path(inputs.program.unit, told.path), inputs.program
     return Record(
         id=id_of(inputs),
         made_at=inputs.made_at.isoformat(timespec="seconds"),
         made_by=inputs.made_by,
         trueloop_version=__version__,
         inputs_sha256=dict(inputs.inputs_sha256),
-        options=_options(inputs) | {"unit": unit_of_path(inputs.program.unit, told.path)},
+        options=_options(inputs) | {"unit": unit},
         model=_model(model),
         decision=[decision.x.words, decision.z.words, f"As a tool offset: {programs.wear.words}."],
         changes=programs.changes,
         components=_components(inputs.profile, touches, composed),
+        product=Product.TURNED,
+        edits=len(programs.changes),
+        part_type=PartType(inputs.part),
+        machine=None if inputs.machine is None else inputs.machine.machine,
+        tool=Tool(inputs.options.tool, corner_radius_mm=inputs.nose_radius_mm),
+        program=recorded_program(program.file or "", program.dialect.name, sha256_of(program.source), unit),
+        inspections=() if inputs.inspection is None else (inputs.inspection,),
     )
 
 

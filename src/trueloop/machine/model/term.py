@@ -21,6 +21,11 @@ Signals = Mapping[str, Array | float]
 """Values by signal name, () or (n,): °C, rev/min, or what the sensor gives."""
 
 
+def means(signals: Signals) -> dict[str, float]:
+    """One value a signal: its mean, where it has several."""
+    return {name: float(np.mean(value)) for name, value in signals.items()}
+
+
 @dataclass(frozen=True)
 class Part:
     """`basis` times (signal − reference), or `basis` alone."""

@@ -1,5 +1,8 @@
 """Which unit a program's lengths are in, and what says so, for records and for people."""
 
+from pathlib import Path
+
+from trueloop.domain.program import Program
 from trueloop.nc.program.program import Unit
 from trueloop.nc.program.tool_path import ToolPath
 
@@ -20,3 +23,9 @@ def unit_of_path(given: Unit | None, path: ToolPath) -> dict[str, str]:
     """The same of a program that was run."""
     stated = path.unit_stated
     return unit_told(given, None if stated is None else (stated[0] + 1, stated[1]))
+
+
+def recorded_program(file: str, dialect: str, sha256: str, unit: dict[str, str]) -> Program:
+    """A program as a record names it; `unit` as `unit_told` gives it."""
+    known: tuple[Unit, ...] = ("mm", "inch")
+    return Program(Path(file).name, dialect, sha256, next((one for one in known if one == unit["unit"]), None))

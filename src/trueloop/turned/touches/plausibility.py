@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags
+from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.touch import Touch
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 ON_PROFILE_MM: Final = 0.5

@@ -13,11 +13,11 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Touch
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.plausibility import check_order, check_positions, check_scale, check_sizes
-from trueloop.turned.touches.touch import Touch
 from trueloop.units import UM_PER_MM
 
 REFERENCE_FACES: Final = 0.5

@@ -1,0 +1,39 @@
+"""`trueloop record`: what a correction was made from, and what it changed."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson, print_json
+
+app = typer.Typer(
+    help="Records of corrections: what was corrected, from what, by which model.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@app.callback()
+def _commands() -> None:
+    """Makes typer keep the name of a single command."""
+
+
+@app.command("show")
+@guarded
+def show(
+    file: Annotated[Path, typer.Argument(metavar="RECORD.json", help="A record.json or STEM.record.json.")],
+    as_json: AsJson = False,
+) -> None:
+    """Show what was corrected, from what, by which model, within which limits, what was decided, by whom and when."""
+    from trueloop.formats.record_file import read_record
+    from trueloop.report.record import as_dict, words
+
+    record = read_record(file)
+    if as_json:
+        print_json(as_dict(record))
+        return
+    typer.echo(f"Correction {record.id}")
+    for heading, lines in words(record):
+        typer.echo("\n".join([f"\n{heading}", *(f"  {line}" for line in lines)]))

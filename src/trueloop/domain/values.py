@@ -1,0 +1,18 @@
+"""The registry of values that are stored: which types a document may hold, and under which names."""
+
+from typing import Final
+
+from trueloop.domain.codec import Codec
+from trueloop.domain.correction import Product
+from trueloop.domain.inspection import CmmPoint, GaugeReading, Inspection, Touch
+from trueloop.domain.machine import Machine
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.program import Program
+from trueloop.domain.record import ChangedWord, Component, Record
+from trueloop.domain.tool import Edge, Setting, Tool
+
+CODEC: Final = Codec.of(
+    *(PartType, Part, Machine, Tool, Edge, Setting, Program),
+    *(Inspection, Touch, GaugeReading, CmmPoint),
+    *(Record, ChangedWord, Component, Product),
+)

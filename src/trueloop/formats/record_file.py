@@ -1,0 +1,88 @@
+"""The record of a correction as JSON: every one that trueloop wrote, also those from before they had a schema."""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any, Final, get_args
+
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
+
+from trueloop.domain.correction import Product
+from trueloop.domain.record import Record
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import read_text
+
+SCHEMA: Final[int] = get_args(Record.__annotations__["schema"])[0]
+PRODUCTS: Final = {"curves": Product.TURNED, "control_um": Product.SURFACE, "terms": Product.MACHINE}
+"""What a record without a schema is of, by a key of its model."""
+HINT: Final = "name the record.json or STEM.record.json that stands beside a corrected program"
+WHOLE: Final = "take the file as trueloop wrote it: a record that was edited proves nothing"
+
+
+def read_record(path: Path) -> Record:
+    """Reads a record. Raises REC-FILE (no JSON, no record), REC-SCHEMA (of a later version) and REC-KEY."""
+    text = read_text(path, Code.REC_FILE, hint=HINT)
+    content = _of_schema(path, _parsed(path, text))
+    try:
+        return _adapter().validate_python(content)
+    except ValidationError as error:
+        raise _refused_key(path, text, error.errors()[0]) from error
+
+
+@cache
+def _adapter() -> TypeAdapter[Record]:
+    return TypeAdapter(Record)
+
+
+def _parsed(path: Path, text: str) -> dict[str, Any]:
+    try:
+        content = json.loads(text)
+    except json.JSONDecodeError as error:
+        place = Place(str(path), error.lineno, error.colno)
+        raise TrueloopError(Code.REC_FILE, f"no JSON from here on: {error.msg!r}", hint=WHOLE, place=place) from error
+    except (ValueError, RecursionError) as error:
+        raise TrueloopError(Code.REC_FILE, f"no JSON: {str(error)!r}", hint=WHOLE, place=Place(str(path))) from error
+    if not isinstance(content, dict) or not {"id", "inputs_sha256"} & content.keys():
+        found = sorted(content)[:5] if isinstance(content, dict) else type(content).__name__
+        message = f"no record of a correction: {found!r} instead of an 'id' and 'inputs_sha256'"
+        raise TrueloopError(Code.REC_FILE, message, hint=HINT, place=Place(str(path)))
+    return content
+
+
+def _of_schema(path: Path, content: dict[str, Any]) -> dict[str, Any]:
+    """The content as of the present schema."""
+    if "schema" not in content:
+        model = content.get("model")
+        product = next((one for key, one in PRODUCTS.items() if isinstance(model, dict) and key in model), None)
+        edits = None if product is Product.MACHINE else len(content.get("changes") or [])
+        return {"product": product, "edits": edits, **content, "schema": SCHEMA}
+    if isinstance(content["schema"], int) and content["schema"] > SCHEMA:
+        version = content.get("trueloop_version")
+        raise TrueloopError(
+            Code.REC_SCHEMA,
+            f"schema {content['schema']}, written by trueloop {version}; this version reads up to {SCHEMA}",
+            hint="read it with the version that wrote it, or a later one",
+            place=Place(str(path)),
+        )
+    return content
+
+
+def _refused_key(path: Path, text: str, mistake: ErrorDetails) -> TrueloopError:
+    """The first key that is wrong: where it stands, or, where it is missing, its name."""
+    location = [part for part in mistake["loc"] if not str(part).startswith("tuple[")]
+    key = ".".join(map(str, location))
+    missing = mistake["type"] == "missing"
+    message = f"{key!r} is missing" if missing else f"{key!r}: {mistake['msg']}, given {_short(mistake['input'])}"
+    return TrueloopError(Code.REC_KEY, message, hint=WHOLE, place=Place(str(path), _line_of(text, location)))
+
+
+def _line_of(text: str, location: list[int | str]) -> int | None:
+    """The line of the outermost key: those inside may stand in many places."""
+    lines = enumerate(text.splitlines(), 1)
+    return next((number for number, line in lines if line.startswith(f'  "{location[0]}":')), None)
+
+
+def _short(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:60]}…"

@@ -1,0 +1,106 @@
+"""Records of corrections, made up: every field holds something."""
+
+from datetime import UTC, datetime
+
+from hypothesis import strategies as st
+
+from trueloop.domain.correction import Product
+from trueloop.domain.inspection import CmmPoint, GaugeReading, Inspection, Touch
+from trueloop.domain.machine import Machine
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.program import Program
+from trueloop.domain.record import ChangedWord, Component, Record
+from trueloop.domain.tool import Edge, Setting, Tool
+
+PART = PartType("shaft", "B", "C45")
+TURNED = Record(
+    id="0123456789abcdef",
+    made_at="2026-01-02T03:04:05+00:00",
+    made_by="ana",
+    trueloop_version="0.1.0",
+    inputs_sha256={"job.toml": "0" * 64, "touches.csv": "1" * 64},
+    options={"limits": {"correction_mm": 0.15, "slope": 0.04}, "unit": {"unit": "mm", "stated_by": "line 1"}},
+    model={"curves": [{"feature": "dome"}], "scatter_mm": 0.0013, "degrees_of_freedom": 21},
+    decision=["X: the contour is changed."],
+    changes=[ChangedWord(3, 5, "X10.", "X9.98")],
+    components=[Component.of("dome", "20", -0.005, -0.0734)],
+    product=Product.TURNED,
+    edits=1,
+    part_type=PART,
+    machine=Machine("lathe", "7"),
+    tool=Tool(1, "SVJBR 2020", 0.8),
+    program=Program("finish.nc", "fanuc-lathe", "2" * 64, "mm"),
+    inspections=(
+        Inspection(
+            Part(PART, "17"),
+            "touches",
+            "1" * 64,
+            1,
+            (Touch("20", (10.0, -5.0), "dome", error_mm=0.0784, line=2),),
+            device="probe of the machine tool",
+            measured_at=datetime(2026, 1, 2, 3, tzinfo=UTC),
+            temperatures={"bed_C": 21.5},
+        ),
+    ),
+)
+
+names = st.text(max_size=12)
+lengths = st.floats(allow_nan=False, allow_infinity=False)
+times = st.datetimes(timezones=st.just(UTC))
+vectors = st.tuples(lengths, lengths, lengths)
+points = st.tuples(lengths, lengths)
+digests = st.text("0123456789abcdef", min_size=64, max_size=64)
+part_types = st.builds(PartType, names, names, names)
+parts = st.builds(Part, part_types, names)
+machines = st.builds(Machine, names, names)
+tools = st.builds(Tool, st.none() | st.integers(0, 99), names, st.none() | lengths, st.none() | lengths)
+edges = st.builds(Edge, tools, names, names)
+settings_of_edges = st.builds(Setting, edges, times)
+programs = st.builds(Program, names, names, digests, st.sampled_from(["mm", "inch", None]))
+touches = st.builds(Touch, names, points, st.none() | names, st.none() | points, st.none() | lengths)
+readings = st.builds(GaugeReading, names, lengths, st.none() | lengths, st.none() | lengths)
+cmm_points = st.builds(CmmPoint, vectors, st.none() | vectors, st.none() | vectors, names)
+inspections = st.builds(
+    Inspection,
+    parts,
+    st.sampled_from(["touches", "gauge readings", "CMM points"]),
+    digests,
+    st.integers(0, 10**6),
+    st.one_of(*(st.lists(one, max_size=3).map(tuple) for one in (touches, readings, cmm_points))),
+    names,
+    st.sampled_from(["part", "machine", "device"]),
+    st.none() | times,
+    lengths,
+    st.none() | names,
+    st.dictionaries(names, lengths, max_size=3),
+)
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | names,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(names, inner, max_size=3),
+)
+options = st.dictionaries(names, anything, max_size=3)
+records = st.builds(
+    Record,
+    names,
+    times.map(datetime.isoformat),
+    names,
+    names,
+    st.dictionaries(names, digests, max_size=3),
+    options,
+    options,
+    st.lists(names, max_size=2),
+    st.lists(st.builds(ChangedWord, st.integers(1, 10**6), st.integers(1, 200), names, names), max_size=2),
+    st.lists(st.builds(Component, names, names, lengths, lengths, lengths), max_size=2),
+    product=st.sampled_from(Product),
+    edits=st.none() | st.integers(0, 10**6),
+    part_type=st.none() | part_types,
+    machine=st.none() | machines,
+    tool=st.none() | tools,
+    program=st.none() | programs,
+    inspections=st.lists(inspections, max_size=2).map(tuple),
+)
+values = st.one_of(
+    *(part_types, parts, machines, tools, edges, settings_of_edges, programs),
+    *(inspections, touches, readings, cmm_points, records),
+)
+"""Every value of the domain but corrections."""
