@@ -17,7 +17,7 @@ SCHEMA: Final[int] = get_args(Record.__annotations__["schema"])[0]
 PRODUCTS: Final = {"curves": Product.TURNED, "control_um": Product.SURFACE, "terms": Product.MACHINE}
 """What a record without a schema is of, by a key of its model."""
 HINT: Final = "name the record.json or STEM.record.json that stands beside a corrected program"
-WHOLE: Final = "take the file as trueloop wrote it: a record that was edited proves nothing"
+WHOLE: Final = "restore the file as trueloop wrote it"
 
 
 def read_record(path: Path) -> Record:

@@ -1,0 +1,81 @@
+"""What every example job records is read back equal, and shown in words."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.cli import run
+from trueloop.domain.record import Record
+from trueloop.formats.record_file import read_record
+from trueloop.jobs.turned import read_inputs
+from trueloop.loops.turned.process_intermittent import compensate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+JOBS = sorted(path.parent.name for path in EXAMPLES.glob("*/job.toml"))
+ADDED = ("schema", "product", "edits", "part_type", "machine", "tool", "program", "inspections")
+"""Keys that records do not have which were written before there was a schema."""
+
+
+def _written(folder: Path, record: Record) -> Path:
+    file = folder / "record.json"
+    file.write_text(record.to_json())
+    return file
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_the_record_of_a_turned_part_is_read_back_equal(name: str, tmp_path: Path) -> None:
+    inputs = read_inputs(EXAMPLES / name / "job.toml").inputs
+    record = compensate(inputs).record
+    back = read_record(_written(tmp_path, record))
+    assert back == record
+    (inspection,) = back.inspections
+    assert inspection.sha256 in record.inputs_sha256.values()
+    assert inspection.count == len(inspection.touches) == len(inputs.touches.point)
+    assert back.tool is not None and back.tool.corner_radius_mm == inputs.nose_radius_mm
+    assert back.program is not None and back.program.sha256 in record.inputs_sha256.values()
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_a_record_without_a_schema_is_read(name: str, tmp_path: Path) -> None:
+    """As it was written before: without the keys of schema 1."""
+    record = compensate(read_inputs(EXAMPLES / name / "job.toml").inputs).record
+    content = json.loads(record.to_json())
+    old = {key: value for key, value in content.items() if key not in ADDED}
+    file = tmp_path / "record.json"
+    file.write_text(json.dumps(old))
+    back = read_record(file)
+    assert {key: getattr(back, key) for key in ("id", "product", "edits", "changes", "options", "model")} == {
+        key: getattr(record, key) for key in ("id", "product", "edits", "changes", "options", "model")
+    }
+    assert back.program is None and back.inspections == ()
+    assert f"Correction {record.id}" in run("record", "show", file)
+
+
+def test_a_record_is_shown_in_words(tmp_path: Path) -> None:
+    record = compensate(read_inputs(EXAMPLES / "modbas2" / "job.toml").inputs).record
+    shown = run("record", "show", _written(tmp_path, record))
+    for words in (
+        f"Correction {record.id}",
+        "the finish program of a turned part, by touches",
+        "finish.nc (ge2000t, inch as stated by the program, line 8)",
+        "number 1, nose or corner radius 0.79375 mm",
+        "32 touches of MODBAS2, 3.52 in",
+        "error curves of 7 features; scatter 1.30 µm, 21 degrees of freedom",
+        "correction: at most 150 µm",
+        "age of the measurement: at most 24 h",
+        *record.decision,
+        "13 in the program, each listed in the record",
+        f"{record.made_at} by",
+    ):
+        assert words in shown
+    assert all(f"{digest}  {name}" in shown for name, digest in record.inputs_sha256.items())
+
+
+def test_a_record_is_shown_as_json(tmp_path: Path) -> None:
+    record = compensate(read_inputs(EXAMPLES / "facetst" / "job.toml").inputs).record
+    shown = json.loads(run("record", "show", _written(tmp_path, record), "--json"))
+    assert shown["inputs_sha256"] == record.inputs_sha256
+    assert shown["limits"][1] == {"name": "slope of the correction", "value": 40.0, "unit": "µm/mm"}
+    assert (shown["changes"], shown["components"]) == (len(record.changes), 0)
+    assert "values" not in shown["inspections"][0]
