@@ -4,23 +4,21 @@ Whatever is refused names the file it stands in: numerics know nothing of files,
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.inspection import Inspection
 from trueloop.domain.limits import Limits
-from trueloop.domain.part import Part, PartType
-from trueloop.domain.record import check_uncorrected, sha256_of
+from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, read_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
-from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.jobs.inspection import part_errors, read_inspection, read_part_errors
 from trueloop.jobs.part_on_machine import read_part_on_machine
 from trueloop.jobs.sources import Sources
 from trueloop.jobs.user import user_name
@@ -32,12 +30,8 @@ from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.spline import EndConditions
-from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.touches import Gauging, error_vectors
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
-DEVICES: Final = {"machine": "probe of the machine tool", "cmm": "coordinate measuring machine"}
-"""By `machine.touched_on` of the job."""
 PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
 
 
@@ -105,13 +99,13 @@ def read_inputs(path: Path) -> ReadJob:
     machine = None
     if job.machine is not None:
         machine = read_part_on_machine(sources, path, job.machine, job.gauging.ball_radius_mm)
-    inspection = _inspection(touches, job, machine)
+    inspection = read_inspection(touches, job, machine)
     inputs = Inputs(
         part=job.part.name,
         profile=profile,
         nose_radius_mm=_nose_radius_mm(job),
         program=program,
-        touches=_touches(inspection, touches, job, profile),
+        touches=part_errors(inspection, touches, job, profile),
         options=_options(job),
         made_at=datetime.now(UTC),
         made_by=user_name(),
@@ -122,7 +116,7 @@ def read_inputs(path: Path) -> ReadJob:
         lines=job.programs.finish_lines,
         inspection=inspection,
         program_sha256=job.gauging.program_sha256,
-        finish_touches=_inspected(finish_touches, job, profile) if finish_touches else None,
+        finish_touches=read_part_errors(finish_touches, job, profile) if finish_touches else None,
         nose=nose,
         machine=machine,
         inputs_sha256=sources.sha256,
@@ -182,41 +176,6 @@ def _features(sources: Sources, job: Job, program: Program | None) -> Sequence[F
     return None
 
 
-def _inspection(file: Path, job: Job, machine: PartOnMachine | None = None) -> Inspection:
-    """The touches as they were reported; device and temperatures as far as the job says them."""
-    with in_file(file):
-        touches = tuple(read_touches(file))
-    on_machine = machine is not None and machine.touched_on == "machine"
-    return Inspection(
-        part=Part(PartType(job.part.name)),
-        measured="touches",
-        sha256=sha256_of(file.read_bytes()),
-        count=len(touches),
-        values=touches,
-        device="" if machine is None else DEVICES[machine.touched_on],
-        measured_at=job.gauging.measured_at,
-        ball_radius_mm=job.gauging.ball_radius_mm,
-        z_reference=job.gauging.z_reference,
-        temperatures=means(machine.probing) if machine is not None and on_machine else {},
-    )
-
-
-def _inspected(file: Path, job: Job, profile: Profile) -> ErrorVectors:
-    return _touches(_inspection(file, job), file, job, profile)
-
-
-def _touches(inspection: Inspection, file: Path, job: Job, profile: Profile) -> ErrorVectors:
-    gauging = Gauging(
-        ball_radius_mm=job.gauging.ball_radius_mm,
-        allowance_mm=job.gauging.measured_allowance_mm,
-        range_x_mm=job.gauging.repeatability_diameter_um / UM_PER_MM,
-        range_z_mm=job.gauging.repeatability_face_um / UM_PER_MM,
-        z_reference=job.gauging.z_reference,
-    )
-    with in_file(file):
-        return replace(error_vectors(profile, inspection.touches, gauging), file=str(file))
-
-
 def _nose(sources: Sources, job: Job) -> NoseModel | None:
     """The nose as the jobs of other parts know it that were cut with the same edge."""
     parts = []
@@ -227,7 +186,7 @@ def _nose(sources: Sources, job: Job) -> NoseModel | None:
             _require_uncorrected(file, other)
         program = _program(others, file, other, other.programs.finish) if other.part.from_program else None
         profile = _profile(others, file, other, program)
-        touches = _inspected(others.file(other.gauging.touches), other, profile)
+        touches = read_part_errors(others.file(other.gauging.touches), other, profile)
         parts.append(nose_touches(other.part.name, profile, touches))
     return fit_nose_model(parts) if parts else None
 

@@ -1,0 +1,58 @@
+"""A job's touches: as an inspection, and as part errors."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.record import sha256_of
+from trueloop.errors import in_file
+from trueloop.formats.jobs.job import Job
+from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.machine.model.term import means
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.units import UM_PER_MM
+
+DEVICES: Final = {"machine": "probe of the machine tool", "cmm": "coordinate measuring machine"}
+"""By `machine.touched_on` of the job."""
+
+
+def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) -> Inspection:
+    """The touches as they were reported; device and temperatures as far as the job says them. Raises TCH errors."""
+    with in_file(file):
+        touches = tuple(read_touches(file))
+    on_machine = machine is not None and machine.touched_on == "machine"
+    return Inspection(
+        part=Part(PartType(job.part.name)),
+        measured="touches",
+        sha256=sha256_of(file.read_bytes()),
+        count=len(touches),
+        values=touches,
+        device="" if machine is None else DEVICES[machine.touched_on],
+        measured_at=job.gauging.measured_at,
+        ball_radius_mm=job.gauging.ball_radius_mm,
+        z_reference=job.gauging.z_reference,
+        temperatures=means(machine.probing) if machine is not None and on_machine else {},
+    )
+
+
+def part_errors(inspection: Inspection, file: Path, job: Job, profile: Profile) -> ErrorVectors:
+    """The touches of a file as part errors along the profile. Raises TCH errors."""
+    gauging = Gauging(
+        ball_radius_mm=job.gauging.ball_radius_mm,
+        allowance_mm=job.gauging.measured_allowance_mm,
+        range_x_mm=job.gauging.repeatability_diameter_um / UM_PER_MM,
+        range_z_mm=job.gauging.repeatability_face_um / UM_PER_MM,
+        z_reference=job.gauging.z_reference,
+    )
+    with in_file(file):
+        return replace(error_vectors(profile, inspection.touches, gauging), file=str(file))
+
+
+def read_part_errors(file: Path, job: Job, profile: Profile) -> ErrorVectors:
+    """The same, read from the file. Raises TCH errors."""
+    return part_errors(read_inspection(file, job), file, job, profile)
