@@ -16,6 +16,7 @@ from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, read_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.geometry.feature import Feature
+from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.inspection import part_errors, read_inspection, read_part_errors
@@ -52,6 +53,11 @@ class ReadPart:
     profile: Profile
     nose_radius_mm: float
     files: tuple[Path, ...]
+
+    @property
+    def centre_path(self) -> CentrePath:
+        """The path of the nose centre along the profile. Raises GEO errors where the nose does not fit."""
+        return nose_centre_path(self.profile, self.nose_radius_mm)
 
 
 def read_part(path: Path) -> ReadPart:
