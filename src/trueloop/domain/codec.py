@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from datetime import datetime
 from enum import Enum
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, Final, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
@@ -40,12 +40,19 @@ class Codec:
     types: Mapping[str, type]
 
     @classmethod
-    def of(cls, *types: type) -> "Codec":
-        """A codec of frozen dataclasses and enumerations, each under its own name."""
-        named = {one.__name__: one for one in types}
-        if len(named) != len(set(types)) or not all(_is_value(one) for one in types):
-            raise TypeError(f"frozen dataclasses and enumerations, each with a name of its own: {sorted(named)}")
-        return cls(named)
+    def of(cls, *types: type, **renamed: type) -> "Codec":
+        """A codec of frozen dataclasses and enumerations, each under its own name or the one given."""
+        return cls({}).with_more(*types, **renamed)
+
+    def with_more(self, *types: type, **renamed: type) -> "Codec":
+        """The same with more types."""
+        added = (*types, *renamed.values())
+        named = {**self.types, **{one.__name__: one for one in types}, **renamed}
+        if len(named) != len(self.types) + len(added) or len(set(named.values())) != len(named):
+            raise TypeError(f"a type or a name twice: {sorted(one.__name__ for one in added)}")
+        if wrong := [one.__name__ for one in added if not _is_value(one)]:
+            raise TypeError(f"no frozen dataclasses or enumerations: {wrong}")
+        return Codec(named)
 
     def to_json(self, value: object) -> str:
         """A value as a JSON document. Raises TypeError for what is no value of this codec."""
@@ -77,9 +84,13 @@ class Codec:
             raise _refused(f"a {type(found).__name__} instead of a {kind.__name__}", WHOLE)
         return found
 
+    @cached_property
+    def _names(self) -> dict[type, str]:
+        return {kind: name for name, kind in self.types.items()}
+
     def _plain_of_registered(self, value: Any) -> Plain:
-        name = type(value).__name__
-        if self.types.get(name) is not type(value):
+        name = self._names.get(type(value))
+        if name is None:
             raise TypeError(f"{type(value)} is not registered")
         if isinstance(value, Enum):
             return {TAG: name, "value": self.plain(value.value)}

@@ -156,11 +156,24 @@ def test_what_is_no_value_is_not_written(value: object) -> None:
         CODEC.to_json(value)
 
 
+OTHER_INNER: Any = dataclass(frozen=True)(type("Inner", (), {"__annotations__": {"a": int}}))
+
+
 def test_the_registry_takes_values_only_and_no_name_twice() -> None:
-    other = type("Inner", (), {"__annotations__": {"a": int}})
-    for types in [(Thawed,), (Inner, dataclass(frozen=True)(other)), (int,)]:
+    for types in [(Thawed,), (Inner, OTHER_INNER), (Inner, Inner), (int,)]:
         with pytest.raises(TypeError):
             Codec.of(*types)
+    with pytest.raises(TypeError):
+        CODEC.with_more(OTHER_INNER)
+    with pytest.raises(TypeError):
+        CODEC.with_more(AnotherInner=Inner)
+
+
+def test_a_type_of_a_name_that_is_taken_goes_under_another() -> None:
+    codec = CODEC.with_more(AnotherInner=OTHER_INNER)
+    both = (OTHER_INNER(3), Inner(np.zeros(1)))
+    assert [one["type"] for one in codec.plain(both)] == ["AnotherInner", "Inner"]
+    assert same_content(codec.from_json(codec.to_json(both), tuple), both)
 
 
 def test_equality_by_content_looks_into_arrays() -> None:
