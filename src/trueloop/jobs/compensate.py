@@ -19,7 +19,7 @@ def compensate_job(job: Path, output: Path | None = None) -> tuple[Correction, l
     read = read_inputs(job)
     correction = compensate(read.inputs)
     folder = output or _from_here(read.output_folder)
-    return correction, write_all(folder, _contents(correction).items(), read.files)
+    return correction, write_all(folder, outputs_of(correction).items(), read.files)
 
 
 def _from_here(folder: Path) -> Path:
@@ -28,7 +28,7 @@ def _from_here(folder: Path) -> Path:
     return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
 
 
-def _contents(correction: Correction) -> Mapping[str, bytes | None]:
+def outputs_of(correction: Correction) -> Mapping[str, bytes | None]:
     """File name to bytes, None for one that there shall not be. The record comes last: then its set is complete."""
     return {
         correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,

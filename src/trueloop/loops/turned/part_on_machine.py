@@ -27,6 +27,7 @@ SAME_MM = 1e-9
 SAMPLES = 33
 
 
+@by_content
 @dataclass(frozen=True)
 class PartOnMachine:
     """A machine model, and how one part is cut and touched there.
@@ -82,6 +83,7 @@ class PartOnMachine:
         }
 
 
+@by_content
 @dataclass(frozen=True)
 class Standing:
     """A tool, or the probe, in the machine at some temperatures."""

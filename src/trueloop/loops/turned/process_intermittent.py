@@ -15,7 +15,7 @@ from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, surface_of
-from trueloop.loops.turned.correction import Composed, Correction, Inputs
+from trueloop.loops.turned.correction import Composed, Correction, Inputs, Options
 from trueloop.loops.turned.part_on_machine import InMachine, placed
 from trueloop.loops.turned.paths import corrected_paths
 from trueloop.loops.turned.predicted import prediction_at_touches
@@ -28,7 +28,8 @@ from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.options import Options
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.touches.plausibility import check_loop_sign
 
 
@@ -63,7 +64,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     decision = _decision(model, told, inputs.options, inputs.options.by if machine is None else "contour")
     shifts = corrected_shifts(inputs.profile, model, decision, told, inputs.options)
     paths = corrected_paths(inputs, told, shifts, whole_mm(decision), machine)
-    programs = write_programs(inputs, _writing(inputs, told), decision, paths)
+    programs = write_programs(inputs, writing(inputs, told), decision, paths)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight)
     composed = None if machine is None else _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
     if machine is not None:
@@ -109,9 +110,21 @@ def _error_model(inputs: Inputs, told: Commanded, surface: Surface) -> ProfileEr
     """Error curves of the process: what neither the machine nor the programs put into the touches."""
     touches, options = surface.touches, inputs.options
     process = replace(touches, error_mm=touches.error_mm - surface.cut_in_mm - told.measured_at(touches))
-    model = fit_profile(inputs.profile, process, options, inputs.nose)
+    model = fit_profile(inputs.profile, process, _fit_options(options), inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
     return model
+
+
+def _fit_options(options: Options) -> FitOptions:
+    return FitOptions(
+        tangent_policy=TangentPolicy(options.junctions),
+        knot_every=options.knot_every,
+        knot_every_on=options.knot_every_on,
+        prescribed=options.prescribed,
+        repeatability_mm=options.repeatability_mm,
+        between_cuts=options.between_cuts,
+        bad_touches=BadTouches(options.bad_touches),
+    )
 
 
 def _decision(model: ProfileErrorModel, told: Commanded, options: Options, by: str) -> Decision:
@@ -128,7 +141,7 @@ def _decision(model: ProfileErrorModel, told: Commanded, options: Options, by: s
     )
 
 
-def _writing(inputs: Inputs, told: Commanded) -> Writing:
+def writing(inputs: Inputs, told: Commanded) -> Writing:
     """What the programs are written from, with the marks that the results carry."""
     machine, options = inputs.machine, inputs.options
     fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=machine is not None)

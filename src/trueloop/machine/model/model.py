@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.model.chain import ZERO, Chain, Vector
 from trueloop.machine.model.history import Lag, moved_along
@@ -40,6 +40,7 @@ class State:
     tool_mm: Array | Vector = ZERO
 
 
+@by_content
 @dataclass(frozen=True)
 class MachineModel:
     """`coefficients` stand in the order of `terms`; `covariance` is theirs, mm² and rad², and that of ln τ of `lags`.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.units import UM_PER_MM
 
 SIGNIFICANCE: Final = 0.05
@@ -34,6 +34,7 @@ class AxisDecision:
     words: str
 
 
+@by_content
 @dataclass(frozen=True)
 class Decision:
     """Both axes. `offset_is_enough` when neither needs a changed contour.

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.turned.error_curve.budget import Budget
 
 
+@by_content
 @dataclass(frozen=True)
 class Prediction:
     """Part errors at the touches, all (n,), mm, positive = material left on.

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.turned.compensation.contour import CentrePiece
 
 STEP_MM = 0.25
 
 
+@by_content
 @dataclass(frozen=True)
 class CorrectionTable:
     """Rows in cutting order, chuck end to free end: where the program sends the nose centre, and what to add there.

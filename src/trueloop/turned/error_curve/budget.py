@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.turned.error_curve.coverage import coverage_factor
 
 
+@by_content
 @dataclass(frozen=True)
 class Budget:
     """Standard uncertainties of the next cut's error about its prediction at n places, all (n,), mm.

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.coverage import COVERAGE, student_t_factor
 from trueloop.turned.fit.between_cuts import BetweenCuts
@@ -17,6 +17,7 @@ SAME_MM: Final = 1e-9
 """A polynomial that reaches no further than this into a feature is its neighbour's."""
 
 
+@by_content
 @dataclass(frozen=True)
 class ErrorCurve:
     """Part error over a feature's arc length, in mm, positive = material left on, with its uncertainty.

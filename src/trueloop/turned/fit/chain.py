@@ -20,8 +20,8 @@ class TangentPolicy(StrEnum):
     with the opposite kink leaves a tangent part.
     """
 
-    PART = "part"
     PATH = "path"
+    PART = "part"
 
 
 @dataclass(frozen=True)

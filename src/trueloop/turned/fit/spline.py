@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trueloop._core import fit_spline, spline_basis
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 
 THIRDS: Final = np.array([0.0, 1 / 3, 2 / 3, 1.0])
 
@@ -67,6 +67,7 @@ class LinearForm:
         return self.first[:, None] + np.arange(self.weights.shape[1])
 
 
+@by_content
 @dataclass(frozen=True)
 class Spline:
     """A piecewise polynomial of degree 0 to 3 on [0, length], in the clamped B-spline basis, with its covariance.

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, by_content
 
 
+@by_content
 @dataclass(frozen=True)
 class ErrorVectors:
     """Part errors at gauging points, ordered along the profile; all arrays have shape (n,) but the last two (n, 2).

@@ -1,0 +1,64 @@
+"""A turned part's correction as it is stored and sent: every type that it may hold, and the envelope about it."""
+
+from dataclasses import asdict
+from typing import Final
+
+from trueloop.domain import values
+from trueloop.domain.correction import Correction, Product
+from trueloop.domain.limits import Limits
+from trueloop.domain.record import sha256_of
+from trueloop.geometry.feature import Arc, Line
+from trueloop.geometry.profile import Junction, JunctionKind, Profile
+from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine, Standing
+from trueloop.machine.model import model as machine_model
+from trueloop.machine.model.chain import Axis, AxisKind, Chain
+from trueloop.machine.model.history import Lag
+from trueloop.machine.model.names import ErrorName
+from trueloop.machine.model.position_basis import PositionBasis
+from trueloop.machine.model.term import Part, Term
+from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
+from trueloop.turned.compensation.decide import AxisDecision, Decision
+from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
+from trueloop.turned.compensation.prediction import Prediction
+from trueloop.turned.compensation.shift import Shift
+from trueloop.turned.compensation.table import CorrectionTable
+from trueloop.turned.error_curve.bad_touches import SuspectTouch
+from trueloop.turned.error_curve.budget import Budget
+from trueloop.turned.error_curve.curve import ErrorCurve
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.error_curve.junctions import DisplacedJunction
+from trueloop.turned.error_curve.tangency import Tangency
+from trueloop.turned.fit.between_cuts import BetweenCuts
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.fit.choose import ModelChoice
+from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.fit.spline import EndConditions, Spline
+from trueloop.turned.program.wear import WearOffset
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+CODEC: Final = values.CODEC.with_more(
+    *(Correction, Limits),
+    *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, turned.Options, BetweenCuts, EndConditions),
+    *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
+    *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
+    *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
+    *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),
+    TurnedCorrection=turned.Correction,
+    MachineOfModel=machine_model.Machine,
+    PartOfTerm=Part,
+)
+
+
+def enveloped(correction: turned.Correction) -> Correction[turned.Correction]:
+    """The correction in the envelope that all products share."""
+    record = correction.record
+    return Correction(
+        record.id,
+        Product.TURNED,
+        record.inputs_sha256,
+        sha256_of(correction.source_program),
+        asdict(correction.options.limits),
+        tuple(record.decision),
+        correction,
+    )
