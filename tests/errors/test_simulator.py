@@ -14,8 +14,8 @@ from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.simulated import workshop_and_trial
+from trueloop.jobs.surface import read_surface
 from trueloop.loops.simulated.simulated_surface import surface_trial
-from trueloop.loops.surface.inputs import read_surface_inputs
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.transfer import Transfer
 
@@ -37,7 +37,7 @@ def _other_dialect() -> None:
 
 
 def _no_program_to_mill() -> None:
-    inputs = read_surface_inputs(EXAMPLES / "surface" / "simulate.toml", measured=False)
+    inputs = read_surface(EXAMPLES / "surface" / "simulate.toml", measured=False).inputs
     surface_trial(replace(inputs, program=None), (25, 25))
 
 

@@ -20,10 +20,9 @@ from trueloop.formats.cad.step import read_face, read_faces, write_surface
 from trueloop.formats.measurements.points_csv import points_to_csv, read_points
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
+from trueloop.jobs.surface import ReadSurface, compare_jobs, read_surface
 from trueloop.loops.batch import run_batch
-from trueloop.loops.surface.compare import compare
 from trueloop.loops.surface.figures import SurfaceFigures, check_support
-from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
 from trueloop.nc.program.program import read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.program import corrected_program
@@ -145,22 +144,22 @@ def _lines(rows: int, columns: int) -> Places:
 
 def _part_twice(path: Path) -> object:
     path.write_text('name = "W"\n[surface]\nfile = "w.csv"\n[gauging]\npoints = ["S01.csv", "again/S01.csv"]\n')
-    return read_surface_inputs(path)
+    return read_surface(path)
 
 
 def _compared_with_another_surface(nominal: Path) -> object:
     """Two jobs of one measured part; the second one's nominal surface is 1 mm higher."""
 
-    def read(lift: float) -> SurfaceInputs:
+    def read(lift: float) -> ReadSurface:
         name = f"lift{lift:g}"
         grid = SURFACE.grid_mm(AT, AT).reshape(-1, 3) + np.array([0.0, 0.0, lift])
         nominal.with_name(f"{name}.csv").write_bytes(points_to_csv(grid, (8, 8)))
         nominal.with_name(f"{name}-S1.csv").write_bytes(points_to_csv(grid, (8, 8)))
         job = nominal.with_name(f"{name}.toml")
         job.write_text(f'name = "W"\n[surface]\nfile = "{name}.csv"\n[gauging]\npoints = ["{name}-S1.csv"]\n')
-        return read_surface_inputs(job)
+        return read_surface(job)
 
-    return compare(read(0.0), read(1.0))
+    return compare_jobs(read(0.0), read(1.0))
 
 
 def _cad_of(path: Path, content: bytes) -> object:

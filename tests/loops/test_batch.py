@@ -15,8 +15,8 @@ import pytest
 
 from tests.support.batch_tasks import always_killed, killed_once, refused, squared
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.surface import read_surface
 from trueloop.loops.batch import AHEAD, run_batch
-from trueloop.loops.surface.inputs import read_surface_inputs
 from trueloop.loops.surface.surface import Work, deviations_of, model_of, pattern_model
 from trueloop.report.surface.page import surface_page
 from trueloop.surface.deviations.deviations import SurfaceDeviations
@@ -84,7 +84,7 @@ def test_a_pool_that_breaks_while_work_is_handed_in_loses_nothing(
 
 def test_the_test_by_shuffling_is_made_by_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     """It takes most of the time: on a page of many parts it was made here, one part after the other."""
-    inputs = read_surface_inputs(EXAMPLE)
+    inputs = read_surface(EXAMPLE).inputs
     here = model_of(inputs.surface, inputs.parts[:3], inputs.options)
 
     def not_here(separation: Separation) -> float:
@@ -100,7 +100,7 @@ def test_the_test_by_shuffling_is_made_by_the_workers(monkeypatch: pytest.Monkey
 def test_a_dask_scheduler_with_two_workers_does_the_same_and_survives_a_killed_worker(tmp_path: Path) -> None:
     from distributed import LocalCluster
 
-    inputs = read_surface_inputs(EXAMPLE)
+    inputs = read_surface(EXAMPLE).inputs
     here = list(deviations_of(inputs.surface, inputs.parts[:4], inputs.options))
     with LocalCluster(  # type: ignore[no-untyped-call]
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(tmp_path)

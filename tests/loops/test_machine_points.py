@@ -6,6 +6,7 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
+from trueloop.jobs.points import write_corrected_points
 from trueloop.loops.machine import points as machine_points
 from trueloop.machine.standards.planar_field import QuadrupoleField
 from trueloop.nc.edit.edit import Edit, apply_edits
@@ -16,13 +17,13 @@ HOLES = b"G21 G90\nG81 X100. Y0. Z-5. R2. F100\nX0. Y200.\nG80\nM30\n"
 
 def test_a_point_that_is_not_where_it_was_to_be_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program, field = read_program(HOLES, "fanuc-mill"), QuadrupoleField(1e-4, 0.0)
-    good = machine_points.correct_points(program, tmp_path / "good.nc", field, {})
+    good = write_corrected_points(program, tmp_path / "good.nc", field, {})
     assert good.points == 2 and b"X99.990 " in (tmp_path / "good.nc").read_bytes()
 
     def wrong_sign(program: Program, edits: list[Edit]) -> bytes:
         return apply_edits(program, edits).replace(b"X99.990", b"X100.010")
 
     monkeypatch.setattr(machine_points, "apply_edits", wrong_sign)
-    refusal = refused(machine_points.correct_points, program, tmp_path / "bad.nc", field, {})
+    refusal = refused(write_corrected_points, program, tmp_path / "bad.nc", field, {})
     assert refusal.code is Code.CMP_READ_BACK and "20.00 µm" in refusal.message
     assert not (tmp_path / "bad.nc").exists()

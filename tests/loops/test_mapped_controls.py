@@ -13,7 +13,7 @@ from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.machine import program_survey
+from trueloop.jobs import mapped_program
 from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
@@ -211,7 +211,7 @@ def test_a_program_that_writes_commas_gets_commas_wherever_it_is_read_in_parts(
 ) -> None:
     """Only its first move has decimals."""
     text = PLATE + "2 L X+2,5 F200\n" + "".join(f"{k} L X+{k} Y+{k % 5}\n" for k in range(3, 60))
-    monkeypatch.setattr(program_survey, "CHUNK", 64)
+    monkeypatch.setattr(mapped_program, "CHUNK", 64)
     written = mapped(tmp_path, text, SHIFT, "heidenhain")[0]
     moves = [line for line in written.splitlines() if " L " in line and not line.startswith("1 ")]
     assert len(moves) == 58

@@ -10,7 +10,7 @@ from tests.support.mapped import FREE, mapped, path_of
 from trueloop.arrays import Array
 from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.machine import program_survey
+from trueloop.jobs import mapped_program
 from trueloop.nc.field.field import affine_field, function_field
 
 INCH_MM = 25.4
@@ -100,7 +100,7 @@ def test_the_size_of_the_parts_does_not_show(tmp_path: Path, monkeypatch: pytest
     holes = "".join(f"X{k}. Y{k % 7}.\n" for k in range(300))
     source = f"O1\nG21 G90\nG0 X0. Y0. Z20.\nG98 G83 X1. Y1. Z-5. R2. Q1.5 F100.\n{holes}G80\nG0 X0.\nM30\n"
     whole = mapped(tmp_path, source, RISING, "fanuc-mill")[0]
-    monkeypatch.setattr(program_survey, "CHUNK", 64)
+    monkeypatch.setattr(mapped_program, "CHUNK", 64)
     assert mapped(tmp_path, source, RISING, "fanuc-mill")[0] == whole
 
 

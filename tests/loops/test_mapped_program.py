@@ -16,8 +16,8 @@ from tests.support.refusals import refused
 from trueloop.arrays import Array
 from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.machine import program_survey
-from trueloop.loops.machine.mapped_program import map_program
+from trueloop.jobs import mapped_program
+from trueloop.jobs.mapped_program import map_program
 from trueloop.nc.field.field import affine_field, function_field, similarity_field, table_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
@@ -81,7 +81,7 @@ def test_no_displacement_leaves_every_byte_but_the_mark(tmp_path: Path, ending: 
 def test_the_size_of_the_parts_does_not_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     once, _ = mapped(tmp_path, PART, MIXED)
     for size in (1, 7, 64, 300):
-        monkeypatch.setattr(program_survey, "CHUNK", size)
+        monkeypatch.setattr(mapped_program, "CHUNK", size)
         assert mapped(tmp_path, PART, MIXED)[0] == once
 
 
@@ -363,7 +363,7 @@ def test_every_end_of_generated_programs_is_displaced(
 LARGE = """
 import resource, sys
 from pathlib import Path
-from trueloop.loops.machine.mapped_program import map_program
+from trueloop.jobs.mapped_program import map_program
 from trueloop.nc.field.field import similarity_field
 done = map_program(Path(sys.argv[1]), Path(sys.argv[2]), similarity_field(scale=1.0001), dialect="linuxcnc")
 print(done.blocks, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)

@@ -13,8 +13,8 @@ from tests.support.mapped import mapped
 from tests.support.refusals import refused
 from trueloop.cli.failure import ExitStatus
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.loops.machine.points import correct_points
-from trueloop.loops.surface.inputs import read_surface_inputs
+from trueloop.jobs.points import write_corrected_points
+from trueloop.jobs.surface import read_surface
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.standards.planar_field import QuadrupoleField
 from trueloop.nc.check.check import check
@@ -95,7 +95,7 @@ def test_every_command_that_writes_refuses_it(text: str, code: Code, line: int, 
         told = run(*command, status=int(ExitStatus.REFUSED))
         assert f"{source}:{line}:{column}: {code}" in told and "hint:" in told and not out.exists()
     holes = read_program(text.replace("G3 X0 Y13 I-10 J0", "G0 G1 X5").encode(), "linuxcnc", str(source))
-    points = refused(correct_points, holes, out, QuadrupoleField(1e-4, 0.0), {})
+    points = refused(write_corrected_points, holes, out, QuadrupoleField(1e-4, 0.0), {})
     assert points.code is Code.NC_DUPLICATE and not out.exists()
 
 
@@ -114,7 +114,7 @@ def test_compensate_refuses_it_in_both_programs(which: str, tmp_path: Path) -> N
 
 
 def test_surface_compensate_refuses_it() -> None:
-    inputs = read_surface_inputs(EXAMPLES / "surface" / "surface.toml")
+    inputs = read_surface(EXAMPLES / "surface" / "surface.toml").inputs
     program = inputs.program
     assert program is not None and inputs.cutter is not None
     text = program.source.replace(b"M2", b"G0 G1 X0\nM2")

@@ -10,10 +10,10 @@ import pytest
 from tests.support.surfaces import random_surface, wavy_surface
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.simulated import mill_and_trial
 from trueloop.loops.simulated.simulated_surface import (
     SimulatedSurface,
     SurfaceTrial,
-    mill_and_trial,
     simulate_surface,
     surface_trial,
 )
@@ -34,7 +34,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "surface"
 def example() -> tuple[VirtualMill, SurfaceTrial]:
     mill, trial = mill_and_trial(EXAMPLE / "simulate.toml", EXAMPLE / "mill.toml")
     # Whether points lie on the trimmed face is asked elsewhere, and takes the CAD kernel long.
-    return mill, replace(trial, inputs=replace(trial.inputs, face=None))
+    return mill, replace(trial, inputs=replace(trial.inputs, trim=None))
 
 
 @cache
@@ -136,7 +136,7 @@ def test_corrected_programs_of_every_cutter_leave_little_but_ridges(
     cutter: Cutter, axis: tuple[float, float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where parts do not differ and hardly anything scatters, what is wrong with them, ridges apart, is gone."""
-    monkeypatch.setattr("trueloop.loops.simulated.simulated_surface.TOLD", (31, 29))
+    monkeypatch.setattr("trueloop.loops.simulated.simulated_surface.JUDGED", (31, 29))
     trial = leaning(cutter, axis)
     process = SurfaceProcess(random_surface(np.random.default_rng(5), 5, 0.020), 0.0, 0.0, 1e-5)
     done = simulate_surface(trial, VirtualMill(process, grid=(20, 20)), parts=3, seed=1)
@@ -185,7 +185,7 @@ def test_corrected_programs_of_cutters_that_turn_leave_little_but_ridges(
     cutter: Cutter, letters: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As for those that keep their axis: the truth as programmed is the pattern, and the correction takes it away."""
-    monkeypatch.setattr("trueloop.loops.simulated.simulated_surface.TOLD", (31, 29))
+    monkeypatch.setattr("trueloop.loops.simulated.simulated_surface.JUDGED", (31, 29))
     process = SurfaceProcess(random_surface(np.random.default_rng(5), 5, 0.020), 0.0, 0.0, 1e-5)
     done = simulate_surface(turning_over(cutter, letters), VirtualMill(process, grid=(20, 20)), parts=3, seed=1)
     assert np.min(done.ridges_mm) > -2e-4 and np.max(done.ridges_mm) < 0.02

@@ -11,7 +11,8 @@ from tests.support.linuxcnc import interpret
 from tests.support.surfaces import ball_centres, left_on_mm
 from trueloop.formats.cad.step import read_face, read_faces, write_surface
 from trueloop.geometry.surface_closest import closest
-from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
+from trueloop.jobs.surface import read_surface
+from trueloop.loops.surface.correction import SurfaceInputs
 from trueloop.loops.surface.surface import Part, SurfaceCorrection, SurfaceModel, correct, model_of, pattern_model
 from trueloop.simulator.surface_process import published_process
 from trueloop.surface.compensation.shift import corrected_surface
@@ -27,7 +28,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
 
 @cache
 def inputs() -> SurfaceInputs:
-    return read_surface_inputs(EXAMPLE)
+    return read_surface(EXAMPLE).inputs
 
 
 @cache

@@ -10,7 +10,8 @@ from tests.support.refusals import refused
 from trueloop.errors import Code
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
+from trueloop.jobs.surface import read_surface
+from trueloop.loops.surface.correction import SurfaceInputs
 
 JOB = """name = "Wave"
 [surface]
@@ -37,7 +38,7 @@ def folder(tmp_path: Path) -> Path:
 def _read(folder: Path, points: list[str], exclude: tuple[str, ...] = ()) -> SurfaceInputs:
     path = folder / "surface.toml"
     path.write_text(JOB.format(points=points, exclude=list(exclude)))
-    return read_surface_inputs(path)
+    return read_surface(path).inputs
 
 
 def _names(inputs: SurfaceInputs) -> list[str]:

@@ -12,8 +12,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, Place
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.loops.surface.correction import correct_job
-from trueloop.loops.surface.inputs import read_surface_inputs
+from trueloop.jobs.surface import correct_surface, read_surface
 from trueloop.loops.surface.surface import model_of
 
 SIDE = 12
@@ -59,7 +58,7 @@ def _job(folder: Path, more: str = "", ball: float = 0.0, alignment: str = "datu
 
 
 def _modelled(path: Path) -> object:
-    inputs = read_surface_inputs(path)
+    inputs = read_surface(path).inputs
     return model_of(inputs.surface, inputs.parts, inputs.options)
 
 
@@ -105,7 +104,7 @@ def test_lines_are_those_of_the_file_behind_holes_and_comments(folder: Path) -> 
 
 
 def test_points_cut_away_by_the_face_s_trimming_name_file_and_line(folder: Path) -> None:
-    inputs = read_surface_inputs(_job(folder))
+    inputs = read_surface(_job(folder)).inputs
     at_fault = folder / "parts" / "S01.csv"
     refusal = refused(lambda: model_of(inputs.surface, inputs.parts, inputs.options, trim=lambda u, v: u > 0.9))
     assert (refusal.code, refusal.place) == (Code.SRF_OUTSIDE, Place(str(at_fault), SIDE * (SIDE - 1) + 2))
@@ -121,7 +120,7 @@ def test_a_job_that_says_its_set_up_is_off_by_more_has_that_part_brought_back(fo
     at = _write(folder, 2, lambda points: points + np.array([0, 0, 0.4]))
     job = _job(folder, alignment="best-fit")
     job.write_text(job.read_text().replace("[model]", "setup_mm = 0.6\n[model]"))
-    inputs = read_surface_inputs(job)
+    inputs = read_surface(job).inputs
     parts = model_of(inputs.surface, inputs.parts, inputs.options)
     (moved,) = [part.deviations.alignment for part in parts if part.deviations.name == at.stem]
     assert abs(moved.shift_mm[2] + 0.4) < 0.05
@@ -129,7 +128,7 @@ def test_a_job_that_says_its_set_up_is_off_by_more_has_that_part_brought_back(fo
 
 def test_warnings_of_a_part_name_its_file(folder: Path) -> None:
     at_fault = _write(folder, 2, _with(slice(20, 40), lambda p: np.full((20, 3), np.nan)))
-    inputs = read_surface_inputs(_job(folder))
+    inputs = read_surface(_job(folder)).inputs
     found = [one for part in model_of(inputs.surface, inputs.parts, inputs.options) for one in part.deviations.findings]
     (holes,) = [one for one in found if one.code is Code.SRF_HOLES]
     assert str(holes).startswith(f"{at_fault}: warning SRF-HOLES: 20 of 144 points of 'S02' are missing\n  hint: ")
@@ -137,7 +136,7 @@ def test_warnings_of_a_part_name_its_file(folder: Path) -> None:
 
 def test_what_is_said_of_a_part_s_model_names_its_file(folder: Path) -> None:
     spiked = _write(folder, 2, lambda points: points + np.where(np.arange(144) % 29, 0.0, 0.05)[:, None] * NORMAL)
-    inputs = read_surface_inputs(_job(folder))
+    inputs = read_surface(_job(folder)).inputs
     parts = model_of(inputs.surface, inputs.parts, inputs.options)
     said = {one.place.file for part in parts for one in part.separation.findings if one.severity == "warning"}
     assert said == {str(spiked)}
@@ -145,7 +144,7 @@ def test_what_is_said_of_a_part_s_model_names_its_file(folder: Path) -> None:
 
 def test_too_few_parts_name_the_job(folder: Path) -> None:
     job = _job(folder, 'exclude = ["S02"]\n')
-    refusal = refused(lambda: correct_job(read_surface_inputs(job)))
+    refusal = refused(lambda: correct_surface(read_surface(job)))
     assert (refusal.code, refusal.place) == (Code.SRF_PARTS, Place(str(job)))
 
 

@@ -14,8 +14,7 @@ from trueloop.arrays import Array
 from trueloop.domain.limits import Limits
 from trueloop.errors import Code
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.loops.surface.correction import correct_job
-from trueloop.loops.surface.inputs import read_surface_inputs
+from trueloop.jobs.surface import correct_surface, read_surface
 from trueloop.loops.surface.surface import SurfaceModel, correct, model_of, pattern_model
 from trueloop.report.surface.maps import colour_range_um
 from trueloop.report.surface.page import maps, surface_page
@@ -73,7 +72,7 @@ def job(
 
 
 def modelled(path: Path, trim: Callable[[Array, Array], np.ndarray] | None = None) -> SurfaceModel:
-    inputs = read_surface_inputs(path)
+    inputs = read_surface(path).inputs
     return pattern_model(
         inputs.surface, model_of(inputs.surface, inputs.parts, inputs.options, trim=trim), inputs.options, trim=trim
     )
@@ -125,7 +124,7 @@ def test_a_window_is_told_in_headline_finding_record_and_page(tmp_path: Path) ->
     page = surface_page("Wave", found)
     assert f"Support</span>{share}" in page
     assert page.count('<path class="bare"') == 2
-    record = correct_job(read_surface_inputs(path)).record
+    record = correct_surface(read_surface(path)).record
     support = record.model["support"]
     assert isinstance(support, dict)
     assert support["unsupported_percent"] == pytest.approx(100 * found.figures.unsupported)
@@ -138,11 +137,11 @@ def test_a_window_is_told_in_headline_finding_record_and_page(tmp_path: Path) ->
 
 def test_a_face_of_which_most_was_not_measured_is_refused_by_its_own_code(tmp_path: Path) -> None:
     path = job(tmp_path, U > 0.3, form=short)
-    refusal = refused(correct_job, read_surface_inputs(path))
+    refusal = refused(correct_surface, read_surface(path))
     assert refusal.code is Code.SRF_SUPPORT
     assert refusal.override == "compensation.min_supported_percent in the job"
     path.write_text(JOB.format(more="min_supported_percent = 0.0"))
-    assert correct_job(read_surface_inputs(path)).record.model["support"]
+    assert correct_surface(read_surface(path)).record.model["support"]
 
 
 def test_one_bad_touch_is_named_where_it_spoils_the_scatter(tmp_path: Path) -> None:
@@ -152,7 +151,7 @@ def test_one_bad_touch_is_named_where_it_spoils_the_scatter(tmp_path: Path) -> N
         return np.asarray(form + 0.4 * (np.arange(len(form)) == bad) * (part == 2))
 
     path = job(tmp_path, NONE, one_bad, more="max_scatter_um = 8")
-    refusal = refused(correct_job, read_surface_inputs(path))
+    refusal = refused(correct_surface, read_surface(path))
     assert refusal.code is Code.CMP_SCATTER
     assert "'S03' scatters by" in refusal.message
     assert f"point {bad + 1} (row 6, column 10) of 'S03' lies +" in refusal.message
@@ -165,7 +164,7 @@ def test_a_part_that_chattered_is_named_without_a_touch(tmp_path: Path) -> None:
         return form + (part == 1) * np.random.default_rng(9).normal(0, 0.03, len(form))
 
     path = job(tmp_path, NONE, chatter)
-    refusal = refused(correct_job, read_surface_inputs(path))
+    refusal = refused(correct_surface, read_surface(path))
     assert refusal.code is Code.CMP_SCATTER
     assert "'S02' scatters by" in refusal.message and "point" not in refusal.message
 
@@ -174,7 +173,7 @@ def test_waves_too_short_for_the_points_are_no_scatter(tmp_path: Path) -> None:
     """A wave of two steps of the grid, alike on all parts."""
     wave = np.where((np.arange(SIDE**2) % SIDE + np.arange(SIDE**2) // SIDE) % 2, -0.02, 0.02)
     path = job(tmp_path, NONE, lambda _, form: form + wave)
-    refusal = refused(correct_job, read_surface_inputs(path))
+    refusal = refused(correct_surface, read_surface(path))
     assert refusal.code is Code.SRF_SUPPORT
     assert "alike on all 4 parts" in refusal.message
 
@@ -193,9 +192,9 @@ def test_clean_touches_are_called_odd_on_one_part_in_a_hundred() -> None:
 
 
 def test_options_take_the_share_from_the_job(tmp_path: Path) -> None:
-    inputs = read_surface_inputs(job(tmp_path, NONE, more="min_supported_percent = 80.0"))
+    inputs = read_surface(job(tmp_path, NONE, more="min_supported_percent = 80.0")).inputs
     assert inputs.options.least_supported == pytest.approx(0.8)
-    assert replace(inputs.options, least_supported=0.5) == read_surface_inputs(_default(tmp_path)).options
+    assert replace(inputs.options, least_supported=0.5) == read_surface(_default(tmp_path)).inputs.options
 
 
 def _default(folder: Path) -> Path:

@@ -10,8 +10,8 @@ from tests.support.probing import EXAMPLES
 from trueloop.domain.limits import Limits
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.jobs.surface import options_of
 from trueloop.jobs.turned import read_inputs
-from trueloop.loops.surface.inputs import options_of
 from trueloop.loops.surface.surface import SurfaceOptions
 from trueloop.loops.turned.correction import Options
 from trueloop.simulator.cmm import VirtualCmm

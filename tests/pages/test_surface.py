@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.chromium import console_errors, dump_dom
-from trueloop.loops.surface.inputs import read_surface_inputs
+from trueloop.jobs.surface import read_surface
 from trueloop.loops.surface.surface import SurfaceModel, correct, maps_of, model_of, pattern_model
 from trueloop.report.style import LEFT_ON, TAKEN
 from trueloop.report.surface.maps import colour, colour_range_um, flat, rgb
@@ -21,7 +21,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "surface" / "surface.toml"
 
 @pytest.fixture(scope="module")
 def model() -> SurfaceModel:
-    inputs = read_surface_inputs(EXAMPLE)
+    inputs = read_surface(EXAMPLE).inputs
     return pattern_model(inputs.surface, model_of(inputs.surface, inputs.parts, inputs.options), inputs.options)
 
 
@@ -52,7 +52,7 @@ def test_red_is_material_left_on_and_one_scale_serves_all_maps(model: SurfaceMod
 
 def test_scattered_parts_are_drawn_as_dots_flat_and_in_space(tmp_path: Path) -> None:
     """Points without row and column: the maps show each where it is."""
-    inputs = read_surface_inputs(EXAMPLE)
+    inputs = read_surface(EXAMPLE).inputs
     scattered = [replace(part, points_mm=part.points_mm[::3], shape=None) for part in inputs.parts[:3]]
     options = replace(inputs.options, best_fit=False)
     found = pattern_model(inputs.surface, model_of(inputs.surface, scattered, options), options)
@@ -138,7 +138,7 @@ def test_the_part_that_is_chosen_is_shown_in_the_colours_of_its_own_errors(
 
 
 def test_scattered_parts_move_with_their_places(tmp_path: Path) -> None:
-    inputs = read_surface_inputs(EXAMPLE)
+    inputs = read_surface(EXAMPLE).inputs
     some = [replace(p, points_mm=p.points_mm[k :: 3 + k % 2], shape=None) for k, p in enumerate(inputs.parts[:3])]
     options = replace(inputs.options, best_fit=False)
     found = pattern_model(inputs.surface, model_of(inputs.surface, some, options), options)

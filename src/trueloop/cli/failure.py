@@ -11,15 +11,13 @@ import sys
 from collections.abc import Callable
 from dataclasses import asdict
 from enum import IntEnum
-from typing import ParamSpec, TypeVar
+from typing import Any
 
 import typer
 from typer.models import ParameterInfo
 
+from trueloop.cli.options import with_groups
 from trueloop.errors import TrueloopError
-
-P = ParamSpec("P")
-R = TypeVar("R")
 
 TRACEBACK_VARIABLE = "TRUELOOP_TRACEBACK"
 
@@ -37,20 +35,22 @@ class ExitStatus(IntEnum):
     PIPE = 141  # the reader of stdout went away
 
 
-def guarded(command: Callable[P, R]) -> Callable[P, R]:
-    """The command with every exception turned into a message and an exit status: no traceback reaches a user.
+def guarded(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The command for typer, its groups of options as single ones (`with_groups`), with every exception turned into a
+    message and an exit status: no traceback reaches a user.
 
     A file that may not be read is refused by what reads it, with a code: typer would do it first, without.
     """
-    for annotation in command.__annotations__.values():
-        for told in getattr(annotation, "__metadata__", ()):
-            if isinstance(told, ParameterInfo):
-                told.readable = False
+    single = with_groups(command)
+    for annotation in single.__annotations__.values():
+        for given in getattr(annotation, "__metadata__", ()):
+            if isinstance(given, ParameterInfo):
+                given.readable = False
 
-    @functools.wraps(command)
-    def run(*args: P.args, **kwargs: P.kwargs) -> R:
+    @functools.wraps(single)
+    def run(*args: Any, **kwargs: Any) -> Any:
         try:
-            return command(*args, **kwargs)
+            return single(*args, **kwargs)
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except TrueloopError as error:

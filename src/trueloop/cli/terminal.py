@@ -43,6 +43,13 @@ def put(text: str, output: Path | None, inputs: Iterable[Path]) -> None:
     typer.echo(f"written: {written}", err=True)
 
 
+def print_lines(lines: Iterable[object]) -> None:
+    """Lines for people on stdout, as they are."""
+    console = wide_console()
+    for line in lines:
+        console.print(str(line), markup=False)
+
+
 def print_json(value: Mapping[str, object]) -> None:
     """One JSON object on stdout. What JSON has no word for (nan, inf) must be null already."""
     typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))

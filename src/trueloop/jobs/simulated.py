@@ -1,4 +1,4 @@
-"""A job and the file of a virtual machine, read into the values that a simulation works on."""
+"""A job and the file of a virtual machine or mill, read into the values that a simulation works on."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,9 +7,13 @@ from typing import Final
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.jobs.job import read_job
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.formats.jobs.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
+from trueloop.jobs.surface import read_surface
 from trueloop.jobs.turned import read_inputs
 from trueloop.loops.simulated.simulated import Trial, require_plan_fits, trial_of
+from trueloop.loops.simulated.simulated_surface import SurfaceTrial, surface_trial
 from trueloop.simulator.presets import Workshop, nist
+from trueloop.simulator.virtual_mill import VirtualMill
 
 NOSE_WITHIN_MM: Final = 1e-3
 
@@ -37,3 +41,11 @@ def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial
     with in_file(job):
         require_plan_fits(trial, workshop.probe)
     return workshop, trial
+
+
+def mill_and_trial(job: Path, machine: Path | None) -> tuple[VirtualMill, SurfaceTrial]:
+    """A surface's job and a mill's file (None: the published process), read. Raises JOB, NC, SRF and SIM errors."""
+    mill = mill_of(VirtualMillFile()) if machine is None else read_virtual_mill(machine)
+    read = read_surface(job, measured=False)
+    with in_file(job):
+        return mill, surface_trial(read.inputs, mill.grid)

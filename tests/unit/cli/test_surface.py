@@ -16,7 +16,7 @@ from trueloop.cli.failure import ExitStatus
 from trueloop.domain.record import sha256_of
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace, read_face, read_faces
-from trueloop.loops.surface.inputs import read_surface_inputs
+from trueloop.jobs.surface import read_surface
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
 
@@ -260,7 +260,7 @@ def test_the_dialect_of_a_surface_program_is_that_of_its_text(job: Path, tmp_pat
     (job.parent / "finish.mpf").write_text(f"N5 R1=3 ; Radius\n{source}".replace("G21", "G71"), encoding="utf-8")
     edited(job, 'points = ["parts/*.csv"]', 'points = ["parts/S01.csv"]')
     edited(job, 'finish = "finish.ngc"', 'finish = "finish.mpf"')
-    assert read_surface_inputs(job).program.dialect.name == "siemens"  # type: ignore[union-attr]
+    assert read_surface(job).inputs.program.dialect.name == "siemens"  # type: ignore[union-attr]
     (job.parent / "finish.mpf").write_text(source, encoding="utf-8")
     said = run("surface", "deviations", job, "-o", tmp_path / "out", status=ExitStatus.REFUSED)
     assert "NC-DIALECT" in said and 'program.dialect = "linuxcnc" or program.dialect = "' in " ".join(said.split())

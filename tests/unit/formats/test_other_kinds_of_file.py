@@ -12,7 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import read_text
 from trueloop.formats.jobs.job import read_job
 from trueloop.formats.measurements.touches_csv import read_touches
-from trueloop.loops.machine.program_survey import survey_of
+from trueloop.jobs.mapped_program import lines_of
 
 TEXT = "point,nominal_x_mm,nominal_z_mm,error_um\n1,10,20,3\n"
 
@@ -43,7 +43,7 @@ def test_by_content(tmp_path: Path, kind: str, given_as: str) -> None:
     read: dict[str, Callable[[], object]] = {
         "touches.csv": lambda: read_touches(file),
         "job.toml": lambda: read_job(file),
-        "finish.nc": lambda: survey_of(file, "linuxcnc"),
+        "finish.nc": lambda: list(lines_of(file)),
     }
     codes = {"touches.csv": Code.TCH_FILE, "job.toml": Code.JOB_MISSING, "finish.nc": Code.NC_FILE}
     with pytest.raises(TrueloopError) as refused:

@@ -94,8 +94,7 @@ def compensate(
     from trueloop.domain.map_options import MapOptions
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.jobs.user import user_name
-    from trueloop.loops.machine.program import ModelFile, compensate_program
+    from trueloop.jobs.mapped_program import ModelFile, compensate_program
     from trueloop.machine.correct.setup import Setup
 
     known = read_model(model)
@@ -125,7 +124,6 @@ def compensate(
             parameters=parameters_of(settings),
             extrapolate=extrapolate or (),
             inputs=[*logs_of(temperatures), *([offsets_file] if offsets_file else [])],
-            made_by=user_name(),
         )
     if as_json:
         print_json(asdict(done))

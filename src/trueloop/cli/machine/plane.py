@@ -123,10 +123,10 @@ def points(
     from dataclasses import asdict
 
     from trueloop.cli.program_file import read_program_file
-    from trueloop.loops.machine.points import correct_points
+    from trueloop.jobs.points import write_corrected_points
 
     field, told = _field(quadrupole, table, unproven)
-    done = correct_points(
+    done = write_corrected_points(
         read_program_file(file, dialect, unit, decimals),
         out,
         field,

@@ -75,7 +75,7 @@ def map_program_file(
 ) -> None:
     """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
     from trueloop.domain.map_options import MapOptions
-    from trueloop.loops.machine.mapped_program import map_program
+    from trueloop.jobs.mapped_program import map_program
 
     field = _framed(_field(table, shift, rotate, axis, scale, about), frame, offsets_file)
     usual = MapOptions()

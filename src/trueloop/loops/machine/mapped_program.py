@@ -4,18 +4,16 @@ Memory does not grow with the program; only programs with loops, calls or contou
 their blocks may run in any order, and those with corners and the like, which are written out first.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from trueloop._core import NcMapper
-from trueloop.domain.map_options import USUAL, MapOptions
+from trueloop.domain.map_options import MapOptions
 from trueloop.domain.record import mark_of_field, record_id
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.outputs import Named, write_all, written_as_it_comes
 from trueloop.loops.machine.drawn_program import written_out_file
-from trueloop.loops.machine.program_survey import Survey, lines_of, survey_of
+from trueloop.loops.machine.program_survey import Survey, survey_of
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.expand.expand import WrittenOut
@@ -25,6 +23,8 @@ from trueloop.nc.program.dialect import dialect_named
 from trueloop.nc.program.program import Program, Unit, contradicted, no_parameter, read_program
 from trueloop.nc.program.unit import unit_told
 
+Pieces: TypeAlias = Callable[[], Iterable[bytes]]
+"""A program in pieces of whole lines, from its beginning each time it is asked for: it is gone through twice."""
 HEAD: Final = 1 << 12
 """Bytes of a written program among which the lines are that have to be first."""
 
@@ -51,48 +51,42 @@ class Mapped:
     turns_back_line: int = 0
 
 
-def map_program(
-    source: Path,
-    target: Path,
-    field: Field,
-    options: MapOptions = USUAL,
-    *,
-    dialect: str | None = None,
-    parameters: Mapping[str, float] | None = None,
-    inputs: Sequence[Path] = (),
-    beside: Callable[[Mapped], Sequence[Named]] | None = None,
-) -> Mapped:
-    """Writes `source` to `target` with the field's displacement added to every position.
+def mapped_pieces(
+    source: Pieces, dialect: str, field: Field, options: MapOptions, parameters: Mapping[str, float]
+) -> Generator[bytes, None, Mapped]:
+    """The program, in pieces, with the field's displacement added to every position; in the end what was done.
 
     Words keep their style, expressions get a term, increments carry the rounding on, and a move that the displaced
     path leaves by more than the tolerance becomes several. Rapid moves go straight to the displaced end. Touches, and
     positions in machine coordinates, stay; so does an axis until a position names it, since nobody knows where it
-    stands. A comment says that the program is corrected and from what. `inputs` are further files that must not be
-    overwritten; `beside` gives files that are written with the program, into its folder.
+    stands. A comment says that the program is corrected and from what.
 
-    Raises NC-FILE, NC-DIALECT, NC-UNIT, CMP-TWICE (corrected before), CMP-SIZE, CMP-SLOPE, NC-FIELD (not known at a
+    Raises NC-UNIT, CMP-TWICE (corrected before), CMP-SIZE, CMP-SLOPE, NC-FIELD (not known at a
     position), NC-MAP (a block run several times at different places, a cut before every axis has a position or while a
     rotary axis stands turned, …), NC-OPAQUE (a cycle other than drilling) and what reading and running the program
-    raise; nothing is written then.
+    raise, some of it only with a later piece.
     """
-    survey, values = survey_of(source, dialect), dict(parameters or {})
-    _require_followed(source, survey, field)
-    mapper = _mapper(field, survey, options, values)
-    text = _text(source, survey, options, values)
+    survey = survey_of(source(), dialect)
+    _require_followed(survey, field)
+    mapper = _mapper(field, survey, options, parameters)
+    text = _text(source, survey, options, parameters)
+    values = dict(parameters)
     identity = record_id({"program": survey.sha256}, {"field": field.told, "parameters": values, **vars(options)})
-    mark = _mark(identity, survey, values)
-    with written_as_it_comes(target, inputs=(source, *inputs)) as out:
-        written = filter(None, _pieces(source, mapper, text))
-        out.write(_marked(next(written, b""), mark, survey.dialect))
-        out.writelines(written)
-        done = _told(mapper, text, identity, survey, options.unit)
-        _require_agreed(source, mapper, text, options.unit)
-        if beside is not None:
-            write_all(target.parent, beside(done), inputs=(source, *inputs))
+    return _written(mapper, text, survey, _mark(identity, survey, parameters), identity, options.unit)
+
+
+def _written(
+    mapper: NcMapper, text: "_Text", survey: Survey, mark: str, identity: str, given: Unit | None
+) -> Generator[bytes, None, Mapped]:
+    written = filter(None, _displaced(mapper, text))
+    yield _marked(next(written, b""), mark, survey.dialect)
+    yield from written
+    done = _done(mapper, text, identity, survey, given)
+    _require_agreed(mapper, text, given)
     return done
 
 
-def _require_followed(source: Path, survey: Survey, field: Field) -> None:
+def _require_followed(survey: Survey, field: Field) -> None:
     # o: an axis that Sinumerik calls by a letter and a number, A1.
     if turning := sorted({*field.still, *("o" if field.still else "")} & survey.letters.keys()):
         axis = "an axis with a number" if turning[0] == "o" else turning[0]
@@ -100,14 +94,14 @@ def _require_followed(source: Path, survey: Survey, field: Field) -> None:
             Code.NC_MAP,
             f"{axis} turns in this program, which the field takes to stand still",
             hint="leave the word out, say with --at where the axis stands, and correct one program a position",
-            place=Place(str(source), survey.letters[turning[0]]),
+            place=Place(line=survey.letters[turning[0]]),
         )
     if field.of_machine and survey.sets_offset is not None:
         raise TrueloopError(
             Code.MCH_FRAME,
             f"G10 sets an offset in line {survey.sets_offset}: where the zero lies then is not what the set-up says",
             hint="take the block out, give the offset with --work-zero, --tool or --offsets, and set it at the control",
-            place=Place(str(source), survey.sets_offset),
+            place=Place(line=survey.sets_offset),
         )
     if field.of_machine and field.tools is None and survey.sets_register and survey.goes_to_machine:
         raise TrueloopError(
@@ -115,7 +109,7 @@ def _require_followed(source: Path, survey: Survey, field: Field) -> None:
             f"the position register is set in line {survey.sets_register}, and line {survey.goes_to_machine} goes to a "
             "place of the machine: what that is called hangs on the control's offset of the tool",
             hint="give the control's tables with --offsets",
-            place=Place(str(source), survey.sets_register),
+            place=Place(line=survey.sets_register),
         )
 
 
@@ -149,22 +143,22 @@ def _mapper(field: Field, survey: Survey, options: MapOptions, parameters: Mappi
         raise no_parameter(str(refused), survey.dialect) from None
 
 
-def _pieces(source: Path, mapper: NcMapper, text: "_Text") -> Iterator[bytes]:
+def _displaced(mapper: NcMapper, text: "_Text") -> Iterator[bytes]:
     try:
         for chunk in text.chunks:
-            yield _accepted(source, mapper.push(chunk))
-        yield _accepted(source, mapper.finish())
+            yield _accepted(mapper.push(chunk))
+        yield _accepted(mapper.finish())
     except TrueloopError as error:
         # Where the field itself refused, the block that asked it is where to look.
         line = error.place.line or mapper.failed_at[0]
         column = error.place.column if error.place.line is not None else mapper.failed_at[1]
-        place = Place(str(source), text.line_of(line), None if text.drawn else column)
+        place = Place(None, text.line_of(line), None if text.drawn else column)
         raise TrueloopError(error.code, error.message, hint=error.hint, place=place, override=error.override) from error
 
 
 @dataclass(frozen=True)
 class _Text:
-    """What is mapped, in pieces: the file itself, or its `program` written out where it is `drawn` with less."""
+    """What is mapped, in pieces: the program itself, or written out where it is `drawn` with less than every point."""
 
     chunks: Iterable[bytes]
     drawn: tuple[Program, WrittenOut] | None = None
@@ -175,19 +169,19 @@ class _Text:
         return self.drawn[1].program.block_count - self.drawn[0].block_count if self.drawn else 0
 
     def line_of(self, line: int) -> int:
-        """The line of the file that a line of the text comes from."""
+        """The line of the program that a line of the text comes from."""
         return self.drawn[1].source_line(self.drawn[0], line) if self.drawn else line
 
 
-def _text(source: Path, survey: Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
+def _text(source: Pieces, survey: Survey, options: MapOptions, values: Mapping[str, float]) -> _Text:
     if not survey.drawn:
-        return _Text(lines_of(source))
-    program = read_program(source.read_bytes(), survey.dialect, str(source), options.unit, options.decimals)
+        return _Text(source())
+    program = read_program(b"".join(source()), survey.dialect, None, options.unit, options.decimals)
     drawn = written_out_file(program, values, skipped_blocks=options.skipped_blocks)
     return _Text([drawn[1].program.source], drawn)
 
 
-def _told(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: Unit | None) -> Mapped:
+def _done(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: Unit | None) -> Mapped:
     blocks, moves, edits, added, largest, not_run, first, turns_back, stated = mapper.summary()
     stated = stated and (text.line_of(stated[0]), stated[1])
     new = text.added_blocks
@@ -201,18 +195,18 @@ def _told(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: U
     )
 
 
-def _require_agreed(source: Path, mapper: NcMapper, text: _Text, given: Unit | None) -> None:
+def _require_agreed(mapper: NcMapper, text: _Text, given: Unit | None) -> None:
     *_, stated = mapper.summary()
     at = stated and (text.line_of(stated[0]) - 1, stated[1])
-    for found in contradicted(given, at, str(source)):
+    for found in contradicted(given, at, None):
         raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
 
 
-def _accepted(source: Path, done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:
+def _accepted(done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:
     written, refusal = done
     if refusal is not None:
         code, message, hint, line, column = refusal
-        raise TrueloopError(Code(code), message, hint=hint, place=Place(str(source), line, column))
+        raise TrueloopError(Code(code), message, hint=hint, place=Place(None, line, column))
     return written
 
 

@@ -1,14 +1,11 @@
-"""A drilling program corrected by errors in the plane: its words displaced, marked, written."""
+"""A drilling program corrected by errors in the plane: its words displaced, marked, read back."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from trueloop.domain.limits import Limits
 from trueloop.domain.record import check_uncorrected, mark_of_field, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.formats.outputs import write_all
 from trueloop.machine.correct.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.machine.standards.planar_field import PlanarField
 from trueloop.nc.edit.changes import not_as_intended
@@ -39,23 +36,21 @@ class CorrectedPoints:
 
 def correct_points(
     program: Program,
-    target: Path,
     field: PlanarField,
-    told: dict[str, object],
+    provenance: dict[str, object],
     *,
     all_words: bool = False,
     limit_mm: float = Limits.correction_mm,
-    inputs: Sequence[Path] = (),
-) -> CorrectedPoints:
-    """Writes the program with −E at every X and Y word; `told` identifies the field in its mark.
+) -> tuple[bytes, CorrectedPoints]:
+    """The program with −E at every X and Y word; `provenance` identifies the field in its mark.
 
     With `all_words` those words too that set coordinate systems or name places of the machine, but for dwells and the
     centre of a rotation. Raises CMP-TWICE (corrected before), the program's own errors apart from those that values and
     programs from outside would mend, CMP-SIZE (a correction beyond the limit), CMP-READ-BACK, MCH-PROGRAM and what the
-    field raises; nothing is written then.
+    field raises.
     """
-    path, left_alone = Path(program.file or target), IN_NO_CASE if all_words else NO_POSITIONS
-    with in_file(path):
+    left_alone = IN_NO_CASE if all_words else NO_POSITIONS
+    with in_file(program.file):
         check_uncorrected(program.source)
         require_sound(program.run(strict=False, roughing=False), FROM_OUTSIDE)
         _require_read(program)
@@ -70,10 +65,9 @@ def correct_points(
                 override=f"--limit-um {math.ceil(UM_PER_MM * size)}",
             )
     digest = sha256_of(program.source)
-    identity = record_id({"program": digest}, {"field": told, "all_words": all_words})
+    identity = record_id({"program": digest}, {"field": provenance, "all_words": all_words})
     mark = program.dialect.comment(mark_of_field(identity, digest))
     written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
     for line, off in off_mm(program.rewritten(written), found.wanted_mm, left_alone):
         raise not_as_intended(f"line {line} of the written program stands {off * UM_PER_MM:.2f} µm from where it shall")
-    write_all(target.parent, [(target.name, written)], inputs=inputs)
-    return CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)
+    return written, CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)

@@ -1,35 +1,30 @@
-"""One look at a whole program file, some lines at a time, before it is displaced."""
+"""One look at a whole program, some lines at a time, before it is displaced."""
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 from trueloop._core import nc_survey
 from trueloop.domain.record import check_uncorrected
-from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.input_file import readable, require_text
+from trueloop.errors import Place, TrueloopError
 from trueloop.loops.machine.drawn_program import has_shapes
 from trueloop.nc.program.dialect import dialect_named
-from trueloop.nc.program.guess import guess_dialect
 
-CHUNK: Final = 1 << 17
-"""Bytes read at a time, to which the rest of their last line comes."""
-LARGE: Final = CHUNK // 2
+LARGE = 1 << 16
 """So many bytes are read beside hashing and searching them; a thread costs more than it saves with fewer."""
 
 
 _First: TypeAlias = tuple[int | None, int | None, int | None, int | None]
 _Surveyed: TypeAlias = tuple[int, bool, tuple[bool, bool, bool], list[tuple[str, int]], _First, bool, int, str]
-"""What `nc_survey` tells of some lines."""
+"""What `nc_survey` finds in some lines."""
 
 
 @dataclass(frozen=True)
 class Survey:
-    """What one look at the whole file tells: which of X, Y, Z are named, the line of each letter's first word, the
+    """What one look at the whole program finds: which of X, Y, Z are named, the line of each letter's first word, the
     first lines that set an offset by G10, set the position register, and go to a place of the machine; whether words
     shape moves beside their ends; whether decimal commas are written; how many decimals coordinates have; the letters
     of rotary axes.
@@ -49,30 +44,15 @@ class Survey:
     rotary: str
 
 
-def lines_of(path: Path) -> Iterator[bytes]:
-    """A file some whole lines at a time. Raises NC-FILE where it cannot be read."""
-    with readable(path, Code.NC_FILE, hint="name an NC program"), path.open("rb") as file:
-        begun = False
-        while lines := file.read(CHUNK) + file.readline():
-            if not begun:
-                require_text(lines, path, Code.NC_FILE)
-            begun = True
-            yield lines
-
-
-def survey_of(path: Path, dialect: str | None) -> Survey:
-    """Looks through a program; `dialect` is guessed from its beginning where none is named.
-
-    Raises NC-FILE, NC-DIALECT, and CMP-TWICE where it was corrected before.
-    """
+def survey_of(pieces: Iterable[bytes], dialect: str) -> Survey:
+    """Looks through a program in pieces of whole lines. Raises CMP-TWICE where it was corrected before."""
     digest, jumps, named, comma, line = hashlib.sha256(), False, (False, False, False), False, 1
     decimals, rotary = 0, ""
     letters: dict[str, int] = {}
     first: _First = (None, None, None, None)
     with ThreadPoolExecutor(1) as beside:
-        for lines in lines_of(path):
-            _require_uncorrected(path, lines, line)
-            dialect = dialect_named(dialect or guess_dialect(lines, str(path))).name
+        for lines in pieces:
+            _require_uncorrected(lines, line)
             read: Callable[[], _Surveyed] = partial(nc_survey, lines, dialect)
             if len(lines) > LARGE:
                 read = beside.submit(read).result
@@ -84,10 +64,9 @@ def survey_of(path: Path, dialect: str | None) -> Survey:
                 letters.setdefault(letter, line + block)
             first = _first(first, first_here, line)
             line += blocks
-    known = dialect or guess_dialect(b"", str(path))
     *_, curve = first
-    drawn = curve is not None or has_shapes(letters, dialect_named(known))
-    return Survey(known, digest.hexdigest(), jumps, named, letters, *first[:3], drawn, comma, decimals, rotary)
+    drawn = curve is not None or has_shapes(letters, dialect_named(dialect))
+    return Survey(dialect, digest.hexdigest(), jumps, named, letters, *first[:3], drawn, comma, decimals, rotary)
 
 
 def _first(before: _First, blocks: _First, line: int) -> _First:
@@ -102,9 +81,9 @@ def _any(one: tuple[bool, bool, bool], other: tuple[bool, bool, bool]) -> tuple[
     return (one[0] or other[0], one[1] or other[1], one[2] or other[2])
 
 
-def _require_uncorrected(path: Path, lines: bytes, line: int) -> None:
+def _require_uncorrected(lines: bytes, line: int) -> None:
     try:
         check_uncorrected(lines)
     except TrueloopError as found:
-        place = Place(str(path), line + (found.place.line or 1) - 1)
+        place = Place(line=line + (found.place.line or 1) - 1)
         raise TrueloopError(found.code, found.message, hint=found.hint, place=place) from None

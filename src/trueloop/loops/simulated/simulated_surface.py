@@ -4,31 +4,31 @@ The simulator knows the truth; the loop under trial sees only what the measuring
 """
 
 from dataclasses import dataclass, replace
-from pathlib import Path
+from datetime import UTC, datetime
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.jobs.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
 from trueloop.geometry.surface import Surface
 from trueloop.loops.simulated.simulated import random_of
-from trueloop.loops.surface.correction import RecordedCorrection, correct_job
-from trueloop.loops.surface.inputs import SurfaceInputs, read_surface_inputs
+from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
 from trueloop.loops.surface.surface import maps_of
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion
 from trueloop.simulator.mill import REACH_MM, EndMill, MilledStock, turn_rad
 from trueloop.simulator.virtual_mill import Passes, VirtualMill, passes_over
+from trueloop.statistics import rms
 from trueloop.surface.compensation.samples import SurfaceJob, places
 from trueloop.surface.compensation.tool_axis import tool_axes
 from trueloop.surface.deviations.alignment import form_alone_mm
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.units import UM_PER_MM
 
-TOLD: Final = (101, 97)
-"""The truth is told at so many places: close enough for every ridge, and in step with no program."""
+JUDGED: Final = (101, 97)
+"""The truth is given at so many places: close enough for every ridge, and in step with no program."""
 MARGIN: Final = 0.01
 """Share of the surface along each edge that is not measured."""
 
@@ -46,14 +46,14 @@ class Grid:
 @dataclass(frozen=True, eq=False)
 class SurfaceTrial:
     """A surface's job ready to be simulated: its inputs without measured parts, the passes of its program, the places
-    that are measured, and those at which the truth is told.
+    that are measured, and those at which the correction is judged by the truth.
     """
 
     inputs: SurfaceInputs
     passes: Passes
     cutter: EndMill
     touched: Grid
-    told: Grid
+    judged: Grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,15 +79,28 @@ class SimulatedSurface:
     corrected_measured_mm: Array
     ridges_mm: Array
 
-
-def mill_and_trial(job: Path, machine: Path | None) -> tuple[VirtualMill, SurfaceTrial]:
-    """A surface's job and a mill's file (None: the published process), read. Raises JOB, NC, SRF and SIM errors."""
-    mill = mill_of(VirtualMillFile()) if machine is None else read_virtual_mill(machine)
-    inputs = read_surface_inputs(job, measured=False)
-    try:
-        return mill, surface_trial(inputs, mill.grid)
-    except TrueloopError as error:
-        raise error.in_file(str(job)) from None
+    @property
+    def figures(self) -> dict[str, object]:
+        """RMS in µm, of true and of measured deviations, and the shares of places inside the pattern's band."""
+        off_mm = np.abs(self.pattern_mm - self.pattern_truth_mm)
+        smooth_mm = np.abs(self.pattern_mm - (self.pattern_truth_mm - self.ridges_mm))
+        return {
+            "record_id": self.recorded.record.id,
+            "parts": len(self.truth_mm),
+            "places_measured": self.measured_mm.shape[1],
+            "places_told": self.truth_mm.shape[1],
+            "programmed_truth_um": rms(self.truth_mm) * UM_PER_MM,
+            "programmed_measured_um": rms(self.measured_mm) * UM_PER_MM,
+            "corrected_truth_um": rms(self.corrected_truth_mm) * UM_PER_MM,
+            "corrected_measured_um": rms(self.corrected_measured_mm) * UM_PER_MM,
+            "corrected_predicted_um": rms(self.predicted_mm) * UM_PER_MM,
+            "pattern_truth_um": rms(self.pattern_truth_mm) * UM_PER_MM,
+            "pattern_found_um": rms(self.pattern_mm) * UM_PER_MM,
+            "pattern_u95_um": float(np.mean(self.pattern_u95_mm)) * UM_PER_MM,
+            "pattern_inside_u95": float(np.mean(off_mm <= self.pattern_u95_mm)),
+            "pattern_inside_u95_without_ridges": float(np.mean(smooth_mm <= self.pattern_u95_mm)),
+            "ridges_um": rms(self.ridges_mm) * UM_PER_MM,
+        }
 
 
 def surface_trial(inputs: SurfaceInputs, grid: tuple[int, int]) -> SurfaceTrial:
@@ -98,7 +111,7 @@ def surface_trial(inputs: SurfaceInputs, grid: tuple[int, int]) -> SurfaceTrial:
         passes=_passes(inputs.surface, program, cutter),
         cutter=_end_mill(cutter),
         touched=_grid(inputs.surface, grid),
-        told=_grid(inputs.surface, TOLD),
+        judged=_grid(inputs.surface, JUDGED),
     )
 
 
@@ -108,8 +121,8 @@ def simulate_surface(trial: SurfaceTrial, mill: VirtualMill, parts: int = 10, se
     """
     cut = [_part(trial, mill, trial.passes, seed, k) for k in range(parts)]
     measured = tuple(_as_points(trial.touched, found, k) for k, (_, found) in enumerate(cut))
-    recorded = correct_job(replace(trial.inputs, parts=measured))
-    model, told = recorded.correction.model, trial.told
+    recorded = correct_parts(replace(trial.inputs, parts=measured), datetime.now(UTC))
+    model, judged = recorded.correction.model, trial.judged
     truth_mm, found_mm = _part(trial, mill, _corrected_passes(trial, recorded), seed, parts)
     ridges = MilledStock().cut_by(trial.cutter, trial.passes.centres_mm, axes=trial.passes.axes)
     return SimulatedSurface(
@@ -118,8 +131,8 @@ def simulate_surface(trial: SurfaceTrial, mill: VirtualMill, parts: int = 10, se
         measured_mm=np.array([_compared_mm(trial, trial.touched, found) for _, found in cut]),
         predicted_mm=np.array([maps.predicted_mm for maps, _ in maps_of(model)]),
         pattern_truth_mm=_truth_mm(trial, mill.cut(trial.passes, trial.cutter, None)),
-        pattern_mm=model.pattern.mean.grid_mm(told.u, told.v).ravel(),
-        pattern_u95_mm=model.pattern.uncertainty_grid_mm(told.u, told.v).ravel(),
+        pattern_mm=model.pattern.mean.grid_mm(judged.u, judged.v).ravel(),
+        pattern_u95_mm=model.pattern.uncertainty_grid_mm(judged.u, judged.v).ravel(),
         corrected_truth_mm=truth_mm,
         corrected_measured_mm=_compared_mm(trial, trial.touched, found_mm),
         ridges_mm=_truth_mm(trial, ridges),
@@ -141,7 +154,7 @@ def _part(trial: SurfaceTrial, mill: VirtualMill, passes: Passes, seed: int, num
 
 
 def _truth_mm(trial: SurfaceTrial, stock: MilledStock) -> Array:
-    height_mm = stock.height_mm(trial.told.points_mm, trial.told.normal)
+    height_mm = stock.height_mm(trial.judged.points_mm, trial.judged.normal)
     uncut = np.count_nonzero(height_mm >= REACH_MM)
     if uncut:
         raise TrueloopError(
@@ -149,7 +162,7 @@ def _truth_mm(trial: SurfaceTrial, stock: MilledStock) -> Array:
             f"{uncut} of {len(height_mm)} places are not cut by the program, or stay {REACH_MM:g} mm proud",
             hint="does the program finish this surface, with this cutter, in the surface's coordinates?",
         )
-    return _compared_mm(trial, trial.told, height_mm)
+    return _compared_mm(trial, trial.judged, height_mm)
 
 
 def _compared_mm(trial: SurfaceTrial, grid: Grid, height_mm: Array) -> Array:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.errors import Code, Finding, Place, TrueloopError, in_file
+from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.geometry.surface import Surface
-from trueloop.loops.surface.inputs import SurfaceInputs
-from trueloop.loops.surface.surface import HERE, Part, Work, model_of
+from trueloop.loops.surface.correction import SurfaceInputs
+from trueloop.loops.surface.surface import Part, Work, model_of
 from trueloop.statistics import rms
 
 
@@ -75,28 +75,21 @@ class Comparison:
         return tuple(finding for group in (self.before, self.after) for part in group.kept for finding in part.findings)
 
 
-def compare(before: SurfaceInputs, after: SurfaceInputs, work: Work = HERE) -> Comparison:
-    """Takes the parts of both jobs apart. Raises SRF-COMPARE for jobs of different surfaces or alignments."""
-    with in_file(after.job):
-        _require_comparable(before, after)
-    return Comparison(before.surface, _group(before, work), _group(after, work))
-
-
-def _require_comparable(before: SurfaceInputs, after: SurfaceInputs) -> None:
+def require_comparable(before: SurfaceInputs, after: SurfaceInputs) -> None:
+    """Raises SRF-COMPARE for different surfaces or alignments."""
     a, b = before.surface.control_mm, after.surface.control_mm
     off = float(np.max(np.abs(a - b))) if a.shape == b.shape else np.inf
     if off > 0 or before.surface.flipped != after.surface.flipped:
         what = "its normals are turned over" if off == 0 else f"control points differ by {off:g} mm"
         raise TrueloopError(
             Code.SRF_COMPARE,
-            f"{after.nominal.name!r} is another nominal surface than {before.nominal.name!r} of "
-            f"{before.job.name!r}: {what}",
+            f"this is another nominal surface than that of the job before: {what}",
             hint="both jobs name the nominal surface of the drawing, also where a corrected one was machined",
         )
     if before.options.best_fit != after.options.best_fit:
         raise TrueloopError(
             Code.SRF_COMPARE,
-            f"gauging.alignment is {_alignment(after)!r} here and {_alignment(before)!r} in {before.job.name!r}",
+            f"gauging.alignment is {_alignment(after)!r} here and {_alignment(before)!r} in the job before",
             hint="deviations with and without location and orientation cannot be set beside each other",
         )
 
@@ -105,7 +98,8 @@ def _alignment(inputs: SurfaceInputs) -> str:
     return "best-fit" if inputs.options.best_fit else "datum"
 
 
-def _group(inputs: SurfaceInputs, work: Work) -> Group:
+def group_of(inputs: SurfaceInputs, work: Work) -> Group:
+    """The parts taken apart. Raises SRF-PARTS where none is left."""
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
     kept = tuple(part for part in parts if part.deviations.name not in inputs.options.exclude)
     if not kept:
@@ -113,7 +107,6 @@ def _group(inputs: SurfaceInputs, work: Work) -> Group:
             Code.SRF_PARTS,
             f"0 of {len(parts)} parts are left to compare",
             hint="leave one in: model.exclude",
-            place=Place(str(inputs.job)),
         )
     return Group(inputs.name, kept, _figures(kept))
 

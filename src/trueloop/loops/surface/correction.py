@@ -1,49 +1,81 @@
-"""A surface's job from its inputs to the correction and the record of it: refused where it must not be applied."""
+"""Measured parts to the correction of their surface and the record of it: refused where it must not be applied."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 
 from trueloop import __version__
 from trueloop.domain.correction import Product
 from trueloop.domain.part import PartType
-from trueloop.domain.program import Program
-from trueloop.domain.record import Record, check_uncorrected, record_id, sha256_of
+from trueloop.domain.program import Program as RecordedProgram
+from trueloop.domain.record import Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
-from trueloop.errors import in_file
+from trueloop.geometry.surface import Surface
 from trueloop.loops.misuse import refuse_misuse
-from trueloop.loops.surface.figures import check_support, headline, support_record
-from trueloop.loops.surface.inputs import SurfaceInputs
+from trueloop.loops.surface.figures import Trim, check_support, headline, support_record
 from trueloop.loops.surface.scatter import check_surface_scatter
-from trueloop.loops.surface.surface import HERE, SurfaceCorrection, SurfaceModel, Work, correct, model_of, pattern_model
+from trueloop.loops.surface.surface import (
+    HERE,
+    SurfaceCorrection,
+    SurfaceModel,
+    SurfaceOptions,
+    Work,
+    correct,
+    model_of,
+    pattern_model,
+)
+from trueloop.nc.program.program import Program
 from trueloop.nc.program.unit import recorded_program
+from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.deviations.points import MeasuredPoints
 from trueloop.units import UM_PER_MM
 
 
 @dataclass(frozen=True, eq=False)
+class SurfaceInputs:
+    """Everything that a surface is corrected by. `sha256`: hashes of what was read, by name; `trim`: which points of
+    the surface its face's trimming curves cut away; `program_sha256`: of the program that cut the parts, if known.
+    """
+
+    name: str
+    surface: Surface
+    parts: tuple[MeasuredPoints, ...]
+    options: SurfaceOptions
+    program: Program | None
+    cutter: SurfaceJob | None
+    sha256: Mapping[str, str]
+    trim: Trim | None = None
+    measured_at: datetime | None = None
+    program_sha256: str | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class RecordedCorrection:
-    """A correction, its record, and notes on what could not be checked."""
+    """A correction, its record, which names nobody yet, and notes on what could not be checked."""
 
     correction: SurfaceCorrection
     record: Record
     notes: tuple[str, ...]
 
 
-def correct_job(inputs: SurfaceInputs, *, work: Work = HERE, now: datetime | None = None) -> RecordedCorrection:
-    """The correction of a job. Raises SRF, NC and CMP errors for what cannot or must not be corrected."""
-    now = now or datetime.now(UTC)
-    notes = _refuse_misuse(inputs, now)
+def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) -> RecordedCorrection:
+    """The correction by measured parts: never by another program's, never by old ones.
+
+    Raises SRF, NC and CMP errors for what cannot or must not be corrected.
+    """
+    limits = inputs.options.limits
+    notes = refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, limits)
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
-    with in_file(inputs.job):
-        model = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
+    model = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
     check_support(model.figures, inputs.options.least_supported)
-    check_surface_scatter(model, inputs.options.limits)
+    check_surface_scatter(model, limits)
     options = {**asdict(inputs.options), "cutter": asdict(inputs.cutter) if inputs.cutter else None}
     identity = record_id(dict(inputs.sha256), options)
     correction = correct(model, inputs.program, inputs.cutter, identity)
     record = Record(
         id=identity,
         made_at=now.isoformat(timespec="seconds"),
-        made_by=inputs.made_by,
+        made_by="",
         trueloop_version=__version__,
         inputs_sha256=dict(inputs.sha256),
         options=options | ({"unit": correction.program.unit} if correction.program else {}),
@@ -66,21 +98,13 @@ def _tool(inputs: SurfaceInputs) -> Tool | None:
     return Tool(corner_radius_mm=cutter.corner_mm, radius_mm=cutter.radius_mm)
 
 
-def _program(inputs: SurfaceInputs, correction: SurfaceCorrection) -> Program | None:
+def _program(inputs: SurfaceInputs, correction: SurfaceCorrection) -> RecordedProgram | None:
     program = inputs.program
     if program is None or correction.program is None:
         return None
     return recorded_program(
         program.file or "", program.dialect.name, sha256_of(program.source), correction.program.unit
     )
-
-
-def _refuse_misuse(inputs: SurfaceInputs, now: datetime) -> list[str]:
-    """Never a surface or program twice, never another program's parts, never old ones."""
-    with in_file(inputs.nominal):
-        check_uncorrected(inputs.nominal.read_bytes(), "surface")
-    limits = inputs.options.limits
-    return refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, limits)
 
 
 def _model_record(model: SurfaceModel) -> dict[str, object]:
@@ -111,7 +135,7 @@ def _model_record(model: SurfaceModel) -> dict[str, object]:
 
 def _decision(correction: SurfaceCorrection) -> list[str]:
     pattern, figures = correction.model.pattern, correction.model.figures
-    told = [
+    words = [
         f"the pattern of {pattern.parts} parts is known to ± {figures.uncertainty_mm * UM_PER_MM:.2f} µm (95 %, mean "
         f"over the face)",
         *([headline(figures)] if headline(figures) else []),
@@ -119,8 +143,8 @@ def _decision(correction: SurfaceCorrection) -> list[str]:
         f"{correction.surface.worst_mm * UM_PER_MM:.3f} µm",
     ]
     if correction.program is not None:
-        told.append(
+        words.append(
             f"{correction.program.cutting_moves} moves of the program follow, with {correction.program.new_blocks} "
             f"blocks put in"
         )
-    return told
+    return words

@@ -52,17 +52,17 @@ class SurfaceOptions:
 
 @dataclass(frozen=True)
 class Work:
-    """Where parts are worked off (`run_batch`), and who is told how far it is: `told`("deviations: 3 of 10 parts")."""
+    """Where parts are worked off (`run_batch`); `progress` is given how far it is: "deviations: 3 of 10 parts"."""
 
     workers: int = 1
     scheduler: str | None = None
-    told: Callable[[str], object] = str
+    progress: Callable[[str], object] = str
 
     def done(self, work: Callable[[Item], Result], items: Sequence[Item], what: str) -> Iterator[Result]:
         """Results in the order of the items."""
         results = run_batch(work, items, workers=self.workers, scheduler=self.scheduler)
         for k in range(len(items)):
-            self.told(f"{what}: {k} of {len(items)} parts")
+            self.progress(f"{what}: {k} of {len(items)} parts")
             yield next(results)
 
 

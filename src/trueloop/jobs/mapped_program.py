@@ -1,0 +1,121 @@
+"""A program file of any size to a displaced one: read and written as it comes, with a record beside it."""
+
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from trueloop.domain.map_options import USUAL, MapOptions
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, in_file
+from trueloop.formats.input_file import readable, require_text
+from trueloop.formats.outputs import Named, Output, write_all, written_as_it_comes
+from trueloop.jobs.user import user_name
+from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces
+from trueloop.loops.machine.program import field_of_model, record_of
+from trueloop.machine.correct.setup import Setup
+from trueloop.machine.model.model import MachineModel
+from trueloop.nc.field.field import Field
+from trueloop.nc.program.dialect import dialect_named
+from trueloop.nc.program.guess import guess_dialect
+
+CHUNK: Final = 1 << 17
+"""Bytes read at a time, to which the rest of their last line comes."""
+
+
+def lines_of(path: Path) -> Iterator[bytes]:
+    """A file some whole lines at a time. Raises NC-FILE where it cannot be read."""
+    with readable(path, Code.NC_FILE, hint="name an NC program"), path.open("rb") as file:
+        begun = False
+        while lines := file.read(CHUNK) + file.readline():
+            if not begun:
+                require_text(lines, path, Code.NC_FILE)
+            begun = True
+            yield lines
+
+
+def map_program(
+    source: Path,
+    target: Path,
+    field: Field,
+    options: MapOptions = USUAL,
+    *,
+    dialect: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Collection[Path] = (),
+    beside: Callable[[Mapped], Sequence[Named]] | None = None,
+) -> Mapped:
+    """Writes `source` to `target` with the field's displacement added to every position, as `mapped_pieces` does.
+
+    `dialect` is guessed from the program's beginning where none is named. `inputs` are further files that must not be
+    overwritten; `beside` gives files that are written with the program, into its folder. Raises NC-FILE, OUT-INPUT,
+    OUT-FOLDER and what `mapped_pieces` does; nothing is written then.
+    """
+    files = (source, *inputs)
+    known = dialect_named(dialect or guess_dialect(next(lines_of(source), b""), str(source))).name
+    with in_file(source):
+        pieces = mapped_pieces(partial(lines_of, source), known, field, options, parameters or {})
+        with written_as_it_comes(target, inputs=files) as out:
+            done = _write(out, pieces)
+            if beside is not None:
+                write_all(target.parent, beside(done), inputs=files)
+    return done
+
+
+def _write(out: Output, pieces: Generator[bytes, None, Mapped]) -> Mapped:
+    while True:
+        try:
+            out.write(next(pieces))
+        except StopIteration as end:
+            done: Mapped = end.value
+            return done
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A machine model with the file it was read from."""
+
+    model: MachineModel
+    file: Path
+
+    @property
+    def sha256(self) -> str:
+        """By which the record knows it."""
+        return sha256_of(self.file.read_bytes())
+
+
+def compensate_program(
+    source: Path,
+    target: Path,
+    known: ModelFile,
+    setup: Setup,
+    options: MapOptions,
+    *,
+    dialect: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    extrapolate: Collection[str] = (),
+    inputs: Collection[Path] = (),
+) -> Mapped:
+    """Writes `source` to `target` with COMP_MTG of the model, at the set-up's temperatures, in every position.
+
+    The record is written beside it, as STEM.record.json. Raises what placing the program in the machine raises
+    (MCH-FRAME, MCH-TRAVEL, MCH-RANGE) and what `map_program` does; nothing is written then.
+    """
+    sha256 = known.sha256
+
+    def record(done: Mapped) -> list[Named]:
+        made = record_of(source.name, done, known.model, sha256, setup, options, parameters or {}, datetime.now(UTC))
+        return [(f"{target.stem}.record.json", replace(made, made_by=user_name()).to_json().encode())]
+
+    return map_program(
+        source,
+        target,
+        field_of_model(known.model, sha256, setup, extrapolate),
+        options,
+        dialect=dialect,
+        parameters=parameters,
+        inputs=(known.file, *inputs),
+        beside=record,
+    )

@@ -1,0 +1,60 @@
+"""What a surface's job writes beside its report: surfaces as CAD files, trimmed as the nominal face; the program."""
+
+from pathlib import Path
+
+from trueloop.domain.record import MARK
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.outputs import Named
+from trueloop.geometry.surface import Surface
+from trueloop.jobs.surface import ReadSurface
+from trueloop.loops.surface.correction import RecordedCorrection
+from trueloop.loops.surface.surface import SurfaceModel
+from trueloop.surface.compensation.pattern import WrittenPattern, pattern_surface
+
+
+def corrected_files(read: ReadSurface, done: RecordedCorrection) -> tuple[list[Named], list[str]]:
+    """The corrected surface and, where the job has one, program; a note where the surface had to be left whole."""
+    files, notes, correction = list[Named](), list[str](), done.correction
+    if read.cad_file != "none":
+        mark = f"{MARK}: record {done.record.id}"
+        files, notes = _trimmed_file(read, correction.surface.surface, f"corrected.{read.cad_file}", mark)
+    if correction.program is not None and read.inputs.program is not None:
+        files.append((f"corrected{Path(str(read.inputs.program.file)).suffix}", correction.program.source))
+    return files, notes
+
+
+def pattern_files(
+    read: ReadSurface, found: SurfaceModel, magnify: float
+) -> tuple[list[Named], list[WrittenPattern], list[str]]:
+    """Nominal and pattern as STEP and IGES, in true size and magnified, and what they hold; a note instead where there
+    is no CAD kernel.
+    """
+    files, written, notes = list[Named](), list[WrittenPattern](), list[str]()
+    try:
+        for factor, name in ((1.0, "pattern"), (magnify, f"pattern-x{magnify:g}")):
+            made = pattern_surface(found.surface, found.pattern.mean, factor, found.options.tolerance_mm)
+            mark = f"trueloop: nominal + {factor:g} x machining pattern, not to be cut"
+            written.append(WrittenPattern((f"{name}.step", f"{name}.iges"), factor, made))
+            for file_name in written[-1].files:
+                file, note = _trimmed_file(read, made.surface, file_name, mark)
+                files += file
+                notes += note
+    except TrueloopError as error:
+        if error.code is not Code.SRF_CAD_KERNEL:
+            raise
+        return [], [], [f"the pattern was not written as STEP and IGES: {error.message}; {error.hint}"]
+    return files, written, notes
+
+
+def _trimmed_file(read: ReadSurface, surface: Surface, name: str, mark: str) -> tuple[list[Named], list[str]]:
+    """A surface as the file `name`, STEP or IGES by its ending, and a note where it had to be left whole."""
+    from trueloop.formats.cad.step import surface_to_bytes  # slow to import
+
+    ending, loops = name.rpartition(".")[2], read.face.loops if read.face else ()
+    try:
+        return [(name, surface_to_bytes(surface, ending, mark, loops))], []
+    except TrueloopError as error:
+        if error.code is not Code.SRF_TRIM:
+            raise
+        note = f"{name} is the whole patch, not trimmed: {error.message}"
+        return [(name, surface_to_bytes(surface, ending, mark))], [note]

@@ -1,0 +1,79 @@
+"""The files of measured parts that a surface's job names: every part once, under a name of its own."""
+
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from glob import glob
+from pathlib import Path
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.jobs.surface_job import SurfaceJobFile
+from trueloop.formats.measurements.points_csv import read_points
+from trueloop.surface.deviations.points import MeasuredPoints
+
+
+def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
+    """The files named, patterns like parts/*.csv filled in, in the order of their names.
+
+    Raises SRF-FILE for a pattern that no file is like, SRF-TWICE for two files of one name: parts go by it.
+    """
+    found: list[Path] = []
+    for name in map(str, job.gauging.points):
+        # Not `Path.glob`, which takes no absolute pattern.
+        matching = sorted(glob(name, root_dir=path.parent, recursive=True)) if "*" in name else [name]  # noqa: PTH207
+        if not matching:
+            raise TrueloopError(
+                Code.SRF_FILE,
+                f"no file is like {name!r}",
+                hint="gauging.points names the files of the measured parts, relative to the job",
+                place=Place(str(path)),
+            )
+        found += [path.parent / file for file in matching]
+    _require_different(found, path)
+    _require_parts(job.model.exclude, [file.stem for file in found], path)
+    return found
+
+
+def _require_different(files: Sequence[Path], path: Path) -> None:
+    by_name: dict[str, Path] = {}
+    for file in files:
+        if file.stem in by_name:
+            raise TrueloopError(
+                Code.SRF_TWICE,
+                f"two of {len(files)} parts are called {file.stem!r}: {str(by_name[file.stem])!r} and {str(file)!r}",
+                hint="name every part's file once in gauging.points, and no two alike: results go by their names",
+                place=Place(str(path)),
+            )
+        by_name[file.stem] = file
+
+
+def require_measured_once(files: Sequence[Path], hashes: Mapping[Path, str]) -> None:
+    """Raises SRF-TWICE for a copy under another name: it would count as a further part, and agree to the last digit."""
+    by_hash: dict[str, Path] = {}
+    for file in files:
+        first = by_hash.setdefault(hashes[file], file)
+        if first is not file:
+            raise TrueloopError(
+                Code.SRF_TWICE,
+                f"two of {len(files)} parts are one: {first.name!r} and {file.name!r} have the same bytes",
+                hint="leave the copy out of gauging.points",
+                place=Place(str(file)),
+            )
+
+
+def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) -> None:
+    """Raises JOB-KEY for a part to leave out that is not there: mistyped, it would be left in."""
+    for name in excluded:
+        if name not in names:
+            near = get_close_matches(name, names, n=1)
+            raise TrueloopError(
+                Code.JOB_KEY,
+                f"'model.exclude' names {name!r}, which is none of the {len(names)} parts",
+                hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
+                place=Place(str(path)),
+            )
+
+
+def read_measured(path: Path, ball_radius_mm: float) -> MeasuredPoints:
+    """A part's measured points, named as its file. Raises SRF-FILE."""
+    read = read_points(path)
+    return MeasuredPoints(read.points_mm, ball_radius_mm, read.shape, path.stem, str(path), read.lines)
