@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from tests.support.files import read_as_file
-from trueloop.cli.machine.correction import _require_machine
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.measurements.positioning_data import read_positioning
@@ -25,7 +24,7 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT, PositionBasis, polynomial
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import Part, Term
-from trueloop.machine.model.validity import check_state
+from trueloop.machine.model.validity import check_state, require_serial
 from trueloop.machine.standards.planar_field import QuadrupoleField
 from trueloop.machine.standards.plates import LeftOut, require_repeating
 from trueloop.nc.program.program import read_program
@@ -92,7 +91,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MCH_TRAVEL: lambda: _placed("G21 G54 G1 X600. F100\n"),
     Code.MCH_RANGE: lambda: _placed("G21 G54 G1 X10. F100\n", T1=45.0),
     Code.MCH_TABLE: lambda: linuxcnc_comp(AxisTable("X", "Y", np.arange(3.0), np.zeros(3), np.zeros(3), 0.0, 0.0)),
-    Code.MCH_MACHINE: lambda: _require_machine(
+    Code.MCH_MACHINE: lambda: require_serial(
         MachineModel(Machine("mill", MILL.chain, "4711"), (EXX,), np.zeros(3), np.zeros((3, 3))), "4712"
     ),
     Code.MCH_SHAPE: _two_normals_for_three_points,

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from trueloop.formats.tables.offsets_toml import OffsetTables
     from trueloop.nc.program.cutter_tool import CutterTool
     from trueloop.nc.program.program import Program
+    from trueloop.nc.program.tool_path import ToolPath
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="FILE", help="The NC program.")]
 DialectName = Annotated[
@@ -36,28 +38,6 @@ Decimals = Annotated[
     ),
 ]
 
-Tools = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--tool",
-        "-t",
-        metavar="[N=]R[,Q][,L]",
-        help="A tool for G41, G42 and G43, as 2=R0.4,Q3 or 2=R5,L120: number, radius in mm, tip on a lathe, length; "
-        "may be repeated. "
-        "The path is then that of the controlled point.  [default: the programmed contour]",
-    ),
-]
-
-Offsets = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--offset",
-        metavar="G=X,Y,Z",
-        help="Where the zero of a work offset is, as G54=0,0,-120 or G54.1P2=…: machine coordinates in mm, x a radius; "
-        "may be repeated.  [default: 0,0,0]",
-    ),
-]
-
 OffsetsFile = Annotated[
     Path | None,
     typer.Option(
@@ -69,6 +49,78 @@ OffsetsFile = Annotated[
 
 TOOL = re.compile(r"\s*(?:T?(\d+)\s*=)?\s*R([\d.]+)\s*(?:,\s*Q(\d))?\s*(?:,\s*L(-?[\d.]+))?\s*", re.IGNORECASE)
 SETTING = re.compile(r"\s*([^=\s]+)\s*=\s*([^=]+?)\s*")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """How a program is read and run."""
+
+    dialect: DialectName = None
+    settings: Settings = None
+    skipped_blocks: SkippedBlocks = False
+    unit: UnitAtStart = None
+
+    def program(self, file: Path) -> "Program":
+        """The program. Raises NC-FILE and NC-DIALECT."""
+        return read_program_file(file, self.dialect, self.unit)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The values of parameters."""
+        return parameters_of(self.settings)
+
+    def run(self, program: "Program", tables: "OffsetTables", *, strict: bool = True) -> "ToolPath":
+        """The path of a program that was read, with these tools and work offsets."""
+        return program.run(
+            self.parameters,
+            skipped_blocks=self.skipped_blocks,
+            tools=tables.tools,
+            work_offsets_mm=dict(tables.work_mm),
+            strict=strict,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tables:
+    """The control's tools and work offsets, which a program does not carry."""
+
+    tools: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tool",
+            "-t",
+            metavar="[N=]R[,Q][,L]",
+            help="A tool for G41, G42 and G43, as 2=R0.4,Q3 or 2=R5,L120: number, radius in mm, tip on a lathe, "
+            "length; may be repeated. "
+            "The path is then that of the controlled point.  [default: the programmed contour]",
+        ),
+    ] = None
+    offsets_file: OffsetsFile = None
+
+    def read(self) -> "OffsetTables":
+        """The offsets file with the tools of the command line before its own. Raises NC-FILE."""
+        known = tables_of(self.offsets_file)
+        return replace(known, tools=(*tools_of(self.tools), *known.tools))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TablesAndOffsets(Tables):
+    """The same, with work offsets from the command line."""
+
+    offsets: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--offset",
+            metavar="G=X,Y,Z",
+            help="Where the zero of a work offset is, as G54=0,0,-120 or G54.1P2=…: machine coordinates in mm, x a "
+            "radius; may be repeated.  [default: 0,0,0]",
+        ),
+    ] = None
+
+    def read(self) -> "OffsetTables":
+        """The offsets file with what the command line says before its own. Raises NC-FILE."""
+        known = super().read()
+        return replace(known, work_mm=tuple({**dict(known.work_mm), **offsets_of(self.offsets)}.items()))
 
 
 def read_program_file(

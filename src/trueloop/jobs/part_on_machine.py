@@ -12,6 +12,7 @@ from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.machine.model.history import check_lags_given, signals_at_end
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import Signals
+from trueloop.machine.model.validity import require_serial
 
 
 def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_radius_mm: float) -> PartOnMachine:
@@ -22,7 +23,7 @@ def read_part_on_machine(sources: Sources, job: Path, given: MachineTable, ball_
     file = sources.file(given.model)
     model = read_model(file)
     with in_file(file):
-        _require_serial(model, given.serial)
+        require_serial(model, given.serial)
     cutting = _signals(sources, job, model, given.cutting)
     ball = ball_radius_mm if given.probe_ball_radius_mm is None else given.probe_ball_radius_mm
     return PartOnMachine(
@@ -57,12 +58,3 @@ def _signals(sources: Sources, job: Path, model: MachineModel, given: dict[str, 
                     hint=f"write it into the table [machine]: cutting = {{ {name} = 21.5 }}, in the unit of the data",
                 )
         return dict(given)
-
-
-def _require_serial(model: MachineModel, serial: str | None) -> None:
-    if serial is not None and serial != model.machine.serial:
-        raise TrueloopError(
-            Code.MCH_MACHINE,
-            f"the model is of {model.machine.name!r}, serial number {model.machine.serial!r}, not {serial!r}",
-            hint="every machine errs in its own way: make a model of this one",
-        )

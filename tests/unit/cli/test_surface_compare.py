@@ -20,7 +20,7 @@ from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.loops.surface.inputs import read_nominal, read_surface_inputs
+from trueloop.jobs.surface import read_nominal, read_surface
 from trueloop.loops.surface.surface import model_of, pattern_model
 
 SIDE_MM = 40.0
@@ -124,7 +124,7 @@ def test_the_page_names_the_written_patterns_and_how_far_they_deviate(tmp_path: 
     """Judged by the written files: what they hold, and how far they deviate from the pattern at places of their own."""
     path = job(tmp_path, "before", 1.0, 3, wave_mm=0.01)
     run("surface", "pattern", path, "-o", tmp_path / "out", "--magnify", "250")
-    inputs = read_surface_inputs(path)
+    inputs = read_surface(path).inputs
     model = pattern_model(inputs.surface, model_of(inputs.surface, inputs.parts, inputs.options), inputs.options)
     shown = re.search(r'<table id="cad-table">.*?</table>', dump_dom(tmp_path / "out" / "pattern.html"))
     assert shown is not None

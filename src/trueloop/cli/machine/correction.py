@@ -1,7 +1,7 @@
 """`trueloop machine compensate` and `export`: a machine's errors out of programs, into controls' tables."""
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -19,40 +19,32 @@ from trueloop.cli.machine.options import (
     positions_of,
     signals_of,
 )
-from trueloop.cli.program_file import (
-    Decimals,
-    DialectName,
-    ProgramFile,
-    Settings,
-    SkippedBlocks,
-    UnitAtStart,
-    parameters_of,
-    tables_of,
-)
+from trueloop.cli.program_file import Decimals, ProgramFile, Reading, parameters_of, tables_of
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
+    from trueloop.domain.map_options import MapOptions
     from trueloop.machine.correct.axis_table import AxisTable
+    from trueloop.machine.correct.setup import Setup
     from trueloop.machine.model.model import MachineModel
 
 
-@guarded
-def compensate(
-    file: ProgramFile,
-    model: ModelOption,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+@dataclass(frozen=True, kw_only=True)
+class InMachine:
+    """Where a program is in the machine, and how warm that is."""
+
     work_zero: Annotated[
         list[str] | None,
         typer.Option(metavar="N=X,Y,Z", help="Machine coordinates of the zero of offset N (1 is G54), mm."),
-    ] = None,
+    ] = None
     tool: Annotated[
         list[str] | None,
         typer.Option(
             metavar="T=X,Y,Z",
             help="Tool point from the last axis' frame, mm; T is * for all.  [default: 0, or as --offsets says]",
         ),
-    ] = None,
+    ] = None
     offsets_file: Annotated[
         Path | None,
         typer.Option(
@@ -61,28 +53,74 @@ def compensate(
             help="A TOML file of work offsets and tools: machine = program + work offset + tool offset in force. "
             "The command line comes first.",
         ),
-    ] = None,
+    ] = None
     at: Annotated[
         list[str] | None,
         typer.Option(metavar="A=V", help="Where a rotary axis stands, degrees; the program has to leave it alone."),
-    ] = None,
-    temperatures: Temperatures = None,
+    ] = None
+    temperatures: Temperatures = None
     zeroed_s: Annotated[
         float | None,
         typer.Option(
             metavar="T",
             help="time_s of the log at which the work zero was set or last referenced: displacements drift from there.",
         ),
-    ] = None,
-    tolerance_um: ToleranceUm = TOLERANCE_UM,
-    limit_um: LimitUm = LARGEST_UM,
-    slope: Slope = STEEPEST,
-    extrapolate: Extrapolate = None,
-    serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None,
-    dialect: DialectName = None,
-    settings: Settings = None,
-    skipped_blocks: SkippedBlocks = False,
-    unit: UnitAtStart = None,
+    ] = None
+
+    @property
+    def files(self) -> list[Path]:
+        """What is read beside program and model."""
+        return [*logs_of(self.temperatures), *([self.offsets_file] if self.offsets_file else [])]
+
+    def setup(self, known: "MachineModel") -> "Setup":
+        """As the loop takes it. Raises NC-FILE and what reading logs does."""
+        from trueloop.machine.correct.setup import Setup
+
+        if not (self.work_zero or self.offsets_file):
+            raise typer.BadParameter("give it, or --offsets", param_hint="--work-zero")
+        tables = tables_of(self.offsets_file)
+        return Setup(
+            {**dict(tables.work_mm), **numbered(self.work_zero or (), "--work-zero")},
+            numbered(self.tool or ([] if self.offsets_file else ["*=0,0,0"]), "--tool"),
+            signals_of(known, self.temperatures),
+            {axis: math.radians(angle) for axis, angle in parameters_of(self.at, "--at").items()},
+            tables.tools if self.offsets_file else None,
+            None if self.zeroed_s is None else signals_of(known, self.temperatures, self.zeroed_s),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """How closely the corrected path is followed, and what is refused."""
+
+    tolerance_um: ToleranceUm = TOLERANCE_UM
+    limit_um: LimitUm = LARGEST_UM
+    slope: Slope = STEEPEST
+    extrapolate: Extrapolate = None
+    serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None
+
+    def options(self, reading: Reading, decimals: int) -> "MapOptions":
+        """As the loop takes them."""
+        from trueloop.domain.map_options import MapOptions
+
+        return MapOptions(
+            self.tolerance_um / UM_PER_MM,
+            self.limit_um / UM_PER_MM,
+            self.slope / UM_PER_MM,
+            reading.skipped_blocks,
+            reading.unit,
+            decimals,
+        )
+
+
+@guarded
+def compensate(
+    file: ProgramFile,
+    model: ModelOption,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="Folder of the results.")],
+    place: InMachine,
+    bounds: Bounds,
+    reading: Reading,
     decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -90,45 +128,32 @@ def compensate(
 
     The model lives in machine coordinates: --work-zero and --tool, or --offsets, say where the program is in them.
     """
-    from trueloop.cli.nc.map import tell_mapped
-    from trueloop.domain.map_options import MapOptions
+    from trueloop.cli.nc.map import print_mapped
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
     from trueloop.jobs.mapped_program import ModelFile, compensate_program
-    from trueloop.machine.correct.setup import Setup
+    from trueloop.machine.model.validity import require_serial
 
     known = read_model(model)
     with in_file(model):
-        _require_machine(known, serial)
-    if not (work_zero or offsets_file):
-        raise typer.BadParameter("give it, or --offsets", param_hint="--work-zero")
-    tables = tables_of(offsets_file)
-    setup = Setup(
-        {**dict(tables.work_mm), **numbered(work_zero or (), "--work-zero")},
-        numbered(tool or ([] if offsets_file else ["*=0,0,0"]), "--tool"),
-        signals_of(known, temperatures),
-        {axis: math.radians(angle) for axis, angle in parameters_of(at, "--at").items()},
-        tables.tools if offsets_file else None,
-        None if zeroed_s is None else signals_of(known, temperatures, zeroed_s),
-    )
+        require_serial(known, bounds.serial)
+    setup = place.setup(known)
     with busy(f"correcting {file}"):
         done = compensate_program(
             file,
             out / file.name,
             ModelFile(known, model),
             setup,
-            MapOptions(
-                tolerance_um / UM_PER_MM, limit_um / UM_PER_MM, slope / UM_PER_MM, skipped_blocks, unit, decimals
-            ),
-            dialect=dialect,
-            parameters=parameters_of(settings),
-            extrapolate=extrapolate or (),
-            inputs=[*logs_of(temperatures), *([offsets_file] if offsets_file else [])],
+            bounds.options(reading, decimals),
+            dialect=reading.dialect,
+            parameters=reading.parameters,
+            extrapolate=bounds.extrapolate or (),
+            inputs=place.files,
         )
     if as_json:
         print_json(asdict(done))
         return
-    tell_mapped(file, out / file.name, done)
+    print_mapped(file, out / file.name, done)
 
 
 @guarded
@@ -182,14 +207,3 @@ def _table_text(control: str, table: "AxisTable", opposite: bool) -> str:
     if control == "siemens":
         return control_tables.siemens_cec(table, opposite=opposite)
     return control_tables.heidenhain_com(table, opposite=opposite)
-
-
-def _require_machine(model: "MachineModel", serial: str | None) -> None:
-    from trueloop.errors import Code, TrueloopError
-
-    if serial is not None and serial != model.machine.serial:
-        raise TrueloopError(
-            Code.MCH_MACHINE,
-            f"the model is of {model.machine.name!r}, serial number {model.machine.serial!r}, not {serial!r}",
-            hint="every machine errs in its own way: make a model of this one",
-        )

@@ -1,6 +1,7 @@
 """`trueloop machine plates` and `points`: errors in a plane, from drilled plates, out of drilling programs."""
 
 import math
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,7 +10,7 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.limits import LARGEST_UM, LimitUm
 from trueloop.cli.numbers import not_negative, positive
-from trueloop.cli.program_file import Decimals, DialectName, ProgramFile, UnitAtStart
+from trueloop.cli.program_file import Decimals, DialectName, ProgramFile, UnitAtStart, read_program_file
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
 
@@ -90,50 +91,85 @@ def _told(fit: "Similarity") -> str:
     return f"offset {x:+.4f} {y:+.4f} mm, scale {fit.scale:.7f}, rotation {math.degrees(fit.rotation_rad):.4f}°"
 
 
-@guarded
-def points(
-    file: ProgramFile,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+@dataclass(frozen=True, kw_only=True)
+class PlaneErrors:
+    """Errors in the plane: a form, or a table."""
+
     quadrupole: Annotated[
         str | None,
         typer.Option(
             metavar="M,DEG", help="X and Y times 1 − M cos 2(θ − DEG), θ the point's direction from the zero."
         ),
-    ] = None,
+    ] = None
     table: Annotated[
         Path | None,
         typer.Option(
             "--table", "-t", metavar="FIELD.csv", help="Displacements at the nodes of a grid, as of `plates`."
         ),
-    ] = None,
+    ] = None
+    unproven: Annotated[
+        bool, typer.Option("--unproven", help="Also by a table of plates whose pattern is not known to repeat.")
+    ] = False
+
+    def read(self) -> "tuple[PlanarField, dict[str, object]]":
+        """The field, and what identifies it. Raises NC-FIELD and MCH-PATTERN."""
+        from trueloop.machine.standards.planar_field import QuadrupoleField
+
+        if (self.quadrupole is None) == (self.table is None):
+            raise typer.BadParameter("give --quadrupole or --table, one of them")
+        if self.table is not None:
+            return _table(self.table, unproven=self.unproven)
+        assert self.quadrupole is not None
+        try:
+            magnitude, degrees = (float(part) for part in self.quadrupole.split(","))
+        except ValueError:
+            magnitude = degrees = math.nan
+        if not (math.isfinite(degrees) and abs(magnitude) < 0.01):
+            raise typer.BadParameter(
+                f"{self.quadrupole!r} is not M,DEG with M below 0.01, such as 32e-6,-38.3", param_hint="--quadrupole"
+            )
+        return QuadrupoleField(magnitude, math.radians(degrees)), {"quadrupole": [magnitude, degrees]}
+
+
+def _table(table: Path, *, unproven: bool) -> "tuple[PlanarField, dict[str, object]]":
+    from trueloop.errors import in_file
+    from trueloop.formats.measurements.field_csv import read_field, read_left_out
+    from trueloop.machine.correct.point_program import TableField
+    from trueloop.machine.standards.plates import require_repeating
+
+    with in_file(table):
+        known = TableField(read_field(table))
+        require_repeating(None if unproven else read_left_out(table))
+    return known, known.field.told | ({"unproven": True} if unproven else {})
+
+
+@guarded
+def points(
+    file: ProgramFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
+    errors: PlaneErrors,
     all_words: Annotated[
         bool,
         typer.Option("--all-words", help="Also X and Y of G10, G28, G52, G53 and G92 blocks, as if they were points."),
     ] = False,
     limit_um: LimitUm = LARGEST_UM,
-    unproven: Annotated[
-        bool, typer.Option("--unproven", help="Also by a table of plates whose pattern is not known to repeat.")
-    ] = False,
     dialect: DialectName = None,
     unit: UnitAtStart = None,
     decimals: Decimals = 0,
     as_json: AsJson = False,
 ) -> None:
     """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
-    from dataclasses import asdict
-
-    from trueloop.cli.program_file import read_program_file
     from trueloop.jobs.points import write_corrected_points
 
-    field, told = _field(quadrupole, table, unproven)
+    field, provenance = errors.read()
     done = write_corrected_points(
         read_program_file(file, dialect, unit, decimals),
         out,
         field,
-        told,
+        provenance,
         all_words=all_words,
         limit_mm=limit_um / UM_PER_MM,
-        inputs=(file, *([table] if table else ())),
+        inputs=(file, *([errors.table] if errors.table else ())),
     )
     if as_json:
         print_json(asdict(done) | {"file": str(out)})
@@ -141,30 +177,3 @@ def points(
     x, y = (UM_PER_MM * value for value in done.largest_mm)
     typer.echo(f"largest correction X {x:.1f} Y {y:.1f} µm over {done.points} points; {done.edits} words changed")
     typer.echo(f"written: {out}, record {done.record}")
-
-
-def _field(quadrupole: str | None, table: Path | None, unproven: bool) -> "tuple[PlanarField, dict[str, object]]":
-    from trueloop.formats.measurements.field_csv import read_field, read_left_out
-    from trueloop.machine.correct.point_program import TableField
-    from trueloop.machine.standards.planar_field import QuadrupoleField
-    from trueloop.machine.standards.plates import require_repeating
-
-    if (quadrupole is None) == (table is None):
-        raise typer.BadParameter("give --quadrupole or --table, one of them")
-    if table is not None:
-        from trueloop.errors import in_file
-
-        with in_file(table):
-            known = TableField(read_field(table))
-            require_repeating(None if unproven else read_left_out(table))
-        return known, known.field.told | ({"unproven": True} if unproven else {})
-    assert quadrupole is not None
-    try:
-        magnitude, degrees = (float(part) for part in quadrupole.split(","))
-    except ValueError:
-        magnitude = degrees = math.nan
-    if not (math.isfinite(degrees) and abs(magnitude) < 0.01):
-        raise typer.BadParameter(
-            f"{quadrupole!r} is not M,DEG with M below 0.01, such as 32e-6,-38.3", param_hint="--quadrupole"
-        )
-    return QuadrupoleField(magnitude, math.radians(degrees)), {"quadrupole": [magnitude, degrees]}

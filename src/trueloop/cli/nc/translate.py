@@ -7,15 +7,7 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.program_file import (
-    DialectName,
-    ProgramFile,
-    Settings,
-    SkippedBlocks,
-    UnitAtStart,
-    parameters_of,
-    read_program_file,
-)
+from trueloop.cli.program_file import ProgramFile, Reading
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 
@@ -24,10 +16,7 @@ def translate_program_file(
     file: ProgramFile,
     to: Annotated[str, typer.Option("--to", metavar="D", help="The dialect to write: linuxcnc, fanuc-lathe …")],
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The program to be written.")],
-    dialect: DialectName = None,
-    settings: Settings = None,
-    skipped_blocks: SkippedBlocks = False,
-    unit: UnitAtStart = None,
+    reading: Reading,
     decimals: Annotated[
         int | None,
         typer.Option(min=0, max=9, help="Decimals of coordinates.  [default: the control's or the source's]"),
@@ -46,8 +35,8 @@ def translate_program_file(
     from trueloop.nc.translate.translate import translate
 
     with busy(f"translating {file}"):
-        program = read_program_file(file, dialect, unit)
-        made = translate(program, to, parameters_of(settings), skipped_blocks=skipped_blocks, decimals=decimals)
+        program = reading.program(file)
+        made = translate(program, to, reading.parameters, skipped_blocks=reading.skipped_blocks, decimals=decimals)
     errors = [loss for loss in made.losses if loss.severity is Severity.ERROR]
     refused = bool(errors) and not accept_losses
     if not as_json:

@@ -74,3 +74,13 @@ def check_range(name: str, values: Array, known: tuple[float, float], shown: Cal
             hint="warm the machine up, or characterize it over that range",
             override=f"--extrapolate {name}",
         )
+
+
+def require_serial(model: MachineModel, serial: str | None) -> None:
+    """Raises MCH-MACHINE for a model of a machine with another serial number than the one given."""
+    if serial is not None and serial != model.machine.serial:
+        raise TrueloopError(
+            Code.MCH_MACHINE,
+            f"the model is of {model.machine.name!r}, serial number {model.machine.serial!r}, not {serial!r}",
+            hint="every machine errs in its own way: make a model of this one",
+        )
