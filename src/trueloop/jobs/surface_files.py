@@ -1,34 +1,44 @@
-"""What a surface's job writes beside its report: surfaces as CAD files, trimmed as the nominal face; the program."""
+"""What a surface's job writes: surfaces as CAD files, trimmed as the nominal face; the program, pages, maps, record."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from trueloop.domain.record import MARK
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.measurements.surface_csv import maps_to_csv, pattern_to_json
 from trueloop.formats.outputs import Named
 from trueloop.geometry.surface import Surface
 from trueloop.jobs.surface import ReadSurface
 from trueloop.loops.surface.correction import RecordedCorrection
-from trueloop.loops.surface.surface import SurfaceModel
+from trueloop.loops.surface.surface import SurfaceCorrection, SurfaceModel, maps_of
+from trueloop.report.surface.page import maps_picture, surface_page
 from trueloop.surface.compensation.pattern import WrittenPattern, pattern_surface
 
 
 def corrected_files(read: ReadSurface, done: RecordedCorrection) -> tuple[list[Named], list[str]]:
-    """The corrected surface and, where the job has one, program; a note where the surface had to be left whole."""
+    """All files of a correction, the record last: then its set is complete. A note where the corrected surface had to
+    be left whole.
+    """
     files, notes, correction = list[Named](), list[str](), done.correction
     if read.cad_file != "none":
         mark = f"{MARK}: record {done.record.id}"
         files, notes = _trimmed_file(read, correction.surface.surface, f"corrected.{read.cad_file}", mark)
     if correction.program is not None and read.inputs.program is not None:
         files.append((f"corrected{Path(str(read.inputs.program.file)).suffix}", correction.program.source))
-    return files, notes
+    files += _report_files(read.inputs.name, correction.model, correction)
+    return [*files, ("record.json", done.record.to_json().encode())], notes
 
 
-def pattern_files(
+def pattern_files(read: ReadSurface, found: SurfaceModel, magnify: float) -> tuple[list[Named], list[str]]:
+    """All files of a pattern; a note where there is no CAD kernel, and so no CAD files."""
+    cad, written, notes = _cad_files(read, found, magnify)
+    return [*cad, *_report_files(read.inputs.name, found, written=written)], notes
+
+
+def _cad_files(
     read: ReadSurface, found: SurfaceModel, magnify: float
 ) -> tuple[list[Named], list[WrittenPattern], list[str]]:
-    """Nominal and pattern as STEP and IGES, in true size and magnified, and what they hold; a note instead where there
-    is no CAD kernel.
-    """
+    """Nominal and pattern as STEP and IGES, in true size and magnified, and what they hold."""
     files, written, notes = list[Named](), list[WrittenPattern](), list[str]()
     try:
         for factor, name in ((1.0, "pattern"), (magnify, f"pattern-x{magnify:g}")):
@@ -44,6 +54,21 @@ def pattern_files(
             raise
         return [], [], [f"the pattern was not written as STEP and IGES: {error.message}; {error.hint}"]
     return files, written, notes
+
+
+def _report_files(
+    name: str,
+    found: SurfaceModel,
+    correction: SurfaceCorrection | None = None,
+    written: Sequence[WrittenPattern] = (),
+) -> list[Named]:
+    """pattern.json, pattern.html, maps.svg, and the maps of every part."""
+    return [
+        ("pattern.json", pattern_to_json(found.pattern)),
+        ("pattern.html", surface_page(name, found, correction, written).encode()),
+        ("maps.svg", maps_picture(found).encode()),
+        *((f"{maps.name}-maps.csv", maps_to_csv(maps, normal)) for maps, normal in maps_of(found)),
+    ]
 
 
 def _trimmed_file(read: ReadSurface, surface: Surface, name: str, mark: str) -> tuple[list[Named], list[str]]:

@@ -1,17 +1,13 @@
 """`trueloop machine drift-fit` and `drift-predict`: displacements from the past of temperatures and speeds."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.machine.options import Extrapolate, ModelFile
 from trueloop.cli.terminal import AsJson, print_json
-from trueloop.units import UM_PER_MM
-
-if TYPE_CHECKING:
-    from trueloop.machine.drift.hold_out import DriftRun
 
 LogFile = Annotated[Path, typer.Argument(metavar="LOG.csv", help="time_s, NAME_um, NAME_degC, NAME_rpm.")]
 
@@ -29,51 +25,28 @@ def drift_fit(
 
     The end of the log judges it, as read and where an operator's reference zeroes what is left every so many hours.
     """
-    from dataclasses import replace
-
-    from trueloop.domain.record import sha256_of
     from trueloop.errors import in_file
     from trueloop.formats.measurements.history_csv import read_drift
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.drift_file import drift_to_json
-    from trueloop.machine.drift.hold_out import held_out
-    from trueloop.machine.drift.model import fit_drift
+    from trueloop.jobs.machine_model import hashes_of
+    from trueloop.machine.drift.hold_out import held_out, judged_models
     from trueloop.report.machine.drift import drift_model_page
+    from trueloop.report.machine.summary import drift_lines, drift_summary
 
     test = read_drift(log)
     with in_file(log):
         runs = held_out(test, hold_out)
-        models = {
-            run.channel: replace(
-                fit_drift(test.time_s, test.signals, UM_PER_MM * test.displacement_mm[run.channel]), left_um=run.rms_um
-            )
-            for run in runs
-        }
-    made_from = {log.name: sha256_of(log.read_bytes())}
+        models = judged_models(test, runs)
     page = drift_model_page(log.stem, test, models, runs)
-    files = {"drift.json": drift_to_json(models, made_from).encode(), "drift.html": page.encode()}
+    files = {"drift.json": drift_to_json(models, hashes_of([log])).encode(), "drift.html": page.encode()}
     write_all(out, files.items(), inputs=(log,))
     if as_json:
-        constants = {name: model.mean_constant_s for name, model in models.items()}
-        left = {
-            run.channel: {"dynamic": run.rms_um, "static": run.static_rms_um, "raw": run.raw_um}
-            | {"rezeroed_h": {f"{hours:g}": left for hours, left in run.rezeroed_um.items()}}
-            for run in runs
-        }
-        print_json({"left_um_rms": left, "mean_constants_s": constants})
+        print_json(drift_summary(models, runs))
         return
-    typer.echo(f"last {100 * hold_out:g} % of the time predicted from what was before, µm RMS:")
-    for run in runs:
-        typer.echo(f"  {_told(run)}")
-    typer.echo("where a reference zeroes it every so many hours:")
-    for run in runs:
-        every = ", ".join(f"{hours:g} h {left:.2f}" for hours, left in run.rezeroed_um.items())
-        typer.echo(f"  {run.channel:<8} {every}")
+    for line in drift_lines(runs, hold_out):
+        typer.echo(line)
     typer.echo(f"written: {out / 'drift.json'}, {out / 'drift.html'}")
-
-
-def _told(run: "DriftRun") -> str:
-    return f"{run.channel:<8} {run.raw_um:7.2f} → {run.rms_um:.2f}, without the past {run.static_rms_um:.2f}"
 
 
 @guarded
@@ -121,11 +94,11 @@ def add_drift(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE.json", help="The model with the drift.")],
 ) -> None:
     """Make drifts terms of a machine model, for `compensate`: a channel is the tool as seen from the work."""
-    from trueloop.domain.record import sha256_of
     from trueloop.errors import in_file
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.drift_file import read_drift_models
     from trueloop.formats.tables.model_file import model_to_json, read_model
+    from trueloop.jobs.machine_model import hashes_of
     from trueloop.machine.drift.terms import turned, with_drift
     from trueloop.machine.model.names import error_name
 
@@ -137,6 +110,6 @@ def add_drift(
         one = turned(drifts[channel]) if error.startswith("-") else drifts[channel]
         with in_file(model):
             known = with_drift(known, one, error_name(error.removeprefix("-")))
-    made_from = {path.name: sha256_of(path.read_bytes()) for path in (model, drift)}
-    write_all(out.parent, [(out.name, model_to_json(known, made_from).encode())], inputs=(model, drift))
+    made = model_to_json(known, hashes_of([model, drift])).encode()
+    write_all(out.parent, [(out.name, made)], inputs=(model, drift))
     typer.echo(f"written: {out}, {len(known.terms)} terms, {len(known.lags)} lags; give `compensate` a log: -t LOG.csv")

@@ -13,8 +13,6 @@ from trueloop.cli.machine.options import (
     ModelFile,
     ReadingFiles,
     Temperatures,
-    lag_text,
-    readings_of,
     signals_of,
 )
 from trueloop.cli.terminal import AsJson, print_json
@@ -33,45 +31,18 @@ def fit(
     as_json: AsJson = False,
 ) -> None:
     """Find the model of a machine from readings. Writes model.json and machine.html."""
-    from dataclasses import asdict
+    from trueloop.jobs.machine_model import fit_machine
+    from trueloop.report.machine.summary import fit_lines, fit_summary
 
-    from trueloop.domain.record import sha256_of
-    from trueloop.errors import in_file
-    from trueloop.formats.jobs.machine_toml import read_machine
-    from trueloop.formats.outputs import write_all
-    from trueloop.formats.tables.model_file import model_to_json
-    from trueloop.machine.identify.form import fit_form
-    from trueloop.machine.identify.hold_out import hold_out
-    from trueloop.report.machine.page import machine_page
-
-    named, form = read_machine(machine)
-    data = readings_of(readings, named.chain, history)
-    with in_file(machine):
-        found, chosen = fit_form(named, form, data, robust=robust)
-    anew = bool(form.choices or any(lag.between_s for lag in form.lags))
-    held = hold_out(data, found, lambda others: fit_form(named, form, others, robust=robust)[0].model, anew=anew)
-    sources = (machine, *readings, *([history] if history else ()))
-    made_from = {path.name: sha256_of(path.read_bytes()) for path in sources}
-    page = machine_page(found, chosen, data.with_lags(found.model.lags), held)
-    contents = {"model.json": model_to_json(found.model, made_from).encode(), "machine.html": page.encode()}
-    write_all(out, contents.items(), inputs=sources)
+    made = fit_machine(machine, readings, history, robust=robust)
+    made.write(out)
+    summarised = (made.found, made.chosen, made.held, len(made.data))
     if as_json:
-        constants = {lag.name: [lag.constant_s, lag.u_relative * lag.constant_s] for lag in found.model.lags}
-        scatter = {"scatter": found.scatter, "readings": len(data), "findings": [f.message for f in found.findings]}
-        scatter |= {"chosen": [f"{c.error}·{c.signal}" for c in chosen], "constants_s_and_u": constants}
-        print_json(scatter | {"held_out": [asdict(run) for run in held]})
+        print_json(fit_summary(*summarised))
         return
-    typer.echo(f"{len(found.model.terms)} terms from {len(data)} readings; scatter {found.scatter:.3g}")
-    for taken in chosen:
-        typer.echo(f"  {taken.error} takes {taken.signal}: left out {taken.rms_without:.3g} → {taken.rms_with:.3g} RMS")
-    for lag in found.model.lags:
-        typer.echo(f"  {lag_text(lag)}")
-    for run in held:
-        for unit, left in run.by_unit.items():
-            typer.echo(
-                f"  run {run.run!r} predicted from the others: {left.rms:.2f} {unit} RMS, without {left.raw:.2f}"
-            )
-    for finding in found.findings:
+    for line in fit_lines(*summarised):
+        typer.echo(line)
+    for finding in made.found.findings:
         typer.echo(str(finding), err=True)
     typer.echo(f"written: {out / 'model.json'}, {out / 'machine.html'}")
 
@@ -85,6 +56,7 @@ def show(
     from trueloop.formats.tables.model_file import read_model
     from trueloop.machine.model.overview import overview
     from trueloop.machine.model.validity import check_signals
+    from trueloop.report.machine.summary import lag_line
 
     known = read_model(model)
     signals = signals_of(known, temperatures)
@@ -95,7 +67,7 @@ def show(
         print_json({"terms": [row.__dict__ for row in rows], "lags": [lag.__dict__ for lag in known.lags]})
         return
     for lag in known.lags:
-        typer.echo(lag_text(lag))
+        typer.echo(lag_line(lag))
     for row in rows:
         typer.echo(f"{row.error:<5} {row.least:+9.2f} to {row.most:+9.2f} {row.unit:<5} u {row.largest_u:.2f}")
 
@@ -116,6 +88,7 @@ def check(
     from trueloop.cli.failure import ExitStatus
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
+    from trueloop.jobs.machine_model import readings_of
     from trueloop.machine.identify.hold_out import compare
     from trueloop.machine.model.validity import check_state
 

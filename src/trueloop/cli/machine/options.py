@@ -12,9 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from trueloop.arrays import Array
-    from trueloop.machine.identify.observations import Observations
-    from trueloop.machine.model.chain import Chain, Vector
-    from trueloop.machine.model.history import Lag
+    from trueloop.machine.model.chain import Vector
     from trueloop.machine.model.model import MachineModel
 
 MachineFile = Annotated[Path, typer.Argument(metavar="MACHINE.toml", help="Structure, travels and error terms.")]
@@ -40,34 +38,14 @@ Extrapolate = Annotated[
 ]
 
 
-def readings_of(paths: "Sequence[Path]", chain: "Chain", history: Path | None) -> "Observations":
-    """All readings as one, with what the log says of the past. Raises MCH errors that name the file."""
-    from trueloop.errors import in_file
-    from trueloop.formats.measurements.history_csv import read_history
-    from trueloop.formats.measurements.readings_csv import read_readings
-    from trueloop.machine.identify.observations import joined
-
-    past = read_history(history) if history else None
-    read = [read_readings(path, chain, past) for path in paths]
-    with in_file(paths[-1]):
-        return joined(read)
-
-
 def signals_of(
     model: "MachineModel", given: "Sequence[str] | None", until_s: float = math.inf
 ) -> "dict[str, Array | float]":
     """Values by name, and logs as they stand at their last row until then, lags among them. Raises MCH-HISTORY."""
-    from trueloop.errors import in_file
-    from trueloop.formats.measurements.history_csv import read_history
-    from trueloop.machine.model.history import check_lags_given, signals_at_end
+    from trueloop.jobs import machine_model
 
-    signals: dict[str, Array | float] = {}
-    for log in logs_of(given):
-        with in_file(log):
-            signals |= signals_at_end(read_history(log).until(until_s), model.lags)
-    signals |= parameters_of([text for text in given or () if "=" in text], "--temperatures")
-    check_lags_given(model.lags, signals)
-    return signals
+    values = parameters_of([text for text in given or () if "=" in text], "--temperatures")
+    return machine_model.signals_of(model, logs_of(given), values, until_s)
 
 
 def logs_of(given: "Sequence[str] | None") -> list[Path]:
@@ -83,13 +61,6 @@ def positions_of(model: "MachineModel", given: "Sequence[str] | None") -> dict[s
     rotary = {axis.name for axis in chain.axes if axis.kind is not AxisKind.LINEAR}
     values = parameters_of(given, "--at")
     return {chain.axis(name).name: math.radians(v) if name in rotary else v for name, v in values.items()}
-
-
-def lag_text(lag: "Lag") -> str:
-    """A lag in a line."""
-    power = f"^{lag.power}" if lag.power > 1 else ""
-    sought = f" ± {2 * lag.u_relative * lag.constant_s:.2g} (95 %)" if lag.between_s else ", given"
-    return f"{lag.name}: {lag.of}{power} after {lag.constant_s:.4g} s{sought}"
 
 
 def numbered(texts: "Sequence[str]", option: str) -> "dict[int, Vector]":

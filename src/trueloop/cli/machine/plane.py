@@ -16,7 +16,6 @@ from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
     from trueloop.machine.standards.planar_field import PlanarField
-    from trueloop.machine.standards.similarity import Similarity
 
 
 @guarded
@@ -40,42 +39,22 @@ def plates(
     from trueloop.formats.measurements.field_csv import plane_csv
     from trueloop.formats.measurements.plate_report import read_plate_report
     from trueloop.formats.outputs import write_all
-    from trueloop.machine.standards.planar_field import fit_pattern
-    from trueloop.machine.standards.plates import left_out, not_repeating, pattern_table
-    from trueloop.machine.standards.similarity import fit_similarity
+    from trueloop.machine.standards.plates import judged_pattern
+    from trueloop.report.machine.summary import plates_lines, plates_summary
 
-    read = [read_plate_report(path) for path in reports]
-    fits = [fit_similarity(plate.nominal_mm, plate.measured_mm) for plate in read]
-    left = []
-    with busy(f"a pattern of {sum(len(plate.nominal_mm) for plate in read)} holes on {len(read)} plates") as now:
-        pattern = fit_pattern(read)
-        now(f"plate 1 of {len(read)} by the others")
-        for one in left_out(read, [path.name for path in reports], pattern):
-            left.append(one)
-            now(f"plate {len(left) + 1} of {len(read)} by the others")
-        table = pattern_table(pattern, step_mm, margin_mm)
+    read, names = [read_plate_report(path) for path in reports], [path.name for path in reports]
+    with busy(f"a pattern of {sum(len(plate.nominal_mm) for plate in read)} holes on {len(read)} plates") as progress:
+        judged = judged_pattern(read, names, step_mm, margin_mm, progress)
+    table = judged.table
     if out is not None:
-        content = plane_csv(table.x_mm, table.y_mm, table.correction_mm, left)
+        content = plane_csv(table.x_mm, table.y_mm, table.correction_mm, judged.left)
         write_all(out.parent, [(out.name, content.encode())], inputs=reports)
-    after: list[float | None] = [UM_PER_MM * one.after_mm for one in left]
-    after = after or [None] * len(read)
-    why = not_repeating(left)
     if as_json:
-        rows = [
-            {"plate": path.name, "offset_mm": fit.offset_mm, "scale": fit.scale, "rotation_rad": fit.rotation_rad}
-            | {"left_um_rms": UM_PER_MM * fit.rms_mm, "after_others_um_rms": rest}
-            for path, fit, rest in zip(reports, fits, after, strict=True)
-        ]
-        print_json({"plates": rows, "table_off_um": UM_PER_MM * table.deviation_mm, "repeats": not why, "why": why})
+        print_json(plates_summary(names, judged))
         return
-    for path, fit, rest in zip(reports, fits, after, strict=True):
-        with_others = "" if rest is None else f", {rest:.2f} with the correction of the others"
-        typer.echo(f"{path.name}: {_told(fit)}; left {UM_PER_MM * fit.rms_mm:.2f} µm RMS{with_others}")
-    typer.echo(
-        f"pattern: {UM_PER_MM * pattern.spread_mm:.1f} µm over {pattern.length_mm:.0f} mm, tools "
-        f"{UM_PER_MM * pattern.tool_spread_mm:.1f} µm apart, {UM_PER_MM * pattern.noise_mm:.1f} µm that do not repeat"
-    )
-    if why:
+    for line in plates_lines(names, judged):
+        typer.echo(line)
+    if why := judged.not_repeating:
         typer.echo(
             f"warning {Code.MCH_PATTERN}: {why}; `machine points` refuses the table without --unproven", err=True
         )
@@ -84,11 +63,6 @@ def plates(
             f"written: {out}, {len(table.x_mm)} × {len(table.y_mm)} nodes, up to "
             f"{UM_PER_MM * table.deviation_mm:.2f} µm off the pattern between them"
         )
-
-
-def _told(fit: "Similarity") -> str:
-    x, y = fit.offset_mm
-    return f"offset {x:+.4f} {y:+.4f} mm, scale {fit.scale:.7f}, rotation {math.degrees(fit.rotation_rad):.4f}°"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,5 @@
 """`trueloop machine positioning` and `drift`: tests of a machine after ISO 230-2 and ISO 230-3."""
 
-import math
 from pathlib import Path
 from typing import Annotated
 
@@ -21,29 +20,19 @@ def positioning(
     as_json: AsJson = False,
 ) -> None:
     """Analyse a positioning test after ISO 230-2: A, R, E, B, M, and every raw deviation on a page."""
-    from dataclasses import astuple
-
-    import numpy as np
-
     from trueloop.formats.measurements.positioning_data import read_positioning
     from trueloop.formats.outputs import write_all
-    from trueloop.report.machine.positioning import positioning_page, scale_of, values_of
+    from trueloop.report.machine.positioning import positioning_page
+    from trueloop.report.machine.summary import positioning_lines, positioning_summary
 
     found = read_positioning(test)
     if out is not None:
         write_all(out.parent, [(out.name, positioning_page(test.stem, found).encode())], inputs=(test,))
-    scale, unit = scale_of(found)
-    values = [(symbol, meaning, scale * np.array(astuple(value))) for symbol, meaning, value in values_of(found)]
     if as_json:
-        rows = {symbol: dict(zip(("up", "down", "both"), three.tolist(), strict=True)) for symbol, _, three in values}
-        print_json(
-            {"unit": unit}
-            | {symbol: {k: v for k, v in row.items() if not math.isnan(v)} for symbol, row in rows.items()}
-        )
+        print_json(positioning_summary(found))
         return
-    for symbol, meaning, (up, down, both) in values:
-        ways = f"   ↑ {up:.2f}  ↓ {down:.2f}" if not math.isnan(up) else ""
-        typer.echo(f"{symbol}  {both:9.2f} {unit}  {meaning}{ways}")
+    for line in positioning_lines(found):
+        typer.echo(line)
     if out is not None:
         typer.echo(f"written: {out}")
 

@@ -81,13 +81,12 @@ def pattern(
     """The machining pattern of all parts: as STEP and IGES, pattern.json, pattern.html, maps.svg, maps as CSV."""
     from trueloop.jobs.surface import pattern_of_parts
     from trueloop.jobs.surface_files import pattern_files
-    from trueloop.report.surface.files import report_files
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     given = read(job)
     found = pattern_of_parts(given, run.parts(given))
-    cad, written, notes = pattern_files(given, found, magnify)
-    files = run.write(given, [*cad, *report_files(given.inputs.name, found, written=written)])
+    contents, notes = pattern_files(given, found, magnify)
+    files = run.write(given, contents)
     if as_json:
         print_json(pattern_summary(found, None, notes, files))
     else:
@@ -100,15 +99,12 @@ def compensate(job: JobFile, run: Run, as_json: AsJson = False) -> None:
     """Correct surface and program by the pattern: all files, or none when anything is wrong."""
     from trueloop.jobs.surface import correct_surface
     from trueloop.jobs.surface_files import corrected_files
-    from trueloop.report.surface.files import report_files
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     given = read(job)
     with busy(f"correcting by {len(given.inputs.parts)} parts") as progress:
         done = correct_surface(given, work=run.work(progress))
         model, (contents, notes) = done.correction.model, corrected_files(given, done)
-        contents += report_files(given.inputs.name, model, done.correction)
-        contents.append(("record.json", done.record.to_json().encode()))
     files, notes = run.write(given, contents), [*done.notes, *notes]
     if as_json:
         print_json(pattern_summary(model, done.record.id, notes, files))

@@ -1,7 +1,7 @@
 """Drift models at work: later rows predicted from earlier ones, and other logs."""
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -53,6 +53,16 @@ def held_out(test: DriftTest, share: float) -> list[DriftRun]:
         raw = rms(rest - float(moved[known].mean()))
         runs.append(DriftRun(channel, found, rms(rest - found), rms(rest - still), raw, rezeroed))
     return runs
+
+
+def judged_models(test: DriftTest, runs: Sequence[DriftRun]) -> dict[str, DriftModel]:
+    """Each channel's model of the whole log, with what the model of its beginning left. Raises MCH-DATA."""
+    return {
+        run.channel: replace(
+            fit_drift(test.time_s, test.signals, UM_PER_MM * test.displacement_mm[run.channel]), left_um=run.rms_um
+        )
+        for run in runs
+    }
 
 
 def since_reference(time_s: Array, off: Array, every_h: float) -> Array:

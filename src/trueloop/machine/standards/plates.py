@@ -1,6 +1,6 @@
 """Patterns of drilled plates: judged by the plate that each leaves out, and as tables to correct programs by."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,7 +9,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.machine.standards.planar_field import PatternField, Plate, fit_pattern
-from trueloop.machine.standards.similarity import fit_similarity
+from trueloop.machine.standards.similarity import Similarity, fit_similarity
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
@@ -53,6 +53,43 @@ def left_out(plates: Sequence[Plate], names: Sequence[str], pattern: PatternFiel
             known = fit_pattern(others, pattern.parameters).error_mm(plate.nominal_mm)
             before, after = (fit_similarity(plate.nominal_mm, plate.measured_mm - off).rms_mm for off in (0, known))
             yield LeftOut(name, before, after)
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedPattern:
+    """What plates have in common, each one's own similarity, how each is left by the others' pattern, and a table."""
+
+    fits: tuple[Similarity, ...]
+    pattern: PatternField
+    left: tuple[LeftOut, ...]
+    table: PlaneTable
+
+    @property
+    def not_repeating(self) -> str:
+        """Why the pattern is not known to repeat on the next plate; empty where it is."""
+        return not_repeating(self.left)
+
+    @property
+    def after_mm(self) -> tuple[float | None, ...]:
+        """RMS of each plate with the correction of the others; None of a single plate."""
+        return tuple(one.after_mm for one in self.left) or (None,) * len(self.fits)
+
+
+def judged_pattern(
+    plates: Sequence[Plate],
+    names: Sequence[str],
+    step_mm: float,
+    margin_mm: float = 0.0,
+    progress: Callable[[str], object] = str,
+) -> JudgedPattern:
+    """The pattern of drilled plates, judged by each plate; `step_mm` and `margin_mm` as in `pattern_table`."""
+    fits = tuple(fit_similarity(plate.nominal_mm, plate.measured_mm) for plate in plates)
+    pattern, left = fit_pattern(plates), list[LeftOut]()
+    progress(f"plate 1 of {len(plates)} by the others")
+    for one in left_out(plates, names, pattern):
+        left.append(one)
+        progress(f"plate {len(left) + 1} of {len(plates)} by the others")
+    return JudgedPattern(fits, pattern, tuple(left), pattern_table(pattern, step_mm, margin_mm))
 
 
 def not_repeating(left: Sequence[LeftOut]) -> str:
