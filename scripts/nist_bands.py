@@ -21,7 +21,7 @@ from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.options import FitOptions
 from trueloop.units import UM_PER_MM
 
-PUBLISHED = FitOptions(tangent_policy=TangentPolicy.PATH, knot_every=3)
+PUBLISHED = FitOptions(junctions=TangentPolicy.PATH, knot_every=3)
 HEAD = """## Do the bands hold on metal?
 
 What trueloop's correction would have left in the metal that NIST cut: the measured error of NIST's finish cut, less the

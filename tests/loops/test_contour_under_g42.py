@@ -17,13 +17,14 @@ from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.profile import Profile
-from trueloop.loops.turned.correction import Correction, Inputs, Options
+from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
 from trueloop.turned.compensation.moves import Move
+from trueloop.turned.options import Options
 from trueloop.turned.program.read_back import require_nose_fits
 from trueloop.turned.touches.error_vectors import ErrorVectors
 

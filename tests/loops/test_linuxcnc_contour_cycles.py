@@ -10,11 +10,12 @@ from tests.loops.test_contour_under_g42 import touches_on
 from tests.support.correction import NOW
 from tests.support.linuxcnc import interpret
 from trueloop.errors import Code, TrueloopError
-from trueloop.loops.turned.correction import Correction, Inputs, Options
+from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.match.contour import contour_of_program
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
+from trueloop.turned.options import Options
 
 NOSE_MM = 0.4
 ROUGHING = "G71 Q100 D0.5 I1 R0.3\n"

@@ -13,13 +13,14 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.turned.options import Arcs
 
 JOB = Path(__file__).parents[2] / "examples" / "linuxcnc" / "job.toml"
 WITHIN_MM = 0.0001
 TOOLS = [Tool(1, nose_radius_mm=0.79375, orientation=9)]
 
 
-def corrected(arcs: str = "auto") -> Correction:
+def corrected(arcs: Arcs = "auto") -> Correction:
     inputs = read_inputs(JOB).inputs
     return compensate(replace(inputs, options=replace(inputs.options, arcs=arcs)))
 
@@ -33,7 +34,7 @@ def own(source: bytes) -> ToolPath:
 
 
 @pytest.mark.parametrize("arcs", ["auto", "lines", "arcs"])
-def test_linuxcnc_follows_our_path(tmp_path: Path, arcs: str) -> None:
+def test_linuxcnc_follows_our_path(tmp_path: Path, arcs: Arcs) -> None:
     source = corrected(arcs).corrected_program
     program = tmp_path / "corrected.ngc"
     program.write_bytes(source)

@@ -17,7 +17,7 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
 from trueloop.turned.fit.between_cuts import PRIOR
-from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.chain import TangentPolicy
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WITHIN_MM = 0.0002
@@ -102,7 +102,8 @@ def test_prediction_on_the_dome_of_table_1() -> None:
 def test_path_policy_closes_the_junction_in_value_and_slope() -> None:
     """Gap under 1 nm and slope mismatch under 1 µrad between small cylinder and dome."""
     inputs = inputs_of("modbas2")
-    correction = compensate(replace(inputs, options=replace(inputs.options, junctions="path", knot_every=3)))
+    options = replace(inputs.options, junctions=TangentPolicy.PATH, knot_every=3)
+    correction = compensate(replace(inputs, options=options))
     names = correction.profile.names
     contour = [piece.shifted for piece in correction.corrected]
     line, dome = contour[names.index("small-cylinder")], contour[names.index("dome")]
@@ -229,7 +230,8 @@ def test_reversed_program_gets_the_same_contour() -> None:
 def test_fit_options_reach_the_fit() -> None:
     inputs = inputs_of("modbas2")
     correction = compensate(replace(inputs, options=replace(inputs.options, knot_every=3)))
-    assert correction.model.options == FitOptions(knot_every=3, between_cuts=PRIOR)
+    assert correction.model.options == correction.options
+    assert (correction.options.knot_every, correction.options.between_cuts) == (3, PRIOR)
 
 
 def test_same_job_same_record_and_same_bytes() -> None:

@@ -18,6 +18,7 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 from trueloop.report.turned.correction_json import correction_as_dict
 from trueloop.report.turned.page import page
+from trueloop.turned.options import By
 from trueloop.turned.program.wear import offset_number, wear_offset
 
 NOSE = Tool(1, nose_radius_mm=0.79375, orientation=9)
@@ -125,7 +126,7 @@ def test_linuxcncs_interpreter_moves_the_tool_by_it(tmp_path: Path, mode: str, x
     assert moved == pytest.approx(np.tile([-0.012, 0.0, 0.004], (2, 1)), abs=step_mm)
 
 
-def by(name: str, choice: str, error_mm: tuple[float, float] | None = None) -> Correction:
+def by(name: str, choice: By, error_mm: tuple[float, float] | None = None) -> Correction:
     inputs = example_inputs(name)
     touches = inputs.touches
     if error_mm is not None:

@@ -13,13 +13,14 @@ from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.surface import options_of
 from trueloop.jobs.turned import read_inputs
 from trueloop.loops.surface.surface import SurfaceOptions
-from trueloop.loops.turned.correction import Options
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine_error import ErrorTerm
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
 from trueloop.turned.fit.between_cuts import BetweenCuts
+from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.options import Options
 
 COMPENSATION = """
 [compensation]
@@ -100,7 +101,7 @@ def test_a_turned_part(tmp_path: Path) -> None:
     job.write_text(job.read_text().replace("\n[output]", COMPENSATION + "\n[output]"))
     assert read_inputs(job).inputs.options == Options(
         weight=0.6,
-        junctions="path",
+        junctions=TangentPolicy.PATH,
         knot_every=3,
         knot_every_on={"dome": 2},
         prescribed={"dome": EndConditions(0.001, 0.002, 0.003, 0.004)},

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from hypothesis import given, settings
@@ -14,6 +15,8 @@ from trueloop.jobs.turned import read_inputs
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
+from trueloop.turned.fit.chain import TangentPolicy
+from trueloop.turned.options import Arcs
 
 JOB = Path(__file__).parents[2] / "examples" / "modbas2" / "job.toml"
 NO_LIMITS = Limits(correction_mm=1.0, slope=1.0, scatter_mm=1.0)
@@ -31,11 +34,11 @@ def example() -> Inputs:
     bend=st.floats(-0.04, 0.04),
     waves=st.floats(0.5, 4.0),
     weight=st.floats(0.3, 1.0),
-    arcs=st.sampled_from(["auto", "lines", "arcs"]),
-    policy=st.sampled_from(["part", "path"]),
+    arcs=st.sampled_from(get_args(Arcs)),
+    policy=st.sampled_from(TangentPolicy),
 )
 def test_contour_moves_by_minus_w_times_the_fitted_error(
-    offset: float, bend: float, waves: float, weight: float, arcs: str, policy: str
+    offset: float, bend: float, waves: float, weight: float, arcs: Arcs, policy: TangentPolicy
 ) -> None:
     inputs = example()
     along = np.linspace(0.0, 1.0, len(inputs.touches.point))

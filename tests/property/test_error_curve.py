@@ -32,7 +32,7 @@ def cases(draw: st.DrawFn) -> tuple[Profile, ErrorVectors]:
 def test_curves_join_where_features_do(case: tuple[Profile, ErrorVectors], policy: TangentPolicy) -> None:
     """Tangent junctions: equal values within a picometre (and slopes, under PATH). Corners: one meeting point."""
     profile, vectors = case
-    model = fit_profile(profile, vectors, FitOptions(tangent_policy=policy))
+    model = fit_profile(profile, vectors, FitOptions(junctions=policy))
     for i, junction in enumerate(profile.junctions):
         before, after = model.curves[i], model.curves[i + 1]
         if junction.kind == JunctionKind.TANGENT:
@@ -60,7 +60,7 @@ def test_uncertainties_are_numbers_and_never_zero(case: tuple[Profile, ErrorVect
 def test_twice_the_errors_give_twice_the_curves(case: tuple[Profile, ErrorVectors], policy: TangentPolicy) -> None:
     """Doubling is exact in binary, so that no choice on the way may turn out differently."""
     profile, vectors = case
-    options = FitOptions(tangent_policy=policy, bad_touches=BadTouches.KEEP)  # what is bad is a matter of micrometres
+    options = FitOptions(junctions=policy, bad_touches=BadTouches.KEEP)  # what is bad is a matter of micrometres
     once = fit_profile(profile, vectors, options)
     twice = fit_profile(profile, replace(vectors, error_mm=2.0 * vectors.error_mm), options)
     for a, b in zip(once.curves, twice.curves, strict=True):
@@ -126,7 +126,7 @@ def test_uncertainty_is_the_touches_scatter_carried_through(
     profile, _ = case
     counts = [9] * len(profile.features)
     vectors = touched(profile, counts, noise(0.02))
-    options = FitOptions(tangent_policy=policy, knot_every=4, bad_touches=BadTouches.KEEP)  # else it is not linear
+    options = FitOptions(junctions=policy, knot_every=4, bad_touches=BadTouches.KEEP)  # else it is not linear
     model = fit_profile(profile, vectors, options)
     at_rest = _curve_values(model)
     unit = np.eye(len(vectors.error_mm))

@@ -14,8 +14,8 @@ from trueloop.units import UM_PER_MM
 DOME = slice(12, 32)
 """Points 13 to 32 of Table 1 lie on the dome."""
 
-PATH_R3 = FitOptions(tangent_policy=TangentPolicy.PATH, knot_every=3)
-PART_R3 = FitOptions(tangent_policy=TangentPolicy.PART, knot_every=3)
+PATH_R3 = FitOptions(junctions=TangentPolicy.PATH, knot_every=3)
+PART_R3 = FitOptions(junctions=TangentPolicy.PART, knot_every=3)
 
 
 def rms(values: Array) -> float:
@@ -67,7 +67,7 @@ def test_r_chosen_by_leave_one_out_predicts_unseen_touches() -> None:
 def test_dome_and_neck_join_as_the_policy_says(policy: TangentPolicy) -> None:
     """MODBAS2: value within a picometre under both; slope within a microradian under PATH."""
     profile, vectors, _ = table1()
-    model = fit_profile(profile, vectors, FitOptions(tangent_policy=policy))
+    model = fit_profile(profile, vectors, FitOptions(junctions=policy))
     neck, dome = model.curves[-2:]
     assert abs(neck.value_mm(neck.length_mm)[0] - dome.value_mm(0.0)[0]) < 1e-12
     mismatch = abs(neck.slope(neck.length_mm)[0] - dome.slope(0.0)[0])

@@ -45,13 +45,12 @@ def show(
 ) -> None:
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
     from trueloop.cli.profile_table import print_profile
-    from trueloop.geometry.offset import nose_centre_path
     from trueloop.jobs.turned import read_part
     from trueloop.report.turned.profile import profile_as_dict
 
     with busy(f"reading {job}"):
         part = read_part(job)
-        centre = nose_centre_path(part.profile, part.nose_radius_mm)
+        centre = part.centre_path
     if as_json:
         print_json(profile_as_dict(part.name, part.profile, centre))
     else:
@@ -76,15 +75,11 @@ def from_program(
     output: Output = None,
 ) -> None:
     """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
-    from trueloop.nc.check.rapid import boring_moves
-    from trueloop.nc.match.contour import contour_of_program
-    from trueloop.nc.program.feed_moves import feed_moves
+    from trueloop.loops.turned.commanded import Run
 
     with busy(f"reading {file}"):
-        program = read_program_file(file, dialect, unit)
-        path = program.run(parameters_of(settings), skipped_blocks=skipped_blocks, roughing=False)
-        with in_file(file):
-            contour = contour_of_program(feed_moves(path), nose_radius_mm, lines=lines, boring=boring_moves(path))
+        run = Run(parameters_of(settings), skipped_blocks, lines)
+        contour = run.contour(read_program_file(file, dialect, unit), nose_radius_mm)
     _hand_over(name or file.stem, contour.profile, contour.notes, output, file)
 
 
@@ -128,14 +123,11 @@ def from_step(
     output: Output = None,
 ) -> None:
     """Make a [part] table from a turned solid: its outside, as exact lines and arcs."""
-    import math
-
     from trueloop.formats.cad.step_profile import read_step_profile
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
-        low, high = -math.inf if from_z_mm is None else from_z_mm, math.inf if to_z_mm is None else to_z_mm
-        solid = read_step_profile(file, turned_round=turned_round, from_z_mm=low, to_z_mm=high)
+        solid = read_step_profile(file, turned_round=turned_round, from_z_mm=from_z_mm, to_z_mm=to_z_mm)
         with in_file(file):
             profile = checked_profile(solid.features)
     _hand_over(name or file.stem, profile, solid.notes, output, file)
@@ -146,8 +138,7 @@ def _hand_over(name: str, profile: "Profile", notes: "Sequence[str]", output: Pa
     from trueloop.formats.jobs.profile_of_job import part_table_toml
     from trueloop.formats.outputs import write_all
 
-    comments = "".join(f"# {' '.join(note.split())}\n" for note in notes)
-    table = comments + part_table_toml(name, profile)
+    table = part_table_toml(name, profile, notes)
     if output is None:
         typer.echo(table, nl=False)
     else:

@@ -1,11 +1,8 @@
 """What `simulate` and `linuxcnc loop` say of a part: truth beside estimate."""
 
-import numpy as np
-
-from trueloop.arrays import Array
 from trueloop.loops.simulated.simulated import SimulatedPart
 from trueloop.loops.simulated.study import Study
-from trueloop.statistics import rms
+from trueloop.report.turned.simulated import rms_by_feature_um
 from trueloop.units import UM_PER_MM
 
 
@@ -17,18 +14,14 @@ def print_part(part: SimulatedPart) -> None:
     table = Table("feature", box=None, pad_edge=False)
     for heading in ("touches", "semi-finish\ntruth", "\nprobed", "finish\ntruth", "\nCMM", "\npredicted ±U"):
         table.add_column(heading, justify="right")
-    touches, band = part.touches, part.correction.prediction.expanded_u_mm
-    for index, name in enumerate(part.correction.profile.names):
-        mine = touches.of_feature(index)
-        if len(mine):
-            values = (part.semifinish_truth_mm, touches.error_mm, part.finish_truth_mm, part.cmm_mm, band)
-            table.add_row(name, str(len(mine)), *(_um(column[mine]) for column in values))
+    for name, touches, columns_um in rms_by_feature_um(part):
+        table.add_row(name, str(touches), *(f"{value:.2f}" for value in columns_um))
     console = Console(highlight=False, soft_wrap=True)
     console.print("RMS in µm over the touches of each feature\n")
     console.print(table)
     console.print(
-        f"\nTrue residual {part.residual_rms_mm * UM_PER_MM:.2f} µm RMS over {len(touches.point)} points, "
-        f"worst {np.max(np.abs(part.finish_truth_mm)) * UM_PER_MM:.2f} µm; {part.coverage:.0%} of them inside the "
+        f"\nTrue residual {part.residual_rms_mm * UM_PER_MM:.2f} µm RMS over {len(part.touches.point)} points, "
+        f"worst {part.residual_worst_mm * UM_PER_MM:.2f} µm; {part.coverage:.0%} of them inside the "
         "predicted 95 % band."
     )
 
@@ -45,7 +38,3 @@ def print_study(study: Study) -> None:
     for words, way in lines:
         print(f"  {words:<34} {study.rms_mm(way) * UM_PER_MM:8.2f}")
     print(f"The predicted 95 % bands hold {study.coverage:.1%} of the true residuals.")
-
-
-def _um(values: Array) -> str:
-    return f"{rms(values) * UM_PER_MM:.2f}"

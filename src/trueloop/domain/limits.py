@@ -21,14 +21,12 @@ class Limits:
         Option(
             "compensation.max_correction_um",
             "A larger correction (on X: of the radius) is refused.",
-            above=0.0,
+            above=0,
         ),
     ] = 0.150
     slope: Annotated[
         float,
-        Option(
-            "compensation.max_slope_um_per_mm", "A correction that is steeper along the part is refused.", above=0.0
-        ),
+        Option("compensation.max_slope_um_per_mm", "A correction that is steeper along the part is refused.", above=0),
     ] = 0.040
     scatter_mm: Annotated[
         float,
@@ -36,15 +34,15 @@ class Limits:
             "compensation.max_scatter_um",
             "Measurements that scatter more about what is fitted (one standard deviation) are refused, with the name "
             "of the worst one: what does not repeat cannot be corrected.",
-            above=0.0,
+            above=0,
         ),
     ] = 0.010
     age_hours: Annotated[
-        float, Option("compensation.max_age_hours", "Measurements older than this are refused.", above=0.0)
+        float, Option("compensation.max_age_hours", "Measurements older than this are refused.", above=0)
     ] = 24.0
 
 
-LIMITS: Final = choices_of(Limits())
+LIMITS: Final = choices_of(Limits)
 """By field: key, unit, default and meaning of every limit, for files and commands."""
 
 OF_SURFACES: Final = Limits(age_hours=7 * 24.0)

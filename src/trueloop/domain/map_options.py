@@ -29,5 +29,5 @@ class MapOptions:
 
 
 USUAL: Final = MapOptions()
-MAP_OPTIONS: Final = choices_of(USUAL)
+MAP_OPTIONS: Final = choices_of(MapOptions)
 """By field: unit, default and meaning, for commands."""

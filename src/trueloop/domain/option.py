@@ -57,7 +57,7 @@ class Option:
     below: float | None = None
     most: float | None = None
     unit: str = ""
-    """Of a key whose end names none."""
+    """In words, of a key whose end names none."""
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,18 @@ class Choice:
     default: Any
 
 
-def choices_of(defaults: object) -> dict[str, Choice]:
-    """By field, the options of a dataclass; `defaults` is the instance that holds what is taken where none is given."""
+def choices_of(options: Any) -> dict[str, Choice]:
+    """By field, the options of a dataclass: of its type, or of an instance that holds other defaults.
+
+    The default of an option that has to be given is `...`.
+    """
     found = {}
-    for name, hint in get_type_hints(type(defaults), include_extras=True).items():
-        kind, *notes = get_args(hint) or (hint,)
+    kind = options if isinstance(options, type) else type(options)
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        taken, *notes = get_args(hint) or (hint,)
         for option in notes:
             if isinstance(option, Option):
-                found[name] = Choice(option, kind, outside(option.key, getattr(defaults, name)))
+                found[name] = Choice(option, taken, outside(option.key, getattr(options, name, ...)))
     return found
 
 

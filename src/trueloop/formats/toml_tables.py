@@ -19,12 +19,13 @@ from trueloop.formats.toml_statements import KEEP_ONE, Location, collision, stat
 
 MOST: Final = 1e15
 """No length, time or temperature is as large; its square is still a number."""
+MOST_COUNTED: Final = 1_000_000
 
 Finite = Annotated[float, Field(ge=-MOST, le=MOST, allow_inf_nan=False, strict=True)]
 Positive = Annotated[float, Field(gt=0, le=MOST, allow_inf_nan=False, strict=True)]
 NotNegative = Annotated[float, Field(ge=0, le=MOST, allow_inf_nan=False, strict=True)]
 Share = Annotated[float, Field(gt=0, le=1, strict=True)]
-Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
+Count = Annotated[int, Field(ge=1, le=MOST_COUNTED, strict=True)]
 
 
 def _zoned(moment: datetime) -> datetime:
@@ -43,13 +44,22 @@ COLLIDES: Final = re.compile("overwrite a value|twice|redefine namespace|immutab
 """What Python's reader says where two statements define one name."""
 
 
+@dataclass(frozen=True)
+class In:
+    """The unit of a key whose end names none, in words."""
+
+    unit: str
+
+
 class Table(BaseModel):
     """A table whose unknown keys are refused: a mistyped option must not be an option ignored.
+
+    What a key means is the text below it: the tables of the documentation and the JSON schema are made of that.
 
     Its numbers are of the types above, which take neither texts nor truth values for numbers.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, use_attribute_docstrings=True)
 
 
 T = TypeVar("T", bound=Table)

@@ -10,12 +10,12 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import in_file
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.formats.option_tables import options_from
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.machine.model.term import means
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging, error_vectors
-from trueloop.units import UM_PER_MM
 
 DEVICES: Final = {"machine": "probe of the machine tool", "cmm": "coordinate measuring machine"}
 """By `machine.touched_on` of the job."""
@@ -25,6 +25,7 @@ def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) 
     """The touches as they were reported; device and temperatures as far as the job says them. Raises TCH errors."""
     with in_file(file):
         touches = tuple(read_touches(file))
+    gauging = options_from(Gauging, job)
     on_machine = machine is not None and machine.touched_on == "machine"
     return Inspection(
         part=Part(PartType(job.part.name)),
@@ -34,23 +35,16 @@ def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) 
         values=touches,
         device="" if machine is None else DEVICES[machine.touched_on],
         measured_at=job.gauging.measured_at,
-        ball_radius_mm=job.gauging.ball_radius_mm,
-        z_reference=job.gauging.z_reference,
+        ball_radius_mm=gauging.ball_radius_mm,
+        z_reference=gauging.z_reference,
         temperatures=means(machine.probing) if machine is not None and on_machine else {},
     )
 
 
 def part_errors(inspection: Inspection, file: Path, job: Job, profile: Profile) -> ErrorVectors:
     """The touches of a file as part errors along the profile. Raises TCH errors."""
-    gauging = Gauging(
-        ball_radius_mm=job.gauging.ball_radius_mm,
-        allowance_mm=job.gauging.measured_allowance_mm,
-        range_x_mm=job.gauging.repeatability_diameter_um / UM_PER_MM,
-        range_z_mm=job.gauging.repeatability_face_um / UM_PER_MM,
-        z_reference=job.gauging.z_reference,
-    )
     with in_file(file):
-        return replace(error_vectors(profile, inspection.touches, gauging), file=str(file))
+        return replace(error_vectors(profile, inspection.touches, options_from(Gauging, job)), file=str(file))
 
 
 def read_part_errors(file: Path, job: Job, profile: Profile) -> ErrorVectors:

@@ -11,7 +11,6 @@ from trueloop.formats.jobs.job import Job, read_job
 from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.probe_log import read_probe_log
 from trueloop.formats.measurements.touches_csv import read_touches
-from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned import ReadPart, read_part
 from trueloop.probing.obstacle import stock_obstacle
@@ -76,7 +75,7 @@ def _points(path: Path, job: Job, part: ReadPart, probe: ReadProbe) -> tuple[Gau
     """From the counts and spacing in the job, or, without any, where the job's touches are."""
     profile = part.profile
     if job.gauging.points or job.gauging.spacing_mm is not None:
-        reachable = nose_centre_path(profile, part.nose_radius_mm).reachable_mm
+        reachable = part.centre_path.reachable_mm
         points = equally_spaced(profile, _spacings(job, profile, reachable, probe), reachable)
         return points, [str(k + 1) for k in range(len(points.arc_length_mm))]
     file = path.parent / job.gauging.touches

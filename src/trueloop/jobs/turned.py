@@ -15,7 +15,9 @@ from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, read_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
+from trueloop.formats.option_tables import options_from
 from trueloop.geometry.feature import Feature
+from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.inspection import part_errors, read_inspection, read_part_errors
@@ -23,13 +25,15 @@ from trueloop.jobs.part_on_machine import read_part_on_machine
 from trueloop.jobs.sources import Sources
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
-from trueloop.loops.turned.correction import Inputs, Options
+from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.program import Program, read_program
 from trueloop.nc.program.understood import require_understood
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.options import Options
+from trueloop.turned.touches.touches import Gauging
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 
 PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
@@ -52,6 +56,11 @@ class ReadPart:
     profile: Profile
     nose_radius_mm: float
     files: tuple[Path, ...]
+
+    @property
+    def centre_path(self) -> CentrePath:
+        """The path of the nose centre along the profile. Raises GEO errors where the nose does not fit."""
+        return nose_centre_path(self.profile, self.nose_radius_mm)
 
 
 def read_part(path: Path) -> ReadPart:
@@ -98,7 +107,7 @@ def read_inputs(path: Path) -> ReadJob:
     nose = _nose(sources, job)
     machine = None
     if job.machine is not None:
-        machine = read_part_on_machine(sources, path, job.machine, job.gauging.ball_radius_mm)
+        machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
     inspection = read_inspection(touches, job, machine)
     inputs = Inputs(
         part=job.part.name,
@@ -193,27 +202,15 @@ def _nose(sources: Sources, job: Job) -> NoseModel | None:
 
 def _options(job: Job) -> Options:
     given = job.compensation
-    return Options(
-        weight=given.weight,
-        junctions=given.junctions,
-        knot_every=given.knot_every,
+    return options_from(
+        Options,
+        job,
         knot_every_on={name: fit.knot_every for name, fit in given.features.items() if fit.knot_every is not None},
         prescribed={name: ends for name, fit in given.features.items() if (ends := _ends(fit)).count},
-        bad_touches=given.bad_touches,
-        repeatability_mm=None if given.repeatability_um is None else given.repeatability_um / UM_PER_MM,
         between_cuts=_between_cuts(given),
-        chord_tolerance_mm=given.chord_tolerance_um / UM_PER_MM,
-        arcs=given.arcs,
-        errors_follow=given.errors_follow,
-        limits=Limits(
-            correction_mm=given.max_correction_um / UM_PER_MM,
-            slope=given.max_slope_um_per_mm / UM_PER_MM,
-            scatter_mm=given.max_scatter_um / UM_PER_MM,
-            age_hours=given.max_age_hours,
-        ),
+        limits=options_from(Limits, job),
         offset_is_diameter=None if job.programs.offset_x_is is None else job.programs.offset_x_is == "diameter",
         tool=job.tool.number,
-        by=given.by,
     )
 
 

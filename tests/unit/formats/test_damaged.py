@@ -13,7 +13,9 @@ from trueloop.formats.cad.dxf import read_dxf
 from trueloop.formats.jobs.job import read_job
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
+from trueloop.formats.option_tables import options_from
 from trueloop.formats.tables.model_file import read_model
+from trueloop.turned.options import Options
 
 
 @pytest.fixture
@@ -67,7 +69,7 @@ def test_what_is_no_number_or_date_of_a_surface_is_refused(path: Path, table: st
 def test_a_time_is_read_in_its_zone_and_a_whole_number_is_a_number(path: Path) -> None:
     job = read_job(_job(path, "gauging", "measured_at = 2026-03-01T08:30:00+02:00"))
     assert job.gauging.measured_at == datetime(2026, 3, 1, 6, 30, tzinfo=UTC)
-    assert read_job(_job(path, "compensation", "weight = 1")).compensation.weight == 1.0
+    assert options_from(Options, read_job(_job(path, "compensation", "weight = 1"))).weight == 1.0
 
 
 @pytest.mark.parametrize("text", ["a = " + "[" * 5000, "a = " + "9" * 5000, "a = 2026-13-45"])

@@ -8,6 +8,9 @@ from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.job import Job, read_job
+from trueloop.formats.option_tables import options_from
+from trueloop.turned.options import Options
+from trueloop.turned.touches.touches import Gauging
 
 JOB = """\
 [part]
@@ -55,8 +58,9 @@ def test_values_and_defaults(path: Path) -> None:
     job = _read(path, JOB)
     assert job.part.feature[1].to == (0.0, 70.0)
     assert job.programs.parameters == {"P46": 3.52}
-    assert (job.compensation.weight, job.compensation.junctions) == (0.75, "part")
-    assert (job.gauging.repeatability_diameter_um, job.gauging.repeatability_face_um) == (1.5, 0.5)
+    options, gauging = options_from(Options, job), options_from(Gauging, job)
+    assert (options.weight, options.junctions) == (0.75, "part")
+    assert (gauging.range_x_mm, gauging.range_z_mm) == (0.0015, 0.0005)
     assert job.output.folder == Path("out")
 
 

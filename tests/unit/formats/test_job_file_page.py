@@ -1,28 +1,20 @@
 """docs/job-file.md lists every table and key of the job file, with the unit and the default that the code has."""
 
+import json
 import re
 import tomllib
+from enum import Enum
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 import pytest
-from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from scripts.key_tables import DOCS, SCHEMAS, TABLES, page, schema
 from trueloop.formats.jobs import job
 
-PAGE = (Path(__file__).parents[3] / "docs" / "job-file.md").read_text(encoding="utf-8")
-MODELS: dict[str, type[BaseModel]] = {
-    "[part]": job.PartTable,
-    "[[part.feature]]": job.FeatureTable,
-    "[tool]": job.ToolTable,
-    "[programs]": job.ProgramsTable,
-    "[gauging]": job.GaugingTable,
-    "[compensation]": job.CompensationTable,
-    "[compensation.features.NAME]": job.FeatureFitTable,
-    "[machine]": job.MachineTable,
-    "[output]": job.OutputTable,
-}
+PAGE = (DOCS / "job-file.md").read_text(encoding="utf-8")
+MODELS = TABLES["job-file.md"]
 UNITS = {"_mm": "mm", "_um": "µm", "_in": "inch", "_um_per_mm": "µm/mm", "_hours": "h"}
 ROW = re.compile(r"\| `(\w+)` \| (.*?) ?\| (.*?) ?\| (.+) \|")
 
@@ -44,7 +36,9 @@ def written_default(field: FieldInfo) -> object:
 
 
 def choices(annotation: object) -> list[str]:
-    """The values of every `Literal` in an annotation."""
+    """The values of every `Literal` and every enumeration in an annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, Enum):
+        return [member.value for member in annotation]
     inner = get_args(annotation)
     return list(inner) if get_origin(annotation) is Literal else [c for each in inner for c in choices(each)]
 
@@ -85,3 +79,27 @@ def test_every_choice_is_on_the_page(heading: str) -> None:
     for key, field in MODELS[heading].model_fields.items():
         for choice in choices(field.annotation):
             assert f'"{choice}"' in "".join(sections()[heading][key]), (key, choice)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_tables_of_a_page_are_those_of_the_code(name: str) -> None:
+    assert (DOCS / name).read_text(encoding="utf-8") == page(name), "run: python -m scripts.key_tables"
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_schema_is_that_of_the_code(name: str) -> None:
+    assert (DOCS / name).read_text(encoding="utf-8") == schema(name), "run: python -m scripts.key_tables"
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_schema_says_what_every_key_means_and_knows_no_others(name: str) -> None:
+    read = json.loads((DOCS / name).read_text(encoding="utf-8"))
+    for table in (read, *(t for t in read["$defs"].values() if "properties" in t)):
+        assert table["additionalProperties"] is False
+        assert all("description" in key or "$ref" in str(key) for key in table["properties"].values()), table["title"]
+
+
+def test_schema_has_limits_with_unit_default_and_bound() -> None:
+    table = json.loads((DOCS / "job.schema.json").read_text(encoding="utf-8"))["$defs"]["CompensationTable"]
+    largest = table["properties"]["max_correction_um"]
+    assert (largest["default"], largest["exclusiveMinimum"], largest["type"]) == (150.0, 0, "number")

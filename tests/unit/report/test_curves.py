@@ -11,6 +11,7 @@ from trueloop.domain.limits import Limits
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.style import Figure, Trace
 from trueloop.report.turned.curves import error_curve
+from trueloop.turned.fit.chain import TangentPolicy
 
 MODBAS2 = example_correction("modbas2")
 DOME = MODBAS2.profile.names.index("dome")
@@ -61,7 +62,7 @@ def test_knots_and_prescribed_ends_are_marked() -> None:
 
 def test_the_policy_path_prescribes_the_slope_too() -> None:
     inputs = example_inputs("modbas2")
-    options = replace(inputs.options, junctions="path", limits=Limits(slope=0.05))
+    options = replace(inputs.options, junctions=TangentPolicy.PATH, limits=Limits(slope=0.05))
     path = compensate(replace(inputs, options=options))
     assert error_curve(path, DOME)["layout"]["annotations"][0]["text"] == "value and slope prescribed"
 

@@ -19,7 +19,7 @@ from trueloop.turned.fit.untouched import BETWEEN_FEATURES_MM, NOSE_MM, SETTING_
 
 PROFILE = modbas2()
 COLLAR, STEP, CONE, CYLINDER, FACE, NECK, DOME = range(7)
-PATH = FitOptions(tangent_policy=TangentPolicy.PATH)
+PATH = FitOptions(junctions=TangentPolicy.PATH)
 
 
 def fit(
@@ -83,7 +83,7 @@ def test_an_untouched_feature_beyond_the_touched_angles_stays_as_programmed() ->
 
 @pytest.mark.parametrize("policy", list(TangentPolicy))
 def test_an_untouched_line_takes_the_value_of_the_arc_it_is_tangent_to(policy: TangentPolicy) -> None:
-    model = fit([0, 0, 0, 0, 0, 0, 12], options=FitOptions(tangent_policy=policy))
+    model = fit([0, 0, 0, 0, 0, 0, 12], options=FitOptions(junctions=policy))
     neck, dome = model.curves[NECK], model.curves[DOME]
     assert neck.value_mm(neck.length_mm)[0] == pytest.approx(dome.value_mm(0.0)[0], abs=1e-15)
     assert "continues" in note_on(model, "neck")
@@ -115,7 +115,7 @@ def test_a_slope_of_the_user_s_own_beside_a_neighbour_s_value_counts_as_exact() 
     held = fit(touches, options=FitOptions(prescribed={"dome": EndConditions(start_slope=0.0)})).curves[DOME].spline
     assert held.covariance(held.slope_form(0.0), held.slope_form(0.0))[0] == pytest.approx(0.0, abs=1e-20)
     assert held.covariance(held.value_form(0.0), held.value_form(0.0))[0] > 1e-12
-    path = FitOptions(tangent_policy=TangentPolicy.PATH)
+    path = FitOptions(junctions=TangentPolicy.PATH)
     neck_s = fit(touches, options=path).curves[DOME].spline
     assert neck_s.covariance(neck_s.slope_form(0.0), neck_s.slope_form(0.0))[0] > 1e-16
 
@@ -161,7 +161,7 @@ def test_arcs_joined_tangentially_share_one_spline(policy: TangentPolicy) -> Non
     """Value continuous under both policies, slope under PATH; curvature free to jump where the radius changes sides."""
     profile = arcs_and_lines()
     vectors = touched(profile, [4, 4, 12, 12, 4, 2], noise(0.01))
-    model = fit_profile(profile, vectors, FitOptions(tangent_policy=policy, knot_every=4))
+    model = fit_profile(profile, vectors, FitOptions(junctions=policy, knot_every=4))
     for before, after, junction in zip(model.curves[:4], model.curves[1:5], profile.junctions, strict=False):
         assert junction.kind == JunctionKind.TANGENT
         assert abs(before.value_mm(before.length_mm)[0] - after.value_mm(0.0)[0]) < 1e-15

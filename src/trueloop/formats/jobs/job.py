@@ -9,8 +9,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from trueloop.domain.limits import Limits
 from trueloop.errors import Code
-from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Share, T, Table, read_tables
+from trueloop.formats.option_tables import options_from, with_options
+from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Positive, T, Table, read_tables
+from trueloop.turned.options import Options
+from trueloop.turned.touches.touches import Gauging
 
 Point = tuple[Finite, Finite]
 
@@ -19,11 +23,17 @@ class FeatureTable(Table):
     """One line or arc, from where the feature before it ended to `to` = [x, z]."""
 
     name: str
-    to: Point
-    centre: Point | None = None
-    radius: Positive | None = None
+    """Its name, once in a profile: touches refer to it."""
+    to: Annotated[Point, In("`unit`")]
+    """`[x, z]` where it ends."""
+    centre: Annotated[Point | None, In("`unit`")] = None
+    """`[x, z]` of an arc's centre."""
+    radius: Annotated[Positive | None, In("`unit`")] = None
+    """An arc's radius, instead of its centre."""
     turn: Literal["convex", "concave"] = "convex"
+    """`"convex"` (dome, edge radius: G02 towards the free end) or `"concave"` (fillet, groove)."""
     more_than_half: bool = False
+    """With `radius`: the arc turns through more than 180°."""
 
     @model_validator(mode="after")
     def _one_arc_form(self) -> "FeatureTable":
@@ -36,19 +46,37 @@ class PartTable(Table):
     """The nominal profile: given here, or read from a DXF drawing or a solid, or taken from the finish program."""
 
     name: str
+    """What the part is called in the report."""
     unit: Literal["mm", "inch"] = "mm"
+    """Unit of all coordinates and radii of the profile: `"mm"` or `"inch"` (25.4 mm)."""
     x_is: Literal["radius", "diameter"] = "radius"
-    start: Point | None = None
+    """Whether an x coordinate is a `"radius"` or a `"diameter"`. Arc radii are radii either way."""
+    start: Annotated[Point | None, In("`unit`")] = None
+    """`[x, z]` where the first feature begins, at the chuck end. Start it where the finish program starts to cut."""
     feature: tuple[FeatureTable, ...] = ()
+    """The features, from the chuck end to the free end: `[[part.feature]]` below."""
     dxf: Path | None = None
+    """A DXF drawing of the part: an open profile, a half section, or a view of both halves with its centre line."""
     dxf_layer: str | None = None
+    """The layer of the drawing to read, capital letters or not; left out, the whole drawing is."""
     dxf_outline: Count | None = None
+    """Which outline, from 1 from the left, where the drawing has several; the refusal lists them."""
     step: Path | None = None
+    """A STEP or IGES file of the turned solid: its outside is the profile, exact lines and arcs, z along its axis from
+    the file's origin. Needs the extra `cad`.
+    """
     step_turned_round: bool = False
+    """The free end is at the small z of the file: z is counted the other way."""
     step_from_z_mm: Finite | None = None
+    """Where the profile begins, as the finish program does; left out, at the solid's end face."""
     step_to_z_mm: Finite | None = None
+    """Where it ends; left out, at the other end face."""
     from_program: bool = False
+    """Take the profile from the finish program: the path of the nose centre less the nose radius; under G41 or G42 the
+    contour that it is.
+    """
     junctions: dict[str, Literal["corner", "tangent"]] = Field(default_factory=dict)
+    """Junctions by design, `{ "neck/dome" = "tangent" }` or `"corner"`; the others are found from the geometry."""
 
     @model_validator(mode="after")
     def _one_source(self) -> "PartTable":
@@ -64,8 +92,13 @@ class ToolTable(Table):
     """The finishing tool."""
 
     nose_radius_mm: NotNegative | None = None
+    """Nose radius; 0 is a pointed tool."""
     nose_radius_in: NotNegative | None = None
+    """The same in inches."""
     number: Annotated[int, Field(ge=0, le=1_000_000, strict=True)] | None = None
+    """Number of its offset at the control; left out, that of the finish pass' T word (12 of `T0312`), or 1 where there
+    is none.
+    """
 
     @model_validator(mode="after")
     def _one_unit(self) -> "ToolTable":
@@ -78,65 +111,101 @@ class ProgramsTable(Table):
     """The finish program, and the semi-finish program that the measured surface was cut with."""
 
     dialect: str
+    """One of those in [dialects.md](dialects.md): `"ge2000t"`, `"linuxcnc"`, `"fanuc-lathe"`, `"siemens"` …"""
     finish: Path
+    """The finish program, to be corrected. It is read, never changed: the corrected one is a new file."""
     finish_lines: tuple[Count, Count] | None = None
+    """`[from, to]`, lines of the finish program: which of several passes is the finish pass, where more than one fits
+    the profile.
+    """
     semifinish: Path | None = None
+    """The program that cut the surface that was touched. What it commands off the profile is no error of the process;
+    left out, the finish program's own deviation is taken.
+    """
     semifinish_allowance_mm: NotNegative | None = None
-    parameters: dict[str, Finite] = Field(default_factory=dict)
+    """What the semi-finish program leaves on, along the normal."""
+    parameters: Annotated[dict[str, Finite], In("program's")] = Field(default_factory=dict)
+    """Values of the programs' parameters, `{ P46 = 3.52 }`, in the programs' own unit."""
     unit: Literal["mm", "inch"] | None = None
+    """`"mm"` or `"inch"`: the unit in force at the start of programs that do not state their own; see
+    [cli.md](cli.md#the-unit-of-a-program).
+    """
     decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
+    """Decimals of new coordinates, 0 to 9; never fewer than those of the control's resolution and of the program's own
+    coordinates.
+    """
     offset_x_is: Literal["radius", "diameter"] | None = None
+    """How the control reads a tool offset on X: as a `"radius"` or a `"diameter"`; left out, as the program's X words.
+    """
     execute_deleted_blocks: bool = False
+    """Whether blocks that begin with `/` are run, as with the control's block-delete switch off."""
     accept_unknown_words: bool = False
+    """Go on although a program holds words or codes that the dialect does not know. They are left alone and taken to
+    move nothing.
+    """
 
 
+@with_options("gauging", Gauging)
 class GaugingTable(Table):
     """The touches and how well the probe repeats ([6811 §4.1]: ranges of 1.5 µm on diameters, 0.5 µm on faces)."""
 
     touches: Path
+    """CSV of the touches after the semi-finish cut: `point`, `feature`, nominal and measured point or error, the unit
+    in each column's name; also `note`, which is not read, and no others.
+    """
     probe: Path | None = None
+    """The probe's file (`docs/probing.md`): needed to plan touches, to write probing programs and to read their logs.
+    """
     points: dict[str, Count] = Field(default_factory=dict)
+    """How many points a feature gets when touches are planned, `{ dome = 20, "main-face" = 1 }`; left out with
+    `spacing_mm`, the points of `touches` are taken.
+    """
     spacing_mm: Positive | None = None
-    ball_radius_mm: NotNegative = 0.0
-    repeatability_diameter_um: NotNegative = 1.5
-    repeatability_face_um: NotNegative = 0.5
-    z_reference: str | None = None
-    measured_allowance_mm: Finite = 0.0
+    """Every feature not named in `points` gets points at most this far apart."""
     measured_at: Moment | None = None
+    """Date and time of the touches; from it their age is judged."""
     program_sha256: str | None = None
+    """SHA-256 of the finish program that the touches belong to: another program is refused."""
     finish_touches: Path | None = None
+    """CSV of touches after an earlier corrected cut, to find a correction of reversed sign."""
 
 
 class FeatureFitTable(Table):
     """What one feature's error curve is held to: its knots, and error and slope of error at its ends."""
 
-    knot_every: Count | None = None
+    knot_every: Annotated[Count | None, In("points")] = None
+    """`knot_every` on this arc alone."""
     start_um: Finite | None = None
+    """The error at the feature's start."""
     start_slope_um_per_mm: Finite | None = None
+    """The slope of the error there, along the profile."""
     end_um: Finite | None = None
+    """The error at the feature's end."""
     end_slope_um_per_mm: Finite | None = None
+    """The slope of the error there."""
 
 
+@with_options("compensation", Options, Limits)
 class CompensationTable(Table):
     """How much of the error to take out, how, and what to refuse."""
 
-    weight: Share = 1.0
-    by: Literal["auto", "contour", "offset"] = "auto"
-    junctions: Literal["part", "path"] = "part"
-    knot_every: Count | None = None
     features: dict[str, FeatureFitTable] = Field(default_factory=dict)
+    """Tables `[compensation.features.NAME]`, one a feature: see below."""
     nose_from: tuple[Path, ...] = ()
-    bad_touches: Literal["leave-out", "keep"] = "leave-out"
-    chord_tolerance_um: Positive = 0.5
-    arcs: Literal["auto", "lines", "arcs"] = "auto"
-    errors_follow: Literal["place", "nose"] = "place"
-    max_correction_um: Positive = 150.0
-    max_slope_um_per_mm: Positive = 40.0
-    max_scatter_um: Positive = 10.0
-    max_age_hours: Positive = 24.0
+    """Job files of other parts cut with the same edge: their touches give the nose model, which serves an arc where
+    leave-one-out prefers it.
+    """
     cut_to_cut_um: NotNegative | None = None
+    """Standard deviation of what moves a whole cut, along x and z each, but not from place to place of it (heat, the
+    turret indexed for the probe, the edge): one part's touches cannot show it. The semi-finish and the finish cut both
+    bring it. Left out together with the next key: 2 µm and 1.5 µm, a prior for turning in general that
+    `src/trueloop/turned/fit/between_cuts.py` derives. `0` switches it off. Widens the predicted ±U (√2 times it, root
+    of squares) and changes no correction.
+    """
     cut_to_cut_along_um: NotNegative | None = None
-    repeatability_um: NotNegative | None = None
+    """The same of what varies along the cut, over more than the distance of touches. Where one of the two is given, the
+    other is 0 unless given too.
+    """
 
 
 Vector = tuple[Finite, Finite, Finite]
@@ -148,17 +217,38 @@ class MachineTable(Table):
     """The machine's own errors, to be corrected together with the process's: where the part stands, how warm it is."""
 
     model: Path
+    """The model, as `trueloop machine fit` wrote it."""
     serial: str | None = None
+    """Refuse a model of a machine with another serial number."""
     work_zero_mm: Vector
+    """Machine coordinates of the program's zero, for a tool of no length, with all that is in force in the finish pass:
+    work offset, G52, G92, TRANS.
+    """
     tool_mm: Vector
+    """The programmed point of the tool from the frame of the last axis, as `--tool`. Semi-finish and finish cut are
+    made with this tool.
+    """
     cutting: Signals = Field(default_factory=dict)
+    """Signals of the model during the finish cut, `{ T1 = 24.0 }`, or the CSV log whose last row is meant."""
     semifinish_cut: Literal["uncompensated", "compensated"]
+    """`"uncompensated"`: the touched surface carries the machine's error (its program is `programs.semifinish`, or as
+    the finish program); `"compensated"`: the control took the error out, or a program that the job does not name. A
+    `programs.semifinish` with trueloop's mark is followed word by word either way.
+    """
     semifinish: Signals | None = None
+    """Signals during the semi-finish cut; left out, those of `cutting`."""
     touched_on: Literal["machine", "cmm"]
+    """`"machine"`: the control reported the touches, which carry its error while probing; `"cmm"`: they are taken as
+    they are.
+    """
     probing: Signals | None = None
+    """Signals while probing; required with touches taken on the machine."""
     probe_mm: Vector | None = None
+    """The ball's centre from the frame of the last axis; required with touches taken on the machine."""
     probe_ball_radius_mm: NotNegative | None = None
+    """Radius of the ball: where its centre was in the machine; left out, `gauging.ball_radius_mm`."""
     extrapolate: tuple[str, ...] = ()
+    """Axes and signals that may leave the range of the model's data, `["T1"]`."""
 
     @model_validator(mode="after")
     def _probe_given(self) -> "MachineTable":
@@ -171,6 +261,7 @@ class OutputTable(Table):
     """Where the results go."""
 
     folder: Path = Path("out")
+    """Where the results go."""
 
 
 class Job(Table):
@@ -186,7 +277,7 @@ class Job(Table):
 
     @model_validator(mode="after")
     def _contour_for_the_machine(self) -> "Job":
-        if self.machine is not None and self.compensation.by == "offset":
+        if self.machine is not None and options_from(Options, self).by == "offset":
             raise ValueError("no tool offset can carry the machine's error: `compensation.by` is to be another")
         return self
 

@@ -1,7 +1,7 @@
 """The nominal profile that a job's `[part]` table spells out, and the table that spells out a profile."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Final
 
@@ -39,9 +39,15 @@ def junctions_by_design(named: Mapping[str, str]) -> dict[tuple[str, str], Junct
     return {(before, after): JunctionKind(named[name]) for name, (before, _, after) in pairs.items()}
 
 
-def part_table_toml(name: str, profile: Profile) -> str:
-    """A `[part]` table in mm and radii that reads back as this profile, to a picometre."""
-    lines = ["[part]", f"name = {_quoted(name)}", 'unit = "mm"', 'x_is = "radius"']
+def part_table_toml(name: str, profile: Profile, notes: Sequence[str] = ()) -> str:
+    """A `[part]` table in mm and radii that reads back as this profile, to a picometre; `notes` as comments above."""
+    lines = [
+        *(f"# {' '.join(note.split())}" for note in notes),
+        "[part]",
+        f"name = {_quoted(name)}",
+        'unit = "mm"',
+        'x_is = "radius"',
+    ]
     lines.append(f"start = {_pair(profile.features[0].start_mm)}")
     for feature in profile.features:
         lines += ["", "[[part.feature]]", f"name = {_quoted(feature.name)}", f"to = {_pair(feature.end_mm)}"]

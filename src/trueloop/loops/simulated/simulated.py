@@ -70,6 +70,11 @@ class SimulatedPart:
         return rms(self.finish_truth_mm)
 
     @property
+    def residual_worst_mm(self) -> float:
+        """Size of the largest true residual."""
+        return float(np.max(np.abs(self.finish_truth_mm)))
+
+    @property
     def coverage(self) -> float:
         """Share of true residuals inside the predicted 95 % band."""
         return float(np.mean(np.abs(self.finish_truth_mm) <= self.correction.prediction.expanded_u_mm))

@@ -22,6 +22,7 @@ from trueloop.simulator.presets import Workshop
 from trueloop.statistics import rms
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
+from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 STEP_MM: Final = 0.02
@@ -110,7 +111,7 @@ def study_part(trial: Trial, workshop: Workshop, seed: int) -> StudyPart:
     semifinished, touches = semifinish_and_probe(trial, workshop, seed)
     inputs = replace(trial.inputs, touches=touches)
     loop = compensate(inputs)
-    path = compensate(replace(inputs, options=replace(inputs.options, junctions="path")))
+    path = compensate(replace(inputs, options=replace(inputs.options, junctions=TangentPolicy.PATH)))
     raw = path_of_shifts(inputs.profile, inputs.nose_radius_mm, raw_shifts(inputs.profile, touches))
 
     def finished(paths: Sequence[CentrePath]) -> Array:

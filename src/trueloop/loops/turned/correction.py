@@ -9,7 +9,6 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.limits import Limits
 from trueloop.domain.record import Record
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
@@ -23,38 +22,10 @@ from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.compensation.table import CorrectionTable
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.fit.between_cuts import PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_model import NoseModel
-from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.options import Options
 from trueloop.turned.program.wear import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
-
-
-@dataclass(frozen=True)
-class Options:
-    """How to compensate. Lengths in mm; `offset_is_diameter` says how the control reads tool offsets on X.
-
-    `errors_follow` is "place", or "nose" where a nose's wear is known to make the error: see `compensation.lean`.
-    `by`: "auto", or "contour" or "offset" where the user chooses what carries the correction.
-    Those of the fit are as in `FitOptions`; `between_cuts` and `repeatability_mm` change the predicted bands and no
-    correction.
-    """
-
-    weight: float = 1.0
-    junctions: str = "part"
-    knot_every: int | None = None
-    knot_every_on: Mapping[str, int] = field(default_factory=dict)
-    prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
-    bad_touches: str = "leave-out"
-    repeatability_mm: float | None = None
-    between_cuts: BetweenCuts = PRIOR
-    chord_tolerance_mm: float = 0.0005
-    arcs: str = "auto"
-    errors_follow: str = "place"
-    limits: Limits = field(default_factory=Limits)
-    offset_is_diameter: bool | None = None
-    tool: int | None = None
-    by: str = "auto"
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, surface_of
-from trueloop.loops.turned.correction import Composed, Correction, Inputs, Options
+from trueloop.loops.turned.correction import Composed, Correction, Inputs
 from trueloop.loops.turned.part_on_machine import InMachine, placed
 from trueloop.loops.turned.paths import corrected_paths
 from trueloop.loops.turned.predicted import prediction_at_touches
@@ -28,8 +28,7 @@ from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.fit.chain import TangentPolicy
-from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.options import Options
 from trueloop.turned.touches.plausibility import check_loop_sign
 
 
@@ -110,21 +109,9 @@ def _error_model(inputs: Inputs, told: Commanded, surface: Surface) -> ProfileEr
     """Error curves of the process: what neither the machine nor the programs put into the touches."""
     touches, options = surface.touches, inputs.options
     process = replace(touches, error_mm=touches.error_mm - surface.cut_in_mm - told.measured_at(touches))
-    model = fit_profile(inputs.profile, process, _fit_options(options), inputs.nose)
+    model = fit_profile(inputs.profile, process, options, inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
     return model
-
-
-def _fit_options(options: Options) -> FitOptions:
-    return FitOptions(
-        tangent_policy=TangentPolicy(options.junctions),
-        knot_every=options.knot_every,
-        knot_every_on=options.knot_every_on,
-        prescribed=options.prescribed,
-        repeatability_mm=options.repeatability_mm,
-        between_cuts=options.between_cuts,
-        bad_touches=BadTouches(options.bad_touches),
-    )
 
 
 def _decision(model: ProfileErrorModel, told: Commanded, options: Options, by: str) -> Decision:

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 from trueloop.domain.record import ChangedWord
 from trueloop.errors import Code, TrueloopError, in_file
-from trueloop.loops.turned.correction import Inputs, Options
+from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.written import Writing, write_contour
 from trueloop.loops.turned.written_offsets import write_offsets
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import check_offset
+from trueloop.turned.options import Options
 from trueloop.turned.program.wear import WearOffset, offset_number, wear_offset
 
 

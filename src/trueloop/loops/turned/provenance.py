@@ -56,7 +56,7 @@ def record_of(
 
 def _options(inputs: Inputs) -> dict[str, object]:
     machine = {} if inputs.machine is None else {"machine": inputs.machine.told()}
-    return {**asdict(inputs.options), "parameters": dict(inputs.parameters), **machine}
+    return {"weight": inputs.options.weight, **asdict(inputs.options), "parameters": dict(inputs.parameters), **machine}
 
 
 def _model(model: ProfileErrorModel) -> dict[str, object]:
@@ -71,7 +71,7 @@ def _model(model: ProfileErrorModel) -> dict[str, object]:
         for curve in model.curves
     ]
     return {
-        "tangent_policy": str(model.options.tangent_policy),
+        "tangent_policy": str(model.options.junctions),
         "scatter_mm": model.scatter_mm,
         "degrees_of_freedom": model.degrees_of_freedom,
         "curves": curves,

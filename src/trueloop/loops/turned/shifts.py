@@ -7,11 +7,11 @@ import numpy as np
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.loops.turned.commanded import Commanded
-from trueloop.loops.turned.correction import Options
 from trueloop.turned.compensation.decide import FACES_AXIS, Decision
 from trueloop.turned.compensation.lean import of_curve, of_slope, to_take_out
 from trueloop.turned.compensation.shift import ZERO, Shift, constant, weighted_sum
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.options import Options
 
 
 @dataclass(frozen=True)

@@ -34,12 +34,13 @@ from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.choose import ModelChoice
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.spline import EndConditions, Spline
+from trueloop.turned.options import Options
 from trueloop.turned.program.wear import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 CODEC: Final = values.CODEC.with_more(
     *(Correction, Limits),
-    *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, turned.Options, BetweenCuts, EndConditions),
+    *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
     *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),

@@ -1,12 +1,35 @@
 """A simulated part and a study of many as JSON."""
 
+from trueloop.arrays import Array
 from trueloop.loops.simulated.simulated import SimulatedPart
 from trueloop.loops.simulated.study import Study
+from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
 
 
 def simulated_part_as_dict(part: SimulatedPart) -> dict[str, object]:
     """A simulated part point by point: truth beside what was measured and predicted, µm."""
+    columns_um = _columns_um(part)
+    rows = zip(*(column.tolist() for column in columns_um.values()), strict=True)
+    return {
+        "record_id": part.correction.record.id,
+        "true_residual_rms_um": part.residual_rms_mm * UM_PER_MM,
+        "points": [
+            {"point": name, **dict(zip(columns_um, row, strict=True))}
+            for name, row in zip(part.touches.point, rows, strict=True)
+        ],
+    }
+
+
+def rms_by_feature_um(part: SimulatedPart) -> list[tuple[str, int, list[float]]]:
+    """Of every touched feature its name, the number of touches, and the RMS of each column of `_columns_um`."""
+    columns = _columns_um(part).values()
+    rows = [(name, part.touches.of_feature(i)) for i, name in enumerate(part.correction.profile.names)]
+    return [(name, len(mine), [rms(column[mine]) for column in columns]) for name, mine in rows if len(mine)]
+
+
+def _columns_um(part: SimulatedPart) -> dict[str, Array]:
+    """By touch."""
     columns_mm = {
         "semifinish_truth_um": part.semifinish_truth_mm,
         "probed_um": part.touches.error_mm,
@@ -14,15 +37,7 @@ def simulated_part_as_dict(part: SimulatedPart) -> dict[str, object]:
         "cmm_um": part.cmm_mm,
         "half_band_um": part.correction.prediction.expanded_u_mm,
     }
-    rows = zip(*((column * UM_PER_MM).tolist() for column in columns_mm.values()), strict=True)
-    return {
-        "record_id": part.correction.record.id,
-        "true_residual_rms_um": part.residual_rms_mm * UM_PER_MM,
-        "points": [
-            {"point": name, **dict(zip(columns_mm, row, strict=True))}
-            for name, row in zip(part.touches.point, rows, strict=True)
-        ],
-    }
+    return {name: column * UM_PER_MM for name, column in columns_mm.items()}
 
 
 def study_as_dict(study: Study) -> dict[str, object]:

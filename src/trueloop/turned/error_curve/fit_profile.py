@@ -94,8 +94,8 @@ def fit_profile(
     fits, choices = fit_chains(profile, good, options, on_part)
     fitted = finish(fits, good)
     free = fitted
-    if options.tangent_policy == TangentPolicy.PATH:
-        with_kinks = replace(options, tangent_policy=TangentPolicy.PART)
+    if options.junctions == TangentPolicy.PATH:
+        with_kinks = replace(options, junctions=TangentPolicy.PART)
         free = finish(fit_chains(profile, good, with_kinks, on_part)[0], good)
     curves = tuple(_curves(profile, good, fitted, options))
     drawn_out = [note for i, curve in enumerate(curves) if len(vectors.of_feature(i)) for note in _drawn_out(curve)]
@@ -113,7 +113,7 @@ def fit_profile(
         residual_rms_mm=np.array([_rms_of_known(residual[group]) for group in groups]),
         leave_one_out_rms_mm=np.array([_rms_of_known(left_out[group]) for group in groups]),
         junctions=displaced_junctions(profile, curves),
-        tangency=tangencies(profile, free, options.tangent_policy),
+        tangency=tangencies(profile, free, options.junctions),
         scatter_mm=max(fitted.scatter_mm.values()),
         degrees_of_freedom=fitted.degrees_of_freedom,
         notes=(*unused, *(note for fit in fitted.fits.values() for note in fit.notes), *drawn_out),

@@ -93,7 +93,7 @@ def _knots(shape: Shape, chain: Chain, touches: ChainTouches, options: FitOption
     at_points: list[float] = []
     for points, r in zip(touches.by_feature_mm, shape.every, strict=True):
         at_points += every_rth(points, chain.starts_mm, chain.length_mm, r) if r else ()
-    repeats = joint_repeats(options.tangent_policy, shape.degree)
+    repeats = joint_repeats(options.junctions, shape.degree)
     return Knots(tuple(at_points), chain.joints_mm if repeats > 0 else (), repeats)
 
 

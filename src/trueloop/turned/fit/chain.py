@@ -20,8 +20,8 @@ class TangentPolicy(StrEnum):
     with the opposite kink leaves a tangent part.
     """
 
-    PATH = "path"
     PART = "part"
+    PATH = "path"
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def _from_neighbour(
     spline = fits[end.chain].fit.spline
     at = spline.length_mm if end.at_end else 0.0
     value, slope = float(spline.of(spline.value_form(at))[0]), float(spline.of(spline.slope_form(at))[0])
-    tangent = options.tangent_policy == TangentPolicy.PATH
+    tangent = options.junctions == TangentPolicy.PATH
     return value, slope if tangent else None, ConditionSource(neighbour=end, gives_slope=tangent)
 
 

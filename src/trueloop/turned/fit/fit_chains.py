@@ -53,7 +53,7 @@ def fit_touched(
         fits[i] = _touched(profile, chains[i], vectors, options, conditions, sources, {} if known is None else known)
         held = any(name in options.prescribed for name in _names(profile, chains[i]))
         if nose is not None and chains[i].curved and not held and np.any(np.isin(nose.positions, fits[i].touches)):
-            fits[i], choice = choose(profile, vectors, fits[i], nose, options.tangent_policy)
+            fits[i], choice = choose(profile, vectors, fits[i], nose, options.junctions)
             choices.append(choice)
     return {i: fits[i] for i in touched}, tuple(choices)
 
@@ -91,4 +91,4 @@ def _fitted(
     names = _names(profile, chain)
     if chain.curved:
         return fit_arcs(names, chain, touches, options, conditions, sources)
-    return fit_lines(" and ".join(names), chain, touches, options.tangent_policy, conditions, sources)
+    return fit_lines(" and ".join(names), chain, touches, options.junctions, conditions, sources)

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Annotated
 
+from trueloop.domain.option import Option
 from trueloop.turned.fit.between_cuts import NONE, BetweenCuts
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions
@@ -22,21 +24,53 @@ class FitOptions:
 
     `knot_every`: r, a knot at every r-th touch of an arc [6517 Eq. 5]; None lets the leave-one-out error choose.
     `knot_every_on`: r of single arcs, by feature name. `prescribed`: values and slopes at the ends of features, by
-    name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: standard
-    deviation of the process from one cut to the next; None takes the scatter of the touches about the curves less the
-    probe's share (`process_scatter`), which holds when touches scatter as cuts do. `between_cuts`: what comes out
-    differently from cut to cut, which the scatter within one part does not show (`between_cuts.PRIOR` where nothing is
-    known of it). It widens what is predicted of the next cut and changes no curve. `bad_touches`: KEEP looks for none
-    and fits to all.
+    name; a tangent neighbour's value stands above them, and a contradiction is refused. `repeatability_mm`: None takes
+    the scatter of the touches about the curves less the probe's share (`process_scatter`), which holds when touches
+    scatter as cuts do. `between_cuts`: what comes out differently from cut to cut, which the scatter within one part
+    does not show (`between_cuts.PRIOR` where nothing is known of it). It widens what is predicted of the next cut and
+    changes no curve.
     """
 
-    tangent_policy: TangentPolicy = TangentPolicy.PART
-    knot_every: int | None = None
+    junctions: Annotated[
+        TangentPolicy,
+        Option(
+            "compensation.junctions",
+            'At tangent junctions, `"part"`: the predicted part is tangent; `"path"`: the compensation curve is, as '
+            "published.",
+        ),
+    ] = TangentPolicy.PART
+    knot_every: Annotated[
+        int | None,
+        Option(
+            "compensation.knot_every",
+            "A spline knot at every how manieth touch, but none on the last touch of an arc; left out, the "
+            "leave-one-out error chooses.",
+            least=1,
+            unit="points",
+        ),
+    ] = None
     knot_every_on: Mapping[str, int] = field(default_factory=dict)
     prescribed: Mapping[str, EndConditions] = field(default_factory=dict)
-    repeatability_mm: float | None = None
+    bad_touches: Annotated[
+        BadTouches,
+        Option(
+            "compensation.bad_touches",
+            "What becomes of a touch that the others contradict beyond doubt (see below): left out of the fit "
+            '(`"leave-out"`), or `"keep"`: none is looked for.',
+        ),
+    ] = BadTouches.LEAVE_OUT
+    repeatability_mm: Annotated[
+        float | None,
+        Option(
+            "compensation.repeatability_um",
+            "Standard deviation of the process from one cut to the next, known from earlier parts; left out, the "
+            "touches' scatter about the curves less the probe's share (`repeatability_diameter_um`, "
+            "`repeatability_face_um`), which holds when touches scatter as cuts do. Changes the predicted bands and no "
+            "correction.",
+            least=0,
+        ),
+    ] = None
     between_cuts: BetweenCuts = NONE
-    bad_touches: BadTouches = BadTouches.LEAVE_OUT
 
     def knot_every_for(self, feature: str) -> int | None:
         """The r of a feature, None where leave-one-out chooses."""

@@ -8,12 +8,13 @@ touch that was not exactly along n keeps its normal component only. The part's z
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.inspection import Touch
+from trueloop.domain.option import Option
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -28,11 +29,38 @@ REFERENCE_FACES: Final = 0.5
 class Gauging:
     """How the touches were taken. Ranges are those of repeated probing, along x and along z [6811 §4.1]."""
 
-    ball_radius_mm: float = 0.0
-    allowance_mm: float = 0.0
-    range_x_mm: float = 1.5 / UM_PER_MM
-    range_z_mm: float = 0.5 / UM_PER_MM
-    z_reference: str | None = None
+    ball_radius_mm: Annotated[
+        float,
+        Option(
+            "gauging.ball_radius_mm", "Radius of the probe's ball, where measured points are ball centres.", least=0
+        ),
+    ] = 0.0
+    allowance_mm: Annotated[
+        float,
+        Option(
+            "gauging.measured_allowance_mm",
+            "What the cut was to leave on, where measured points are of the oversize surface.",
+        ),
+    ] = 0.0
+    range_x_mm: Annotated[
+        float,
+        Option(
+            "gauging.repeatability_diameter_um",
+            "Range of repeated touches along x. The standard uncertainty is the range by √12.",
+            least=0,
+        ),
+    ] = 1.5 / UM_PER_MM
+    range_z_mm: Annotated[float, Option("gauging.repeatability_face_um", "The same along z.", least=0)] = (
+        0.5 / UM_PER_MM
+    )
+    z_reference: Annotated[
+        str | None,
+        Option(
+            "gauging.z_reference",
+            "The point, on a face, from which the part's z is taken: its error is zero by definition. Left out, z is "
+            "as reported.",
+        ),
+    ] = None
 
 
 def standard_uncertainty_mm(outward_normal: Array, gauging: Gauging) -> Array:

@@ -1,0 +1,89 @@
+"""What the documentation says of keys of TOML files, written from the code: tables of keys, JSON schemas.
+
+    python -m scripts.key_tables
+
+A page has a heading for each table of a file, and below it the table of its keys.
+"""
+
+import json
+import re
+from enum import Enum
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from trueloop.domain.option import unit_of
+from trueloop.formats.jobs import job
+from trueloop.formats.toml_tables import In
+
+DOCS: Final = Path(__file__).parents[1] / "docs"
+TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
+    "job-file.md": {
+        "[part]": job.PartTable,
+        "[[part.feature]]": job.FeatureTable,
+        "[tool]": job.ToolTable,
+        "[programs]": job.ProgramsTable,
+        "[gauging]": job.GaugingTable,
+        "[compensation]": job.CompensationTable,
+        "[compensation.features.NAME]": job.FeatureFitTable,
+        "[machine]": job.MachineTable,
+        "[output]": job.OutputTable,
+    },
+}
+"""By page and heading."""
+SCHEMAS: Final[dict[str, type[BaseModel]]] = {"job.schema.json": job.Job}
+HEAD: Final = "| Key | Unit | Default | Meaning |\n|---|---|---|---|\n"
+
+
+def page(name: str) -> str:
+    """A page of the documentation with its tables of keys as the code has them."""
+    text = (DOCS / name).read_text(encoding="utf-8")
+    for heading, model in TABLES[name].items():
+        section = re.search(rf"#+ `{re.escape(heading)}`\n(?:(?!#|\|).*\n)*((?:\|.*\n)+)", text)
+        if section is None:
+            raise ValueError(f"{name}: no heading `{heading}` with a table below it")
+        text = text[: section.start(1)] + key_table(model) + text[section.end(1) :]
+    return text
+
+
+def key_table(model: type[BaseModel]) -> str:
+    """Key, unit, default and meaning of every key, as a table in Markdown."""
+    return HEAD + "".join(_row(key, field) for key, field in model.model_fields.items())
+
+
+def schema(name: str) -> str:
+    """A JSON schema, by which editors complete and check a file."""
+    draft = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return json.dumps(draft | SCHEMAS[name].model_json_schema(), indent=1, ensure_ascii=False) + "\n"
+
+
+def _row(key: str, field: FieldInfo) -> str:
+    unit = unit_of(key).name or next((note.unit for note in field.metadata if isinstance(note, In)), "")
+    cells = (f"`{key}`", unit, _default(field), " ".join((field.description or "").split()))
+    return "|" + "|".join(f" {cell} " if cell else " " for cell in cells) + "|\n"
+
+
+def _default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "required"
+    value = field.get_default(call_default_factory=True)
+    return "" if value is None else f"`{_toml(value)}`"
+
+
+def _toml(value: Any) -> str:
+    plain = value.value if isinstance(value, Enum) else str(value) if isinstance(value, Path) else value
+    return json.dumps(plain, ensure_ascii=False)  # of such values TOML's spelling is JSON's
+
+
+def main() -> None:
+    """Writes the pages and the schemas."""
+    for name in TABLES:
+        (DOCS / name).write_text(page(name), encoding="utf-8")
+    for name in SCHEMAS:
+        (DOCS / name).write_text(schema(name), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

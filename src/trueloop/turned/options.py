@@ -1,0 +1,66 @@
+"""What a user may choose about the correction of a turned part."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal, TypeAlias
+
+from trueloop.domain.limits import Limits
+from trueloop.domain.option import Option
+from trueloop.turned.fit.between_cuts import PRIOR, BetweenCuts
+from trueloop.turned.fit.options import FitOptions
+
+Arcs: TypeAlias = Literal["auto", "lines", "arcs"]
+By: TypeAlias = Literal["auto", "contour", "offset"]
+
+
+@dataclass(frozen=True)
+class Options(FitOptions):
+    """How to compensate: the choices of the fit, and these. Lengths in mm.
+
+    `offset_is_diameter` says how the control reads tool offsets on X; None: as the program's X words.
+    """
+
+    between_cuts: BetweenCuts = PRIOR
+    weight: Annotated[
+        float,
+        Option(
+            "compensation.weight",
+            "Share of the computed correction that is applied, over 0 to 1; on a new process begin with 0.5 to 0.75.",
+            above=0,
+            most=1,
+        ),
+    ] = 1.0
+    chord_tolerance_mm: Annotated[
+        float,
+        Option(
+            "compensation.chord_tolerance_um",
+            "How far the moves that replace an arc may deviate from the compensated path.",
+            above=0,
+        ),
+    ] = 0.0005
+    arcs: Annotated[
+        Arcs,
+        Option(
+            "compensation.arcs",
+            'Replace arcs by `"lines"`, by tangent `"arcs"`, or by whichever needs fewer blocks (`"auto"`).',
+        ),
+    ] = "auto"
+    errors_follow: Annotated[
+        Literal["place", "nose"],
+        Option(
+            "compensation.errors_follow",
+            '`"nose"` where the wear of the tool\'s nose is known to make the error: on arcs, where a corrected '
+            "contour leans by e′ and is touched by another place of the nose, R e′² is taken out besides the error e, "
+            '1 µm at most. With `"place"`, it is an uncertainty of R e′²/√3.',
+        ),
+    ] = "place"
+    limits: Limits = field(default_factory=Limits)
+    offset_is_diameter: bool | None = None
+    tool: int | None = None
+    by: Annotated[
+        By,
+        Option(
+            "compensation.by",
+            'What carries the correction: `"contour"`, the program\'s coordinates; `"offset"`, the tool\'s offset, '
+            'whatever it leaves; `"auto"` asks the touches whether an offset is enough.',
+        ),
+    ] = "auto"
