@@ -23,10 +23,10 @@ TRACEBACK_VARIABLE = "TRUELOOP_TRACEBACK"
 
 
 class ExitStatus(IntEnum):
-    """What the shell is told. docs/cli.md carries this table."""
+    """The exit status. docs/cli.md carries this table."""
 
     DONE = 0
-    FINDINGS = 1  # a check found an error, a comparison more than its limit, or something could not be told
+    FINDINGS = 1  # a check found an error, a comparison more than its limit, or something could not be determined
     USAGE = 2  # the command line itself was wrong
     REFUSED = 3  # the input was refused: nothing was written
     OUTPUT = 4  # the results could not be written: nothing was written

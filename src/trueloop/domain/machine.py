@@ -1,4 +1,4 @@
-"""A machine tool, told from its sisters of the same make."""
+"""A machine tool, one among others of the same make."""
 
 from dataclasses import dataclass, field
 from typing import Literal

@@ -106,7 +106,7 @@ def _on_cluster(work: Callable[[Item], Result], items: Sequence[Item], scheduler
     with client:
         # What a dying worker had, the scheduler gives out again itself; `retries` would repeat what `work` refuses.
         waiting = deque(client.map(work, items, pure=False))
-        while waiting:  # a result is the workers' until its turn comes, and forgotten there once it is told
+        while waiting:  # a result is the workers' until its turn comes, and forgotten there once it is returned
             try:
                 result = waiting.popleft().result()
             except KilledWorker as error:

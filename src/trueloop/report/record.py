@@ -68,7 +68,7 @@ def words(record: Record) -> list[tuple[str, list[str]]]:
     program, machine = record.program, record.machine
     stated_by = _table(record.options.get("unit")).get("stated_by")
     unit = "" if program is None or program.unit is None else f", {program.unit} as stated by {stated_by}"
-    told = [
+    sections = [
         ("Corrected", [CORRECTED[record.product]]),
         ("Part", [] if record.part_type is None else [_named(record.part_type.name, record.part_type.revision)]),
         ("Program", [] if program is None else [f"{program.name} ({program.dialect}{unit})"]),
@@ -82,7 +82,7 @@ def words(record: Record) -> list[tuple[str, list[str]]]:
         ("Changes", [_changes(record)]),
         ("Made", [f"{record.made_at} by {record.made_by or 'not recorded'}, trueloop {record.trueloop_version}"]),
     ]
-    return [(heading, lines) for heading, lines in told if lines]
+    return [(heading, lines) for heading, lines in sections if lines]
 
 
 def model_words(record: Record) -> list[str]:

@@ -114,7 +114,7 @@ def _table(table: Path, *, unproven: bool) -> "tuple[PlanarField, dict[str, obje
     with in_file(table):
         known = TableField(read_field(table))
         require_repeating(None if unproven else read_left_out(table))
-    return known, known.field.told | ({"unproven": True} if unproven else {})
+    return known, known.field.identity | ({"unproven": True} if unproven else {})
 
 
 @guarded

@@ -45,8 +45,9 @@ def _say(figures: dict[str, object]) -> None:
         cells = [f"{figures[key]:.2f}" if key else "" for key in keys]
         print(f"{words:<28}{cells[0]:>8}{cells[1]:>8}{cells[2]:>11}".rstrip())
     print(
-        f"\nTold at {figures['places_told']} places, measured at {figures['places_measured']}. The pattern is known to "
-        f"± {figures['pattern_u95_um']:.2f} µm (95 %); that holds at {figures['pattern_inside_u95']:.0%} of the places "
-        f"told, and at {figures['pattern_inside_u95_without_ridges']:.0%} of them with the program's own ridges taken "
-        "off: the band is that of a smooth pattern, and ridges between the passes come on top."
+        f"\nTruth at {figures['places_told']} places, measured at {figures['places_measured']}. The pattern is known "
+        f"to ± {figures['pattern_u95_um']:.2f} µm (95 %); that holds at {figures['pattern_inside_u95']:.0%} of "
+        f"the places with truth, and at {figures['pattern_inside_u95_without_ridges']:.0%} of them with the "
+        "program's own ridges taken off: the band is that of a smooth pattern, "
+        "and ridges between the passes come on top."
     )

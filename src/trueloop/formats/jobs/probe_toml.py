@@ -15,7 +15,7 @@ from trueloop.probing.stylus import Stylus
 from trueloop.units import UM_PER_MM
 
 LEAST_BACK_OFF_MM: Final = 0.1
-"""Shorter ways cannot be told from a probe that is still triggered."""
+"""Shorter ways cannot be distinguished from a probe that is still triggered."""
 
 
 class StylusTable(Table):

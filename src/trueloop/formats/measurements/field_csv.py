@@ -46,7 +46,7 @@ def read_field(path: Path) -> Field:
         displacement[:, axis] = rows.numbers(name) * _UNITS[unit]
     field = _on_grid(rows, position, displacement)
     content = np.hstack([position, displacement]).tobytes()
-    return replace(field, told=field.told | {"table": sha256(content).hexdigest()})
+    return replace(field, identity=field.identity | {"table": sha256(content).hexdigest()})
 
 
 def plane_csv(x_mm: Array, y_mm: Array, displacement_mm: Array, left: Sequence[LeftOut] = ()) -> str:

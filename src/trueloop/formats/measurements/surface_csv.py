@@ -71,7 +71,7 @@ def _lines(head: list[str], form: str, rows: Array) -> bytes:
 
 def pattern_to_json(pattern: Pattern) -> bytes:
     """The pattern with its control values in µm, row by row, and those of every part."""
-    told = {
+    document = {
         "size": asdict(pattern.mean.size),
         "size_of_parts_splines": asdict(pattern.size),
         "knots": "clamped, evenly spaced on [0, 1]",
@@ -85,4 +85,4 @@ def pattern_to_json(pattern: Pattern) -> bytes:
             for name, model in zip(pattern.names, pattern.models, strict=True)
         },
     }
-    return (json.dumps(told, indent=1, ensure_ascii=False) + "\n").encode()
+    return (json.dumps(document, indent=1, ensure_ascii=False) + "\n").encode()

@@ -70,8 +70,8 @@ def mapped_pieces(
     _require_followed(survey, field)
     mapper = _mapper(field, survey, options, parameters)
     text = _text(source, survey, options, parameters)
-    values = dict(parameters)
-    identity = record_id({"program": survey.sha256}, {"field": field.told, "parameters": values, **vars(options)})
+    options_of_id = {"field": field.identity, "parameters": dict(parameters), **vars(options)}
+    identity = record_id({"program": survey.sha256}, options_of_id)
     return _written(mapper, text, survey, _mark(identity, survey, parameters), identity, options.unit)
 
 

@@ -39,7 +39,7 @@ SPHERE_CENTRE_MM: Final = (120.0, 0.0)
 CALIBRATION_MARGIN_RAD: Final = math.radians(45.0)
 LEAST_CALIBRATED_RAD: Final = math.pi
 """A shop touches the sphere well beyond the part's directions: over a quarter of it alone, its centre, the ball and the
-lobing can hardly be told apart."""
+lobing can hardly be separated."""
 DIRECTIONS: Final = 33
 REPEATS: Final = 5
 

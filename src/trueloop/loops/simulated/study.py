@@ -97,7 +97,7 @@ def study(
     workers: int = 2,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Study:
-    """Simulates `parts` parts on several processes; `progress` is told how many are done. Seeds count up."""
+    """Simulates `parts` parts on several processes; `progress` is called with how many are done. Seeds count up."""
     seeds = range(first_seed, first_seed + parts)
     made: list[StudyPart] = []
     for part in run_batch(partial(study_part, trial, workshop), seeds, workers=workers):

@@ -19,7 +19,7 @@ OnFace: TypeAlias = Callable[[Array, Array], np.ndarray]
 PLACES: Final = 61
 """Places a side that the figures are made of."""
 TOLD: Final = 0.001
-"""A smaller share of the face without support is not told: the last row of points never stands on the edge."""
+"""A smaller share of the face without support is not reported: the last row of points never stands on the edge."""
 
 
 @dataclass(frozen=True)
@@ -95,13 +95,13 @@ def headline(figures: SurfaceFigures) -> str:
 
 def support_findings(figures: SurfaceFigures) -> Iterator[Finding]:
     """A warning where a part of the face is not supported."""
-    if told := headline(figures):
+    if words := headline(figures):
         x, y, z = figures.unsupported_at_mm
         at = f"near x {x:.3f}, y {y:.3f}, z {z:.3f} mm"
         hint = (
             "measure there as well: far from any point, in lengths of the pattern's waves, the face stays as programmed"
         )
-        yield Finding(Severity.WARNING, Code.SRF_SUPPORT, f"{told}, {at}", hint)
+        yield Finding(Severity.WARNING, Code.SRF_SUPPORT, f"{words}, {at}", hint)
 
 
 def check_support(figures: SurfaceFigures, least: float) -> None:
@@ -119,11 +119,11 @@ def check_support(figures: SurfaceFigures, least: float) -> None:
 
 def support_record(figures: SurfaceFigures, pattern: Pattern) -> dict[str, object]:
     """How far measurements support the pattern over the face, and the process that this is judged by."""
-    told: dict[str, object] = {"unsupported_percent": 100 * figures.unsupported}
+    support: dict[str, object] = {"unsupported_percent": 100 * figures.unsupported}
     if pattern.support is None:
-        return told
+        return support
     process = pattern.support.process
-    return told | {
+    return support | {
         "largest_u95_um": figures.unsupported_u_mm * UM_PER_MM,
         "largest_u95_at_mm": list(figures.unsupported_at_mm),
         "waves_um": process.waves_mm2**0.5 * UM_PER_MM,

@@ -35,11 +35,11 @@ def scatter_cause(model: SurfaceModel) -> str:
     unlikely = 1.0 - model.options.confidence
     part = scattering_part([part.separation for part in model.parts])
     touch = min((part.worst for part in model.parts), key=lambda worst: worst.found.p_value)
-    told = []
+    causes = []
     if part.p_value < unlikely:
         own, others = part.sigma_mm * UM_PER_MM, part.others_mm * UM_PER_MM
         name = model.parts[part.index].deviations.name
-        told.append(f"{name!r} scatters by {own:.1f} µm, the others by {others:.1f} µm (p {part.p_value:.2g})")
+        causes.append(f"{name!r} scatters by {own:.1f} µm, the others by {others:.1f} µm (p {part.p_value:.2g})")
     if touch.found.p_value < unlikely:
-        told.append(touch.words)
-    return ", and ".join(told) or f"all {len(model.parts)} parts scatter alike, and no touch stands out"
+        causes.append(touch.words)
+    return ", and ".join(causes) or f"all {len(model.parts)} parts scatter alike, and no touch stands out"

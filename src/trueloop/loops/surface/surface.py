@@ -181,8 +181,8 @@ def _part(
     options: SurfaceOptions,
 ) -> Part:
     worst = worst_touch(points, deviations, separation)
-    told = (*separation.findings, *touch_findings(worst, options.confidence))
-    return Part(deviations, replace(separation, findings=told), worst, permutation_p)
+    findings = (*separation.findings, *touch_findings(worst, options.confidence))
+    return Part(deviations, replace(separation, findings=findings), worst, permutation_p)
 
 
 def pattern_model(

@@ -50,7 +50,7 @@ class TableField:
     field: Field
 
     def __post_init__(self) -> None:
-        nodes = self.field.told["nodes"]
+        nodes = self.field.identity["nodes"]
         if isinstance(nodes, list) and nodes[2] > 1:
             raise TrueloopError(
                 Code.MCH_PROGRAM,

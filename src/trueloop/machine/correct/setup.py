@@ -46,7 +46,7 @@ class Setup:
 
 
 def compensation_field(
-    model: MachineModel, setup: Setup, told: dict[str, object], extrapolate: Collection[str] = ()
+    model: MachineModel, setup: Setup, identity: dict[str, object], extrapolate: Collection[str] = ()
 ) -> Field:
     """COMP_MTG = −E at every point of a program, along the program's X, Y, Z, for `map_program`.
 
@@ -58,7 +58,7 @@ def compensation_field(
     backlash = any(term.both_ways for term in model.terms)
     return machine_field(
         _displacement(model, setup, extrapolate),
-        told,
+        identity,
         knows_travel=backlash,
         still=rotary,
         tools=setup.table,

@@ -22,7 +22,7 @@ that is not known."""
 
 @dataclass(frozen=True)
 class Field:
-    """A displacement for every position, in the program's coordinates. `told` identifies it in a corrected program.
+    """A displacement for every position, in the program's coordinates. `identity` names it in a corrected program.
 
     `still` are letters of axes that it takes to stand: a program that names one is refused. One `of_machine` knows from
     outside where the program's zero lies: a program that sets that itself is refused too. `tools` and `work_mm`, the
@@ -30,7 +30,7 @@ class Field:
     `tools` none of those is known.
     """
 
-    told: dict[str, object]
+    identity: dict[str, object]
     core: NcField = field(repr=False, compare=False)
     still: frozenset[str] = frozenset()
     of_machine: bool = False
@@ -59,7 +59,7 @@ def function_field(displace: Displace, name: str) -> Field:
 
 def machine_field(
     displace: DisplaceInMachine,
-    told: dict[str, object],
+    identity: dict[str, object],
     *,
     knows_travel: bool = False,
     still: frozenset[str] = frozenset(),
@@ -69,7 +69,12 @@ def machine_field(
     """A machine's: with `knows_travel` arcs are cut where an axis turns round, and a start that jumped is gone to."""
     core = NcField.function(displace, knows_travel)
     return Field(
-        told, core, still, of_machine=True, tools=None if tools is None else tuple(tools), work_mm=dict(work_mm or {})
+        identity,
+        core,
+        still,
+        of_machine=True,
+        tools=None if tools is None else tuple(tools),
+        work_mm=dict(work_mm or {}),
     )
 
 

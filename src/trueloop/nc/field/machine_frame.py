@@ -28,12 +28,12 @@ def field_in_machine(
         require_offsets(tool, offset_mm, HINT)
         return field.displacement_mm(points_mm + looked_up(work, work_mm, "work offset", HINT) + offset_mm)
 
-    told: dict[str, object] = {
-        "field": field.told,
+    identity: dict[str, object] = {
+        "field": field.identity,
         "work_zero_mm": {str(number): list(zero) for number, zero in work_mm.items()},
         "tools": [list(row) for row in tool_rows(tools)],
     }
-    return machine_field(displace, told, tools=tools, work_mm=work_mm)
+    return machine_field(displace, identity, tools=tools, work_mm=work_mm)
 
 
 def require_offsets(tool: Integers, offset_mm: Array, hint: str) -> None:

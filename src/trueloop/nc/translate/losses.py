@@ -22,7 +22,7 @@ UNWRITTEN: Final = {
     "OpaqueMode": "it changes where positions are",
 }
 """What moves the tool, or changes where it is taken to be, and is not written."""
-TOLD: Final = frozenset({"Compensation", "ToolTableOffset", "Shift", *UNWRITTEN})
+REPORTED: Final = frozenset({"Compensation", "ToolTableOffset", "Shift", *UNWRITTEN})
 """Codes whose NC-OPAQUE says no more than what is said of the code itself."""
 CALLS: Final = frozenset({"MCallProgram", "MCallBlock", "CallMacro", "ModalMacro", "FinishContour"})
 BY_PATH: Final = frozenset("XYZUVWIJKRFSTNOGMapqnijktmrcws")
@@ -69,7 +69,7 @@ def lost_in_findings(source: Source) -> Iterator[Said]:
             continue
         if found.code == Code.NC_NUMBER:
             numbers.append(word)
-        elif not _told(source, found, word):
+        elif not _reported(source, found, word):
             yield word, Lost(_severity(found, source, word), _said(found, word))
     if numbers:
         what = f"whole units are written for {len(numbers)} numbers without a point, which may count least increments"
@@ -83,11 +83,11 @@ def _word_at(source: Source, found: Finding) -> Word | None:
     return next(exact, words[0] if words else None)
 
 
-def _told(source: Source, found: Finding, word: Word | None) -> bool:
+def _reported(source: Source, found: Finding, word: Word | None) -> bool:
     if found.code != Code.NC_OPAQUE or word is None:
         return False
     meanings = {(source.program.core.meaning(w.index) or "").partition("(")[0] for w in _block(source, word).words}
-    return word.letter in ("T", "D") or (bool(meanings & TOLD) and word.letter not in ("A", "B", "C"))
+    return word.letter in ("T", "D") or (bool(meanings & REPORTED) and word.letter not in ("A", "B", "C"))
 
 
 def _block(source: Source, word: Word) -> Block:

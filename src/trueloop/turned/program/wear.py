@@ -44,8 +44,8 @@ class WearOffset:
     def as_dict(self) -> dict[str, object]:
         """For JSON."""
         x_is = "diameter" if self.x_is_diameter else "radius"
-        told: dict[str, object] = {"tool": self.tool, "x": self.x, "x_is": x_is, "z": self.z, "unit": self.unit}
-        return {**told, "words": self.words, "blocks": list(self.blocks)}
+        offset: dict[str, object] = {"tool": self.tool, "x": self.x, "x_is": x_is, "z": self.z, "unit": self.unit}
+        return {**offset, "words": self.words, "blocks": list(self.blocks)}
 
 
 def wear_offset(
