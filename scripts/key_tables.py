@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from trueloop.domain.option import unit_of
-from trueloop.formats.jobs import job
+from trueloop.formats.jobs import job, surface_job
 from trueloop.formats.toml_tables import In
 
 DOCS: Final = Path(__file__).parents[1] / "docs"
@@ -31,9 +31,21 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[machine]": job.MachineTable,
         "[output]": job.OutputTable,
     },
+    "surface.md": {
+        "[surface]": surface_job.SurfaceTable,
+        "[gauging]": surface_job.SurfaceGaugingTable,
+        "[model]": surface_job.ModelTable,
+        "[program]": surface_job.SurfaceProgramTable,
+        "[cutter]": surface_job.CutterTable,
+        "[compensation]": surface_job.SurfaceCompensationTable,
+        "[output]": surface_job.SurfaceOutputTable,
+    },
 }
 """By page and heading."""
-SCHEMAS: Final[dict[str, type[BaseModel]]] = {"job.schema.json": job.Job}
+SCHEMAS: Final[dict[str, type[BaseModel]]] = {
+    "job.schema.json": job.Job,
+    "surface.schema.json": surface_job.SurfaceJobFile,
+}
 HEAD: Final = "| Key | Unit | Default | Meaning |\n|---|---|---|---|\n"
 
 

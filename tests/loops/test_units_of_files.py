@@ -12,11 +12,11 @@ from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.surface import options_of
 from trueloop.jobs.turned import read_inputs
-from trueloop.loops.surface.surface import SurfaceOptions
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine_error import ErrorTerm
 from trueloop.simulator.probe import VirtualProbe
 from trueloop.simulator.process import Backlash, Deflection, Repeatability
+from trueloop.surface.options import SurfaceOptions
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.spline import EndConditions

@@ -12,19 +12,20 @@ from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.surface_job import SurfaceJobFile, SurfaceProgramTable, read_surface_job
 from trueloop.formats.measurements.points_csv import read_points
+from trueloop.formats.option_tables import options_from
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
 from trueloop.jobs.surface_points import point_files, read_measured, require_measured_once
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
-from trueloop.loops.surface.surface import HERE, Part, SurfaceModel, SurfaceOptions, Work, pattern_model
+from trueloop.loops.surface.surface import HERE, Part, SurfaceModel, Work, pattern_model
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
 from trueloop.surface.compensation.cutter import Cutter
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.compensation.side import require_outer_side
-from trueloop.units import UM_PER_MM
+from trueloop.surface.options import SurfaceOptions
 
 if TYPE_CHECKING:
     from trueloop.formats.cad.step import CadFace
@@ -137,27 +138,8 @@ def _nominal(path: Path, face: int | None, *, flip: bool) -> "tuple[Surface, Cad
 
 def options_of(job: SurfaceJobFile) -> SurfaceOptions:
     """The job's options in mm."""
-    model, compensation = job.model, job.compensation
-    return SurfaceOptions(
-        best_fit=job.gauging.alignment == "best-fit",
-        farthest_mm=job.gauging.farthest_mm,
-        setup_mm=job.gauging.setup_mm,
-        criterion=model.criterion,
-        confidence=model.confidence,
-        exponent=model.exponent,
-        cells=model.cells,
-        exclude=model.exclude,
-        target_mm=model.target_um / UM_PER_MM,
-        weight=compensation.weight,
-        least_supported=compensation.min_supported_percent / 100,
-        tolerance_mm=compensation.tolerance_um / UM_PER_MM,
-        limits=Limits(
-            correction_mm=compensation.max_correction_um / UM_PER_MM,
-            slope=compensation.max_slope_um_per_mm / UM_PER_MM,
-            scatter_mm=compensation.max_scatter_um / UM_PER_MM,
-            age_hours=compensation.max_age_hours,
-        ),
-    )
+    best_fit = job.gauging.alignment == "best-fit"
+    return options_from(SurfaceOptions, job, best_fit=best_fit, limits=options_from(Limits, job))
 
 
 def _named(file: Path, folder: Path) -> str:
@@ -169,13 +151,8 @@ def _cutter(job: SurfaceJobFile) -> SurfaceJob | None:
     if job.cutter is None:
         return None
     corner = job.cutter.radius_mm if job.cutter.corner_mm is None else job.cutter.corner_mm
-    return SurfaceJob(
-        Cutter(job.cutter.radius_mm, corner),
-        job.cutter.axis,
-        tolerance_mm=job.compensation.chord_um / UM_PER_MM,
-        gouge_mm=job.compensation.gouge_um / UM_PER_MM,
-        rotary=job.cutter.rotary,
-    )
+    cutter = Cutter(job.cutter.radius_mm, corner)
+    return options_from(SurfaceJob, job, cutter=cutter, axis=job.cutter.axis, rotary=job.cutter.rotary)
 
 
 def _program(path: Path, table: SurfaceProgramTable) -> Program:

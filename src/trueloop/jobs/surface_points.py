@@ -8,7 +8,9 @@ from pathlib import Path
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.points_csv import read_points
+from trueloop.formats.option_tables import options_from
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.options import SurfaceOptions
 
 
 def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
@@ -29,7 +31,7 @@ def point_files(path: Path, job: SurfaceJobFile) -> list[Path]:
             )
         found += [path.parent / file for file in matching]
     _require_different(found, path)
-    _require_parts(job.model.exclude, [file.stem for file in found], path)
+    _require_parts(options_from(SurfaceOptions, job).exclude, [file.stem for file in found], path)
     return found
 
 

@@ -5,87 +5,102 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from trueloop.domain.limits import OF_SURFACES
 from trueloop.formats.jobs.job import read_job_file
-from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Share, Table
-from trueloop.surface.deviations.alignment import SETUP_MM
-
-Cells = Annotated[int, Field(ge=8, le=1000, strict=True)]
+from trueloop.formats.option_tables import with_options
+from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table
+from trueloop.surface.compensation.samples import SurfaceJob
+from trueloop.surface.options import SurfaceOptions
 
 
 class SurfaceTable(Table):
-    """The nominal surface: a STEP or IGES file with the number of the face, or a CSV grid of points."""
+    """The nominal surface."""
 
     file: Path
+    """STEP, IGES, or a CSV grid (`row,column,x_mm,y_mm,z_mm`) that a surface is put through."""
     face: Count | None = None
+    """Which face of the CAD file, from 1, when it has several. The other faces are not converted."""
     flip: bool = False
+    """Turn the normals over: they must point out of the material. A program whose tool runs on their inner side is
+    refused (SRF-SIGN).
+    """
 
 
+@with_options("gauging", SurfaceOptions)
 class SurfaceGaugingTable(Table):
-    """The measured parts, a CSV file each, and how their points are to be understood."""
+    """The measured parts, and how their points are to be understood."""
 
     points: Annotated[tuple[Path, ...], Field(min_length=1)]
+    """The measured parts, a CSV each (`x_mm,y_mm,z_mm`, and `row,column` for a grid); `*` is filled in. Parts go by the
+    files' names: no two alike.
+    """
     ball_radius_mm: NotNegative = 0.0
+    """Above 0: points are ball centres, not compensated."""
     alignment: Literal["datum", "best-fit"] = "datum"
-    farthest_mm: Positive = 1.0
-    setup_mm: Positive = SETUP_MM
+    """`"datum"`: location and orientation are errors. `"best-fit"`: what the set-up may have done is taken out, form
+    alone is left.
+    """
     measured_at: Moment | None = None
+    """When the parts were measured (TOML date and time); left out, their age is not checked."""
     program_sha256: str | None = None
+    """SHA-256 of the program that cut them: another one is refused; left out, it is not checked."""
 
 
+@with_options("model", SurfaceOptions)
 class ModelTable(Table):
-    """How deviations are taken apart. `cells`: average scattered points or scans over a grid of so many cells."""
-
-    criterion: Literal["likelihood", "randomness"] = "likelihood"
-    confidence: Annotated[float, Field(gt=0.5, lt=1, strict=True)] = 0.99
-    exponent: Positive = 3.0
-    cells: tuple[Cells, Cells] | None = None
-    exclude: tuple[str, ...] = ()
-    target_um: Positive = 1.0
+    """How deviations are taken apart."""
 
 
 class CutterTable(Table):
-    """The cutter of the finishing program; corner radius as the tool's radius for a ball end."""
+    """The cutter of the finishing program, required with `[program]`."""
 
     radius_mm: Positive
+    """Radius of the tool."""
     corner_mm: NotNegative | None = None
+    """Corner radius: left out for a ball end, 0 for a flat end."""
     axis: tuple[Finite, Finite, Finite] = (0.0, 0.0, 1.0)
+    """Tool axis out of the material, fixed: straight up, or a tilt."""
     rotary: Literal["", "A", "B", "CA", "CB", "AB", "BA", "IJK"] = ""
+    """Words that turn the tool as it cuts: `"CA"`, `"CB"`, `"AB"`, `"BA"`, `"A"`, `"B"`, or vectors `"IJK"`; see
+    Turning tools.
+    """
 
 
 class SurfaceProgramTable(Table):
     """The finishing program that cut the parts."""
 
     finish: Path
+    """The program; it is read, never changed."""
     dialect: str | None = None
+    """One of those in [dialects.md](dialects.md); left out, it is found from the program."""
     unit: Literal["mm", "inch"] | None = None
+    """`"mm"` or `"inch"`: the unit in force at the program's start, where it does not state it; see
+    [cli.md](cli.md#the-unit-of-a-program).
+    """
     decimals: Annotated[int, Field(ge=0, le=9, strict=True)] = 0
+    """Decimals of new coordinates; never fewer than the control's and the program's."""
 
 
+@with_options("compensation", SurfaceOptions, SurfaceJob, OF_SURFACES)
 class SurfaceCompensationTable(Table):
     """How much to correct, how exactly, and what is refused."""
 
-    weight: Share = 1.0
-    tolerance_um: Positive = 0.1
-    chord_um: Positive = 0.5
-    gouge_um: Positive = 5.0
     cad_file: Literal["step", "iges", "none"] = "step"
-    max_correction_um: Positive = 150.0
-    max_slope_um_per_mm: Positive = 40.0
-    max_scatter_um: Positive = 10.0
-    min_supported_percent: Annotated[float, Field(ge=0, le=100, strict=True)] = 50.0
-    max_age_hours: Positive = 24.0 * 7
+    """The corrected surface's file: `"step"` (AP242), `"iges"` or `"none"`."""
 
 
 class SurfaceOutputTable(Table):
     """Where the results go."""
 
     folder: Path = Path("out")
+    """Folder of the results."""
 
 
 class SurfaceJobFile(Table):
     """A whole job file of a surface."""
 
     name: str
+    """What the surface is called."""
     surface: SurfaceTable
     gauging: SurfaceGaugingTable
     model: ModelTable = ModelTable()

@@ -18,7 +18,6 @@ from trueloop.loops.surface.surface import (
     HERE,
     SurfaceCorrection,
     SurfaceModel,
-    SurfaceOptions,
     Work,
     correct,
     model_of,
@@ -28,6 +27,7 @@ from trueloop.nc.program.program import Program
 from trueloop.nc.program.unit import recorded_program
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.options import SurfaceOptions
 from trueloop.units import UM_PER_MM
 
 

@@ -1,11 +1,10 @@
 """From measured parts to a corrected surface and a corrected program."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from trueloop.arrays import Array
-from trueloop.domain.limits import Limits
 from trueloop.errors import Finding, in_file
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
@@ -15,39 +14,15 @@ from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.compensation.shift import CorrectedSurface, corrected_surface
-from trueloop.surface.deviations.alignment import SETUP_MM
 from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.part_maps import PartMaps, part_maps
 from trueloop.surface.pattern.pattern import Pattern, parts_needed, pattern_of
 from trueloop.surface.separation.cells import averaged_over_cells
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.places import Places, places_of, same_places
 from trueloop.surface.separation.separate import Separation, separate
-
-
-@dataclass(frozen=True)
-class SurfaceOptions:
-    """How parts are compared with the nominal, how deviations are taken apart, how much is corrected.
-
-    `exclude` names parts that stay out of the pattern; `target_mm` is the uncertainty that the number of parts is
-    judged by; `cells` averages scans over a grid; `least_supported` is the share of the face that measurements have to
-    support.
-    """
-
-    best_fit: bool = False
-    farthest_mm: float = 1.0
-    setup_mm: float = SETUP_MM
-    criterion: str = "likelihood"
-    confidence: float = 0.99
-    exponent: float = 3.0
-    cells: tuple[int, int] | None = None
-    exclude: tuple[str, ...] = ()
-    target_mm: float = 1e-3
-    weight: float = 1.0
-    least_supported: float = 0.5
-    tolerance_mm: float = 1e-4
-    limits: Limits = field(default_factory=Limits)
 
 
 @dataclass(frozen=True)

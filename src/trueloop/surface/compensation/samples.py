@@ -1,11 +1,12 @@
 """How a surface program is corrected, and the places along its moves that are looked at."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
 from trueloop.arrays import Array, Integers
+from trueloop.domain.option import Option
 from trueloop.geometry.surface import Surface
 from trueloop.nc.program.along import lengths_mm, points_along
 from trueloop.nc.program.program import Program
@@ -28,9 +29,18 @@ class SurfaceJob:
 
     cutter: Cutter
     axis: tuple[float, float, float] = UP
-    tolerance_mm: float = 5e-4
+    tolerance_mm: Annotated[
+        float,
+        Option(
+            "compensation.chord_um",
+            "How far a block may deviate from the corrected path before blocks are put in.",
+            above=0,
+        ),
+    ] = 5e-4
     sample_mm: float = 0.5
-    gouge_mm: float = 2e-3
+    gouge_mm: Annotated[
+        float, Option("compensation.gouge_um", "How deep the cutter may go into the corrected surface.", above=0)
+    ] = 5e-3
     cuts_mm: float = CUTS_MM
     rotary: str = ""
 
