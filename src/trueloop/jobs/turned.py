@@ -1,42 +1,28 @@
-"""A job file and the files it names, read into the values that the loop works on.
+"""A turned part's job and the files it names, read into the values that the loop works on."""
 
-Whatever is refused names the file it stands in: numerics know nothing of files, this module does.
-"""
-
-from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
 
 from trueloop.domain.limits import Limits
-from trueloop.domain.record import check_uncorrected
-from trueloop.errors import Code, in_file
-from trueloop.formats.input_file import read_input
-from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job, read_job
-from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
+from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
-from trueloop.geometry.feature import Feature
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.inspection import part_errors, read_inspection, read_part_errors
+from trueloop.jobs.job_files import JobFiles
 from trueloop.jobs.part_on_machine import read_part_on_machine
-from trueloop.jobs.sources import Sources
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
-from trueloop.nc.program.program import Program, read_program
-from trueloop.nc.program.understood import require_understood
+from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
-from trueloop.units import MM_PER_INCH, UM_PER_MM
-
-PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
+from trueloop.units import UM_PER_MM
 
 
 @dataclass(frozen=True)
@@ -64,12 +50,13 @@ class ReadPart:
 
 
 def read_part(path: Path) -> ReadPart:
-    """The part of a job alone: its touches need not exist yet."""
-    sources = Sources(path.parent)
-    job = read_job(sources.file(path.name))
-    program = _program(sources, path, job, job.programs.finish) if job.part.from_program else None
-    profile = _profile(sources, path, job, program)
-    return ReadPart(job.part.name, profile, _nose_radius_mm(job), sources.files)
+    """The part of a job alone: its touches need not exist yet. Raises JOB, NC and GEO errors."""
+    files = JobFiles.of(path)
+    return _part(files, files.profile())
+
+
+def _part(files: JobFiles, profile: Profile) -> ReadPart:
+    return ReadPart(files.job.part.name, profile, files.nose_radius_mm, files.sources.files)
 
 
 @dataclass(frozen=True)
@@ -83,13 +70,9 @@ class ReadFinish:
 
 def read_finish(path: Path) -> ReadFinish:
     """The finish program of a job and what it is meant to cut: its touches need not exist yet."""
-    sources = Sources(path.parent)
-    job = read_job(sources.file(path.name))
-    program, given = _program(sources, path, job, job.programs.finish), job.programs
-    profile = _profile(sources, path, job, program)
-    part = ReadPart(job.part.name, profile, _nose_radius_mm(job), sources.files)
-    run = Run(given.parameters, given.execute_deleted_blocks, given.finish_lines)
-    return ReadFinish(part, program, run)
+    files = JobFiles.of(path)
+    program = files.finish_program()
+    return ReadFinish(_part(files, files.profile(program)), program, files.run)
 
 
 def read_inputs(path: Path) -> ReadJob:
@@ -97,14 +80,14 @@ def read_inputs(path: Path) -> ReadJob:
 
     CMP-TWICE before anything else of the finish program: a profile taken from a corrected one would be no nominal.
     """
-    sources = Sources(path.parent)
-    job = read_job(sources.file(path.name))
-    _require_uncorrected(path, job)
-    program = _program(sources, path, job, job.programs.finish)
-    profile = _profile(sources, path, job, program)
+    files = JobFiles.of(path)
+    job, sources = files.job, files.sources
+    files.require_uncorrected()
+    program = files.finish_program()
+    profile = files.profile(program)
     touches = sources.file(job.gauging.touches)
     finish_touches = sources.file(job.gauging.finish_touches) if job.gauging.finish_touches else None
-    nose = _nose(sources, job)
+    nose = _nose(files)
     machine = None
     if job.machine is not None:
         machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
@@ -112,13 +95,13 @@ def read_inputs(path: Path) -> ReadJob:
     inputs = Inputs(
         part=job.part.name,
         profile=profile,
-        nose_radius_mm=_nose_radius_mm(job),
+        nose_radius_mm=files.nose_radius_mm,
         program=program,
         touches=part_errors(inspection, touches, job, profile),
         options=_options(job),
         made_at=datetime.now(UTC),
         made_by=user_name(),
-        semifinish=_program(sources, path, job, job.programs.semifinish) if job.programs.semifinish else None,
+        semifinish=files.program(job.programs.semifinish) if job.programs.semifinish else None,
         allowance_mm=job.programs.semifinish_allowance_mm or 0.0,
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
@@ -131,72 +114,18 @@ def read_inputs(path: Path) -> ReadJob:
         inputs_sha256=sources.sha256,
         file=str(path),
     )
-    return ReadJob(
-        inputs=inputs,
-        files=sources.files,
-        output_folder=path.parent / job.output.folder,
-    )
+    return ReadJob(inputs, sources.files, path.parent / job.output.folder)
 
 
-def _require_uncorrected(path: Path, job: Job) -> None:
-    finish = path.parent / job.programs.finish
-    source = read_input(finish, Code.NC_FILE, hint=PROGRAM_HINT)
-    with in_file(finish):
-        check_uncorrected(source)
-
-
-def _program(sources: Sources, path: Path, job: Job, name: Path) -> Program:
-    file = sources.file(name)
-    source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
-    with in_file(path):
-        program = read_program(source, job.programs.dialect, str(file), job.programs.unit, job.programs.decimals)
-        if not job.programs.accept_unknown_words:
-            require_understood(program)
-        return program
-
-
-def _profile(sources: Sources, path: Path, job: Job, program: Program | None) -> Profile:
-    features = _features(sources, job, program)
-    with in_file(path):
-        if features is None:
-            return profile_of_table(job.part)
-        return checked_profile(features, junctions_by_design(job.part.junctions))
-
-
-def _features(sources: Sources, job: Job, program: Program | None) -> Sequence[Feature] | None:
-    """The nominal profile from the file that the job names; None where the job's own table spells it out."""
-    part = job.part
-    if program is not None and part.from_program:
-        run = Run(job.programs.parameters, job.programs.execute_deleted_blocks)
-        return run.contour(program, _nose_radius_mm(job)).profile.features
-    if part.dxf is not None:
-        # ezdxf takes long to import, and most jobs have no drawing.
-        from trueloop.formats.cad.dxf import read_dxf
-
-        unit = part.unit if "unit" in part.model_fields_set else None
-        drawing = sources.file(part.dxf)
-        return read_dxf(drawing, layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline).features
-    if part.step is not None:
-        from trueloop.formats.cad.step_profile import read_step_profile  # slow to import
-
-        low_mm, high_mm = part.step_from_z_mm, part.step_to_z_mm
-        solid = sources.file(part.step)
-        return read_step_profile(solid, turned_round=part.step_turned_round, from_z_mm=low_mm, to_z_mm=high_mm).features
-    return None
-
-
-def _nose(sources: Sources, job: Job) -> NoseModel | None:
+def _nose(files: JobFiles) -> NoseModel | None:
     """The nose as the jobs of other parts know it that were cut with the same edge."""
     parts = []
-    for name in job.compensation.nose_from:
-        file, others = sources.file(name), sources.beside(name)
-        other = read_job(file)
-        if other.part.from_program:
-            _require_uncorrected(file, other)
-        program = _program(others, file, other, other.programs.finish) if other.part.from_program else None
-        profile = _profile(others, file, other, program)
-        touches = read_part_errors(others.file(other.gauging.touches), other, profile)
-        parts.append(nose_touches(other.part.name, profile, touches))
+    for other in map(files.other, files.job.compensation.nose_from):
+        if other.job.part.from_program:
+            other.require_uncorrected()
+        profile = other.profile()
+        touches = read_part_errors(other.sources.file(other.job.gauging.touches), other.job, profile)
+        parts.append(nose_touches(other.job.part.name, profile, touches))
     return fit_nose_model(parts) if parts else None
 
 
@@ -226,10 +155,3 @@ def _between_cuts(given: CompensationTable) -> BetweenCuts:
 def _ends(fit: FeatureFitTable) -> EndConditions:
     given = (fit.start_um, fit.start_slope_um_per_mm, fit.end_um, fit.end_slope_um_per_mm)
     return EndConditions(*(None if number is None else number / UM_PER_MM for number in given))
-
-
-def _nose_radius_mm(job: Job) -> float:
-    if job.tool.nose_radius_in is not None:
-        return job.tool.nose_radius_in * MM_PER_INCH
-    assert job.tool.nose_radius_mm is not None
-    return job.tool.nose_radius_mm

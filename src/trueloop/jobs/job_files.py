@@ -1,0 +1,109 @@
+"""A turned part's job and the files it names, each read when asked for; whatever is refused names its file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from trueloop.domain.record import check_uncorrected
+from trueloop.errors import Code, in_file
+from trueloop.formats.input_file import read_input
+from trueloop.formats.jobs.job import Job, read_job
+from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
+from trueloop.geometry.feature import Feature
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.validate import checked_profile
+from trueloop.jobs.sources import Sources
+from trueloop.loops.turned.commanded import Run
+from trueloop.nc.program.program import Program, read_program
+from trueloop.nc.program.understood import require_understood
+from trueloop.units import MM_PER_INCH
+
+PROGRAM_HINT: Final = "the job's table [programs] names it, relative to the job file"
+
+
+@dataclass(frozen=True)
+class JobFiles:
+    """A job, where it was read from, and the files read for it so far."""
+
+    path: Path
+    sources: Sources
+    job: Job
+
+    @classmethod
+    def of(cls, path: Path) -> "JobFiles":
+        """Reads the job alone. Raises JOB errors."""
+        sources = Sources(path.parent)
+        return cls(path, sources, read_job(sources.file(path.name)))
+
+    def other(self, name: Path) -> "JobFiles":
+        """Another part's job that this one names; its files are noted with this one's."""
+        file = self.sources.file(name)
+        return JobFiles(file, self.sources.beside(name), read_job(file))
+
+    @property
+    def nose_radius_mm(self) -> float:
+        """That of the finishing tool."""
+        tool = self.job.tool
+        if tool.nose_radius_in is not None:
+            return tool.nose_radius_in * MM_PER_INCH
+        assert tool.nose_radius_mm is not None
+        return tool.nose_radius_mm
+
+    @property
+    def run(self) -> Run:
+        """How the programs are run."""
+        given = self.job.programs
+        return Run(given.parameters, given.execute_deleted_blocks, given.finish_lines)
+
+    def require_uncorrected(self) -> None:
+        """Raises CMP-TWICE for a finish program that is corrected already."""
+        finish = self.path.parent / self.job.programs.finish
+        source = read_input(finish, Code.NC_FILE, hint=PROGRAM_HINT)
+        with in_file(finish):
+            check_uncorrected(source)
+
+    def finish_program(self) -> Program:
+        """Raises NC errors."""
+        return self.program(self.job.programs.finish)
+
+    def program(self, name: Path) -> Program:
+        """A program that the job names. Raises NC errors."""
+        file, given = self.sources.file(name), self.job.programs
+        source = read_input(file, Code.NC_FILE, hint=PROGRAM_HINT)
+        with in_file(self.path):
+            program = read_program(source, given.dialect, str(file), given.unit, given.decimals)
+            if not given.accept_unknown_words:
+                require_understood(program)
+            return program
+
+    def profile(self, finish: Program | None = None) -> Profile:
+        """The nominal profile. Raises GEO errors, and NC errors where it is that of the finish program.
+
+        `finish` is that program where it was read already.
+        """
+        features = self._features(finish)
+        with in_file(self.path):
+            if features is None:
+                return profile_of_table(self.job.part)
+            return checked_profile(features, junctions_by_design(self.job.part.junctions))
+
+    def _features(self, finish: Program | None) -> Sequence[Feature] | None:
+        """From the file that the job names; None where the job's own table spells them out."""
+        part, programs = self.job.part, self.job.programs
+        if part.from_program:
+            run = Run(programs.parameters, programs.execute_deleted_blocks)
+            return run.contour(finish or self.finish_program(), self.nose_radius_mm).profile.features
+        if part.dxf is not None:
+            # ezdxf takes long to import, and most jobs have no drawing.
+            from trueloop.formats.cad.dxf import read_dxf
+
+            unit, file = part.unit if "unit" in part.model_fields_set else None, self.sources.file(part.dxf)
+            return read_dxf(file, layer=part.dxf_layer, unit=unit, x_is=part.x_is, outline=part.dxf_outline).features
+        if part.step is not None:
+            from trueloop.formats.cad.step_profile import read_step_profile  # slow to import
+
+            turned, low_mm, high_mm = part.step_turned_round, part.step_from_z_mm, part.step_to_z_mm
+            file = self.sources.file(part.step)
+            return read_step_profile(file, turned_round=turned, from_z_mm=low_mm, to_z_mm=high_mm).features
+        return None
