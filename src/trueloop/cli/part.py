@@ -1,5 +1,6 @@
 """`trueloop part`: the nominal profile, shown, or made from a program, a drawing or a solid."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -7,15 +8,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import not_negative
-from trueloop.cli.program_file import (
-    DialectName,
-    ProgramFile,
-    Settings,
-    SkippedBlocks,
-    UnitAtStart,
-    parameters_of,
-    read_program_file,
-)
+from trueloop.cli.program_file import ProgramFile, Reading
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.errors import in_file
 
@@ -29,13 +22,6 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="File for the table.  [default: print it]")]
-Name = Annotated[str | None, typer.Option("--name", help="What the part is called.  [default: the file's name]")]
-
-
-Unit = Literal["mm", "inch"]
-XIs = Literal["radius", "diameter"]
 
 
 @app.command("show")
@@ -57,6 +43,29 @@ def show(
         print_profile(part.name, part.profile, centre)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """What the table is called and where it goes."""
+
+    name: Annotated[str | None, typer.Option("--name", help="What the part is called.  [default: the file's name]")] = (
+        None
+    )
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="File for the table.  [default: print it]")] = (
+        None
+    )
+
+    def hand_over(self, profile: "Profile", notes: "Sequence[str]", source: Path) -> None:
+        """The table with the decisions as comments, to the file or to stdout."""
+        from trueloop.formats.jobs.profile_of_job import part_table_toml
+        from trueloop.formats.outputs import write_all
+
+        table = part_table_toml(self.name or source.stem, profile, notes)
+        if self.output is None:
+            typer.echo(table, nl=False)
+        else:
+            write_all(self.output.parent, [(self.output.name, table.encode())], [source])
+
+
 @app.command("from-program")
 @guarded
 def from_program(
@@ -64,82 +73,78 @@ def from_program(
     nose_radius_mm: Annotated[
         float, typer.Option("--nose-radius-mm", callback=not_negative, help="Radius of the tool nose.")
     ],
-    dialect: DialectName = None,
-    settings: Settings = None,
-    skipped_blocks: SkippedBlocks = False,
-    unit: UnitAtStart = None,
+    reading: Reading,
     lines: Annotated[
         tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
     ] = None,
-    name: Name = None,
-    output: Output = None,
+    table: Table = Table(),
 ) -> None:
     """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
     from trueloop.loops.turned.commanded import Run
 
     with busy(f"reading {file}"):
-        run = Run(parameters_of(settings), skipped_blocks, lines)
-        contour = run.contour(read_program_file(file, dialect, unit), nose_radius_mm)
-    _hand_over(name or file.stem, contour.profile, contour.notes, output, file)
+        run = Run(reading.parameters, reading.skipped_blocks, lines)
+        contour = run.contour(reading.program(file), nose_radius_mm)
+    table.hand_over(contour.profile, contour.notes, file)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """How a drawing is read."""
+
+    layer: Annotated[str | None, typer.Option("--layer", help="Layer to read.  [default: all]")] = None
+    unit: Annotated[
+        Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of the drawing.  [default: what it says]")
+    ] = None
+    x_is: Annotated[
+        Literal["radius", "diameter"], typer.Option("--x-is", help="Whether the drawing's x is a radius.")
+    ] = "radius"
+    outline: Annotated[
+        int | None, typer.Option("--outline", min=1, help="Which outline, where the drawing has several.")
+    ] = None
 
 
 @app.command("from-dxf")
 @guarded
 def from_dxf(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The DXF drawing.")],
-    layer: Annotated[str | None, typer.Option("--layer", help="Layer to read.  [default: all]")] = None,
-    unit: Annotated[Unit | None, typer.Option("--unit", help="Unit of the drawing.  [default: what it says]")] = None,
-    x_is: Annotated[XIs, typer.Option("--x-is", help="Whether the drawing's x is a radius.")] = "radius",
-    outline: Annotated[
-        int | None, typer.Option("--outline", min=1, help="Which outline, where the drawing has several.")
-    ] = None,
-    name: Name = None,
-    output: Output = None,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The DXF drawing.")], drawing: Drawing, table: Table
 ) -> None:
     """Make a [part] table from a drawing: the one outline of lines and arcs in it."""
     from trueloop.formats.cad.dxf import read_dxf
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
-        drawing = read_dxf(file, layer=layer, unit=unit, x_is=x_is, outline=outline)
-        profile = checked_profile(drawing.features)
-    _hand_over(name or file.stem, profile, drawing.notes, output, file)
+        drawn = read_dxf(file, **vars(drawing))
+        profile = checked_profile(drawn.features)
+    table.hand_over(profile, drawn.notes, file)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solid:
+    """How a solid is read."""
+
+    turned_round: Annotated[
+        bool, typer.Option("--turned-round", help="The free end is at the small z of the file: z is counted back.")
+    ] = False
+    from_z_mm: Annotated[
+        float | None, typer.Option("--from-z-mm", help="Where the profile begins.  [default: the solid's left end]")
+    ] = None
+    to_z_mm: Annotated[
+        float | None, typer.Option("--to-z-mm", help="Where the profile ends.  [default: the solid's right end]")
+    ] = None
 
 
 @app.command("from-step")
 @guarded
 def from_step(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The solid: STEP or IGES.")],
-    turned_round: Annotated[
-        bool, typer.Option("--turned-round", help="The free end is at the small z of the file: z is counted back.")
-    ] = False,
-    from_z_mm: Annotated[
-        float | None, typer.Option("--from-z-mm", help="Where the profile begins.  [default: the solid's left end]")
-    ] = None,
-    to_z_mm: Annotated[
-        float | None, typer.Option("--to-z-mm", help="Where the profile ends.  [default: the solid's right end]")
-    ] = None,
-    name: Name = None,
-    output: Output = None,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The solid: STEP or IGES.")], solid: Solid, table: Table
 ) -> None:
     """Make a [part] table from a turned solid: its outside, as exact lines and arcs."""
     from trueloop.formats.cad.step_profile import read_step_profile
     from trueloop.geometry.validate import checked_profile
 
     with busy(f"reading {file}"):
-        solid = read_step_profile(file, turned_round=turned_round, from_z_mm=from_z_mm, to_z_mm=to_z_mm)
+        read = read_step_profile(file, **vars(solid))
         with in_file(file):
-            profile = checked_profile(solid.features)
-    _hand_over(name or file.stem, profile, solid.notes, output, file)
-
-
-def _hand_over(name: str, profile: "Profile", notes: "Sequence[str]", output: Path | None, source: Path) -> None:
-    """The table with the decisions as comments, to a file or to stdout."""
-    from trueloop.formats.jobs.profile_of_job import part_table_toml
-    from trueloop.formats.outputs import write_all
-
-    table = part_table_toml(name, profile, notes)
-    if output is None:
-        typer.echo(table, nl=False)
-    else:
-        write_all(output.parent, [(output.name, table.encode())], [source])
+            profile = checked_profile(read.features)
+    table.hand_over(profile, read.notes, file)

@@ -98,14 +98,12 @@ def calibrate(
     x_is: Annotated[Literal["radius", "diameter"], typer.Option("--x-is", help="What X is in the log.")] = "diameter",
 ) -> None:
     """Print the table [calibration] of a probe file: effective ball radius and lobing."""
-    import numpy as np
-
     from trueloop.formats.jobs.probe_toml import calibration_toml
     from trueloop.formats.measurements.probe_log import read_probe_log
     from trueloop.probing.calibration import calibrate as fit
 
     touched = read_probe_log(log, control, inch=inch, diameter=x_is == "diameter")
-    found = fit(np.array([t.position_mm for t in touched]), radius_mm, ring=ring, lobes=lobes)
+    found = fit([touch.position_mm for touch in touched], radius_mm, ring=ring, lobes=lobes)
     typer.echo(calibration_toml(found), nl=False)
     for finding in found.findings:
         typer.echo(str(finding.in_file(str(log))), err=True)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
@@ -82,7 +83,9 @@ class BallCalibration:
         return points
 
 
-def calibrate(centres_mm: Array, artefact_radius_mm: float, *, ring: bool = False, lobes: int = 3) -> BallCalibration:
+def calibrate(
+    centres_mm: ArrayLike, artefact_radius_mm: float, *, ring: bool = False, lobes: int = 3
+) -> BallCalibration:
     """Fits ball radius and lobing to ball centres (n, 2) reported on a sphere, or inside a ring, of known radius.
 
     The centre of the artefact is found as well, so that where it stands need not be known. Least squares by

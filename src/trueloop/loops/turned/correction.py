@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
@@ -135,7 +134,8 @@ class Correction:
     @property
     def ending(self) -> str:
         """That of the programs' file names."""
-        return Path(self.source_name).suffix
+        name, _, ending = self.source_name.rpartition(".")
+        return f".{ending}" if name and ending else ""
 
     @property
     def runs_as_given(self) -> bool:

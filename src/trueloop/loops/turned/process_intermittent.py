@@ -6,7 +6,6 @@ that back, predict what it leaves.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -86,7 +85,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         corrected_program=programs.corrected,
         offsets_program=programs.offsets,
         dialect=inputs.program.dialect.name,
-        source_name=Path(inputs.program.file or "program.nc").name,
+        source_name=inputs.program.file_name,
         wear=programs.wear,
         table=correction_table(
             paths.commanded, paths.corrected, decision.offset_mm if decision.by_offset else (0.0, 0.0)

@@ -6,6 +6,7 @@ Nothing is normalised: `Program.source` is what was read, and an unedited progra
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import PurePath
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -112,6 +113,11 @@ class Program:
         """Another text of the same program, read under the same terms, and never written coarser than this one."""
         decimals = max(self.decimals, nc_written_decimals(self.core))
         return read_program(source, self.dialect.name, self.file, self.unit, decimals)
+
+    @property
+    def file_name(self) -> str:
+        """That of the file without its folder; `program.nc` where it comes from no file."""
+        return PurePath(self.file or "program.nc").name
 
     @property
     def block_count(self) -> int:
