@@ -15,6 +15,7 @@ from tests.support.correction import NOW
 from tests.support.linuxcnc import LATHE_STARTUP, Tool, interpret
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.arrays import Array
+from trueloop.domain.part import PartType
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction, Inputs
@@ -78,7 +79,7 @@ def corrected(source: bytes, dialect: str, of: Pass, lines: tuple[int, int]) -> 
     program = read_program(source, dialect)
     profile = contour_of_program(feed_moves(program.run()), of.nose_radius_mm, lines=lines).profile
     return compensate(
-        Inputs("part", profile, of.nose_radius_mm, program, touches_on(profile), Options(), NOW, lines=lines)
+        Inputs(PartType("part"), profile, of.nose_radius_mm, program, touches_on(profile), Options(), NOW, lines=lines)
     )
 
 
@@ -198,7 +199,7 @@ def test_the_wrong_side_is_refused() -> None:
     profile = contour_of_program(feed_moves(program.run()), 0.4, lines=OWN.lines).profile
     wrong = read_program(PIN.read_bytes().replace(b"G42 ", b"G41 "), "fanuc-lathe")
     with pytest.raises(TrueloopError) as refused:
-        compensate(Inputs("part", profile, 0.4, wrong, touches_on(profile), Options(), NOW))
+        compensate(Inputs(PartType("part"), profile, 0.4, wrong, touches_on(profile), Options(), NOW))
     assert refused.value.code is Code.NC_COMPENSATED and "wants G42" in (refused.value.hint or "")
 
 
@@ -208,7 +209,9 @@ def test_a_contour_finished_twice_is_not_chosen_from() -> None:
     profile = contour_of_program(feed_moves(read_program(PIN.read_bytes(), "fanuc-lathe").run()), 0.4).profile
     with pytest.raises(TrueloopError, match="write the finish pass out") as refused:
         compensate(
-            Inputs("part", profile, 0.4, read_program(twice, "fanuc-lathe"), touches_on(profile), Options(), NOW)
+            Inputs(
+                PartType("part"), profile, 0.4, read_program(twice, "fanuc-lathe"), touches_on(profile), Options(), NOW
+            )
         )
     assert refused.value.code is Code.NC_AMBIGUOUS
 
@@ -217,7 +220,7 @@ def test_a_nose_that_does_not_fit_is_refused() -> None:
     program = read_program(PIN.read_bytes(), "fanuc-lathe")
     profile = contour_of_program(feed_moves(program.run()), 0.4, lines=OWN.lines).profile
     with pytest.raises(TrueloopError) as refused:
-        compensate(Inputs("part", profile, 6.0, program, touches_on(profile), Options(), NOW))
+        compensate(Inputs(PartType("part"), profile, 6.0, program, touches_on(profile), Options(), NOW))
     assert refused.value.code in (Code.GEO_NOSE, Code.GEO_NARROW, Code.NC_GOUGE)
 
 
@@ -229,7 +232,7 @@ def pin(source: bytes, constant_mm: tuple[float, float] | None) -> Correction:
     if constant_mm is not None:
         jitter = 1e-4 * (-1.0) ** np.arange(len(touches.point))
         touches = replace(touches, error_mm=touches.outward_normal @ constant_mm + jitter)
-    return compensate(Inputs("part", profile.profile, 0.4, program, touches, Options(), NOW))
+    return compensate(Inputs(PartType("part"), profile.profile, 0.4, program, touches, Options(), NOW))
 
 
 def test_a_constant_error_shifts_the_frame_around_the_finishing_cycle() -> None:
@@ -305,7 +308,7 @@ def led_in(source: bytes, error_mm: float) -> tuple[Correction, list[str], Array
     profile = contour_of_program(feed_moves(program.run()), 0.4).profile
     touches = touches_on(profile)
     touches = replace(touches, error_mm=error_mm + 1e-4 * touches.nominal_mm[:, 1])
-    correction = compensate(Inputs("part", profile, 0.4, program, touches, Options(), NOW))
+    correction = compensate(Inputs(PartType("part"), profile, 0.4, program, touches, Options(), NOW))
     written = read_program(correction.corrected_program, "fanuc-lathe")
     driven = written.run(tools=[CutterTool(0.4, 3)])
     assert not [found for found in driven.findings if found.severity == "error"]

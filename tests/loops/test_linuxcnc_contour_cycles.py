@@ -9,6 +9,7 @@ import pytest
 from tests.loops.test_contour_under_g42 import touches_on
 from tests.support.correction import NOW
 from tests.support.linuxcnc import interpret
+from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
@@ -32,7 +33,9 @@ def corrected(first: str, roughing: str, slope: float) -> Correction:
     profile = contour_of_program(feed_moves(program.run(roughing=False)), NOSE_MM).profile
     touches = touches_on(profile)
     error_mm = 0.02 + slope * touches.nominal_mm[:, 1]
-    return compensate(Inputs("part", profile, NOSE_MM, program, replace(touches, error_mm=error_mm), Options(), NOW))
+    return compensate(
+        Inputs(PartType("part"), profile, NOSE_MM, program, replace(touches, error_mm=error_mm), Options(), NOW)
+    )
 
 
 @pytest.mark.parametrize("first", ["G0 X5", "G1 X5"])

@@ -5,6 +5,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from trueloop.domain.limits import Limits
+from trueloop.domain.part import PartType
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import CentrePath, nose_centre_path
@@ -93,7 +94,7 @@ def read_inputs(path: Path) -> ReadJob:
         machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
     inspection = read_inspection(touches, job, machine)
     inputs = Inputs(
-        part=job.part.name,
+        part=PartType(job.part.name),
         profile=profile,
         nose_radius_mm=files.nose_radius_mm,
         program=program,

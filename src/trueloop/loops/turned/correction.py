@@ -8,6 +8,7 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.part import PartType
 from trueloop.domain.record import Record
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
@@ -35,7 +36,7 @@ class Inputs:
     names what they were read from; `file` is the job's, which states the rest; None: no file does.
     """
 
-    part: str
+    part: PartType
     profile: Profile
     nose_radius_mm: float
     program: Program

@@ -69,7 +69,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
     return Correction(
-        part=inputs.part,
+        part=inputs.part.name,
         profile=inputs.profile,
         nose_radius_mm=inputs.nose_radius_mm,
         touches=surface.touches,

@@ -4,7 +4,6 @@ from dataclasses import asdict
 
 from trueloop import __version__
 from trueloop.domain.correction import Product
-from trueloop.domain.part import PartType
 from trueloop.domain.record import Component, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
 from trueloop.geometry.profile import Profile
@@ -46,7 +45,7 @@ def record_of(
         components=_components(inputs.profile, touches, composed),
         product=Product.TURNED,
         edits=len(programs.changes),
-        part_type=PartType(inputs.part),
+        part_type=inputs.part,
         machine=None if inputs.machine is None else inputs.machine.machine,
         tool=Tool(inputs.options.tool, corner_radius_mm=inputs.nose_radius_mm),
         program=recorded_program(program.file or "", program.dialect.name, sha256_of(program.source), unit),
