@@ -12,6 +12,7 @@ from trueloop.domain.correction import Product
 from trueloop.domain.record import Record
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_text
+from trueloop.formats.outputs import Named
 
 SCHEMA: Final[int] = get_args(Record.__annotations__["schema"])[0]
 PRODUCTS: Final = {"curves": Product.TURNED, "control_um": Product.SURFACE, "terms": Product.MACHINE}
@@ -28,6 +29,11 @@ def read_record(path: Path) -> Record:
         return _adapter().validate_python(content)
     except ValidationError as error:
         raise _refused_key(path, text, error.errors()[0]) from error
+
+
+def record_beside(target: Path, record: Record) -> Named:
+    """The record of a written program, as a file beside it."""
+    return f"{target.stem}.record.json", record.to_json().encode()
 
 
 @cache

@@ -1,6 +1,6 @@
 """A program file of any size to a displaced one: read and written as it comes, with a record beside it."""
 
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.domain.map_options import USUAL, MapOptions
-from trueloop.domain.record import sha256_of
+from trueloop.domain.record import Record, sha256_of
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import readable, require_text
-from trueloop.formats.outputs import Named, Output, write_all, written_as_it_comes
+from trueloop.formats.outputs import Output, write_all, written_as_it_comes
+from trueloop.formats.record_file import record_beside
 from trueloop.jobs.user import user_name
 from trueloop.loops.machine.mapped_program import Mapped, mapped_pieces
-from trueloop.loops.machine.program import field_of_model, record_of
+from trueloop.loops.machine.program import field_of_model, record_of, record_of_field
 from trueloop.machine.correct.setup import Setup
 from trueloop.machine.model.model import MachineModel
 from trueloop.nc.field.field import Field
@@ -45,13 +46,13 @@ def map_program(
     dialect: str | None = None,
     parameters: Mapping[str, float] | None = None,
     inputs: Collection[Path] = (),
-    beside: Callable[[Mapped], Sequence[Named]] | None = None,
+    record: Callable[[Mapped], Record] | None = None,
 ) -> Mapped:
     """Writes `source` to `target` with the field's displacement added to every position, as `mapped_pieces` does.
 
     `dialect` is guessed from the program's beginning where none is named. `inputs` are further files that must not be
-    overwritten; `beside` gives files that are written with the program, into its folder. Raises NC-FILE, OUT-INPUT,
-    OUT-FOLDER and what `mapped_pieces` does; nothing is written then.
+    overwritten; `record` makes the record that is written beside the program, as STEM.record.json. Raises NC-FILE,
+    OUT-INPUT, OUT-FOLDER and what `mapped_pieces` does; nothing is written then.
     """
     files = (source, *inputs)
     known = dialect_named(dialect or guess_dialect(next(lines_of(source), b""), str(source))).name
@@ -59,8 +60,8 @@ def map_program(
         pieces = mapped_pieces(partial(lines_of, source), known, field, options, parameters or {})
         with written_as_it_comes(target, inputs=files) as out:
             done = _write(out, pieces)
-            if beside is not None:
-                write_all(target.parent, beside(done), inputs=files)
+            if record is not None:
+                write_all(target.parent, [record_beside(target, record(done))], inputs=files)
     return done
 
 
@@ -71,6 +72,28 @@ def _write(out: Output, pieces: Generator[bytes, None, Mapped]) -> Mapped:
         except StopIteration as end:
             done: Mapped = end.value
             return done
+
+
+def displace_program(
+    source: Path,
+    target: Path,
+    field: Field,
+    options: MapOptions = USUAL,
+    *,
+    dialect: str | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Collection[Path] = (),
+) -> Mapped:
+    """`map_program` with a record beside the program; `inputs` are the files that the field was read from."""
+    hashes = {file.name: sha256_of(file.read_bytes()) for file in inputs}
+
+    def record(done: Mapped) -> Record:
+        made = record_of_field(source.name, done, field, hashes, options, parameters or {}, datetime.now(UTC))
+        return replace(made, made_by=user_name())
+
+    return map_program(
+        source, target, field, options, dialect=dialect, parameters=parameters, inputs=inputs, record=record
+    )
 
 
 @dataclass(frozen=True)
@@ -105,9 +128,9 @@ def compensate_program(
     """
     sha256 = known.sha256
 
-    def record(done: Mapped) -> list[Named]:
+    def record(done: Mapped) -> Record:
         made = record_of(source.name, done, known.model, sha256, setup, options, parameters or {}, datetime.now(UTC))
-        return [(f"{target.stem}.record.json", replace(made, made_by=user_name()).to_json().encode())]
+        return replace(made, made_by=user_name())
 
     return map_program(
         source,
@@ -117,5 +140,5 @@ def compensate_program(
         dialect=dialect,
         parameters=parameters,
         inputs=(known.file, *inputs),
-        beside=record,
+        record=record,
     )

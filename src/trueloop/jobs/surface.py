@@ -15,7 +15,7 @@ from trueloop.formats.measurements.points_csv import read_points
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.jobs.surface_points import point_files, read_measured, require_measured_once
+from trueloop.jobs.surface_points import inspection_of, point_files, read_measured, require_measured_once
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
@@ -75,7 +75,7 @@ def read_surface(path: Path, *, measured: bool = True) -> ReadSurface:
         cutter=cutter,
         sha256={_named(file, path.parent): digest for file, digest in hashes.items()},
         trim=None if face is None else face.trimmed_away,
-        measured_at=job.gauging.measured_at,
+        inspections=tuple(inspection_of(job, part, hashes[file]) for file, part in zip(points, parts, strict=True)),
         program_sha256=job.gauging.program_sha256,
     )
     return ReadSurface(inputs, path, nominal, files, path.parent / job.output.folder, job.compensation.cad_file, face)

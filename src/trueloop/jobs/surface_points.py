@@ -5,6 +5,10 @@ from difflib import get_close_matches
 from glob import glob
 from pathlib import Path
 
+import numpy as np
+
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.measurements.points_csv import read_points
@@ -79,3 +83,16 @@ def read_measured(path: Path, ball_radius_mm: float) -> MeasuredPoints:
     """A part's measured points, named as its file. Raises SRF-FILE."""
     read = read_points(path)
     return MeasuredPoints(read.points_mm, ball_radius_mm, read.shape, path.stem, str(path), read.lines)
+
+
+def inspection_of(job: SurfaceJobFile, measured: MeasuredPoints, sha256: str) -> Inspection:
+    """What is known of a measured part; its points stay in the file of that hash."""
+    return Inspection(
+        part=Part(PartType(job.name), measured.name),
+        measured="CMM points",
+        sha256=sha256,
+        count=int(np.isfinite(measured.points_mm).all(axis=1).sum()),
+        frame="part" if job.gauging.alignment == "datum" else "device",
+        measured_at=job.gauging.measured_at,
+        ball_radius_mm=measured.ball_radius_mm,
+    )

@@ -1,18 +1,23 @@
 """A drilling program corrected by errors in the plane: its words displaced, marked, read back."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 
+from trueloop import __version__
+from trueloop.domain.correction import Product
 from trueloop.domain.limits import Limits
-from trueloop.domain.record import check_uncorrected, mark_of_field, record_id, sha256_of
+from trueloop.domain.record import ChangedWord, Record, check_uncorrected, mark_of_field, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.machine.correct.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.machine.standards.planar_field import PlanarField
-from trueloop.nc.edit.changes import not_as_intended
+from trueloop.nc.edit.changes import changes, not_as_intended
 from trueloop.nc.edit.edit import apply_edits
 from trueloop.nc.edit.heading import insert_heading
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.understood import FROM_OUTSIDE, require_sound
+from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.units import UM_PER_MM
 
 
@@ -41,8 +46,8 @@ def correct_points(
     *,
     all_words: bool = False,
     limit_mm: float = Limits.correction_mm,
-) -> tuple[bytes, CorrectedPoints]:
-    """The program with −E at every X and Y word; `provenance` identifies the field in its mark.
+) -> tuple[bytes, CorrectedPoints, list[ChangedWord]]:
+    """The program with −E at every X and Y word, and what changed; `provenance` identifies the field in its mark.
 
     With `all_words` those words too that set coordinate systems or name places of the machine, but for dwells and the
     centre of a rotation. Raises CMP-TWICE (corrected before), the program's own errors apart from those that values and
@@ -70,4 +75,33 @@ def correct_points(
     written = apply_edits(program, [insert_heading(program, [mark]), *found.edits])
     for line, off in off_mm(program.rewritten(written), found.wanted_mm, left_alone):
         raise not_as_intended(f"line {line} of the written program stands {off * UM_PER_MM:.2f} µm from where it shall")
-    return written, CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)
+    done = CorrectedPoints(identity, digest, len(found.wanted_mm), len(found.edits), found.largest_mm)
+    return written, done, changes(program, found.edits)
+
+
+def record_of_points(
+    program: Program,
+    done: CorrectedPoints,
+    changed: list[ChangedWord],
+    options: Mapping[str, object],
+    provenance: dict[str, object],
+    inputs_sha256: Mapping[str, str],
+    now: datetime,
+) -> Record:
+    """The record of what `correct_points` did with these options; it names nobody yet."""
+    unit = unit_of_path(program.unit, program.run(strict=False, roughing=False))
+    x_um, y_um = (UM_PER_MM * value for value in done.largest_mm)
+    return Record(
+        id=done.record,
+        made_at=now.isoformat(timespec="seconds"),
+        made_by="",
+        trueloop_version=__version__,
+        inputs_sha256={"program": done.source_sha256, **inputs_sha256},
+        options={**options, "unit": unit},
+        model={"field": provenance},
+        decision=[f"{done.edits} edits at {done.points} points, largest correction X {x_um:.1f} Y {y_um:.1f} µm"],
+        changes=changed,
+        product=Product.POINTS,
+        edits=done.edits,
+        program=recorded_program(program.file or "", program.dialect.name, done.source_sha256, unit),
+    )

@@ -1,6 +1,7 @@
-"""A program corrected by a machine model: COMP_MTG as a field over it, and the record of that."""
+"""A program corrected by a machine model: COMP_MTG as a field over it; and the record of that, or of any field."""
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from datetime import datetime
 
 from trueloop import __version__
@@ -39,21 +40,47 @@ def record_of(
     now: datetime,
 ) -> Record:
     """The record of a program of that name corrected by the field of `field_of_model`; it names nobody yet."""
-    largest_um = UM_PER_MM * max(done.largest_mm)
     given = {**vars(options), **_provenance(setup, sha256), "unit": done.unit, "parameters": dict(parameters)}
+    known = {"machine": model.machine.name, "serial": model.machine.serial, "terms": len(model.terms)}
+    made = _record(name, done, {"model": sha256}, given, known, now)
+    return replace(made, machine=Machine(model.machine.name, model.machine.serial))
+
+
+def record_of_field(
+    name: str,
+    done: Mapped,
+    field: Field,
+    inputs_sha256: Mapping[str, str],
+    options: MapOptions,
+    parameters: Mapping[str, float],
+    now: datetime,
+) -> Record:
+    """The same of a program corrected by any field, which was made from these inputs."""
+    given = {**vars(options), "unit": done.unit, "parameters": dict(parameters)}
+    return _record(name, done, inputs_sha256, given, {"field": field.told}, now)
+
+
+def _record(
+    name: str,
+    done: Mapped,
+    inputs_sha256: Mapping[str, str],
+    options: dict[str, object],
+    model: dict[str, object],
+    now: datetime,
+) -> Record:
+    largest_um = UM_PER_MM * max(done.largest_mm)
     return Record(
         id=done.record,
         made_at=now.isoformat(timespec="seconds"),
         made_by="",
         trueloop_version=__version__,
-        inputs_sha256={"program": done.source_sha256, "model": sha256},
-        options=given,
-        model={"machine": model.machine.name, "serial": model.machine.serial, "terms": len(model.terms)},
+        inputs_sha256={"program": done.source_sha256, **inputs_sha256},
+        options=options,
+        model=model,
         decision=[f"{done.edits} edits, {done.added_blocks} new blocks, largest correction {largest_um:.1f} µm"],
         changes=[],
         product=Product.MACHINE,
         edits=done.edits,
-        machine=Machine(model.machine.name, model.machine.serial),
         program=recorded_program(name, done.dialect, done.source_sha256, done.unit),
     )
 

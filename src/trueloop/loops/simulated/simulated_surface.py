@@ -107,7 +107,7 @@ def surface_trial(inputs: SurfaceInputs, grid: tuple[int, int]) -> SurfaceTrial:
     """Lays the places and the passes. Raises SIM-MILL for what the virtual mill cannot cut."""
     program, cutter = _program_and_cutter(inputs)
     return SurfaceTrial(
-        inputs=replace(inputs, measured_at=None, program_sha256=None),
+        inputs=replace(inputs, inspections=(), program_sha256=None),
         passes=_passes(inputs.surface, program, cutter),
         cutter=_end_mill(cutter),
         touched=_grid(inputs.surface, grid),

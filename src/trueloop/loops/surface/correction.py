@@ -6,6 +6,7 @@ from datetime import datetime
 
 from trueloop import __version__
 from trueloop.domain.correction import Product
+from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import PartType
 from trueloop.domain.program import Program as RecordedProgram
 from trueloop.domain.record import Record, record_id, sha256_of
@@ -45,8 +46,13 @@ class SurfaceInputs:
     cutter: SurfaceJob | None
     sha256: Mapping[str, str]
     trim: Trim | None = None
-    measured_at: datetime | None = None
+    inspections: tuple[Inspection, ...] = ()
     program_sha256: str | None = None
+
+    @property
+    def measured_at(self) -> datetime | None:
+        """When the parts were measured, where that is known: the first of them."""
+        return min((one.measured_at for one in self.inspections if one.measured_at is not None), default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +93,7 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         part_type=PartType(inputs.name),
         tool=_tool(inputs),
         program=_program(inputs, correction),
+        inspections=inputs.inspections,
     )
     return RecordedCorrection(correction, record, tuple(notes))
 
