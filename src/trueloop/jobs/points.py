@@ -31,7 +31,7 @@ def write_corrected_points(
     """
     written, done, changed = correct_points(program, field, provenance, all_words=all_words, limit_mm=limit_mm)
     options = {"all_words": all_words, "limit_mm": limit_mm}
-    hashes = {file.name: sha256_of(file.read_bytes()) for file in inputs}
+    hashes = {file.name: sha256_of(file.read_bytes()) for file in inputs if str(file) != program.file}
     made = record_of_points(program, done, changed, options, provenance, hashes, datetime.now(UTC))
     files = [(target.name, written), record_beside(target, replace(made, made_by=user_name()))]
     write_all(target.parent, files, inputs=inputs)

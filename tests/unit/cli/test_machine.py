@@ -10,7 +10,9 @@ import pytest
 from tests.support.cli import output_of
 from tests.support.machines import random_directions, random_model
 from trueloop.arrays import Array
+from trueloop.domain.machine import Machine
 from trueloop.formats.jobs.machine_toml import read_machine
+from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
 from trueloop.machine.model.lag import lagged
 from trueloop.machine.model.model import MachineModel, State
@@ -134,6 +136,10 @@ def test_compensate_once_and_never_twice(folder: Path) -> None:
     assert source.startswith("(trueloop corrected ")
     assert "( along )" in source
     record = json.loads((folder / "out/part.record.json").read_text())
+    assert read_record(folder / "out/part.record.json").machine == Machine("VMC 3", "4711")
+    shown = output_of("record", "show", folder / "out/part.record.json")
+    assert f"Correction {record['id']}" in shown and "30 error terms of VMC 3, 4711" in shown
+    assert "none listed in the record" in shown
     assert record["id"] in source
     assert record["options"]["temperatures"] == {"T1": 26.0}
     again = output_of(
