@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from trueloop.domain.option import unit_of
-from trueloop.formats.jobs import job, surface_job
+from trueloop.formats.jobs import job, probe_toml, surface_job
 from trueloop.formats.toml_tables import In
 
 DOCS: Final = Path(__file__).parents[1] / "docs"
@@ -31,6 +31,13 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[machine]": job.MachineTable,
         "[output]": job.OutputTable,
     },
+    "probing.md": {
+        "[stylus]": probe_toml.StylusTable,
+        "[approach]": probe_toml.ApproachTable,
+        "[program]": probe_toml.ProgramTable,
+        "[probe]": probe_toml.ProbeTable,
+        "[calibration]": probe_toml.CalibrationTable,
+    },
     "surface.md": {
         "[surface]": surface_job.SurfaceTable,
         "[gauging]": surface_job.SurfaceGaugingTable,
@@ -44,6 +51,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
 """By page and heading."""
 SCHEMAS: Final[dict[str, type[BaseModel]]] = {
     "job.schema.json": job.Job,
+    "probe.schema.json": probe_toml.ProbeFile,
     "surface.schema.json": surface_job.SurfaceJobFile,
 }
 HEAD: Final = "| Key | Unit | Default | Meaning |\n|---|---|---|---|\n"

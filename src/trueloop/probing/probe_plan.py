@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.option import Option
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import Profile
@@ -39,9 +40,21 @@ class Approach:
     the surface stands over the nominal one. `second`: how each point is touched again, None where it is touched once.
     """
 
-    stand_off_mm: float = 2.0
-    overtravel_mm: float = 1.0
-    margin_mm: float = 0.5
+    stand_off_mm: Annotated[
+        float,
+        Option("approach.stand_off_mm", "How far before the expected contact the probing move begins.", above=0),
+    ] = 2.0
+    overtravel_mm: Annotated[
+        float,
+        Option(
+            "approach.overtravel_mm",
+            "How far beyond the expected contact it goes before a touch counts as missing.",
+            above=0,
+        ),
+    ] = 1.0
+    margin_mm: Annotated[
+        float, Option("approach.margin_mm", "What stays free around ball and stem on the way.", above=0)
+    ] = 0.5
     allowance_mm: float = 0.0
     second: SecondTouch | None = None
 

@@ -3,11 +3,12 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Annotated, Final, TypeAlias
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.domain.option import Option
 from trueloop.probing.obstacle import CHORD_MM, Obstacle
 
 FINEST_STEP_MM: Final = 0.01
@@ -24,10 +25,18 @@ class Stylus:
     from the side. The stem is a straight bar with round ends, from the ball to `stem_length_mm` off its centre.
     """
 
-    ball_radius_mm: float
-    stem_radius_mm: float
-    stem_length_mm: float = 50.0
-    stem_angle_rad: float = math.pi / 2
+    ball_radius_mm: Annotated[float, Option("stylus.ball_radius_mm", "Radius of the ball.", above=0)]
+    stem_radius_mm: Annotated[float, Option("stylus.stem_radius_mm", "Radius of the stem.", above=0)]
+    stem_length_mm: Annotated[
+        float, Option("stylus.stem_length_mm", "From the ball's centre to where the probe's body begins.", above=0)
+    ] = 50.0
+    stem_angle_rad: Annotated[
+        float,
+        Option(
+            "stylus.stem_angle_deg",
+            "Where the stem leaves the ball, from +z towards +x: 90 away from the axis, 0 away from the chuck.",
+        ),
+    ] = math.pi / 2
 
     @property
     def stem_direction(self) -> Array:

@@ -11,6 +11,7 @@ from trueloop.domain.map_options import MapOptions
 from trueloop.domain.option import Option, choices_of, inside
 from trueloop.formats.option_tables import options_from, with_options
 from trueloop.formats.toml_tables import Table
+from trueloop.probing.probe_plan import Approach
 from trueloop.surface.options import SurfaceOptions
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
@@ -82,7 +83,7 @@ def test_values_arrive_in_millimetres_radians_and_shares() -> None:
     assert read.lean_rad == pytest.approx(1.5707963267948966, abs=1e-15)
 
 
-@pytest.mark.parametrize("kind", [Limits, MapOptions, Options, Gauging, SurfaceOptions])
+@pytest.mark.parametrize("kind", [Limits, MapOptions, Options, Gauging, SurfaceOptions, Approach])
 def test_no_default_changes_by_being_written_in_the_unit_of_its_key(kind: type) -> None:
     choices = choices_of(kind)
     assert choices

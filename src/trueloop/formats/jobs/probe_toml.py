@@ -8,6 +8,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, model_validator
 
 from trueloop.errors import Code
+from trueloop.formats.option_tables import options_from, with_options
 from trueloop.formats.toml_tables import Count, Finite, NotNegative, Positive, Table, read_tables
 from trueloop.probing.calibration import BallCalibration
 from trueloop.probing.probe_plan import Approach, SecondTouch
@@ -18,37 +19,42 @@ LEAST_BACK_OFF_MM: Final = 0.1
 """Shorter ways cannot be distinguished from a probe that is still triggered."""
 
 
+@with_options("stylus", Stylus)
 class StylusTable(Table):
-    """Ball and stem; the angle from +z towards +x, along which the stem leaves the ball."""
-
-    ball_radius_mm: Positive
-    stem_radius_mm: Positive
-    stem_length_mm: Positive = 50.0
-    stem_angle_deg: Finite = 90.0
+    """Ball and stem."""
 
 
+@with_options("approach", Approach)
 class ApproachTable(Table):
     """How points are approached, and how thick the bar behind the part is."""
 
-    stand_off_mm: Positive = 2.0
-    overtravel_mm: Positive = 1.0
-    margin_mm: Positive = 0.5
     bar_radius_mm: Positive | None = None
+    """Radius of bar or chuck behind the part; left out, that of the profile where it begins."""
 
 
 class ProgramTable(Table):
     """How probing programs are written; with the `second` keys every point is touched again, slowly."""
 
     unit: Literal["mm", "inch"] = "mm"
+    """How the program writes coordinates, and what the log holds: `"mm"` or `"inch"`."""
     x_is: Literal["radius", "diameter"] = "diameter"
+    """The same of X: `"radius"` or `"diameter"`."""
     probe_feed_mm_per_min: Positive = 60.0
+    """A control latches once a servo period: at 60 mm/min that is a micrometre."""
     position_feed_mm_per_min: Positive = 2000.0
+    """Between touches, in straight lines."""
     second_feed_mm_per_min: Positive | None = None
+    """Touch every point again at this feed: LinuxCNC, Fanuc, Haas and Siemens. Left out, points are touched once."""
     second_back_off_mm: Annotated[Positive, Field(ge=LEAST_BACK_OFF_MM)] | None = None
+    """From how far back the second touch begins, 0.1 at least; required with `second_feed_mm_per_min`."""
     tool: Count = 9
+    """The probe's tool number."""
     work_offset: Annotated[int, Field(ge=54, le=59, strict=True)] = 54
+    """54 to 59: G54 to G59."""
     log: Annotated[str, Field(pattern=r"^[\w.-]+$")] = "touches.txt"
+    """The log's name."""
     program_number: Annotated[int, Field(ge=1, le=8999, strict=True)] = 8100
+    """O number of the program, 1 to 8999: above, controls protect programs."""
 
     @model_validator(mode="after")
     def _slow_second(self) -> "ProgramTable":
@@ -73,21 +79,34 @@ class ProbeTable(Table):
     """What turns the probe on and off and holds the spindle: lines in the control's code, several in one text."""
 
     on: str = ""
+    """Lines in the control's code before the first touch, several in one text. `renishaw`: in place of `G65 P9832`."""
     off: str = ""
+    """The same after the way back. `renishaw`: in place of `G65 P9833`."""
     orient: str = ""
+    """The same behind the spindle's stop, to hold it in one direction (`M19`)."""
 
 
 class CalibrationTable(Table):
     """As `trueloop probe calibrate` prints it."""
 
     effective_radius_mm: Positive
+    """r₀ of the effective ball radius r₀ + a cos kθ + b sin kθ, θ the contact angle."""
     cosine_um: Finite = 0.0
+    """a, lobing of the probe."""
     sine_um: Finite = 0.0
+    """b."""
     lobes: Count = 3
+    """k, legs of the probe's switch."""
     scatter_um: NotNegative = 0.0
+    """Standard deviation of a touch."""
     radius_u_um: NotNegative = 0.0
+    """Standard uncertainty of the ball's radius, in the direction that is known worst."""
     from_deg: Finite
+    """The contact angles (of the outward normal, from +z towards +x) that it holds for begin here; touches more than 1°
+    outside are refused.
+    """
     to_deg: Finite
+    """They end here."""
 
 
 class ProbeFile(Table):
@@ -115,13 +134,10 @@ class ReadProbe:
 def read_probe(path: Path, allowance_mm: float = 0.0) -> ReadProbe:
     """Reads a probe file; touches are expected `allowance_mm` over the nominal surface. Raises PRB-FILE."""
     file = read_tables(path, ProbeFile, Code.PRB_FILE, hint="docs/probing.md lists every table and key of a probe file")
-    stylus, approach = file.stylus, file.approach
     return ReadProbe(
-        Stylus(
-            stylus.ball_radius_mm, stylus.stem_radius_mm, stylus.stem_length_mm, math.radians(stylus.stem_angle_deg)
-        ),
-        Approach(approach.stand_off_mm, approach.overtravel_mm, approach.margin_mm, allowance_mm, file.program.second),
-        approach.bar_radius_mm,
+        options_from(Stylus, file),
+        options_from(Approach, file, allowance_mm=allowance_mm, second=file.program.second),
+        file.approach.bar_radius_mm,
         file.program,
         file.probe,
         None if file.calibration is None else _calibration(file.calibration),
