@@ -57,7 +57,7 @@ def record_of_field(
 ) -> Record:
     """The same of a program corrected by any field, which was made from these inputs."""
     given = {**vars(options), "unit": done.unit, "parameters": dict(parameters)}
-    return _record(name, done, inputs_sha256, given, {"field": field.provenance}, now)
+    return _record(name, done, inputs_sha256, given, {"field": field.identity}, now)
 
 
 def _record(
