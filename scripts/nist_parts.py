@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.domain.inspection import Touch
-from trueloop.formats.jobs.job import Job, read_job
+from trueloop.formats.jobs.job import Job, read_turned_job
 from trueloop.formats.jobs.profile_of_job import profile_of_table
 from trueloop.geometry.feature import Arc, Feature, Point
 from trueloop.geometry.offset import contour_from_centre_path, nose_centre_path
@@ -146,7 +146,7 @@ def profile_of(family: Family, size_in: float) -> Profile:
 
 def example_job(family: Family) -> Job:
     """The job of the family's largest part."""
-    return read_job(family.folder / "job.toml")
+    return read_turned_job(family.folder / "job.toml")
 
 
 def gauging_points(family: Family, profile: Profile) -> GaugingPoints:

@@ -18,7 +18,7 @@ from scripts.nist_parts import NistPart, example_touches, parameters, parts, pro
 from trueloop.arrays import Array
 from trueloop.formats.jobs.profile_of_job import part_table_toml
 from trueloop.geometry.feature import Arc
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.statistics import rms
@@ -69,7 +69,7 @@ class Row:
 def corrected(part: NistPart) -> Correction:
     """The loop run on this part, with its job, programs and touches in files as a user has them."""
     with tempfile.TemporaryDirectory() as folder:
-        return compensate(read_inputs(write_job(part, Path(folder))).inputs)
+        return compensate(read_job(write_job(part, Path(folder))).inputs)
 
 
 def write_job(part: NistPart, folder: Path) -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from tests.support.chromium import screenshot
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page
 
@@ -22,7 +22,7 @@ ONLY_HEAD: Final = """<style>
 
 def main() -> None:
     """Corrects the example and photographs its report."""
-    html = page(compensate(read_inputs(Path("examples/modbas2/job.toml")).inputs))
+    html = page(compensate(read_job(Path("examples/modbas2/job.toml")).inputs))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "report.html"
         file.write_text(html.replace("</head>", ONLY_HEAD, 1), encoding="utf-8")

@@ -21,7 +21,7 @@ from scripts.nist_bands import held, together
 from scripts.nist_parts import parts as nist_parts
 from scripts.nist_table import corrected
 from trueloop.arrays import Array
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.simulated.study import Study, study
@@ -168,7 +168,7 @@ def _left_mm(trial: Trial, workshop: Workshop, seed: int) -> Array:
 
 
 def _trial(name: str, errors_follow: str = "nose", between: BetweenCuts = NONE) -> Trial:
-    inputs = read_inputs(ROOT / "examples" / name / "job.toml").inputs
+    inputs = read_job(ROOT / "examples" / name / "job.toml").inputs
     options = replace(inputs.options, errors_follow=errors_follow, between_cuts=between)
     return trial_of(replace(inputs, options=options))
 

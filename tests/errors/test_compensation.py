@@ -10,7 +10,7 @@ import pytest
 
 from trueloop.domain.limits import Limits
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
@@ -23,7 +23,7 @@ NOW = datetime(2026, 1, 2, tzinfo=UTC)
 
 
 def _inputs() -> Inputs:
-    return read_inputs(JOB).inputs
+    return read_job(JOB).inputs
 
 
 def _limited(limits: Limits) -> None:

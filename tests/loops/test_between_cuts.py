@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import outcomes
 from trueloop.loops.turned.process_intermittent import compensate
@@ -20,7 +20,7 @@ from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.units import UM_PER_MM
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-MODBAS2 = read_inputs(EXAMPLES / "modbas2" / "job.toml").inputs
+MODBAS2 = read_job(EXAMPLES / "modbas2" / "job.toml").inputs
 PROBE_MM = 0.0015 / np.sqrt(12.0)
 
 
@@ -119,7 +119,7 @@ def test_the_job_sets_it_or_switches_it_off(tmp_path: Path, keys: str, between: 
         (tmp_path / file.name).write_bytes(file.read_bytes())
     job = tmp_path / "job.toml"
     job.write_text(job.read_text().replace("\n[output]", f"\n[compensation]\n{keys}\n\n[output]"))
-    assert read_inputs(job).inputs.options.between_cuts == between
+    assert read_job(job).inputs.options.between_cuts == between
 
 
 def test_terminal_json_and_report_name_the_causes_and_the_prior(tmp_path: Path) -> None:

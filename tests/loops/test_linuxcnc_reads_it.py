@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.arrays import Array
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
@@ -21,7 +21,7 @@ TOOLS = [Tool(1, nose_radius_mm=0.79375, orientation=9)]
 
 
 def corrected(arcs: Arcs = "auto") -> Correction:
-    inputs = read_inputs(JOB).inputs
+    inputs = read_job(JOB).inputs
     return compensate(replace(inputs, options=replace(inputs.options, arcs=arcs)))
 
 

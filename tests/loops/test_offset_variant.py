@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.arrays import Array
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
@@ -25,7 +25,7 @@ FIRST, LAST = 4, 11
 
 def corrected(*changes: tuple[str, str]) -> Correction:
     """The correction of the example with its finish program changed."""
-    inputs = read_inputs(JOB).inputs
+    inputs = read_job(JOB).inputs
     text = inputs.program.source.decode()
     for before, after in changes:
         assert text.count(before) == 1

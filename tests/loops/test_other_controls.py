@@ -9,7 +9,7 @@ import pytest
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
@@ -20,7 +20,7 @@ WITHIN_MM = 0.0002
 
 def corrected(job: Path) -> tuple[Correction, Array]:
     """The correction, and how far the contour deviates from the nominal at the touches in its corrected program."""
-    inputs = read_inputs(job).inputs
+    inputs = read_job(job).inputs
     correction = compensate(inputs)
     program = read_program(correction.corrected_program, correction.dialect)
     moves = feed_moves_of(program.run(inputs.parameters))

@@ -6,7 +6,7 @@ import numpy as np
 
 from scripts.nist_parts import parts
 from scripts.nist_table import write_job
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 
@@ -21,7 +21,7 @@ def corrected(tmp_path: Path, number: str, others: tuple[str, ...]) -> Correctio
     listed = ", ".join(f'"../{jobs[other].relative_to(tmp_path)}"' for other in others)
     job = jobs[number]
     job.write_text(job.read_text() + f"\n[compensation]\nnose_from = [{listed}]\n")
-    return compensate(read_inputs(job).inputs)
+    return compensate(read_job(job).inputs)
 
 
 def test_the_same_edge_on_the_same_shape_is_weighed_by_leave_one_out(tmp_path: Path) -> None:

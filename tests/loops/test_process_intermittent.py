@@ -11,7 +11,7 @@ from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
@@ -24,7 +24,7 @@ WITHIN_MM = 0.0002
 
 
 def inputs_of(part: str) -> Inputs:
-    return read_inputs(EXAMPLES / part / "job.toml").inputs
+    return read_job(EXAMPLES / part / "job.toml").inputs
 
 
 def with_errors(inputs: Inputs, error_mm: Array) -> Inputs:
@@ -263,13 +263,13 @@ def test_what_a_job_says_of_one_feature_s_curve_is_held_to(tmp_path: Path) -> No
     job = folder / "job.toml"
     held = "[compensation.features.dome]\nknot_every = 4\nend_um = -3.0\nend_slope_um_per_mm = 0.25\n"
     job.write_text(job.read_text() + "\n[compensation]\nrepeatability_um = 2.0\n" + held)
-    curve = compensate(read_inputs(job).inputs).model.curves[-1]
+    curve = compensate(read_job(job).inputs).model.curves[-1]
     assert curve.value_mm(curve.length_mm)[0] == pytest.approx(-0.003, abs=1e-12)
     assert curve.slope(curve.length_mm)[0] == pytest.approx(0.00025, abs=1e-12)
     assert (curve.knot_every, curve.repeatability_mm) == (4, 0.002)
     job.write_text(job.read_text().replace("features.dome", "features.doom"))
     with pytest.raises(TrueloopError, match="'doom'") as refusal:
-        compensate(read_inputs(job).inputs)
+        compensate(read_job(job).inputs)
     assert refusal.value.code is Code.FIT_KNOTS
 
 
@@ -280,7 +280,7 @@ def test_ranges_of_repeated_touches_are_read_in_micrometres(tmp_path: Path) -> N
     text = job.read_text()
     assert "repeatability_" not in text
     job.write_text(text.replace("[gauging]", "[gauging]\nrepeatability_diameter_um = 2.4\nrepeatability_face_um = 0.6"))
-    touches = read_inputs(job).inputs.touches
+    touches = read_job(job).inputs.touches
     along_x = np.abs(touches.outward_normal[:, 0]) > 0.99
     along_z = np.abs(touches.outward_normal[:, 1]) > 0.99
     assert along_x.any() and along_z.any()

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned import written
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
@@ -25,7 +25,7 @@ def _block(program: Program, text: bytes) -> int:
 
 
 def _inputs(dome: bytes | None = None) -> Inputs:
-    inputs = read_inputs(JOB).inputs
+    inputs = read_job(JOB).inputs
     if dome is None:
         return inputs
     source = inputs.program.source.replace(DOME, dome)

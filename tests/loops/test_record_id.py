@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from trueloop.domain.record import record_id
-from trueloop.jobs.turned import read_inputs, read_part
+from trueloop.jobs.turned import read_job, read_part
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 _opened: set[Path] = set()
@@ -41,7 +41,7 @@ def job(tmp_path: Path) -> Iterator[Path]:
 
 def test_every_file_that_is_read_is_in_the_id_and_kept_from_being_overwritten(job: Path) -> None:
     folder = job.parents[1].resolve()
-    read = read_inputs(job)
+    read = read_job(job)
     opened = {path.resolve() for path in _opened if path.resolve().is_relative_to(folder) and path.is_file()}
     assert {path.resolve() for path in read.files} == opened
     assert len(read.inputs.inputs_sha256) == len(opened) > 5
@@ -49,10 +49,10 @@ def test_every_file_that_is_read_is_in_the_id_and_kept_from_being_overwritten(jo
 
 @pytest.mark.parametrize("file", ["dxf/touches.csv", "dxf/piecs11.dxf", "piecs11/finish.nc", "modbas2/touches.csv"])
 def test_a_changed_file_changes_the_id(job: Path, file: str) -> None:
-    before = record_id(dict(read_inputs(job).inputs.inputs_sha256), {})
+    before = record_id(dict(read_job(job).inputs.inputs_sha256), {})
     changed = job.parents[1] / file
     changed.write_bytes(changed.read_bytes() + b"\n")
-    assert record_id(dict(read_inputs(job).inputs.inputs_sha256), {}) != before
+    assert record_id(dict(read_job(job).inputs.inputs_sha256), {}) != before
 
 
 def test_a_part_read_alone_tells_its_files(job: Path) -> None:

@@ -9,7 +9,7 @@ from tests.support.cli import run
 from trueloop.domain.record import Record, sha256_of
 from trueloop.formats.record_file import read_record
 from trueloop.jobs.surface import correct_surface, read_surface
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -26,7 +26,7 @@ def _written(folder: Path, record: Record) -> Path:
 
 @pytest.mark.parametrize("name", JOBS)
 def test_the_record_of_a_turned_part_is_read_back_equal(name: str, tmp_path: Path) -> None:
-    inputs = read_inputs(EXAMPLES / name / "job.toml").inputs
+    inputs = read_job(EXAMPLES / name / "job.toml").inputs
     record = compensate(inputs).record
     back = read_record(_written(tmp_path, record))
     assert back == record
@@ -40,7 +40,7 @@ def test_the_record_of_a_turned_part_is_read_back_equal(name: str, tmp_path: Pat
 @pytest.mark.parametrize("name", JOBS)
 def test_a_record_without_a_schema_is_read(name: str, tmp_path: Path) -> None:
     """As it was written before: without the keys of schema 1."""
-    record = compensate(read_inputs(EXAMPLES / name / "job.toml").inputs).record
+    record = compensate(read_job(EXAMPLES / name / "job.toml").inputs).record
     content = json.loads(record.to_json())
     old = {key: value for key, value in content.items() if key not in ADDED}
     file = tmp_path / "record.json"
@@ -54,7 +54,7 @@ def test_a_record_without_a_schema_is_read(name: str, tmp_path: Path) -> None:
 
 
 def test_a_record_is_shown_in_words(tmp_path: Path) -> None:
-    record = compensate(read_inputs(EXAMPLES / "modbas2" / "job.toml").inputs).record
+    record = compensate(read_job(EXAMPLES / "modbas2" / "job.toml").inputs).record
     shown = run("record", "show", _written(tmp_path, record))
     for words in (
         f"Correction {record.id}",
@@ -74,7 +74,7 @@ def test_a_record_is_shown_in_words(tmp_path: Path) -> None:
 
 
 def test_a_record_is_shown_as_json(tmp_path: Path) -> None:
-    record = compensate(read_inputs(EXAMPLES / "facetst" / "job.toml").inputs).record
+    record = compensate(read_job(EXAMPLES / "facetst" / "job.toml").inputs).record
     shown = json.loads(run("record", "show", _written(tmp_path, record), "--json"))
     assert shown["inputs_sha256"] == record.inputs_sha256
     assert shown["limits"][1] == {"name": "slope of the correction", "value": 40.0, "unit": "µm/mm"}

@@ -13,7 +13,7 @@ from tests.support.correction import example_inputs
 from trueloop.domain.correction import Correction as Envelope
 from trueloop.domain.correction import Product
 from trueloop.jobs.compensate import outputs_of
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.commanded import commanded
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.paths import Paths
@@ -33,7 +33,7 @@ def from_pickle(correction: Correction) -> Correction:
 
 def inputs_of(name: str, folder: Path) -> Inputs:
     if name == "in a machine":
-        return read_inputs(write_job(folder, "G7", "machine", "uncompensated")).inputs
+        return read_job(write_job(folder, "G7", "machine", "uncompensated")).inputs
     inputs = example_inputs(name.split(maxsplit=1)[0])
     if name.endswith("by nose"):
         return replace(inputs, options=replace(inputs.options, errors_follow="nose"))

@@ -11,7 +11,7 @@ from trueloop.domain.limits import Limits
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.surface import options_of
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine_error import ErrorTerm
 from trueloop.simulator.probe import VirtualProbe
@@ -99,7 +99,7 @@ def test_a_turned_part(tmp_path: Path) -> None:
     folder = shutil.copytree(EXAMPLES / "modbas2", tmp_path / "modbas2")
     job = folder / "job.toml"
     job.write_text(job.read_text().replace("\n[output]", COMPENSATION + "\n[output]"))
-    assert read_inputs(job).inputs.options == Options(
+    assert read_job(job).inputs.options == Options(
         weight=0.6,
         junctions=TangentPolicy.PATH,
         knot_every=3,

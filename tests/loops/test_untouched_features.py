@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.outcome import expected_mm, outcomes
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page
@@ -56,12 +56,12 @@ def test_every_feature_has_its_uncertainty_in_table_json_and_headline(job: Path,
     assert told["headline"] in said
     row = next(line.split() for line in said.splitlines() if line.startswith("main-face"))
     assert float(row[6]) == pytest.approx(features["main-face"]["predicted_expanded_u_um"], abs=0.06)
-    assert "left as programmed ± " in page(compensate(read_inputs(job).inputs))
+    assert "left as programmed ± " in page(compensate(read_job(job).inputs))
 
 
 def test_what_is_left_as_programmed_is_not_cut_otherwise(job: Path) -> None:
     """The faces' z words stay; the cylinders' x words move by the touched error, the cone's with the tool's offset."""
-    correction = compensate(read_inputs(job).inputs)
+    correction = compensate(read_job(job).inputs)
     names = correction.profile.names
     for name in ("step-face", "main-face"):
         index = names.index(name)

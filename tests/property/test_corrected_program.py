@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.domain.limits import Limits
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
@@ -24,7 +24,7 @@ NO_LIMITS = Limits(correction_mm=1.0, slope=1.0, scatter_mm=1.0)
 
 @cache
 def example() -> Inputs:
-    inputs = read_inputs(JOB).inputs
+    inputs = read_job(JOB).inputs
     return replace(inputs, options=replace(inputs.options, limits=NO_LIMITS))
 
 

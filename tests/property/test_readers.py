@@ -11,7 +11,7 @@ from tests.support.machines import chain_with_travel
 from tests.support.places import EXAMPLES
 from trueloop.errors import TrueloopError
 from trueloop.formats.cad.dxf import read_dxf
-from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.jobs.probe_toml import read_probe
 from trueloop.formats.jobs.surface_job import read_surface_job
@@ -97,7 +97,7 @@ READERS: dict[str, tuple[Callable[[Path], object], str]] = {
     "log": (lambda path: read_probe_log(path, "linuxcnc"), "1 2 3 4 5 6 7 8 9\n"),
     "DPRNT": (lambda path: read_probe_log(path, "fanuc"), "X12.000 Z-91.200\n"),
     "plates": (read_plate_report, "report\n1 2 1 2 0 0 5 5 0.01\n"),
-    "job": (read_job, _example("modbas2/job.toml")),
+    "job": (read_turned_job, _example("modbas2/job.toml")),
     "surface job": (read_surface_job, _example("surface/surface.toml")),
     "machine": (read_machine, MACHINE),
     "model": (read_model, MODEL),

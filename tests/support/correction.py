@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
 
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 
@@ -15,7 +15,7 @@ NOW = datetime(2026, 1, 31, 8, 15, tzinfo=UTC)
 
 def example_inputs(name: str) -> Inputs:
     """What the example's job names, read; the time and the user's name are the tests'."""
-    return replace(read_inputs(EXAMPLES / name / "job.toml").inputs, made_at=NOW, made_by="a test")
+    return replace(read_job(EXAMPLES / name / "job.toml").inputs, made_at=NOW, made_by="a test")
 
 
 @cache

@@ -13,7 +13,7 @@ from trueloop.errors import Severity
 from trueloop.geometry.feature import Line, Point
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion
@@ -99,7 +99,7 @@ def plan_of(
 
 
 def example(name: str) -> Inputs:
-    return read_inputs(EXAMPLES / name / "job.toml").inputs
+    return read_job(EXAMPLES / name / "job.toml").inputs
 
 
 def points_of(inputs: Inputs) -> GaugingPoints:

@@ -21,7 +21,7 @@ from scripts.nist_parts import (
 from tests.support.linuxcnc import Tool, interpret
 from trueloop.errors import Severity
 from trueloop.geometry.feature import Arc
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.check.check import check
@@ -43,7 +43,7 @@ WORD = re.compile(r"[XZRIKF](?:-?[\d.]+|\((?:[^()]|\([^()]*\))*\))|UPD, *\d+, *T
 
 
 def inputs_of(job_file: Path) -> Inputs:
-    return read_inputs(job_file).inputs
+    return read_job(job_file).inputs
 
 
 def test_these_are_the_example_jobs() -> None:

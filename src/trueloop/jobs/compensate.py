@@ -5,7 +5,7 @@ from pathlib import Path
 
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page
@@ -16,7 +16,7 @@ def compensate_job(job: Path, output: Path | None = None) -> tuple[Correction, l
 
     Raises what reading and correcting refuse, and OUT errors.
     """
-    read = read_inputs(job)
+    read = read_job(job)
     correction = compensate(read.inputs)
     folder = output or _from_here(read.output_folder)
     return correction, write_all(folder, outputs_of(correction).items(), read.files)

@@ -8,7 +8,7 @@ from typing import Final
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
-from trueloop.formats.jobs.job import Job, read_job
+from trueloop.formats.jobs.job import Job, read_turned_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
@@ -34,12 +34,12 @@ class JobFiles:
     def of(cls, path: Path) -> "JobFiles":
         """Reads the job alone. Raises JOB errors."""
         sources = Sources(path.parent)
-        return cls(path, sources, read_job(sources.file(path.name)))
+        return cls(path, sources, read_turned_job(sources.file(path.name)))
 
     def other(self, name: Path) -> "JobFiles":
         """Another part's job that this one names; its files are noted with this one's."""
         file = self.sources.file(name)
-        return JobFiles(file, self.sources.beside(name), read_job(file))
+        return JobFiles(file, self.sources.beside(name), read_turned_job(file))
 
     @property
     def nose_radius_mm(self) -> float:

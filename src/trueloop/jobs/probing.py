@@ -7,7 +7,7 @@ from typing import Final
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.jobs.job import Job, read_job
+from trueloop.formats.jobs.job import Job, read_turned_job
 from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.probe_log import read_probe_log
 from trueloop.formats.measurements.touches_csv import read_touches
@@ -38,7 +38,7 @@ class ProbingJob:
 
 def read_probing(path: Path) -> ProbingJob:
     """Reads a job and its probe file, places the points and plans the ways. Raises JOB, GEO, TCH and PRB errors."""
-    job, part = read_job(path), read_part(path)
+    job, part = read_turned_job(path), read_part(path)
     if job.gauging.probe is None:
         raise TrueloopError(
             Code.PRB_FILE,

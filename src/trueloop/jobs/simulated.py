@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.formats.jobs.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
 from trueloop.formats.option_tables import options_from
 from trueloop.jobs.surface import read_surface
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.simulated.simulated import Trial, require_plan_fits, trial_of
 from trueloop.loops.simulated.simulated_surface import SurfaceTrial, surface_trial
 from trueloop.simulator.presets import Workshop, nist
@@ -22,7 +22,7 @@ NOSE_WITHIN_MM: Final = 1e-3
 
 def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial]:
     """A job and a machine file (None: the NIST machine), read. Raises JOB, NC, GEO, TCH, SIM and PRB errors."""
-    read, z_reference = read_inputs(job), options_from(Gauging, read_job(job)).z_reference
+    read, z_reference = read_job(job), options_from(Gauging, read_turned_job(job)).z_reference
     workshop = nist() if machine is None else read_virtual_machine(machine)
     if read.inputs.allowance_mm <= 0.0:
         raise TrueloopError(

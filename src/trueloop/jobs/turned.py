@@ -76,7 +76,7 @@ def read_finish(path: Path) -> ReadFinish:
     return ReadFinish(_part(files, files.profile(program)), program, files.run)
 
 
-def read_inputs(path: Path) -> ReadJob:
+def read_job(path: Path) -> ReadJob:
     """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in.
 
     CMP-TWICE before anything else of the finish program: a profile taken from a corrected one would be no nominal.

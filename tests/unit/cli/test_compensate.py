@@ -15,7 +15,7 @@ from typer.testing import Result
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
 from trueloop.domain.record import sha256_of
-from trueloop.jobs.turned import read_inputs
+from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 
@@ -31,7 +31,7 @@ def _run(*arguments: str) -> Result:
 @pytest.fixture(scope="module")
 def correction() -> Correction:
     """The same job by way of Python."""
-    return compensate(read_inputs(JOB).inputs)
+    return compensate(read_job(JOB).inputs)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from ezdxf.filemanagement import new
 from tests.support.cli import invoke
 from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
-from trueloop.formats.jobs.job import PartTable, read_job
+from trueloop.formats.jobs.job import PartTable, read_turned_job
 from trueloop.formats.jobs.profile_of_job import profile_of_table
 from trueloop.geometry.profile import Profile
 
@@ -34,7 +34,7 @@ def test_a_program_gives_the_profile_that_the_job_spells_out() -> None:
     """The job's coordinates are the drawing's; the program's are rounded to 1e-5 in, on the diameter."""
     result = invoke(*FROM_MODBAS2, *SET)
     assert result.exit_code == ExitStatus.DONE, result.stderr
-    made, drawn = _profile(result.stdout), profile_of_table(read_job(MODBAS2 / "job.toml").part)
+    made, drawn = _profile(result.stdout), profile_of_table(read_turned_job(MODBAS2 / "job.toml").part)
     assert np.allclose(_ends(made), _ends(drawn), rtol=0, atol=0.0005)
     assert [junction.kind for junction in made.junctions] == [junction.kind for junction in drawn.junctions]
 
@@ -90,7 +90,7 @@ def test_the_unit_of_a_drawing_can_be_given(drawing: Path) -> None:
 
 def test_show_as_json_is_the_profile() -> None:
     shown = json.loads(invoke("part", "show", str(MODBAS2 / "job.toml"), "--json").stdout)
-    profile = profile_of_table(read_job(MODBAS2 / "job.toml").part)
+    profile = profile_of_table(read_turned_job(MODBAS2 / "job.toml").part)
     assert shown["part"] == "MODBAS2, 3.52 in"
     assert [feature["name"] for feature in shown["features"]] == list(profile.names)
     assert [feature["end_mm"] for feature in shown["features"]] == _ends(profile).tolist()

@@ -10,7 +10,7 @@ from tests.support.places import EXAMPLES
 from tests.support.refusals import refused
 from trueloop.errors import Code
 from trueloop.formats.cad.dxf import read_dxf
-from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.formats.option_tables import options_from
@@ -52,7 +52,7 @@ def _job(path: Path, table: str, line: str, example: str = "modbas2/job.toml") -
     ],
 )
 def test_what_is_no_number_or_date_of_a_job_is_refused_with_its_line(path: Path, table: str, line: str) -> None:
-    refusal = refused(read_job, _job(path, table, line))
+    refusal = refused(read_turned_job, _job(path, table, line))
     assert refusal.code is Code.JOB_KEY
     assert f"{table}.{line.split(' =', maxsplit=1)[0]}" in refusal.message
     assert refusal.place.line == path.read_text().splitlines().index(line) + 1
@@ -67,15 +67,15 @@ def test_what_is_no_number_or_date_of_a_surface_is_refused(path: Path, table: st
 
 
 def test_a_time_is_read_in_its_zone_and_a_whole_number_is_a_number(path: Path) -> None:
-    job = read_job(_job(path, "gauging", "measured_at = 2026-03-01T08:30:00+02:00"))
+    job = read_turned_job(_job(path, "gauging", "measured_at = 2026-03-01T08:30:00+02:00"))
     assert job.gauging.measured_at == datetime(2026, 3, 1, 6, 30, tzinfo=UTC)
-    assert options_from(Options, read_job(_job(path, "compensation", "weight = 1"))).weight == 1.0
+    assert options_from(Options, read_turned_job(_job(path, "compensation", "weight = 1"))).weight == 1.0
 
 
 @pytest.mark.parametrize("text", ["a = " + "[" * 5000, "a = " + "9" * 5000, "a = 2026-13-45"])
 def test_text_that_python_itself_does_not_read_as_toml_is_refused(path: Path, text: str) -> None:
     path.write_text(text)
-    assert refused(read_job, path).code is Code.JOB_SYNTAX
+    assert refused(read_turned_job, path).code is Code.JOB_SYNTAX
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.jobs.job import Job, read_job
+from trueloop.formats.jobs.job import Job, read_turned_job
 from trueloop.formats.option_tables import options_from
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
@@ -44,7 +44,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _read(path: Path, text: str) -> Job:
     path.write_bytes(text.encode())
-    return read_job(path)
+    return read_turned_job(path)
 
 
 def _refusal(path: Path, before: str, after: str) -> TrueloopError:
@@ -145,7 +145,7 @@ def test_no_text_at_all_makes_it_fail_other_than_by_refusal(path: Path, text: st
 def test_a_key_given_twice_is_named_with_both_lines(path: Path, text: str, first: int, line: int, words: str) -> None:
     path.write_text(text)
     with pytest.raises(TrueloopError) as refused:
-        read_job(path)
+        read_turned_job(path)
     assert refused.value.code is Code.JOB_SYNTAX
     assert refused.value.place.line == line
     assert words in refused.value.message
@@ -156,5 +156,5 @@ def test_the_same_key_in_tables_of_an_array_is_not_given_twice(path: Path) -> No
     """The fault is elsewhere: the line that is no TOML is blamed."""
     path.write_text('[[part.feature]]\nname = "a"\n[[part.feature]]\nname = "b"\nto = \n')
     with pytest.raises(TrueloopError) as refused:
-        read_job(path)
+        read_turned_job(path)
     assert refused.value.place.line == 5 and "twice" not in refused.value.message

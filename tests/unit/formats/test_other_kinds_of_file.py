@@ -10,7 +10,7 @@ from tests.support.cli import run
 from tests.support.correction import EXAMPLES
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import read_text
-from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.jobs.mapped_program import lines_of
 
@@ -42,7 +42,7 @@ def test_by_content(tmp_path: Path, kind: str, given_as: str) -> None:
     file.write_bytes(content or workbook(tmp_path / "zipped"))
     read: dict[str, Callable[[], object]] = {
         "touches.csv": lambda: read_touches(file),
-        "job.toml": lambda: read_job(file),
+        "job.toml": lambda: read_turned_job(file),
         "finish.nc": lambda: list(lines_of(file)),
     }
     codes = {"touches.csv": Code.TCH_FILE, "job.toml": Code.JOB_MISSING, "finish.nc": Code.NC_FILE}

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.unit.formats.test_job import JOB
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.probe_toml import read_probe
 from trueloop.formats.jobs.surface_job import read_surface_job
 from trueloop.formats.toml_statements import Statement, collision, statements
@@ -81,7 +81,7 @@ def test_a_name_defined_in_two_ways_is_named_with_both_places(
     file = tmp_path / "job.toml"
     file.write_text(text)
     with pytest.raises(TrueloopError) as refused:
-        read_job(file)
+        read_turned_job(file)
     error = refused.value
     assert (error.code, error.place.line, error.place.column) == (Code.JOB_SYNTAX, line, column)
     assert error.message == message and hint in error.hint
@@ -103,7 +103,7 @@ def test_every_file_of_tables_says_it_alike(tmp_path: Path) -> None:
 def test_a_key_named_in_full_under_a_heading_counts_from_there(tmp_path: Path, key: str, hint: str) -> None:
     (tmp_path / "job.toml").write_text(f"{JOB}{key}\n")
     with pytest.raises(TrueloopError) as refused:
-        read_job(tmp_path / "job.toml")
+        read_turned_job(tmp_path / "job.toml")
     assert refused.value.code is Code.JOB_KEY and refused.value.place.line == 22
     assert refused.value.hint == f"keys under [compensation] count from there: {hint}"
 

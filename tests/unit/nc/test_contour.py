@@ -14,7 +14,7 @@ from tests.support.feed_moves import backwards, cut, to
 from tests.support.profiles import NOSE_RADIUS_MM, facetst, modbas2, piecs11, polyline, profiles
 from tests.support.programs import ge2000t_text, linuxcnc_text
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.jobs.job import read_job
+from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.profile_of_job import profile_of_table
 from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.offset import nose_centre_path
@@ -167,7 +167,7 @@ def checked_cone() -> Profile:
 def test_examples_give_their_own_profiles() -> None:
     """From the example programs, the features of the example jobs, to the 1e-5 in that the programs are written to."""
     for part, lines in (("facetst", None), ("modbas2", None), ("piecs11", (20, 24))):
-        job = read_job(EXAMPLES / part / "job.toml")
+        job = read_turned_job(EXAMPLES / part / "job.toml")
         text = (EXAMPLES / part / "finish.nc").read_bytes()
         moves = feed_moves(read_program(text, "ge2000t").run(job.programs.parameters))
         contour = contour_of_program(moves, NOSE_RADIUS_MM, lines=lines)

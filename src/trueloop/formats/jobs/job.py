@@ -282,7 +282,7 @@ class Job(Table):
         return self
 
 
-def read_job(path: Path) -> Job:
+def read_turned_job(path: Path) -> Job:
     """Reads a job file; raises JOB errors that name the table, the key and the line."""
     hint = "docs/job-file.md lists every table and key with its unit and default; `trueloop demo` runs a ready job"
     return read_job_file(path, Job, hint)
