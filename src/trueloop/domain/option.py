@@ -1,6 +1,6 @@
 """What a user may choose, stated once: at the field of the frozen dataclass that the code computes with.
 
-    correction_mm: Annotated[float, Option("compensation.max_correction_um", "A larger …", above=0.0)] = 0.150
+    correction_mm: Annotated[float, Option("compensation.max_correction_um", "A larger …", above=0)] = 0.150
 
 Keys of job files, their defaults and bounds, options of commands, the JSON schema and the tables of the documentation
 are read from there.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from trueloop.domain.limits import Limits
 from trueloop.geometry.surface import Surface
 from trueloop.surface.compensation.shift import CorrectedSurface, Deviation, corrected_surface
+from trueloop.surface.options import SurfaceOptions
 
 UNLIMITED = Limits(correction_mm=math.inf, slope=math.inf)
 
@@ -20,7 +21,7 @@ class WrittenPattern:
 
 
 def pattern_surface(
-    nominal: Surface, pattern: Deviation, factor: float, tolerance_mm: float = 1e-4
+    nominal: Surface, pattern: Deviation, factor: float, tolerance_mm: float = SurfaceOptions.tolerance_mm
 ) -> CorrectedSurface:
     """N(u, v) + factor · MPM(u, v) · n(u, v): what the process makes of the nominal surface, material left on outwards
     [MPM §6], fitted to `tolerance_mm` times the factor where that magnifies.

@@ -14,6 +14,7 @@ from trueloop.domain.limits import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_parameterised
+from trueloop.surface.options import SurfaceOptions
 from trueloop.units import UM_PER_MM
 
 DEGREE: Final = 3
@@ -54,7 +55,7 @@ def corrected_surface(
     deviation: Deviation,
     *,
     weight: float = 1.0,
-    tolerance_mm: float = 1e-4,
+    tolerance_mm: float = SurfaceOptions.tolerance_mm,
     limits: Limits | None = None,
     there: OnFace | None = None,
 ) -> CorrectedSurface:
