@@ -5,8 +5,10 @@ from typing import Annotated, Final
 import typer
 
 from trueloop.cli.numbers import positive
+from trueloop.cli.program_file import Reading
 from trueloop.domain.limits import LIMITS
-from trueloop.domain.map_options import MAP_OPTIONS
+from trueloop.domain.map_options import MAP_OPTIONS, MapOptions
+from trueloop.units import UM_PER_MM
 
 LARGEST_UM: Final[float] = LIMITS["correction_mm"].default
 STEEPEST: Final[float] = LIMITS["slope"].default
@@ -18,3 +20,15 @@ ToleranceUm = Annotated[
     float,
     typer.Option("--tolerance-um", min=0.001, callback=positive, help=MAP_OPTIONS["tolerance_mm"].option.meaning),
 ]
+
+
+def map_options(reading: Reading, decimals: int, tolerance_um: float, limit_um: float, slope: float) -> MapOptions:
+    """The options of a command as a loop takes them; slope in µm/mm."""
+    return MapOptions(
+        tolerance_um / UM_PER_MM,
+        limit_um / UM_PER_MM,
+        slope / UM_PER_MM,
+        reading.skipped_blocks,
+        reading.unit,
+        decimals,
+    )

@@ -2,9 +2,10 @@
 
 import typer
 
+from trueloop.cli.machine.compensate import compensate
 from trueloop.cli.machine.components import decompose
-from trueloop.cli.machine.correction import compensate, export
 from trueloop.cli.machine.drift import add_drift, drift_fit, drift_predict
+from trueloop.cli.machine.export import export
 from trueloop.cli.machine.model import check, fit, show
 from trueloop.cli.machine.plane import plates, points
 from trueloop.cli.machine.tests import drift, positioning

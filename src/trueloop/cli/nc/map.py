@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, ToleranceUm
+from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, ToleranceUm, map_options
 from trueloop.cli.program_file import Decimals, ProgramFile, Reading, tables_of, vector_of
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
@@ -74,16 +74,13 @@ class Bounds:
 
     def options(self, table: Path | None, reading: Reading, decimals: int) -> "MapOptions":
         """As the loop takes them: a shift, a turn and a scale are not limited unless they are asked to be."""
-        from trueloop.domain.map_options import USUAL, MapOptions
-
-        limit_mm, slope = (USUAL.limit_mm, USUAL.slope) if table else (math.inf, math.inf)
-        return MapOptions(
-            tolerance_mm=self.tolerance_um / UM_PER_MM,
-            limit_mm=limit_mm if self.limit_um is None else self.limit_um / UM_PER_MM,
-            slope=slope if self.slope is None else self.slope / UM_PER_MM,
-            skipped_blocks=reading.skipped_blocks,
-            unit=reading.unit,
-            decimals=decimals,
+        largest_um, steepest = (LARGEST_UM, STEEPEST) if table else (math.inf, math.inf)
+        return map_options(
+            reading,
+            decimals,
+            self.tolerance_um,
+            largest_um if self.limit_um is None else self.limit_um,
+            steepest if self.slope is None else self.slope,
         )
 
 

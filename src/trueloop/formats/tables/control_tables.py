@@ -6,6 +6,9 @@ tables (of Siemens' other one, ENC_COMP, that a positive value moves the axis in
 are meant to be added to the command; the files say that this has to be tried, and `opposite` turns all signs round.
 """
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Final
 
 import numpy as np
@@ -85,3 +88,34 @@ def heidenhain_cma(input_axis: str, com_file: str) -> str:
 
 def _both_ways(table: AxisTable) -> bool:
     return not np.allclose(table.forward_mm, table.reverse_mm, atol=5e-7)
+
+
+@dataclass(frozen=True)
+class ControlTables:
+    """How a control has its tables: `files`(table, file's name, opposite=…) gives names and texts; `caution` is empty
+    where the sign was tried.
+    """
+
+    files: Callable[..., list[tuple[str, str]]]
+    caution: tuple[str, ...] = CAUTION
+
+
+def _of_linuxcnc(table: AxisTable, name: str, *, opposite: bool) -> list[tuple[str, str]]:
+    assert not opposite  # the sign was tried
+    return [(name, linuxcnc_comp(table))]
+
+
+def _of_siemens(table: AxisTable, name: str, *, opposite: bool) -> list[tuple[str, str]]:
+    return [(name, siemens_cec(table, opposite=opposite))]
+
+
+def _of_heidenhain(table: AxisTable, name: str, *, opposite: bool) -> list[tuple[str, str]]:
+    cma = PurePath(name).with_suffix(".cma").name
+    return [(name, heidenhain_com(table, opposite=opposite)), (cma, heidenhain_cma(table.input_axis, name))]
+
+
+TABLES: Final[Mapping[str, ControlTables]] = {
+    "linuxcnc": ControlTables(_of_linuxcnc, caution=()),
+    "siemens": ControlTables(_of_siemens),
+    "heidenhain": ControlTables(_of_heidenhain),
+}

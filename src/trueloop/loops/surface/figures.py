@@ -18,7 +18,7 @@ OnFace: TypeAlias = Callable[[Array, Array], np.ndarray]
 
 PLACES: Final = 61
 """Places a side that the figures are made of."""
-TOLD: Final = 0.001
+NAMED: Final = 0.001
 """A smaller share of the face without support is not reported: the last row of points never stands on the edge."""
 
 
@@ -85,7 +85,7 @@ def unsupported_at(pattern: Pattern, u: Array, v: Array) -> np.ndarray:
 
 def headline(figures: SurfaceFigures) -> str:
     """The share of the face without support, in words; empty where that is none to speak of."""
-    if figures.unsupported < TOLD:
+    if figures.unsupported < NAMED:
         return ""
     return (
         f"{100 * figures.unsupported:.1f} % of the face is not supported by measurements: correction faded to what the "

@@ -1,31 +1,26 @@
-"""`trueloop machine compensate` and `export`: a machine's errors out of programs, into controls' tables."""
+"""`trueloop machine compensate`: a machine's errors out of programs."""
 
 import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, LimitUm, Slope, ToleranceUm
+from trueloop.cli.limits import LARGEST_UM, STEEPEST, TOLERANCE_UM, LimitUm, Slope, ToleranceUm, map_options
 from trueloop.cli.machine.options import (
     Extrapolate,
-    ModelFile,
     ModelOption,
     Temperatures,
     logs_of,
     numbered,
-    positions_of,
     signals_of,
 )
 from trueloop.cli.program_file import Decimals, ProgramFile, Reading, parameters_of, tables_of
 from trueloop.cli.terminal import AsJson, busy, print_json
-from trueloop.units import UM_PER_MM
 
 if TYPE_CHECKING:
-    from trueloop.domain.map_options import MapOptions
-    from trueloop.machine.correct.axis_table import AxisTable
     from trueloop.machine.correct.setup import Setup
     from trueloop.machine.model.model import MachineModel
 
@@ -99,19 +94,6 @@ class Bounds:
     extrapolate: Extrapolate = None
     serial: Annotated[str | None, typer.Option(help="Refuse a model of a machine with another serial number.")] = None
 
-    def options(self, reading: Reading, decimals: int) -> "MapOptions":
-        """As the loop takes them."""
-        from trueloop.domain.map_options import MapOptions
-
-        return MapOptions(
-            self.tolerance_um / UM_PER_MM,
-            self.limit_um / UM_PER_MM,
-            self.slope / UM_PER_MM,
-            reading.skipped_blocks,
-            reading.unit,
-            decimals,
-        )
-
 
 @guarded
 def compensate(
@@ -144,7 +126,7 @@ def compensate(
             out / file.name,
             ModelFile(known, model),
             setup,
-            bounds.options(reading, decimals),
+            map_options(reading, decimals, bounds.tolerance_um, bounds.limit_um, bounds.slope),
             dialect=reading.dialect,
             parameters=reading.parameters,
             extrapolate=bounds.extrapolate or (),
@@ -154,56 +136,3 @@ def compensate(
         print_json(asdict(done))
         return
     print_mapped(file, out / file.name, done)
-
-
-@guarded
-def export(
-    model: ModelFile,
-    control: Annotated[Literal["linuxcnc", "siemens", "heidenhain"], typer.Option(help="Whose table.")],
-    axis: Annotated[str, typer.Option(metavar="X", help="Axis whose position the table runs over.")],
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The table.")],
-    error_of: Annotated[
-        str | None, typer.Option(metavar="Y", help="Axis that is corrected.  [default: the same]")
-    ] = None,
-    count: Annotated[int, typer.Option(help="Entries.", min=2)] = 101,
-    at: Annotated[list[str] | None, typer.Option(metavar="Y=V", help="Position of another axis, mm or °.")] = None,
-    opposite_sign: Annotated[
-        bool, typer.Option(help="All values with the other sign, where trying it says so.")
-    ] = False,
-    temperatures: Temperatures = None,
-    extrapolate: Extrapolate = None,
-) -> None:
-    """Write a control's compensation table and print how far it is from the model."""
-    from trueloop.errors import in_file
-    from trueloop.formats.outputs import write_all
-    from trueloop.formats.tables import control_tables
-    from trueloop.formats.tables.model_file import read_model
-    from trueloop.machine.correct.axis_table import axis_table
-
-    known = read_model(model)
-    base, signals = positions_of(known, at), signals_of(known, temperatures)
-    with in_file(model):
-        table = axis_table(known, axis, error_of or axis, count, base, signals, extrapolate=extrapolate or ())
-    files = [(out.name, _table_text(control, table, opposite_sign))]
-    if control == "heidenhain":
-        files.append((out.with_suffix(".cma").name, control_tables.heidenhain_cma(axis, out.name)))
-    write_all(out.parent, [(name, text.encode()) for name, text in files], inputs=(model, *logs_of(temperatures)))
-    typer.echo(
-        f"{len(table.position_mm)} entries; off the model by {UM_PER_MM * table.deviation_mm:.3f} µm along the table, "
-        f"up to {UM_PER_MM * table.elsewhere_mm:.1f} µm elsewhere in the travel"
-    )
-    if control != "linuxcnc":
-        for words in control_tables.CAUTION:
-            typer.echo(words, err=True)
-
-
-def _table_text(control: str, table: "AxisTable", opposite: bool) -> str:
-    from trueloop.formats.tables import control_tables
-
-    if control == "linuxcnc":
-        if opposite:
-            raise typer.BadParameter("LinuxCNC's sign is known", param_hint="--opposite-sign")
-        return control_tables.linuxcnc_comp(table)
-    if control == "siemens":
-        return control_tables.siemens_cec(table, opposite=opposite)
-    return control_tables.heidenhain_com(table, opposite=opposite)
