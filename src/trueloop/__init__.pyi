@@ -26,7 +26,6 @@ from trueloop.jobs.compensate import compensate_job as compensate_job
 from trueloop.jobs.compensate import write_correction as write_correction
 from trueloop.jobs.turned import read_job as read_job
 from trueloop.jobs.turned import read_part as read_part
-from trueloop.loops.turned.correction import Options as Options
 from trueloop.loops.turned.process_intermittent import compensate as compensate
 from trueloop.machine.identify.form import fit_form as fit_form
 from trueloop.machine.identify.hold_out import compare as compare
@@ -50,6 +49,7 @@ from trueloop.report.turned.curves import error_curve as error_curve
 from trueloop.report.turned.features import feature_summaries as feature_summaries
 from trueloop.report.turned.whiskers import after_enlarged as after_enlarged
 from trueloop.report.turned.whiskers import before_and_after as before_and_after
+from trueloop.turned.options import Options as Options
 from trueloop.turned.touches.touches import Gauging as Gauging
 from trueloop.turned.touches.touches import error_vectors as error_vectors
 

@@ -210,6 +210,7 @@ class Code(StrEnum):
     OUT_FOLDER = "OUT-FOLDER", "a folder or file that cannot be written"
     OUT_INPUT = "OUT-INPUT", "an output that would overwrite an input"
     OUT_TWICE = "OUT-TWICE", "two results of one name"
+    OUT_FIGURE = "OUT-FIGURE", "a figure that cannot be shown: Plotly is not installed"
 
 
 @dataclass(frozen=True)
@@ -230,6 +231,12 @@ class TrueloopError(Exception):
 
     `message` says what was wrong with the values and units; `hint` how to mend it; `override` names the option that
     lets the user go on all the same, where there is one.
+
+    >>> try:
+    ...     trueloop.read_touches("touch.csv")
+    ... except trueloop.TrueloopError as error:
+    ...     error.code.value, error.place.file
+    ('TCH-FILE', 'touch.csv')
     """
 
     def __init__(

@@ -1,11 +1,14 @@
 """Every way in which outputs are refused."""
 
+import sys
 import tempfile
+import unittest.mock
 from collections.abc import Callable
 from pathlib import Path
 
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
+from trueloop.report.notebook import shown
 
 
 def _over_an_input() -> None:
@@ -23,8 +26,15 @@ def _twice() -> None:
         write_all(Path(folder), [("t.cma", b"axis"), ("t.cma", b"table")])
 
 
+def _without_plotly() -> None:
+    """A process in which Plotly cannot be imported."""
+    with unittest.mock.patch.dict(sys.modules, {"plotly.graph_objects": None}):
+        shown({})
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.OUT_INPUT: _over_an_input,
     Code.OUT_FOLDER: _into_a_file,
     Code.OUT_TWICE: _twice,
+    Code.OUT_FIGURE: _without_plotly,
 }

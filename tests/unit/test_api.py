@@ -15,7 +15,6 @@ import trueloop
 
 STUB = Path(trueloop.__file__).with_suffix(".pyi")
 NAMES = sorted(set(dir(trueloop)) - {"__version__"})
-TRUELOOP_ERROR = doctest.register_optionflag("TRUELOOP_ERROR")
 
 
 @pytest.fixture(autouse=True)

@@ -8,9 +8,7 @@ import typer
 from trueloop.cli.compensate import run_job
 from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson
-
-EXAMPLES = Path(__file__).parents[1] / "examples"
-
+from trueloop.formats.examples import example
 
 Part = Literal["facetst", "modbas2", "piecs11"]
 """The parts of [6811] that come with trueloop."""
@@ -25,4 +23,4 @@ def demo(
     as_json: AsJson = False,
 ) -> None:
     """Run a ready job: a part that NIST measured in the 1990s, from its touches to a corrected program."""
-    run_job(EXAMPLES / part / "job.toml", output or Path("out") / part, as_json)
+    run_job(example(f"{part}/job.toml"), output or Path("out") / part, as_json)

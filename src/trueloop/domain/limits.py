@@ -14,7 +14,14 @@ from trueloop.units import UM_PER_MM
 
 @dataclass(frozen=True)
 class Limits:
-    """What is accepted. Sizes and scatter in mm along the normal, slopes in mm per mm of arc, age in hours."""
+    """What is accepted. Sizes and scatter in mm along the normal, slopes in mm per mm of arc, age in hours.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> strict = trueloop.Options(limits=trueloop.Limits(correction_mm=0.02))
+    >>> trueloop.compensate(replace(job.inputs, options=strict))
+    Traceback (most recent call last):
+    trueloop.errors.TrueloopError
+    """
 
     correction_mm: Annotated[
         float,

@@ -16,6 +16,9 @@ class MapOptions:
     length, mm/mm. skipped_blocks: displace the blocks that start with a slash as well. unit: what is in force at the
     program's start, where it does not state it. decimals: how many are written at least, beside those that the control
     resolves and those that the program has.
+
+    >>> trueloop.MapOptions(limit_mm=0.05).tolerance_mm
+    0.0005
     """
 
     tolerance_mm: Annotated[

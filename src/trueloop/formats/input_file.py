@@ -3,10 +3,14 @@
 import difflib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from os import PathLike
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
+
+FilePath: TypeAlias = str | PathLike[str]
+"""A file by its path, as a person writes it."""
 
 SAMPLE: Final = 512
 UTF_16: Final = (

@@ -27,6 +27,11 @@ def checked_profile(
     GEO-ARC (an end off the arc's circle or sweep), GEO-GAP, GEO-AXIS (x < 0), GEO-ORDER (not from chuck end to free
     end), GEO-CROSSING, GEO-JUNCTION (a junction named that does not exist, or tangent by design where directions
     differ by more than 0.02 rad).
+
+    >>> drawing = trueloop.read_dxf(trueloop.example("dxf/piecs11.dxf"))
+    >>> profile = trueloop.checked_profile(drawing.features)
+    >>> [junction.kind.value for junction in profile.junctions]
+    ['corner', 'corner', 'corner', 'corner']
     """
     by_design = by_design or {}
     _require_names(features)

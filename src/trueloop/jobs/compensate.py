@@ -1,8 +1,9 @@
 """From a turned part's job file to its corrected programs, table, report and record."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
 from trueloop.jobs.turned import read_job
@@ -11,15 +12,31 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page
 
 
-def compensate_job(job: Path, output: Path | None = None) -> tuple[Correction, list[Path]]:
+def compensate_job(job: FilePath, output: FilePath | None = None) -> tuple[Correction, list[Path]]:
     """The correction of a job and the files written: into `output`, or the folder that the job names; all or none.
 
     Raises what reading and correcting refuse, and OUT errors.
+
+    >>> correction, files = trueloop.compensate_job(trueloop.example("modbas2/job.toml"), "out")
+    >>> [file.name for file in files]
+    ['corrected.nc', 'offsets.nc', 'table.csv', 'report.html', 'record.json']
     """
     read = read_job(job)
     correction = compensate(read.inputs)
-    folder = output or _from_here(read.output_folder)
-    return correction, write_all(folder, outputs_of(correction).items(), read.files)
+    return correction, write_correction(correction, output or _from_here(read.output_folder), read.files)
+
+
+def write_correction(correction: Correction, folder: FilePath, inputs: Iterable[Path] = ()) -> list[Path]:
+    """Writes programs, table, report and record into a folder: all or none.
+
+    `inputs` are files that must not be overwritten, those that the correction was made from. Raises OUT errors.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> correction = trueloop.compensate(replace(job.inputs, options=trueloop.Options(weight=0.5)))
+    >>> len(trueloop.write_correction(correction, "half", job.files))
+    5
+    """
+    return write_all(Path(folder), outputs_of(correction).items(), inputs)
 
 
 def _from_here(folder: Path) -> Path:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from trueloop.domain.limits import Limits
 from trueloop.domain.part import PartType
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import CentrePath, nose_centre_path
@@ -50,8 +51,14 @@ class ReadPart:
         return nose_centre_path(self.profile, self.nose_radius_mm)
 
 
-def read_part(path: Path) -> ReadPart:
-    """The part of a job alone: its touches need not exist yet. Raises JOB, NC and GEO errors."""
+def read_part(path: FilePath) -> ReadPart:
+    """The part of a job alone: its touches need not exist yet. Raises JOB, NC and GEO errors.
+
+    >>> part = trueloop.read_part(trueloop.example("modbas2/job.toml"))
+    >>> [(feature.name, round(feature.length_mm, 3)) for feature in part.profile.features][-2:]
+    [('small-cylinder', 7.62), ('dome', 58.251)]
+    """
+    path = Path(path)
     files = JobFiles.of(path)
     return _part(files, files.profile())
 
@@ -76,11 +83,18 @@ def read_finish(path: Path) -> ReadFinish:
     return ReadFinish(_part(files, files.profile(program)), program, files.run)
 
 
-def read_job(path: Path) -> ReadJob:
+def read_job(path: FilePath) -> ReadJob:
     """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in.
 
     CMP-TWICE before anything else of the finish program: a profile taken from a corrected one would be no nominal.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> job.inputs.part.name, len(job.inputs.touches.error_mm)
+    ('MODBAS2, 3.52 in', 32)
+    >>> job.inputs.profile.names[-1], job.inputs.nose_radius_mm
+    ('dome', 0.79375)
     """
+    path = Path(path)
     files = JobFiles.of(path)
     job, sources = files.job, files.sources
     files.require_uncorrected()

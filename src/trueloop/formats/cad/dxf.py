@@ -17,6 +17,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.dxf_chain import Segment, chains_of
 from trueloop.formats.cad.dxf_lines import axis_of, is_edge
 from trueloop.formats.cad.dxf_outline import Half, moved, outlines, upper_half
+from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.geometry.validate import from_chuck
 from trueloop.units import MM_PER_INCH
@@ -45,7 +46,7 @@ class DxfProfile:
 
 
 def read_dxf(
-    path: Path,
+    path: FilePath,
     *,
     layer: str | None = None,
     unit: Literal["mm", "inch"] | None = None,
@@ -59,7 +60,12 @@ def read_dxf(
     not state one, and overrides it. Features are named line-1, arc-1… or, `name_by` layer, after the layers they are
     drawn on. Raises GEO-DXF (unreadable, nothing to read, arcs in a drawing of diameters), GEO-DXF-UNIT, GEO-DXF-CHOICE
     (several outlines or axes, or a branch), GEO-GAP.
+
+    >>> drawing = trueloop.read_dxf(trueloop.example("dxf/piecs11.dxf"), x_is="radius")
+    >>> [feature.name for feature in drawing.features]
+    ['line-1', 'line-2', 'line-3', 'line-4', 'arc-1']
     """
+    path = Path(path)
     with _refusing_damage(path):
         drawing = _open(path)
         mm_per_unit, unit_note = _scale(drawing, unit, path)

@@ -16,6 +16,7 @@ from trueloop.formats.cad.dxf_chain import Segment
 from trueloop.formats.cad.dxf_outline import alike, cut_at, outlines, upper_half
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import read_faces, read_shape
+from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Arc, Feature, Line, Point
 from trueloop.nc.match.contour import kind_of
 
@@ -37,7 +38,7 @@ class StepProfile:
 
 
 def read_step_profile(
-    path: Path, *, turned_round: bool = False, from_z_mm: float | None = None, to_z_mm: float | None = None
+    path: FilePath, *, turned_round: bool = False, from_z_mm: float | None = None, to_z_mm: float | None = None
 ) -> StepProfile:
     """The outside of a turned solid as exact lines and arcs, in mm, z along its axis from the file's origin.
 
@@ -46,7 +47,12 @@ def read_step_profile(
     `to_z_mm` is cut off: a profile begins and ends where its finish program does. Features are named cylinder-1, arc-1…
     Raises SRF-CAD for what cannot be read, GEO-STEP for a solid without an axis, one whose sections differ, and
     outlines that are neither lines nor arcs.
+
+    >>> trueloop.read_step_profile(trueloop.example("surface/nominal.step"))
+    Traceback (most recent call last):
+    trueloop.errors.TrueloopError
     """
+    path = Path(path)
     axis = _axis(path)
     origin, along = axis.origin, axis.direction * (-1.0 if turned_round else 1.0)
     shape, found = read_shape(path), list[tuple[Feature, ...]]()

@@ -38,6 +38,7 @@ from typing import Annotated, Final, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.toml_tables import Count, Finite, Located, Positive, Table, read_located
 from trueloop.machine.identify.choice import Choice
 from trueloop.machine.identify.form import Form
@@ -130,11 +131,16 @@ class MachineFile(Table):
     lags: dict[str, LagTable] = Field(default_factory=dict)
 
 
-def read_machine(path: Path) -> tuple[Machine, Form]:
+def read_machine(path: FilePath) -> tuple[Machine, Form]:
     """The machine and the form of its model.
 
     Raises MCH-FILE (unreadable, a key unknown or missing), MCH-STRUCTURE, MCH-AXIS, MCH-UNIT, MCH-NAME and MCH-BASIS.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> machine.chain.order, [str(term.name) for term in form.terms]
+    (('X', 'Y', 'Z'), ['EXX', 'EYY', 'EZZ', 'EZ0S'])
     """
+    path = Path(path)
     hint = "docs/machine.md shows every table and key of a machine file"
     file = read_located(path, MachineFile, Code.MCH_FILE, hint=hint)
     with file.at("machine", "structure"):

@@ -16,6 +16,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Integers
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.measurements.measured_rows import vectors
 from trueloop.formats.measurements.rows import CsvKind, Rows, read_csv
 from trueloop.machine.standards.plates import LeftOut
@@ -31,8 +32,14 @@ _HINT: Final = "write columns x_mm, y_mm, z_mm and dx_um, dy_um, dz_um (or dx_mm
 _KIND: Final = CsvKind(Code.NC_FIELD, Code.NC_FIELD, Code.NC_FIELD, _HINT, any_case=True)
 
 
-def read_field(path: Path) -> Field:
-    """The field of a table. Raises NC-FIELD with the line where it is no grid, or not in a known unit."""
+def read_field(path: FilePath) -> Field:
+    """The field of a table. Raises NC-FIELD with the line where it is no grid, or not in a known unit.
+
+    >>> field = trueloop.read_field(trueloop.example("machine/field.csv"))
+    >>> field.displacement_mm(np.array([[125.0, 0.0, 0.0]]))
+    array([[-0.005,  0.   ,  0.   ]])
+    """
+    path = Path(path)
     file = read_csv(path, _KIND)
     rows = file.rows((*_POSITIONS, *_DISPLACEMENTS))
     given = [name for name in _DISPLACEMENTS if name in file.header]

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.measurements.measured_rows import SIGNAL_UNITS, named_by, read_measured, signals_in, units_in
 from trueloop.formats.measurements.rows import CsvFile, Rows
 from trueloop.machine.drift.drift import DriftTest
@@ -16,8 +17,14 @@ from trueloop.units import UM_PER_MM
 DISPLACEMENT: Final = "_um"
 
 
-def read_history(path: Path) -> History:
-    """Temperatures and speeds. Raises MCH-FILE for times that do not ascend or no signal, MCH-UNIT for other units."""
+def read_history(path: FilePath) -> History:
+    """Temperatures and speeds. Raises MCH-FILE for times that do not ascend or no signal, MCH-UNIT for other units.
+
+    >>> log = trueloop.read_history(trueloop.example("machine/temperatures.csv"))
+    >>> trueloop.signals_at_end(log, lags=())
+    {'T1': 24.5}
+    """
+    path = Path(path)
     file, rows = _read(path)
     history = History(_times(rows), signals_in(rows), units_in(rows))
     if not history.signals:

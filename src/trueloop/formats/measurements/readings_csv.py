@@ -25,6 +25,7 @@ import numpy as np
 
 from trueloop.arrays import Array, Flags
 from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.measurements.measured_rows import (
     SIGNAL_UNITS,
     read_measured,
@@ -54,12 +55,18 @@ ABSOLUTE: Final = {"": (True, True), "no": (True, True), "slope": (True, False),
 WAYS: Final = {"+": 1.0, "-": -1.0, "−": -1.0, "1": 1.0, "-1": -1.0, "": 0.0, "0": 0.0, "+1": 1.0}
 
 
-def read_readings(path: Path, chain: Chain, history: History | None = None) -> Observations:
+def read_readings(path: FilePath, chain: Chain, history: History | None = None) -> Observations:
     """Readings of a file in its order; signals that it lacks come from `history`, on the same clock.
 
     Raises MCH-FILE, MCH-UNIT (other units, or two of one kind), MCH-AXIS, MCH-TRAVEL for positions beyond travel,
     MCH-HISTORY for readings outside the history.
+
+    >>> machine, _ = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> print(len(readings), readings.reading[:2], readings.state.signals["T1"][:2])  # mm
+    66 [-8.00e-05  2.15e-03] [20. 20.]
     """
+    path = Path(path)
     rows = _rows(read_measured(path), chain)
     clock = _clock(rows, history)
     along, is_angle = _along(rows)

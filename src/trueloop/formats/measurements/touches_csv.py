@@ -11,6 +11,7 @@ from typing import Final
 
 from trueloop.domain.inspection import Touch
 from trueloop.errors import Code
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.measurements.rows import CsvFile, CsvKind, Rows, read_csv
 from trueloop.geometry.feature import Point
 from trueloop.units import MM_PER_INCH, UM_PER_MM
@@ -35,8 +36,14 @@ KNOWN: Final = (
 )
 
 
-def read_touches(path: Path) -> list[Touch]:
-    """Touches of a CSV file in its order. Raises TCH errors with line (and column) of what cannot be read."""
+def read_touches(path: FilePath) -> list[Touch]:
+    """Touches of a CSV file in its order. Raises TCH errors with line (and column) of what cannot be read.
+
+    >>> touches = trueloop.read_touches(trueloop.example("modbas2/touches.csv"))
+    >>> touches[0].point, touches[0].feature, touches[0].nominal_mm, round(touches[0].error_mm, 6)
+    ('1', 'cone', (63.87211, -149.1631), 0.090297)
+    """
+    path = Path(path)
     file = read_csv(path, KIND)
     rows = file.rows(KNOWN)
     nominal, measured = (_points(file, rows, prefix) for prefix in ("nominal_", "measured_"))

@@ -1,11 +1,13 @@
 """A machine model as JSON: mm, rad, and the units of its signals. What is written is read back bit for bit."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.json_file import read_json
 from trueloop.machine.model.chain import Axis, AxisKind, Chain
 from trueloop.machine.model.history import Lag
@@ -20,8 +22,17 @@ FORMAT: Final = "trueloop machine model 2"
 HINT: Final = "make one with `trueloop machine fit`; a model of format 1 has to be fitted again from its readings"
 
 
-def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
-    """The model as text; `made_from` names the files it was found from, with their sha256."""
+def model_to_json(model: MachineModel, made_from: Mapping[str, str] | None = None) -> str:
+    """The model as text; `made_from` names the files it was found from, with their sha256.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> _ = Path("model.json").write_text(trueloop.model_to_json(found.model), encoding="utf-8")
+    >>> trueloop.read_model("model.json").machine.serial
+    '4711'
+    """
     content = {
         "format": FORMAT,
         "machine": {
@@ -30,7 +41,7 @@ def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
             "work": [_axis(axis) for axis in model.machine.chain.work],
             "tool": [_axis(axis) for axis in model.machine.chain.tool],
         },
-        "made_from": made_from,
+        "made_from": dict(made_from or {}),
         "identified": {name: list(known) for name, known in model.identified.items()},
         "terms": [
             {"error": str(t.name), "both_ways": t.both_ways, "parts": [_part(p) for p in t.parts]} for t in model.terms
@@ -43,8 +54,18 @@ def model_to_json(model: MachineModel, made_from: dict[str, str]) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
-def read_model(path: Path) -> MachineModel:
-    """Reads a model file. Raises MCH-FILE for what is none."""
+def read_model(path: FilePath) -> MachineModel:
+    """Reads a model file. Raises MCH-FILE for what is none.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> _ = Path("model.json").write_text(trueloop.model_to_json(found.model), encoding="utf-8")
+    >>> np.array_equal(trueloop.read_model("model.json").coefficients, found.model.coefficients)
+    True
+    """
+    path = Path(path)
     return read_json(path, FORMAT, _model, hint=HINT)
 
 

@@ -38,7 +38,15 @@ class Form:
 def fit_form(
     machine: Machine, form: Form, readings: Observations, *, robust: bool = True
 ) -> tuple[Identification, tuple[Chosen, ...]]:
-    """Signals chosen, then everything identified together; raises as `identify`."""
+    """Signals chosen, then everything identified together; raises as `identify`.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> round(found.scatter, 2), found.degrees_of_freedom
+    (0.88, 61)
+    """
     terms, chosen = choose_signals(machine, form.terms, form.choices, readings, form.lags)
     frame = _determined(machine, terms, form, readings)
     found = identify(machine, (*terms, *frame), readings, robust=robust, lags=form.lags)

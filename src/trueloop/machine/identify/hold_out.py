@@ -50,7 +50,16 @@ class HeldOut:
 
 
 def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldOut:
-    """A model against readings, what is left of them by their runs' own zeros and slopes taken out."""
+    """A model against readings, what is left of them by their runs' own zeros and slopes taken out.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> left = trueloop.compare(found.model, readings).by_unit["µm"]
+    >>> round(left.raw, 1), round(left.rms, 1)  # RMS of the readings, and of what the model leaves
+    (7.7, 0.2)
+    """
     chain = model.machine.chain
     opened = np.hstack([zero_columns(readings), slope_columns(chain, readings)])
     both = np.column_stack([readings.reading, readings.reading - readings.with_lags(model.lags).predicted(model)])

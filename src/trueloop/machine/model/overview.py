@@ -36,13 +36,34 @@ class TermRow:
 
 
 def curves(model: MachineModel, signals: Signals) -> list[TermCurve]:
-    """Every term over its axis' travel (or the range it was found at), at the signals given."""
+    """Every term over its axis' travel (or the range it was found at), at the signals given.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> curve = trueloop.curves(found.model, {"T1": 25.0})[0]
+    >>> print(f"{curve.error} at {curve.position[-1]:.0f} mm: {curve.forward[-1]:.1f} {curve.unit}")
+    EXX at 500 mm: 20.0 µm
+    """
     where = dict(zip(model.terms, model.slices(), strict=True))
     return [_curve(model, term, where[term], signals) for term in model.terms]
 
 
 def overview(model: MachineModel, signals: Signals) -> list[TermRow]:
-    """Every term's least and largest value. Raises MCH-SIGNAL for a signal that is not given."""
+    """Every term's least and largest value. Raises MCH-SIGNAL for a signal that is not given.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> for row in trueloop.overview(found.model, {"T1": 25.0}):
+    ...     print(f"{row.error} {row.least:.1f} to {row.most:.1f} {row.unit}")
+    EXX 0.0 to 20.0 µm
+    EYY -4.0 to 4.0 µm
+    EZZ -2.6 to 0.0 µm
+    EZ0S 7.3 to 7.3 µm
+    """
     rows = []
     for curve in curves(model, signals):
         both = np.concatenate([curve.forward, curve.reverse])

@@ -1,18 +1,55 @@
 """Where a model may be asked: within the machine's travel, and within the positions and temperatures of its data."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.model.chain import Axis
+from trueloop.machine.model.chain import ZERO, Axis, Vector
+from trueloop.machine.model.history import check_lags_given
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals
 
 ROUNDING = 1e-6
 """mm or rad by which a position may lie outside: control resolutions and rounded ends of travel."""
+
+
+def known_state(
+    model: MachineModel,
+    positions: Mapping[str, ArrayLike],
+    signals: Signals | None = None,
+    *,
+    tool_mm: Array | Vector = ZERO,
+    extrapolate: Collection[str] = (),
+) -> State:
+    """Where a model is asked for its errors: `positions` by axis, machine coordinates in mm and rad, numbers or (n,).
+
+    Axes that are not named stand at 0; the direction of travel is not known. `tool_mm` is the tool point from the frame
+    of the last axis that carries the tool. Raises MCH-AXIS for an axis that the machine does not have, MCH-HISTORY for
+    a lag that is not among the signals, and what `check_state` does.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> state = trueloop.known_state(found.model, {"X": [100.0, 300.0], "Z": -100.0}, {"T1": 25.0})
+    >>> (1e3 * found.model.error_mm(state)).round(1)  # E at both places along X, Y, Z, µm
+    array([[ 4. ,  0. ,  6.4],
+           [12. ,  0. ,  6.4]])
+    >>> (1e3 * found.model.comp_mtg_mm(state)).round(1)  # what corrects it
+    array([[ -4. ,  -0. ,  -6.4],
+           [-12. ,  -0. ,  -6.4]])
+    >>> trueloop.known_state(found.model, {"X": 600.0}, {"T1": 25.0})
+    Traceback (most recent call last):
+    trueloop.errors.TrueloopError
+    """
+    given, signals = {name: np.asarray(value, dtype=np.float64) for name, value in positions.items()}, signals or {}
+    check_lags_given(model.lags, signals)
+    state = State(model.machine.chain.positions(given), 0.0, signals, tool_mm)
+    check_state(model, state, extrapolate)
+    return state
 
 
 def check_state(model: MachineModel, state: State, extrapolate: Collection[str] = ()) -> None:

@@ -48,6 +48,11 @@ def check(
     NC-TANGENT (a joint of an arc that is neither tangent nor a corner: a jump of direction of 0.1° to 5°, beyond what
     rounding makes of short moves), NC-FEED (a cut without a feed), NC-RAPID (a rapid move through material, on a
     lathe), NC-BLEND (the control may round corners without a bound).
+
+    >>> program = trueloop.read_program(trueloop.example("linuxcnc/finish.ngc"))
+    >>> for finding in trueloop.check(program):
+    ...     print(finding.severity, finding.code, finding.message)
+    note NC-OPAQUE G43: the tool table's length offset is taken as zero
     """
     path = program.run(parameters, skipped_blocks=skipped_blocks, block_limit=block_limit, strict=False)
     driven = program.run(

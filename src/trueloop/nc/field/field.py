@@ -53,7 +53,12 @@ class Field:
 
 
 def function_field(displace: Displace, name: str) -> Field:
-    """Any function of position, asked for many positions at once; what it raises ends the mapping."""
+    """Any function of position, asked for many positions at once; what it raises ends the mapping.
+
+    >>> tapered = trueloop.function_field(lambda at_mm: at_mm * [0.0, 0.0, 1e-5], "10 µm/m along Z")
+    >>> tapered.displacement_mm(np.array([[0.0, 0.0, 100.0]]))
+    array([[0.   , 0.   , 0.001]])
+    """
     return Field({"function": name}, NcField.function(displace))
 
 
@@ -96,6 +101,10 @@ def similarity_field(
     """Scaled and turned about an axis through a point, then shifted.
 
     The rotation is right-handed: about +Z it turns +X to +Y, about +Y it turns +Z to +X.
+
+    >>> shift = trueloop.similarity_field(shift_mm=(0.01, 0.0, -0.02))
+    >>> shift.displacement_mm(np.zeros((1, 3)))
+    array([[ 0.01,  0.  , -0.02]])
     """
     k = "XYZ".index(axis)
     i, j = (k + 1) % 3, (k + 2) % 3

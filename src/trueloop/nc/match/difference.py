@@ -59,6 +59,13 @@ def path_difference(first: ToolPath, second: ToolPath, *, rapids: bool = False) 
     """The largest distance between the cuts of two paths; with `rapids` between all their moves.
 
     Raises NC-NO-CONTOUR where a path has none, NC-EXPRESSION where a position is not known.
+
+    >>> semifinish = trueloop.read_program(trueloop.example("modbas2/semifinish.nc"), "ge2000t")
+    >>> finish = trueloop.read_program(trueloop.example("modbas2/finish.nc"), "ge2000t")
+    >>> given = {"P42": 8.0, "P46": 3.52, "P47": 0.0}
+    >>> found = trueloop.path_difference(semifinish.run(given), finish.run(given))
+    >>> round(found.distance_mm, 3)
+    0.359
     """
     chosen = [compared_moves(path, rapids) for path in (first, second)]
     length_mm = max(float(lengths_mm(path, moves).sum()) for path, moves in zip((first, second), chosen, strict=True))

@@ -51,7 +51,13 @@ class ProgramTime:
 
 
 def program_time(program: Program, path: ToolPath, rapid_mm_min: float, max_rpm: float | None = None) -> ProgramTime:
-    """The time of a program that was run. Raises what `machining_time` does."""
+    """The time of a program that was run. Raises what `machining_time` does.
+
+    >>> program = trueloop.read_program(trueloop.example("linuxcnc/finish.ngc"))
+    >>> time = trueloop.program_time(program, program.run(), rapid_mm_min=10_000, max_rpm=3000)
+    >>> round(time.cutting_s, 1), round(time.rapid_s, 1)
+    (33.2, 2.0)
+    """
     along = program.dialect.lead_along_thread
     return ProgramTime().and_then(path, program.findings, rapid_mm_min, max_rpm, along)
 

@@ -62,6 +62,16 @@ def translate(
 
     Raises NC-DIALECT, NC-LOST (a turning program for a mill or the other way round, an arc or a thread that cannot be
     written), NC-LIMIT (a negative number of decimals or more than 9) and what running the program raises.
+
+    >>> made = trueloop.translate(trueloop.read_program(trueloop.example("linuxcnc/finish.ngc")), "fanuc-lathe")
+    >>> made.moves, made.decimals, [loss.severity.value for loss in made.losses]
+    (14, 5, ['note', 'warning', 'warning'])
+    >>> for block in made.source.decode().splitlines()[:4]:
+    ...     print(block)
+    %
+    O0001
+    (translated from linuxcnc by trueloop: run it without a part first)
+    (source sha256 4ce29f6f9352e5c9e696729125dc7b6e4a4f73dfdcec7804a36c49d113f2a0db)
     """
     target = Target(dialect_named(to).with_decimals(nc_written_decimals(program.core)), CONTROLS[to], decimals)
     if decimals is not None and not 0 <= decimals <= MOST_DECIMALS:

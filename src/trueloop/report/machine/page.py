@@ -53,7 +53,16 @@ RESIDUALS = "Reading minus model in order of the readings; red: outliers that th
 
 
 def term_figure(curve: TermCurve) -> Figure:
-    """One error along its axis with its 95 % band; return travel dashed where it differs."""
+    """One error along its axis with its 95 % band; return travel dashed where it differs.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> figure = trueloop.term_figure(trueloop.curves(found.model, {"T1": 25.0})[0])
+    >>> figure["layout"]["yaxis"]["title"]["text"]
+    'EXX (µm)'
+    """
     turns = curve.error[2] in "ABC"
     at = (np.degrees(curve.position) if turns else curve.position).tolist()
     band = [*(curve.forward + 2 * curve.u).tolist(), *(curve.forward - 2 * curve.u).tolist()[::-1]]
@@ -69,7 +78,15 @@ def term_figure(curve: TermCurve) -> Figure:
 
 
 def residual_figure(found: Identification, readings: Observations) -> Figure:
-    """Residuals in order, µm or µrad."""
+    """Residuals in order, µm or µrad.
+
+    >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
+    >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
+    >>> found, _ = trueloop.fit_form(machine, form, readings)
+
+    >>> trueloop.residual_figure(found, readings)["layout"]["yaxis"]["title"]["text"]
+    'µm or µrad'
+    """
     values = np.where(readings.is_angle, URAD_PER_RAD, UM_PER_MM) * found.residual
     order = np.arange(1, len(values) + 1)
     traces = []

@@ -11,7 +11,12 @@ from trueloop.units import UM_PER_MM
 
 
 def correction_as_dict(correction: Correction) -> dict[str, object]:
-    """A correction; numbers that are not known are None."""
+    """A correction; numbers that are not known are None.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> trueloop.correction_as_dict(trueloop.compensate(job.inputs))["program_to_run"]
+    'corrected.nc'
+    """
     return {
         "part": correction.part,
         "record_id": correction.record.id,

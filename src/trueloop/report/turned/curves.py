@@ -24,6 +24,12 @@ def error_curve(correction: Correction, index: int, width: int = 980) -> Figure:
     Errors are those of the process: measured less what the semi-finish program commanded on purpose.
     Upper panel: touches with ±U, the fitted curve with its 95 % band, knots on the zero line, prescribed end values.
     Lower panel, scale of its own: predicted after the cut, and each touch predicted from the others.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> dome = job.inputs.profile.names.index("dome")
+    >>> figure = trueloop.error_curve(trueloop.compensate(job.inputs), dome)
+    >>> figure["layout"]["xaxis"]["title"]["text"]
+    'arc length from the chuck end (mm)'
     """
     curve = correction.model.curves[index]
     rows = correction.touches.of_feature(index)

@@ -50,7 +50,15 @@ class FeatureSummary:
 
 
 def feature_summaries(correction: Correction) -> list[FeatureSummary]:
-    """One for each feature of the profile, in its order."""
+    """One for each feature of the profile, in its order.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> for feature in trueloop.feature_summaries(trueloop.compensate(job.inputs))[-3:]:
+    ...     print(feature.feature, feature.expected)
+    main-face 0.0 ± 7.9 µm
+    small-cylinder 0.0 ± 7.9 µm
+    dome +2.9 ± 8.0 µm
+    """
     return [_summary(correction, outcome) for outcome in outcomes(correction)]
 
 

@@ -60,7 +60,13 @@ class Half:
 
 
 def before_and_after(correction: Correction) -> Figure:
-    """Above the axis the measured errors, below it the predicted ones, at the same magnification."""
+    """Above the axis the measured errors, below it the predicted ones, at the same magnification.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> figure = trueloop.before_and_after(trueloop.compensate(job.inputs))
+    >>> figure["layout"]["meta"]["magnification"]
+    200.0
+    """
     touches, prediction = correction.touches, correction.prediction
     halves = (
         Half("Before: measured", "measured", prediction.before_mm, coverage_factor() * touches.standard_u_mm, 1),
@@ -70,7 +76,13 @@ def before_and_after(correction: Correction) -> Figure:
 
 
 def after_enlarged(correction: Correction) -> Figure:
-    """The predicted errors alone, at a magnification of their own, each with its expanded uncertainty."""
+    """The predicted errors alone, at a magnification of their own, each with its expanded uncertainty.
+
+    >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
+    >>> enlarged = trueloop.after_enlarged(trueloop.compensate(job.inputs))
+    >>> enlarged["layout"]["meta"]["magnification"]
+    2000.0
+    """
     prediction = correction.prediction
     heading = "After: predicted, enlarged"
     half = Half(heading, "predicted", *_predicted(prediction), 1, draws_u=True)

@@ -27,7 +27,11 @@ REFERENCE_FACES: Final = 0.5
 
 @dataclass(frozen=True)
 class Gauging:
-    """How the touches were taken. Ranges are those of repeated probing, along x and along z [6811 §4.1]."""
+    """How the touches were taken. Ranges are those of repeated probing, along x and along z [6811 §4.1].
+
+    >>> trueloop.Gauging(ball_radius_mm=1.5).range_x_mm
+    0.0015
+    """
 
     ball_radius_mm: Annotated[
         float,
@@ -75,7 +79,14 @@ def standard_uncertainty_mm(outward_normal: Array, gauging: Gauging) -> Array:
 
 
 def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) -> ErrorVectors:
-    """Part errors of the touches, ordered along the profile. Raises TCH errors for what cannot be right."""
+    """Part errors of the touches, ordered along the profile. Raises TCH errors for what cannot be right.
+
+    >>> profile = trueloop.read_part(trueloop.example("modbas2/job.toml")).profile
+    >>> touches = trueloop.read_touches(trueloop.example("modbas2/touches.csv"))
+    >>> errors = trueloop.error_vectors(profile, touches, trueloop.Gauging(z_reference="11"))
+    >>> print(errors.error_mm[:2], errors.outward_normal[0].round(3))  # along the outward normal (x, z)
+    [0.090297 0.09271 ] [0.875 0.484]
+    """
     feature_index, arc_length = _place(profile, touches)
     normal = np.array([profile.features[i].outward_normal(s) for i, s in zip(feature_index, arc_length, strict=True)])
     nominal = np.array([touch.nominal_mm for touch in touches])
