@@ -1,16 +1,20 @@
 """`trueloop nc path`: where a program sends the tool."""
 
 import sys
+from collections.abc import Iterable, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded, say
-from trueloop.cli.nc.not_understood import not_understood, tell_not_understood
-from trueloop.cli.program_file import ProgramFile, Reading, TablesAndOffsets
+from trueloop.cli.nc.not_understood import path_may_differ, tell
+from trueloop.cli.program_file import ProgramFile, Reading, TablesAndOffsets, read_source
 from trueloop.cli.terminal import busy, print_json
 
 if TYPE_CHECKING:
+    from trueloop.errors import Finding
+    from trueloop.nc.program.parts import Stretch
     from trueloop.nc.program.tool_path import ToolPath
 
 
@@ -25,34 +29,53 @@ def path_of_program(
 
     What a parameter without value would decide is left empty and said on stderr. Exit status 1 when a cut is unknown.
     """
+    from trueloop.nc.program.parts import PART, stretches
     from trueloop.nc.program.path_rows import rows_of
-    from trueloop.nc.program.tool_path import CSV_HEADER, csv_text
-    from trueloop.nc.program.understood import require_unit
 
     with busy(f"running {file}"):
-        program = reading.program(file)
-        path = reading.run(program, tables.read(), strict=False)
-        require_unit(path)
+        source, dialect = read_source(file, reading.dialect)
+        known = tables.read()
+        rest = stretches(
+            source, dialect, str(file), reading.unit, reading.parameters,
+            skipped_blocks=reading.skipped_blocks, tools=known.tools, work_offsets_mm=dict(known.work_mm),
+            size=PART if form == "csv" else len(source),
+        )  # fmt: skip
+        first = next(rest)
     if form == "csv":
-        sys.stdout.write(",".join(CSV_HEADER) + "\n")
-        sys.stdout.writelines(csv_text(path))
-        sys.stdout.flush()
-        tell_not_understood(program, path)
+        last, is_unknown = _print_csv(chain([first], rest))
+        tell(path_may_differ(last.findings), str(file))
     else:
-        unknown, moves = len(not_understood(program, path)), rows_of(path)
-        print_json({"file": str(file), "dialect": program.dialect.name, "not_understood": unknown, "moves": moves})
-    if _say_unknown(path, form == "json"):
+        last, is_unknown = first, _has_unknown_cut(first.path)
+        unknown, moves = len(path_may_differ(first.findings)), rows_of(first.path)
+        print_json({"file": str(file), "dialect": dialect, "not_understood": unknown, "moves": moves})
+    if _say_errors(last.of_run, form == "json") or is_unknown:
         raise typer.Exit(ExitStatus.FINDINGS)
 
 
-def _say_unknown(path: "ToolPath", as_json: bool) -> bool:
-    """Says on stderr what kept the path from being known; whether a cut is among it, or the run ended early."""
+def _print_csv(stretches: "Iterable[Stretch]") -> "tuple[Stretch, bool]":
+    """Prints their moves; the last of them, and whether a cut among the moves is unknown."""
+    from trueloop.nc.program.tool_path import CSV_HEADER, csv_text
+
+    sys.stdout.write(",".join(CSV_HEADER) + "\n")
+    is_unknown = False
+    for stretch in stretches:
+        sys.stdout.writelines(csv_text(stretch.path, stretch.first))
+        is_unknown |= _has_unknown_cut(stretch.path)
+    sys.stdout.flush()
+    return stretch, is_unknown
+
+
+def _has_unknown_cut(path: "ToolPath") -> bool:
     import numpy as np
 
+    return bool(np.any(np.isnan(path.end_mm[~path.rapid])))
+
+
+def _say_errors(findings: "Sequence[Finding]", as_json: bool) -> bool:
+    """Says on stderr what kept the path from being known; whether the run ended early by it."""
     from trueloop.errors import Code, Severity, TrueloopError
 
-    errors = [finding for finding in path.findings if finding.severity is Severity.ERROR]
+    errors = [finding for finding in findings if finding.severity is Severity.ERROR]
     for found in errors:
         say(TrueloopError(found.code, found.message, hint=found.hint, place=found.place), as_json=as_json)
-    ended_early = any(found.code in (Code.NC_FLOW, Code.NC_LIMIT) for found in errors)
-    return ended_early or bool(np.any(np.isnan(path.end_mm[~path.rapid])))
+    return any(found.code in (Code.NC_FLOW, Code.NC_LIMIT) for found in errors)

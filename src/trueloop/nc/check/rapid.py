@@ -17,7 +17,7 @@ _SAMPLES: Final = 65
 _X, _Y, _Z = 0, 1, 2
 
 
-def cutting_rapids(path: ToolPath) -> Iterator[tuple[int, float]]:
+def cutting_rapids(path: ToolPath, *, goes_on: bool = False) -> Iterator[tuple[int, float]]:
     """Rapid moves that cut: index and greatest depth in mm on the radius, 0 for one that takes the place of a cut.
 
     Each run of moves with one tool in one frame is looked at by itself. A single rapid move between two cuts, where no
@@ -25,11 +25,22 @@ def cutting_rapids(path: ToolPath) -> Iterator[tuple[int, float]]:
     a cut has reached the spindle axis all in front of it is free; behind it a rapid move must not go deeper, at any z,
     than the cuts before it, or, where none was made yet, than any cut ever made. Runs that bore (their cuts retract
     towards the axis) are not judged by depth, runs that mill (Y moves) not at all.
+    goes_on: more moves follow, and the last run is not judged before it is known whole.
     """
-    for run in _runs(path):
+    runs = _runs(path)
+    for run in runs[:-1] if goes_on else runs:
         feed = run[path.motion[run] != Motion.RAPID]
         if 0 < len(feed) < len(run) and not np.ptp(path.end_mm[run, _Y]) > 0:
             yield from _of_run(path, run, feed)
+
+
+def open_run(path: ToolPath) -> Integers:
+    """Indices of the moves of the last run, by which it is judged once more moves follow: all of them, or, where it
+    mills, as many of the last ones as show that.
+    """
+    run = (_runs(path) or [np.empty(0, dtype=np.intp)])[-1]
+    elsewhere = np.flatnonzero(path.end_mm[run, _Y] != path.end_mm[run[-1:], _Y])
+    return run[elsewhere[-1] :] if elsewhere.size else run
 
 
 def boring_moves(path: ToolPath) -> frozenset[int]:

@@ -3,8 +3,7 @@
 import re
 from typing import Final
 
-from trueloop.nc.program.program import Program
-from trueloop.nc.program.tool_path import ToolPath
+from trueloop.nc.program.dialect import Dialect
 from trueloop.units import MM_PER_INCH
 
 COARSEST_MM: Final = 0.001
@@ -14,12 +13,11 @@ _ENOUGH: Final = 1 << 20
 _COORDINATE: Final = re.compile(rb"[XYZ][ \t]*[-+]?\d*\.(\d+)", re.IGNORECASE)
 
 
-def written_step_mm(program: Program, path: ToolPath) -> float:
+def written_step_mm(source: bytes, dialect: Dialect, inch: bool) -> float:
     """One unit of the last decimal that the program's coordinates use, in mm; at most `COARSEST_MM`.
 
-    Never finer than the control's resolution. The unit is that of the first move; the program's first megabyte tells,
+    Never finer than the control's resolution. inch: the unit of the first move. The program's first megabyte tells,
     comments and all: a coordinate in a comment has the program's decimals too.
     """
-    decimals = max((len(found) for found in _COORDINATE.findall(program.source, 0, _ENOUGH)), default=0)
-    inch = bool(len(path)) and path.coordinate_state(0).inch
-    return min(max(10.0**-decimals, program.dialect.step(inch)) * (MM_PER_INCH if inch else 1.0), COARSEST_MM)
+    decimals = max((len(found) for found in _COORDINATE.findall(source, 0, _ENOUGH)), default=0)
+    return min(max(10.0**-decimals, dialect.step(inch)) * (MM_PER_INCH if inch else 1.0), COARSEST_MM)

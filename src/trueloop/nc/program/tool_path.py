@@ -215,13 +215,13 @@ _LENGTH_DECIMALS, _ANGLE_DECIMALS = 9, 12
 _ROWS_AT_ONCE: Final = 20_000
 
 
-def csv_text(path: ToolPath) -> Iterator[str]:
-    """The moves in the order of `CSV_HEADER`, a line each, some lines at a time; lengths to 1e-9 mm, angles to 1e-12
-    rad, trailing zeros left out, unknown values empty. No cell holds a comma or a quote.
+def csv_text(path: ToolPath, first: int = 0) -> Iterator[str]:
+    """The moves from `first` on in the order of `CSV_HEADER`, a line each, some lines at a time; lengths to 1e-9 mm,
+    angles to 1e-12 rad, trailing zeros left out, unknown values empty. No cell holds a comma or a quote.
     """
-    for first in range(0, len(path), _ROWS_AT_ONCE):
-        rows = slice(first, min(first + _ROWS_AT_ONCE, len(path)))
-        yield nc_rows(_columns(path, rows), 0, rows.stop - first)
+    for start in range(first, len(path), _ROWS_AT_ONCE):
+        rows = slice(start, min(start + _ROWS_AT_ONCE, len(path)))
+        yield nc_rows(_columns(path, rows), 0, rows.stop - start)
 
 
 def _columns(path: ToolPath, rows: slice) -> list[tuple[Array, int] | tuple[NDArray[np.uint32], list[str]]]:
