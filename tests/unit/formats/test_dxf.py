@@ -210,3 +210,13 @@ def test_files_that_are_no_drawing(content: bytes, tmp_path: Path) -> None:
 def test_no_file(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError, match="cannot be read"):
         read_dxf(tmp_path / "none.dxf")
+
+
+def test_an_arc_without_extent_is_left_out_as_is_a_line_without(tmp_path: Path) -> None:
+    document = drawing()
+    space = document.modelspace()
+    add_loose(space, facetst().features)
+    expected = read_dxf(saved(document, tmp_path)).profile
+    space.add_arc((-20.0, 10.0), 0.0, 0.0, 90.0)
+    space.add_line((-20.0, 10.0), (-20.0, 10.0))
+    assert read_dxf(saved(document, tmp_path)).profile == expected

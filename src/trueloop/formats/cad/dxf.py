@@ -139,7 +139,8 @@ def _segments(entities: Sequence[Any], mm_per_unit: float, x_factor: float, path
                     f"a drawing whose y are diameters holds an arc of radius {entity.dxf.radius * mm_per_unit:.4f} mm",
                     "an arc is round in one scale only: draw radii, or straight lines",
                 )
-            yield Segment(_arc(entity, mm_per_unit), layer)
+            if (arc := _arc(entity, mm_per_unit)).length_mm > CHAIN_WITHIN_MM:
+                yield Segment(arc, layer)
 
 
 def _arc(entity: Any, mm_per_unit: float) -> Arc:
