@@ -30,7 +30,7 @@ def decompose(
     from trueloop.formats.measurements.inspections_csv import components_csv, read_inspections
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.loops.turned.post_process import decompose_part, states_of
+    from trueloop.loops.machine.post_process import decompose_part, states_of
     from trueloop.report.machine.components import components_page
 
     known = read_model(model)
