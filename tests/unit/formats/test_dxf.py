@@ -216,7 +216,7 @@ def test_an_arc_without_extent_is_left_out_as_is_a_line_without(tmp_path: Path) 
     document = drawing()
     space = document.modelspace()
     add_loose(space, facetst().features)
-    expected = read_dxf(saved(document, tmp_path)).profile
+    expected = read_dxf(saved(document, tmp_path)).features
     space.add_arc((-20.0, 10.0), 0.0, 0.0, 90.0)
     space.add_line((-20.0, 10.0), (-20.0, 10.0))
-    assert read_dxf(saved(document, tmp_path)).profile == expected
+    assert read_dxf(saved(document, tmp_path)).features == expected

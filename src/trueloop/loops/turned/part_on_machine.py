@@ -66,7 +66,7 @@ class PartOnMachine:
         """What a corrected program says of it."""
         return f"composed of COMP_MTG by model {self.sha256[:16]} and COMP_PROC"
 
-    def told(self) -> dict[str, object]:
+    def as_record(self) -> dict[str, object]:
         """By which a record knows it."""
         signals = {"cutting": self.cutting, "semifinish": self.semifinish, "probing": self.probing}
         return {
@@ -155,15 +155,15 @@ class CompMtg:
         return -self.standing.error_mm(at_mm, self.travel)
 
 
-def placed(part: PartOnMachine, told: Commanded) -> InMachine:
+def placed(part: PartOnMachine, matched: Commanded) -> InMachine:
     """The part where the finish pass of its program runs.
 
     Raises MCH-FRAME where the program's zero moves in the pass, MCH-PROGRAM where an axis turns round in it whose model
     tells forward and return travel apart.
     """
     with in_file(part.file):
-        _require_one_zero(told)
-        travel = _travel(part, told)
+        _require_one_zero(matched)
+        travel = _travel(part, matched)
     finishing = Standing(part, part.cutting, part.tool_mm)
     return InMachine(
         finishing,
@@ -173,8 +173,8 @@ def placed(part: PartOnMachine, told: Commanded) -> InMachine:
     )
 
 
-def _require_one_zero(told: Commanded) -> None:
-    path, moves = told.path, slice(min(c.move for c in told.cuts), max(c.move for c in told.cuts) + 1)
+def _require_one_zero(matched: Commanded) -> None:
+    path, moves = matched.path, slice(min(c.move for c in matched.cuts), max(c.move for c in matched.cuts) + 1)
     if (moved_mm := float(np.ptp(path.origin_mm[moves], axis=0).max())) > SAME_MM:
         raise TrueloopError(
             Code.MCH_FRAME,
@@ -183,13 +183,13 @@ def _require_one_zero(told: Commanded) -> None:
         )
 
 
-def _travel(part: PartOnMachine, told: Commanded) -> Array:
+def _travel(part: PartOnMachine, matched: Commanded) -> Array:
     ways = np.zeros(2)
-    cuts = sorted(cut.move for cut in told.cuts)
-    along = [points_along(told.path, np.intp(k), np.linspace(0.0, 1.0, SAMPLES))[:, PLANE] for k in cuts]
+    cuts = sorted(cut.move for cut in matched.cuts)
+    along = [points_along(matched.path, np.intp(k), np.linspace(0.0, 1.0, SAMPLES))[:, PLANE] for k in cuts]
     gone = np.concatenate([np.diff(points, axis=0) for points in along])
     for k, axis in enumerate("XZ"):
-        signs = set(np.sign(gone[np.abs(gone[:, k]) > told.resolution_mm / SAMPLES, k]))
+        signs = set(np.sign(gone[np.abs(gone[:, k]) > matched.resolution_mm / SAMPLES, k]))
         if len(signs) == 1:
             ways[k] = signs.pop()
         elif signs and any(term.both_ways and term.name.axis == axis for term in part.model.terms):

@@ -50,7 +50,7 @@ class Paths:
 
 
 def corrected_paths(
-    inputs: Inputs, told: Commanded, shifts: Shifts, whole_mm: tuple[float, float], machine: InMachine | None
+    inputs: Inputs, matched: Commanded, shifts: Shifts, whole_mm: tuple[float, float], machine: InMachine | None
 ) -> Paths:
     """The paths with every feature shifted, then displaced by `whole_mm` and, on a known machine, by COMP_MTG.
 
@@ -61,7 +61,7 @@ def corrected_paths(
     def pieces(of: Sequence[Shift], nose_mm: float) -> tuple[CentrePiece, ...]:
         return centre_pieces(profile, shifted_contour(profile, of, nose_mm))
 
-    before, after = pieces(told.finish, nose_radius_mm), pieces(shifts.contour, nose_radius_mm)
+    before, after = pieces(matched.finish, nose_radius_mm), pieces(shifts.contour, nose_radius_mm)
     check_nose(after)
     check_limits(after, shifts.correction, limits)
     moved: Displacement = Constant(whole_mm)
@@ -69,7 +69,7 @@ def corrected_paths(
         moved = Then(moved, machine.comp_mtg)
         check_composed(after, shifts.correction, (machine.comp_mtg, moved), limits)
     after, written, driven = displaced_pieces(after, moved), None, None
-    if told.match.on_contour:
-        written = pieces(told.finish, 0.0), displaced_pieces(pieces(shifts.contour, 0.0), moved)
+    if matched.match.on_contour:
+        written = pieces(matched.finish, 0.0), displaced_pieces(pieces(shifts.contour, 0.0), moved)
         driven = Driven(nose_radius_mm, after)
     return Paths(before, after, written or (before, after), driven)

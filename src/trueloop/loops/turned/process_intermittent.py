@@ -64,16 +64,16 @@ def _refuse_misuse(inputs: Inputs) -> list[str]:
 
 
 def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
-    told = commanded(
+    matched = commanded(
         inputs.program, inputs.semifinish, inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm, inputs.run
     )
-    machine = None if inputs.machine is None else placed(inputs.machine, told)
+    machine = None if inputs.machine is None else placed(inputs.machine, matched)
     surface = _surface(inputs, machine)
-    model = _error_model(inputs, told, surface)
-    decision = _decision(model, told, inputs.options, inputs.options.by if machine is None else "contour")
-    shifts = corrected_shifts(inputs.profile, model, decision, told, inputs.options)
-    paths = corrected_paths(inputs, told, shifts, whole_mm(decision), machine)
-    programs = write_programs(inputs, writing(inputs, told), decision, paths)
+    model = _error_model(inputs, matched, surface)
+    decision = _decision(model, matched, inputs.options, inputs.options.by if machine is None else "contour")
+    shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
+    paths = corrected_paths(inputs, matched, shifts, whole_mm(decision), machine)
+    programs = write_programs(inputs, writing(inputs, matched), decision, paths)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight)
     composed = None if machine is None else _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
     if machine is not None:
@@ -101,8 +101,8 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         table=correction_table(
             paths.commanded, paths.corrected, decision.offset_mm if decision.by_offset else (0.0, 0.0)
         ),
-        record=record_of(inputs, told, model, decision, programs, surface.touches, composed),
-        notes=(*(one.words for one in model.suspects), *unchecked, *programs.notes, *told.notes),
+        record=record_of(inputs, matched, model, decision, programs, surface.touches, composed),
+        notes=(*(one.words for one in model.suspects), *unchecked, *programs.notes, *matched.notes),
         composed=composed,
     )
 
@@ -115,16 +115,16 @@ def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
     return surface_of(machine, reported, inputs.semifinish, inputs.nose_radius_mm, inputs.allowance_mm)
 
 
-def _error_model(inputs: Inputs, told: Commanded, surface: Surface) -> ProfileErrorModel:
+def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> ProfileErrorModel:
     """Error curves of the process: what neither the machine nor the programs put into the touches."""
     touches, options = surface.touches, inputs.options
-    process = replace(touches, error_mm=touches.error_mm - surface.cut_in_mm - told.measured_at(touches))
+    process = replace(touches, error_mm=touches.error_mm - surface.cut_in_mm - matched.measured_at(touches))
     model = fit_profile(inputs.profile, process, options, inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
     return model
 
 
-def _decision(model: ProfileErrorModel, told: Commanded, options: Options, by: str) -> Decision:
+def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str) -> Decision:
     vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
     return decide(
@@ -132,17 +132,17 @@ def _decision(model: ProfileErrorModel, told: Commanded, options: Options, by: s
         vectors.outward_normal,
         max(model.scatter_mm, floor_mm),
         model.degrees_of_freedom or float("inf"),
-        told.resolution_mm,
+        matched.resolution_mm,
         options.weight,
         by,
     )
 
 
-def writing(inputs: Inputs, told: Commanded) -> Writing:
+def writing(inputs: Inputs, matched: Commanded) -> Writing:
     """What the programs are written from, with the marks that the results carry."""
     machine, options = inputs.machine, inputs.options
     fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=machine is not None)
-    return Writing(inputs.program, told, inputs.run, id_of(inputs), fitting, "" if machine is None else machine.mark)
+    return Writing(inputs.program, matched, inputs.run, id_of(inputs), fitting, "" if machine is None else machine.mark)
 
 
 def _composed(

@@ -58,7 +58,7 @@ def _of_machine(cut: PartOnMachine) -> list[str]:
 
 def _wear(writing: Writing, decision: Decision, options: Options) -> tuple[WearOffset, list[str]]:
     """The offset as numbers to enter, of the tool that the job names, else that of the program's T word."""
-    program, path, cut = writing.program, writing.told.path, writing.told.cuts[0].move
+    program, path, cut = writing.program, writing.matched.path, writing.matched.cuts[0].move
     with in_file(program.file):
         own = offset_number(program, path, cut)
     tool = next((number for number in (options.tool, own) if number is not None), 1)

@@ -23,7 +23,7 @@ def id_of(inputs: Inputs) -> str:
 
 def record_of(
     inputs: Inputs,
-    told: Commanded,
+    matched: Commanded,
     model: ProfileErrorModel,
     decision: Decision,
     programs: Programs,
@@ -31,7 +31,7 @@ def record_of(
     composed: Composed | None,
 ) -> Record:
     """The record of a correction, complete."""
-    unit, program = unit_of_path(inputs.program.unit, told.path), inputs.program
+    unit, program = unit_of_path(inputs.program.unit, matched.path), inputs.program
     return Record(
         id=id_of(inputs),
         made_at=inputs.made_at.isoformat(timespec="seconds"),
@@ -54,7 +54,7 @@ def record_of(
 
 
 def _options(inputs: Inputs) -> dict[str, object]:
-    machine = {} if inputs.machine is None else {"machine": inputs.machine.told()}
+    machine = {} if inputs.machine is None else {"machine": inputs.machine.as_record()}
     return {"weight": inputs.options.weight, **asdict(inputs.options), "parameters": dict(inputs.parameters), **machine}
 
 

@@ -36,7 +36,7 @@ def whole_mm(decision: Decision) -> tuple[float, float]:
 
 
 def corrected_shifts(
-    profile: Profile, model: ProfileErrorModel, decision: Decision, told: Commanded, options: Options
+    profile: Profile, model: ProfileErrorModel, decision: Decision, matched: Commanded, options: Options
 ) -> Shifts:
     """`contour` = correction + the rounding of the program; a slip of the program is corrected away with the rest.
 
@@ -46,7 +46,7 @@ def corrected_shifts(
     """
     count = len(profile.features)
     if decision.by_offset or decision.offset_is_enough:
-        contour = told.finish if decision.by_offset else told.rounding
+        contour = matched.finish if decision.by_offset else matched.rounding
         return Shifts((ZERO,) * count, contour, (True,) * count, (ZERO,) * count)
     by_offset = _by_offset(profile, decision)
     nose = options.errors_follow == "nose"
@@ -58,7 +58,7 @@ def corrected_shifts(
         for feature, error, by_one in zip(profile.features, errors, by_offset, strict=True)
     )
     contour = tuple(
-        weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, told.rounding, strict=True)
+        weighted_sum(((1.0, c), (1.0, rounding))) for c, rounding in zip(correction, matched.rounding, strict=True)
     )
     return Shifts(correction, contour, by_offset, tuple(unasked))
 

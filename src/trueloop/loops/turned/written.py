@@ -42,7 +42,7 @@ class Writing:
     """What is written into: the finish program as run and matched, and the marks that the result carries."""
 
     program: Program
-    told: Commanded
+    matched: Commanded
     run: Run
     record_id: str
     fitting: Fitting
@@ -76,10 +76,10 @@ def write_contour(
     Raises CMP errors if reading it back says so; where the control compensates for the nose, also if compensating it as
     the control does says so.
     """
-    told, (before, after) = writing.told, paths.written
+    matched, (before, after) = writing.matched, paths.written
     targets = _targets(writing, profile, touches, before, after)
-    explicit = written_out(writing.program, told.path, range(targets.first, targets.last + 2), writing.run.of)
-    targets = targets.off(told.path.end_mm - explicit.path.end_mm)
+    explicit = written_out(writing.program, matched.path, range(targets.first, targets.last + 2), writing.run.of)
+    targets = targets.off(matched.path.end_mm - explicit.path.end_mm)
     with explicit.in_lines_of(writing.program):
         source_edits = corrected_source(explicit.program, explicit.path, targets)
         edits = composed(writing.program.source, explicit.edits, source_edits)
@@ -111,7 +111,7 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     (before, after), driven = paths.written, paths.driven
     check_rest(old, path, targets.first, targets.last)
     check_rapids(profile, old, path, targets.last)
-    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.told.resolution_mm
+    tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.matched.resolution_mm
     check_contour(path, span, after, tolerance_mm)
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
     moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
@@ -126,7 +126,7 @@ def _notes(writing: Writing, read: _ReadBack) -> list[str]:
     """What to know where a roughing cycle runs on the contour too."""
     first, last, span = read.targets.first, read.targets.last, read.span
     x_before, x_after = read.old.end_mm[first : last + 1, 0], read.path.end_mm[span[0] - 1 : span[1] + 1, 0]
-    return shared_contour_notes(writing.program, int(writing.told.path.block[first]), x_before, x_after)
+    return shared_contour_notes(writing.program, int(writing.matched.path.block[first]), x_before, x_after)
 
 
 def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
@@ -142,21 +142,23 @@ def _targets(
     before: Sequence[CentrePiece],
     after: Sequence[CentrePiece],
 ) -> Displacements:
-    told, cuts = writing.told, writing.told.cuts
+    matched, cuts = writing.matched, writing.matched.cuts
     start, shifts = end_shifts(cuts, before, after)
-    is_arc = np.flatnonzero(told.path.motion == Motion.ARC)
+    is_arc = np.flatnonzero(matched.path.motion == Motion.ARC)
     touched = [touches.arc_length_mm[touches.of_feature(i)] for i in range(len(profile.features))]
     fitting = writing.fitting
     bent = bent_lines(cuts, list(is_arc), after, fitting.tolerance_mm) if fitting.lines else []
     arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
-    targets = displacements(start, shifts, arcs, [move.index for move in told.match.run_out])
-    edges = [move.index for move in told.match.between if move.index in is_arc]
-    return led_in(told.path, Displacements(targets.ends, {**targets.arcs, **_edge_arcs(told, edges, targets.ends)}))
+    targets = displacements(start, shifts, arcs, [move.index for move in matched.match.run_out])
+    edges = [move.index for move in matched.match.between if move.index in is_arc]
+    return led_in(
+        matched.path, Displacements(targets.ends, {**targets.arcs, **_edge_arcs(matched, edges, targets.ends)})
+    )
 
 
-def _edge_arcs(told: Commanded, edges: Sequence[int], ends: Mapping[int, Array]) -> dict[int, Replacement]:
+def _edge_arcs(matched: Commanded, edges: Sequence[int], ends: Mapping[int, Array]) -> dict[int, Replacement]:
     """Arcs that turn the nose about an edge, between their neighbours' displaced ends."""
-    path = told.path
+    path = matched.path
     replaced: dict[int, Replacement] = {}
     for k in edges:
         old = move_of(path, k)

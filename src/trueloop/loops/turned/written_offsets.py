@@ -32,7 +32,7 @@ def write_offsets(
 
 
 def _shifted(writing: Writing, offset_mm: tuple[float, float]) -> list[Edit]:
-    program, path, cuts = writing.program, writing.told.path, _cuts(writing.told)
+    program, path, cuts = writing.program, writing.matched.path, _cuts(writing.matched)
     shifted = shifted_moves(program, path, cuts)
     edits = shift_edits(program, path, shifted, offset_mm)
     after = writing.run.of(writing.reread(writing.with_edits(edits)))
@@ -42,7 +42,7 @@ def _shifted(writing: Writing, offset_mm: tuple[float, float]) -> list[Edit]:
 
 
 def _updated(writing: Writing, offset_mm: tuple[float, float], tool: int, is_diameter: bool | None) -> list[Edit]:
-    program, path, lead = writing.program, writing.told.path, max(_cuts(writing.told)[0] - 1, 0)
+    program, path, lead = writing.program, writing.matched.path, max(_cuts(writing.matched)[0] - 1, 0)
     state = offset_state(path.coordinate_state(lead), is_diameter)
     values_mm = tool_offset_updates(program, state, offset_mm, tool)
     edits = update_edits(program, path, lead, values_mm, tool, is_diameter)
@@ -52,7 +52,7 @@ def _updated(writing: Writing, offset_mm: tuple[float, float], tool: int, is_dia
     return edits
 
 
-def _cuts(told: Commanded) -> tuple[int, int]:
+def _cuts(matched: Commanded) -> tuple[int, int]:
     """First and last move of the contour, those that only lengthen it included."""
-    moves = [*(cut.move for cut in told.cuts), *(move.index for move in told.match.run_out)]
+    moves = [*(cut.move for cut in matched.cuts), *(move.index for move in matched.match.run_out)]
     return min(moves), max(moves)
