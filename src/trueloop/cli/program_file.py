@@ -62,7 +62,9 @@ class Reading:
 
     def program(self, file: Path) -> "Program":
         """The program. Raises NC-FILE and NC-DIALECT."""
-        return read_program_file(file, self.dialect, self.unit)
+        from trueloop.formats.program_file import read_program
+
+        return read_program(file, self.dialect, self.unit)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -121,27 +123,6 @@ class TablesAndOffsets(Tables):
         """The offsets file with what the command line says before its own. Raises NC-FILE."""
         known = super().read()
         return replace(known, work_mm=tuple({**dict(known.work_mm), **offsets_of(self.offsets)}.items()))
-
-
-def read_program_file(
-    path: Path, dialect: str | None, unit: Literal["mm", "inch"] | None = None, decimals: int = 0
-) -> "Program":
-    """The program in its dialect, as `read_program` takes it. Raises NC-FILE and NC-DIALECT."""
-    from trueloop.nc.program.program import read_program
-
-    source, known = read_source(path, dialect)
-    return read_program(source, known, str(path), unit, decimals)
-
-
-def read_source(path: Path, dialect: str | None) -> tuple[bytes, str]:
-    """The bytes of a program and its dialect, guessed where none is named. Raises NC-FILE and NC-DIALECT."""
-    from trueloop.errors import Code
-    from trueloop.formats.input_file import read_input
-    from trueloop.nc.program.dialect import dialect_named
-    from trueloop.nc.program.guess import guess_dialect
-
-    source = read_input(path, Code.NC_FILE, hint="name an NC program")
-    return source, dialect_named(guess_dialect(source, str(path)) if dialect is None else dialect).name
 
 
 def parameters_of(settings: Sequence[str] | None, option: str = "--set") -> dict[str, float]:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import FilePath
 
 Named: TypeAlias = tuple[str, bytes | Callable[[], bytes] | None]
 """A file's name and what it shall hold, or what makes that when its turn has come: not all need be held at once.
@@ -24,12 +25,17 @@ None: there shall be no such file, and one from an earlier run is taken away.
 """
 
 
-def write_all(folder: Path, contents: Iterable[Named], inputs: Iterable[Path] = ()) -> list[Path]:
+def write_all(folder: FilePath, contents: Iterable[Named], inputs: Iterable[Path] = ()) -> list[Path]:
     """Writes files of these names into `folder`, made if missing, and returns the paths in their order.
 
     Raises OUT-INPUT when a file to be written is one of `inputs`, OUT-TWICE when two have one name, and OUT-FOLDER when
     the system refuses; then nothing is written, and a folder made for it is removed again.
+
+    >>> files = trueloop.write_all("out", [("a.txt", b"first"), ("b.txt", b"second")])
+    >>> [file.name for file in files]
+    ['a.txt', 'b.txt']
     """
+    folder = Path(folder)
     files = list(contents)
     _require_different(folder, [name for name, _ in files], inputs)
     held = [len(content or b"") for _, content in files if not callable(content)]

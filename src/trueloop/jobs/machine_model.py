@@ -8,6 +8,7 @@ from pathlib import Path
 from trueloop.arrays import Array
 from trueloop.domain.record import sha256_of
 from trueloop.errors import in_file
+from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.measurements.history_csv import read_history
 from trueloop.formats.measurements.readings_csv import read_readings
@@ -35,7 +36,14 @@ def readings_of(paths: Sequence[Path], chain: Chain, history: Path | None) -> Ob
 def signals_of(
     model: MachineModel, logs: Sequence[Path], values: Mapping[str, float], until_s: float = math.inf
 ) -> dict[str, Array | float]:
-    """Logs as they stand at their last row until then, and values, lags among them. Raises MCH-HISTORY."""
+    """Logs as they stand at their last row until then, and values, lags among them. Raises MCH-HISTORY.
+
+    >>> fitted = trueloop.fit_machine(
+    ...     trueloop.example("machine/machine.toml"), [trueloop.example("machine/readings.csv")]
+    ... )
+    >>> trueloop.signals_of(fitted.found.model, [trueloop.example("machine/temperatures.csv")], {"T2": 21.0})
+    {'T1': 24.5, 'T2': 21.0}
+    """
     signals: dict[str, Array | float] = {}
     for log in logs:
         with in_file(log):
@@ -52,7 +60,14 @@ def hashes_of(files: Sequence[Path]) -> dict[str, str]:
 
 @dataclass(frozen=True, eq=False)
 class FittedMachine:
-    """A model found from readings, the signals that its errors took, and what it leaves of each run left out."""
+    """A model found from readings, the signals that its errors took, and what it leaves of each run left out.
+
+    >>> fitted = trueloop.fit_machine(
+    ...     trueloop.example("machine/machine.toml"), [trueloop.example("machine/readings.csv")]
+    ... )
+    >>> len(fitted.data), round(fitted.found.scatter, 2)
+    (66, 0.88)
+    """
 
     found: Identification
     chosen: tuple[Chosen, ...]
@@ -68,12 +83,26 @@ class FittedMachine:
         return write_all(folder, [(name, text.encode()) for name, text in contents.items()], inputs=self.files)
 
 
-def fit_machine(machine: Path, readings: Sequence[Path], history: Path | None, *, robust: bool) -> FittedMachine:
-    """The model of a machine from readings. Raises MCH errors that name the file."""
+def fit_machine(
+    machine: FilePath, readings: Sequence[FilePath], history: FilePath | None = None, *, robust: bool = True
+) -> FittedMachine:
+    """The model of a machine from the files of readings and a log of its temperatures.
+
+    robust: outliers count less. Raises MCH errors that name the file.
+
+    >>> fitted = trueloop.fit_machine(
+    ...     trueloop.example("machine/machine.toml"), [trueloop.example("machine/readings.csv")]
+    ... )
+    >>> fitted.found.model.machine.serial, [run.run for run in fitted.held][:2]
+    ('4711', ['X at 20 °C', 'Y at 20 °C'])
+    >>> [file.name for file in fitted.write("machine")]
+    ['model.json', 'machine.html']
+    """
+    machine, log, files = Path(machine), Path(history) if history else None, [Path(file) for file in readings]
     named, form = read_machine(machine)
-    data = readings_of(readings, named.chain, history)
+    data = readings_of(files, named.chain, log)
     with in_file(machine):
         found, chosen = fit_form(named, form, data, robust=robust)
     anew = bool(form.choices or any(lag.between_s for lag in form.lags))
     held = hold_out(data, found, lambda others: fit_form(named, form, others, robust=robust)[0].model, anew=anew)
-    return FittedMachine(found, chosen, held, data, (machine, *readings, *([history] if history else ())))
+    return FittedMachine(found, chosen, held, data, (machine, *files, *([log] if log else ())))

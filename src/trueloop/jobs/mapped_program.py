@@ -10,7 +10,7 @@ from typing import Final
 from trueloop.domain.map_options import USUAL, MapOptions
 from trueloop.domain.record import Record, sha256_of
 from trueloop.errors import Code, in_file
-from trueloop.formats.input_file import readable, require_text
+from trueloop.formats.input_file import FilePath, readable, require_text
 from trueloop.formats.outputs import Output, write_all, written_as_it_comes
 from trueloop.formats.record_file import record_beside
 from trueloop.jobs.user import user_name
@@ -75,8 +75,8 @@ def _write(out: Output, pieces: Generator[bytes, None, Mapped]) -> Mapped:
 
 
 def displace_program(
-    source: Path,
-    target: Path,
+    source: FilePath,
+    target: FilePath,
     field: Field,
     options: MapOptions = USUAL,
     *,
@@ -84,7 +84,16 @@ def displace_program(
     parameters: Mapping[str, float] | None = None,
     inputs: Collection[Path] = (),
 ) -> Mapped:
-    """`map_program` with a record beside the program; `inputs` are the files that the field was read from."""
+    """`map_program` with a record beside the program; `inputs` are the files that the field was read from.
+
+    >>> shift = trueloop.similarity_field(shift_mm=(0.0, 0.0, -0.02))
+    >>> done = trueloop.displace_program(trueloop.example("surface/finish.ngc"), "mapped/finish.ngc", shift)
+    >>> done.moves, round(done.largest_mm[2], 6)
+    (2928, 0.02)
+    >>> sorted(file.name for file in Path("mapped").iterdir())
+    ['finish.ngc', 'finish.record.json']
+    """
+    source, target = Path(source), Path(target)
     hashes = {file.name: sha256_of(file.read_bytes()) for file in inputs}
 
     def record(done: Mapped) -> Record:
@@ -98,7 +107,15 @@ def displace_program(
 
 @dataclass(frozen=True)
 class ModelFile:
-    """A machine model with the file it was read from."""
+    """A machine model with the file it was read from.
+
+    >>> fitted = trueloop.fit_machine(
+    ...     trueloop.example("machine/machine.toml"), [trueloop.example("machine/readings.csv")]
+    ... )
+    >>> file, _ = fitted.write("machine")
+    >>> len(trueloop.ModelFile(trueloop.read_model(file), file).sha256)
+    64
+    """
 
     model: MachineModel
     file: Path
@@ -110,11 +127,11 @@ class ModelFile:
 
 
 def compensate_program(
-    source: Path,
-    target: Path,
+    source: FilePath,
+    target: FilePath,
     known: ModelFile,
     setup: Setup,
-    options: MapOptions,
+    options: MapOptions = USUAL,
     *,
     dialect: str | None = None,
     parameters: Mapping[str, float] | None = None,
@@ -125,7 +142,17 @@ def compensate_program(
 
     The record is written beside it, as STEM.record.json. Raises what placing the program in the machine raises
     (MCH-FRAME, MCH-TRAVEL, MCH-RANGE) and what `map_program` does; nothing is written then.
+
+    >>> fitted = trueloop.fit_machine(
+    ...     trueloop.example("machine/machine.toml"), [trueloop.example("machine/readings.csv")]
+    ... )
+    >>> model = trueloop.ModelFile(fitted.found.model, fitted.write("machine")[0])
+    >>> setup = trueloop.Setup({1: (250.0, 0.0, -150.0)}, signals={"T1": 25.0})  # the zero of G54
+    >>> done = trueloop.compensate_program(trueloop.example("surface/finish.ngc"), "part.ngc", model, setup)
+    >>> print(np.round(done.largest_mm, 4))
+    [0.0121 0.001  0.0061]
     """
+    source, target = Path(source), Path(target)
     sha256 = known.sha256
 
     def record(done: Mapped) -> Record:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from trueloop.domain.limits import Limits
 from trueloop.domain.record import check_uncorrected, sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
-from trueloop.formats.input_file import read_input
+from trueloop.formats.input_file import FilePath, read_input
 from trueloop.formats.jobs.surface_job import SurfaceJobFile, SurfaceProgramTable, read_surface_job
 from trueloop.formats.measurements.points_csv import read_points
 from trueloop.formats.option_tables import options_from
@@ -47,11 +47,16 @@ class ReadSurface:
     face: "CadFace | None" = None
 
 
-def read_surface(path: Path, *, measured: bool = True) -> ReadSurface:
+def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
     """Reads a job and what it names; paths are relative to the job file. Raises JOB, SRF and NC errors.
 
     measured: False leaves the measured parts out, which then need not exist yet.
+
+    >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
+    >>> job.inputs.name, len(job.inputs.parts), len(job.inputs.parts[0].points_mm)
+    ('Wave, 50 × 50 mm', 10, 625)
     """
+    path = Path(path)
     job = read_surface_job(path)
     points = point_files(path, job) if measured else []
     nominal = path.parent / job.surface.file
@@ -84,6 +89,14 @@ def read_surface(path: Path, *, measured: bool = True) -> ReadSurface:
 def correct_surface(read: ReadSurface, *, work: Work = HERE) -> RecordedCorrection:
     """The correction of a job, and its record. Raises SRF, NC and CMP errors for what cannot or must not be corrected,
     CMP-TWICE for a nominal surface that is a corrected one.
+
+    >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
+    >>> given = replace(job.inputs, parts=job.inputs.parts[:3])
+    >>> done = trueloop.correct_surface(replace(job, inputs=given))
+    >>> print(f"moved by up to {1e3 * done.correction.surface.largest_shift_mm:.1f} µm")
+    moved by up to 15.0 µm
+    >>> done.correction.program.cutting_moves, len(done.notes)
+    (2925, 1)
     """
     with in_file(read.nominal):
         check_uncorrected(read.nominal.read_bytes(), "surface")
@@ -93,7 +106,14 @@ def correct_surface(read: ReadSurface, *, work: Work = HERE) -> RecordedCorrecti
 
 
 def pattern_of_parts(read: ReadSurface, parts: Sequence[Part]) -> SurfaceModel:
-    """The machining pattern of a job's parts, corrected by nothing yet. Raises SRF-PARTS for too few."""
+    """The machining pattern of a job's parts, corrected by nothing yet. Raises SRF-PARTS for too few.
+
+    >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
+    >>> given = replace(job.inputs, parts=job.inputs.parts[:3])
+    >>> found = trueloop.pattern_of_parts(job, trueloop.model_of(given.surface, given.parts, given.options))
+    >>> print(f"pattern up to {1e3 * found.figures.largest_mm:.1f} µm, ± {1e3 * found.figures.uncertainty_mm:.1f} µm")
+    pattern up to 15.0 µm, ± 1.9 µm
+    """
     with in_file(read.job):
         return pattern_model(read.inputs.surface, parts, read.inputs.options, trim=read.inputs.trim)
 

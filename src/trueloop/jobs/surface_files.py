@@ -18,6 +18,14 @@ from trueloop.surface.compensation.pattern import WrittenPattern, pattern_surfac
 def corrected_files(read: ReadSurface, done: RecordedCorrection) -> tuple[list[Named], list[str]]:
     """All files of a correction, the record last: then its set is complete. A note where the corrected surface had to
     be left whole.
+
+    >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
+    >>> given = replace(job.inputs, parts=job.inputs.parts[:3], program=None)
+    >>> files, notes = trueloop.corrected_files(job, trueloop.correct_surface(replace(job, inputs=given)))
+    >>> [name for name, _ in files][:3]
+    ['corrected.step', 'pattern.json', 'pattern.html']
+    >>> trueloop.write_all("surface", files, inputs=job.files)[-1].name  # as the command writes them, all or none
+    'record.json'
     """
     files, notes, correction = list[Named](), list[str](), done.correction
     if read.cad_file != "none":

@@ -10,7 +10,7 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.limits import LARGEST_UM, LimitUm
 from trueloop.cli.numbers import not_negative, positive
-from trueloop.cli.program_file import Decimals, DialectName, ProgramFile, UnitAtStart, read_program_file
+from trueloop.cli.program_file import Decimals, DialectName, ProgramFile, UnitAtStart
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.units import UM_PER_MM
 
@@ -133,11 +133,12 @@ def points(
     as_json: AsJson = False,
 ) -> None:
     """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
+    from trueloop.formats.program_file import read_program
     from trueloop.jobs.points import write_corrected_points
 
     field, provenance = errors.read()
     done = write_corrected_points(
-        read_program_file(file, dialect, unit, decimals),
+        read_program(file, dialect, unit, decimals),
         out,
         field,
         provenance,

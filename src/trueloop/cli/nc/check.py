@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded
-from trueloop.cli.program_file import ProgramFile, Reading, Tables, read_source
+from trueloop.cli.program_file import ProgramFile, Reading, Tables
 from trueloop.cli.terminal import AsJson, busy, print_json, wide_console
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 def check_program(file: ProgramFile, reading: Reading, tables: Tables, as_json: AsJson = False) -> None:
     """Print what is odd about a program, with its place. Exit status 1 when there is an error among it."""
     from trueloop.errors import Severity
+    from trueloop.formats.program_file import read_source
     from trueloop.nc.check.check import Checked, check, check_in_parts
     from trueloop.nc.program.program import read_program
 

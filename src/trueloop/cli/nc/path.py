@@ -9,7 +9,7 @@ import typer
 
 from trueloop.cli.failure import ExitStatus, guarded, say
 from trueloop.cli.nc.not_understood import path_may_differ, tell
-from trueloop.cli.program_file import ProgramFile, Reading, TablesAndOffsets, read_source
+from trueloop.cli.program_file import ProgramFile, Reading, TablesAndOffsets
 from trueloop.cli.terminal import busy, print_json
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def path_of_program(
 
     What a parameter without value would decide is left empty and said on stderr. Exit status 1 when a cut is unknown.
     """
+    from trueloop.formats.program_file import read_source
     from trueloop.nc.program.parts import PART, stretches
     from trueloop.nc.program.path_rows import rows_of
 

@@ -7,7 +7,7 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.nc.not_understood import path_may_differ, tell
 from trueloop.cli.numbers import positive
-from trueloop.cli.program_file import OffsetsFile, ProgramFile, Reading, read_source, tables_of
+from trueloop.cli.program_file import OffsetsFile, ProgramFile, Reading, tables_of
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 
@@ -27,6 +27,7 @@ def time_of_program(
     """Print how long a program takes: cuts at their feed, rapid moves at a stated rate, dwells. Accelerations and tool
     changes are left out. How far it is to the machine's own places (G28, G53) depends on the offsets.
     """
+    from trueloop.formats.program_file import read_source
     from trueloop.nc.program.program import read_program
     from trueloop.nc.program.program_time import program_time, time_in_parts
 

@@ -21,8 +21,8 @@ def read_history(path: FilePath) -> History:
     """Temperatures and speeds. Raises MCH-FILE for times that do not ascend or no signal, MCH-UNIT for other units.
 
     >>> log = trueloop.read_history(trueloop.example("machine/temperatures.csv"))
-    >>> trueloop.signals_at_end(log, lags=())
-    {'T1': 24.5}
+    >>> print(log.time_s, log.signals["T1"])
+    [  0. 300. 600.] [20.  22.5 24.5]
     """
     path = Path(path)
     file, rows = _read(path)

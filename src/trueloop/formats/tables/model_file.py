@@ -28,7 +28,6 @@ def model_to_json(model: MachineModel, made_from: Mapping[str, str] | None = Non
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> _ = Path("model.json").write_text(trueloop.model_to_json(found.model), encoding="utf-8")
     >>> trueloop.read_model("model.json").machine.serial
     '4711'
@@ -60,7 +59,6 @@ def read_model(path: FilePath) -> MachineModel:
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> _ = Path("model.json").write_text(trueloop.model_to_json(found.model), encoding="utf-8")
     >>> np.array_equal(trueloop.read_model("model.json").coefficients, found.model.coefficients)
     True

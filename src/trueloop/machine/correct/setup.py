@@ -35,6 +35,10 @@ class Setup:
     control's tool table, where it is given: a tool that is not in `tool_mm` has its point at minus the offset that the
     program brings into force, because machine = program + work zero + offset. `zero_signals` are those of the moment
     when the work zero was set, where what had drifted by then lies in it.
+
+    >>> setup = trueloop.Setup({1: (250.0, 0.0, -150.0)}, signals={"T1": 25.0})
+    >>> setup.tool_mm[-1]  # every tool: its point is at the frame of the last axis
+    (0.0, 0.0, 0.0)
     """
 
     work_zero_mm: Mapping[int, Vector]

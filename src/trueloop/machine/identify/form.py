@@ -43,7 +43,6 @@ def fit_form(
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> round(found.scatter, 2), found.degrees_of_freedom
     (0.88, 61)
     """

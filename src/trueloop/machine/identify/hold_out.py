@@ -55,7 +55,6 @@ def compare(model: MachineModel, readings: Observations, run: str = "") -> HeldO
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> left = trueloop.compare(found.model, readings).by_unit["µm"]
     >>> round(left.raw, 1), round(left.rms, 1)  # RMS of the readings, and of what the model leaves
     (7.7, 0.2)

@@ -130,12 +130,7 @@ def lag_signals(lags: Sequence[Lag], clock: Clock) -> dict[str, Array]:
 
 
 def signals_at_end(history: History, lags: Sequence[Lag]) -> dict[str, Array | float]:
-    """Signals and lags at the last row: what a machine feels now. Raises as `lag_signals`.
-
-    >>> log = trueloop.read_history(trueloop.example("machine/temperatures.csv"))
-    >>> trueloop.signals_at_end(log, lags=())
-    {'T1': 24.5}
-    """
+    """Signals and lags at the last row: what a machine feels now. Raises as `lag_signals`."""
     end = Clock(history.time_s[-1:], np.zeros(1, dtype=np.intp), (history,))
     return {name: float(values[0]) for name, values in (logged(end) | lag_signals(lags, end)).items()}
 

@@ -41,7 +41,6 @@ def curves(model: MachineModel, signals: Signals) -> list[TermCurve]:
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> curve = trueloop.curves(found.model, {"T1": 25.0})[0]
     >>> print(f"{curve.error} at {curve.position[-1]:.0f} mm: {curve.forward[-1]:.1f} {curve.unit}")
     EXX at 500 mm: 20.0 µm
@@ -56,7 +55,6 @@ def overview(model: MachineModel, signals: Signals) -> list[TermRow]:
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> for row in trueloop.overview(found.model, {"T1": 25.0}):
     ...     print(f"{row.error} {row.least:.1f} to {row.most:.1f} {row.unit}")
     EXX 0.0 to 20.0 µm

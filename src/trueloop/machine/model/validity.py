@@ -33,7 +33,6 @@ def known_state(
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> state = trueloop.known_state(found.model, {"X": [100.0, 300.0], "Z": -100.0}, {"T1": 25.0})
     >>> (1e3 * found.model.error_mm(state)).round(1)  # E at both places along X, Y, Z, µm
     array([[ 4. ,  0. ,  6.4],

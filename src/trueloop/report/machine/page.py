@@ -58,7 +58,6 @@ def term_figure(curve: TermCurve) -> Figure:
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> figure = trueloop.term_figure(trueloop.curves(found.model, {"T1": 25.0})[0])
     >>> figure["layout"]["yaxis"]["title"]["text"]
     'EXX (µm)'
@@ -83,7 +82,6 @@ def residual_figure(found: Identification, readings: Observations) -> Figure:
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
-
     >>> trueloop.residual_figure(found, readings)["layout"]["yaxis"]["title"]["text"]
     'µm or µrad'
     """

@@ -81,7 +81,14 @@ def _arranged(model: SurfaceModel, first: PartMaps) -> list[DeviationMap]:
 
 
 def maps_picture(model: SurfaceModel) -> str:
-    """All maps flat, as one SVG file for print."""
+    """All maps flat, as one SVG file for print.
+
+    >>> job = trueloop.read_surface(trueloop.example("surface/surface.toml"))
+    >>> given = replace(job.inputs, parts=job.inputs.parts[:3])
+    >>> found = trueloop.pattern_of_parts(job, trueloop.model_of(given.surface, given.parts, given.options))
+    >>> trueloop.maps_picture(found).startswith("<svg")  # IPython.display.SVG shows it
+    True
+    """
     return sheet(maps(model))
 
 
