@@ -39,6 +39,16 @@ def test_every_map_is_drawn_and_the_console_stays_silent(page: Path, model: Surf
     assert console_errors(page) == []
 
 
+def test_the_page_says_beside_the_prediction_what_the_band_does_not_cover(page: Path) -> None:
+    """With the shares that the docs state of the simulated mill."""
+    header = page.read_text(encoding="utf-8").split("</header>")[0]
+    (note,) = re.findall(r"<p class='note'>([^<]*does not cover the ridges[^<]*)</p>", header)
+    shares = re.findall(r"\d\d to \d\d %", note)
+    ridges = (EXAMPLE.parents[2] / "docs" / "surface.md").read_text(encoding="utf-8").split("### Ridges")[1]
+    assert len(shares) == 2
+    assert re.findall(r"\d\d to \d\d %", ridges) == shares
+
+
 def test_red_is_material_left_on_and_one_scale_serves_all_maps(model: SurfaceModel) -> None:
     assert colour(10.0, 10.0) == LEFT_ON
     assert colour(-10.0, 10.0) == TAKEN
