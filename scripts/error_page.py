@@ -26,7 +26,10 @@ AREAS: Final = {
 HEAD: Final = """# Errors
 
 A message names its code, what was wrong with values and units, where (file, line, column) and a hint. With `--json` it
-is an object with the same parts. [cli.md](cli.md) has the exit statuses. The letters of a code name its area.
+is an object with the same parts, and with `values`: what the third column names, as numbers and texts, so that no
+program has to read the message. A name ends with its unit; x is a radius, and `unit` is the unit of values whose name
+has none. Where the column is empty, the errors of that code have no values in common. [cli.md](cli.md) has the exit
+statuses. The letters of a code name its area.
 """
 
 
@@ -34,9 +37,13 @@ def page() -> str:
     """The page as it has to be: a table an area, in the catalogue's order."""
     parts = [HEAD]
     for area, codes in groupby(Code, key=lambda code: code.split("-")[0]):
-        rows = "".join(f"| `{code}` | {code.meaning} |\n" for code in codes)
-        parts.append(f"\n## {area}: {AREAS[area]}\n\n| code | it is about |\n|---|---|\n{rows}")
+        rows = "".join(f"| `{code}` | {code.meaning} | {_names(code)} |\n" for code in codes)
+        parts.append(f"\n## {area}: {AREAS[area]}\n\n| code | it is about | values |\n|---|---|---|\n{rows}")
     return "".join(parts)
+
+
+def _names(code: Code) -> str:
+    return ", ".join(f"`{name}`" for name in code.values)
 
 
 if __name__ == "__main__":

@@ -4,50 +4,63 @@ A function that refuses its input raises `TrueloopError` with a code from `Code`
 takes its exit status from the code's area. A test produces every code (`tests/errors/`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 
+Values = Mapping[str, float | str | Sequence[float] | Sequence[str]]
+"""What an error is about, by name with the unit as suffix: `{"size_um": 160.2, "limit_um": 150.0}`.
+
+Plain numbers and texts, or lists of them: JSON takes them as they are. x is a radius, a code's names are always the
+same (`Code.values`), and every number stands in the message, rounded there.
+"""
+
 
 class Code(StrEnum):
-    """The codes, by area, each with its meaning. The letters name the area, so that a user sees where to look."""
+    """The codes, by area, each with its meaning and the names of the values that its errors carry.
+
+    The letters name the area, so that a user sees where to look. A code whose errors have no values in common names
+    none: the message alone has them.
+    """
 
     meaning: str
+    values: tuple[str, ...]
 
-    def __new__(cls, value: str, meaning: str = "") -> "Code":
-        """A code is its text; `meaning` completes "this is about …"."""
+    def __new__(cls, value: str, meaning: str = "", values: tuple[str, ...] = ()) -> "Code":
+        """A code is its text; `meaning` completes "this is about …"; `values` are names with their units."""
         code = str.__new__(cls, value)
         code._value_ = value
         code.meaning = meaning
+        code.values = values
         return code
 
     # GEO: nominal profile
     GEO_EMPTY = "GEO-EMPTY", "no features"
-    GEO_VALUE = "GEO-VALUE", "a coordinate that is no finite number"
-    GEO_NAME = "GEO-NAME", "a feature's name empty or used twice"
-    GEO_LENGTH = "GEO-LENGTH", "a feature without length"
-    GEO_ARC = "GEO-ARC", "an arc whose ends do not fit centre and sweep"
-    GEO_AXIS = "GEO-AXIS", "the profile goes beyond the spindle axis"
-    GEO_GAP = "GEO-GAP", "consecutive features do not meet"
-    GEO_ORDER = "GEO-ORDER", "the chain runs towards the chuck"
-    GEO_CROSSING = "GEO-CROSSING", "the chain crosses or touches itself"
-    GEO_JUNCTION = "GEO-JUNCTION", "a junction by design that the geometry contradicts"
-    GEO_NOSE = "GEO-NOSE", "a concave arc not larger than the nose, or no nose radius at all"
-    GEO_NARROW = "GEO-NARROW", "the nose does not fit between features"
-    GEO_SHARP = "GEO-SHARP", "a corner too sharp to offset"
+    GEO_VALUE = "GEO-VALUE", "a coordinate that is no finite number", ("feature",)
+    GEO_NAME = "GEO-NAME", "a feature's name empty or used twice", ("feature",)
+    GEO_LENGTH = "GEO-LENGTH", "a feature without length", ("feature", "length_mm")
+    GEO_ARC = "GEO-ARC", "an arc whose ends do not fit centre and sweep", ("feature", "radius_mm")
+    GEO_AXIS = "GEO-AXIS", "the profile goes beyond the spindle axis", ("feature", "x_mm")
+    GEO_GAP = "GEO-GAP", "consecutive features do not meet", ("gap_mm",)
+    GEO_ORDER = "GEO-ORDER", "the chain runs towards the chuck", ("start_x_mm", "start_z_mm", "end_x_mm", "end_z_mm")
+    GEO_CROSSING = "GEO-CROSSING", "the chain crosses or touches itself", ("features", "x_mm", "z_mm")
+    GEO_JUNCTION = "GEO-JUNCTION", "a junction by design that the geometry contradicts", ("features",)
+    GEO_NOSE = "GEO-NOSE", "a concave arc not larger than the nose, or no nose radius at all", ("nose_radius_mm",)
+    GEO_NARROW = "GEO-NARROW", "the nose does not fit between features", ("features", "nose_radius_mm", "x_mm", "z_mm")
+    GEO_SHARP = "GEO-SHARP", "a corner too sharp to offset", ("features", "turn_deg", "x_mm", "z_mm")
     GEO_DXF = "GEO-DXF", "a drawing that cannot be read as a profile"
-    GEO_DXF_UNIT = "GEO-DXF-UNIT", "a drawing without a length unit"
+    GEO_DXF_UNIT = "GEO-DXF-UNIT", "a drawing without a length unit", ("insunits",)
     GEO_DXF_CHOICE = "GEO-DXF-CHOICE", "several chains, a branch or a closed outline"
     GEO_STEP = "GEO-STEP", "a solid whose section is no turned profile"
 
     # NC: programs
-    NC_COMPENSATED = "NC-COMPENSATED", "G41 or G42 where it cannot be followed, or on the wrong side"
+    NC_COMPENSATED = "NC-COMPENSATED", "G41 or G42 where it cannot be followed, or on the wrong side", ("compensation",)
     NC_BORE = "NC-BORE", "a pass whose material lies away from the axis"
     NC_NO_CONTOUR = "NC-NO-CONTOUR", "no feed moves that could be a finish pass"
-    NC_NO_MATCH = "NC-NO-MATCH", "a feature that no pass cuts whole"
-    NC_AMBIGUOUS = "NC-AMBIGUOUS", "a feature that several passes cut"
+    NC_NO_MATCH = "NC-NO-MATCH", "a feature that no pass cuts whole", ("feature",)
+    NC_AMBIGUOUS = "NC-AMBIGUOUS", "a feature that several passes cut", ("feature", "lines")
     NC_FILE = "NC-FILE", "a program or an offsets file that cannot be read"
     NC_DIALECT = "NC-DIALECT", "a dialect that does not exist, or a program whose dialect is not clear"
     NC_PARAMETER = "NC-PARAMETER", "a parameter without a value, or a value for one that does not exist"
@@ -59,7 +72,7 @@ class Code(StrEnum):
     NC_MISPLACED = "NC-MISPLACED", "a word or code without effect where it stands"
     NC_ARC = "NC-ARC", "an arc that cannot exist"
     NC_ARC_FIT = "NC-ARC-FIT", "an arc whose end is not on its circle"
-    NC_TANGENT = "NC-TANGENT", "a joint of an arc that is neither tangent nor a corner"
+    NC_TANGENT = "NC-TANGENT", "a joint of an arc that is neither tangent nor a corner", ("turn_deg",)
     NC_FEED = "NC-FEED", "a cut without a feed, or a feed that cannot be"
     NC_RAPID = "NC-RAPID", "a rapid move that passes through the part"
     NC_BLEND = "NC-BLEND", "a path mode in which the control may round corners without a bound"
@@ -81,73 +94,133 @@ class Code(StrEnum):
     TCH_FILE = "TCH-FILE", "a file of touches that cannot be read, or has none"
     TCH_COLUMN = "TCH-COLUMN", "a column of touches that is missing, unknown or there twice"
     TCH_NUMBER = "TCH-NUMBER", "a value of a touch that is no finite number"
-    TCH_FEATURE = "TCH-FEATURE", "a touch on a feature that the part does not have"
+    TCH_FEATURE = "TCH-FEATURE", "a touch on a feature that the part does not have", ("point", "feature")
     TCH_OFF_PROFILE = (
         "TCH-OFF-PROFILE",
         "a touch whose nominal point is not on its feature, or whose error is not credible",
+        ("point", "off_mm", "limit_mm"),
     )
     TCH_UNIT = "TCH-UNIT", "touches in another unit than their columns name"
-    TCH_DIAMETER = "TCH-DIAMETER", "diameters among radii, or the reverse"
-    TCH_SIGN = "TCH-SIGN", "errors after the finish cut that say the correction was applied with its sign reversed"
-    TCH_DUPLICATE = "TCH-DUPLICATE", "two touches of one point"
-    TCH_ORDER = "TCH-ORDER", "touches that are not in order along the profile"
-    TCH_REFERENCE = "TCH-REFERENCE", "a z reference that is no touch, or that does not face z"
+    TCH_DIAMETER = "TCH-DIAMETER", "diameters among radii, or the reverse", ("factor_x", "factor_z")
+    TCH_SIGN = (
+        "TCH-SIGN",
+        "errors after the finish cut that say the correction was applied with its sign reversed",
+        ("ratio", "correlation"),
+    )
+    TCH_DUPLICATE = "TCH-DUPLICATE", "two touches of one point", ("point",)
+    TCH_ORDER = "TCH-ORDER", "touches that are not in order along the profile", ("points", "along_mm")
+    TCH_REFERENCE = "TCH-REFERENCE", "a z reference that is no touch, or that does not face z", ("point",)
     TCH_PLAN = "TCH-PLAN", "gauging points that cannot be placed"
 
     # PRB: probing plans, programs and logs
     PRB_FILE = "PRB-FILE", "a probe file that is missing or wrong"
     PRB_CALIBRATION = "PRB-CALIBRATION", "a probe that is not calibrated, or not credibly"
-    PRB_REACH = "PRB-REACH", "a point that ball or stem cannot reach without touching something else"
-    PRB_BALL = "PRB-BALL", "a ball larger than the groove it is to touch in"
-    PRB_SECOND = "PRB-SECOND", "a second, slow touch for a control that cannot be programmed to make one"
-    PRB_AXIS = "PRB-AXIS", "a macro that measures along one axis, and a surface that faces neither"
+    PRB_REACH = (
+        "PRB-REACH",
+        "a point that ball or stem cannot reach without touching something else",
+        ("point", "feature", "obstacle", "x_mm", "z_mm", "clearance_mm", "margin_mm"),
+    )
+    PRB_BALL = (
+        "PRB-BALL",
+        "a ball larger than the groove it is to touch in",
+        ("point", "feature", "obstacle", "ball_diameter_mm", "overlap_mm"),
+    )
+    PRB_SECOND = (
+        "PRB-SECOND",
+        "a second, slow touch for a control that cannot be programmed to make one",
+        ("control", "feed_mm_per_min"),
+    )
+    PRB_AXIS = (
+        "PRB-AXIS",
+        "a macro that measures along one axis, and a surface that faces neither",
+        ("point", "feature", "normal"),
+    )
     PRB_LOG = "PRB-LOG", "a log that cannot be read"
-    PRB_OTHER = "PRB-OTHER", "touches that belong to no point of the plan: another job's log"
-    PRB_MISSING = "PRB-MISSING", "points without a touch"
-    PRB_MISSED = "PRB-MISSED", "probing moves that met nothing, logged as touches"
-    PRB_TWICE = "PRB-TWICE", "several touches at one point"
-    PRB_ORDER = "PRB-ORDER", "touches in another order than the plan's"
-    PRB_RETRACT = "PRB-RETRACT", "touches where the approach began: the probe was triggered, or never switched on"
-
+    PRB_OTHER = (
+        "PRB-OTHER",
+        "touches that belong to no point of the plan: another job's log",
+        ("touches", "others", "x_mm", "z_mm", "nearest_mm"),
+    )
+    PRB_MISSING = "PRB-MISSING", "points without a touch", ("points",)
+    PRB_MISSED = (
+        "PRB-MISSED",
+        "probing moves that met nothing, logged as touches",
+        ("moves", "missed", "overtravel_mm", "point"),
+    )
+    PRB_TWICE = "PRB-TWICE", "several touches at one point", ("point", "lines")
+    PRB_ORDER = "PRB-ORDER", "touches in another order than the plan's", ("point", "before")
+    PRB_RETRACT = (
+        "PRB-RETRACT",
+        "touches where the approach began: the probe was triggered, or never switched on",
+        ("touches", "retracted", "stand_off_mm"),
+    )
     # FIT: error curves
-    FIT_POINTS = "FIT-POINTS", "fewer touches than the curve that was asked for needs"
+    FIT_POINTS = "FIT-POINTS", "fewer touches than the curve that was asked for needs", ("touches",)
     FIT_VALUE = "FIT-VALUE", "a touch that is no finite number"
-    FIT_ORDER = "FIT-ORDER", "touches of a feature unordered, or two in one place"
-    FIT_OUTSIDE = "FIT-OUTSIDE", "a touch beyond the feature it was given to"
+    FIT_ORDER = "FIT-ORDER", "touches of a feature unordered, or two in one place", ("points", "arc_length_mm")
+    FIT_OUTSIDE = (
+        "FIT-OUTSIDE",
+        "a touch beyond the feature it was given to",
+        ("point", "feature", "beyond_mm", "limit_mm"),
+    )
     FIT_KNOTS = "FIT-KNOTS", "a knot at every r-th touch with r below 2"
-    FIT_ANGLE = "FIT-ANGLE", "a contact angle outside the fitted range of a nose model"
+    FIT_ANGLE = (
+        "FIT-ANGLE",
+        "a contact angle outside the fitted range of a nose model",
+        ("angle_deg", "lowest_deg", "highest_deg"),
+    )
     FIT_CONDITIONS = "FIT-CONDITIONS", "prescribed values or slopes that contradict each other"
 
     # CMP: compensation and its limits
-    CMP_SIZE = "CMP-SIZE", "a correction larger than the limit"
-    CMP_SLOPE = "CMP-SLOPE", "a correction steeper than the limit"
-    CMP_SCATTER = "CMP-SCATTER", "touches that scatter by more than the limit"
-    CMP_AGE = "CMP-AGE", "measurements older than the limit, or from the future"
-    CMP_TWICE = "CMP-TWICE", "a program or file that is corrected already"
-    CMP_OTHER_PROGRAM = "CMP-OTHER-PROGRAM", "measurements that belong to another program"
-    CMP_RAPID = "CMP-RAPID", "a rapid move that the correction would bring closer to the part"
+    CMP_SIZE = "CMP-SIZE", "a correction larger than the limit", ("size_um", "limit_um")
+    CMP_SLOPE = "CMP-SLOPE", "a correction steeper than the limit", ("slope_um_per_mm", "limit_um_per_mm")
+    CMP_SCATTER = "CMP-SCATTER", "touches that scatter by more than the limit", ("scatter_um", "limit_um")
+    CMP_AGE = "CMP-AGE", "measurements older than the limit, or from the future", ("age_h",)
+    CMP_TWICE = "CMP-TWICE", "a program or file that is corrected already", ("comment",)
+    CMP_OTHER_PROGRAM = (
+        "CMP-OTHER-PROGRAM",
+        "measurements that belong to another program",
+        ("expected_sha256", "found_sha256"),
+    )
+    CMP_RAPID = "CMP-RAPID", "a rapid move that the correction would bring closer to the part", ("closer_um",)
     CMP_READ_BACK = "CMP-READ-BACK", "a written program that, read again, is not what was intended"
 
     # SRF: surfaces, their deviations and patterns
     SRF_SURFACE = "SRF-SURFACE", "knots, control points and weights that make no patch"
-    SRF_DEGENERATE = "SRF-DEGENERATE", "a place without a normal"
-    SRF_SETUP = "SRF-SETUP", "a best fit that moves a part farther than its set-up is off, or leaves motions out"
+    SRF_DEGENERATE = "SRF-DEGENERATE", "a place without a normal", ("x_mm", "y_mm", "z_mm")
+    SRF_SETUP = (
+        "SRF-SETUP",
+        "a best fit that moves a part farther than its set-up is off, or leaves motions out",
+        ("part", "setup_mm"),
+    )
     SRF_GRID = "SRF-GRID", "a point grid that no surface can be fitted to"
-    SRF_POINTS = "SRF-POINTS", "too few points measured on a surface"
-    SRF_UNIT = "SRF-UNIT", "points in another unit than mm"
+    SRF_POINTS = "SRF-POINTS", "too few points measured on a surface", ("part",)
+    SRF_UNIT = "SRF-UNIT", "points in another unit than mm", ("part", "deviation_mm", "factor")
     SRF_SIGN = "SRF-SIGN", "points on the wrong side: normals into the material, or the ball's radius left in"
-    SRF_OFF = "SRF-OFF", "points too far off the surface"
-    SRF_OUTSIDE = "SRF-OUTSIDE", "points beyond the edge of the face"
-    SRF_DUPLICATE = "SRF-DUPLICATE", "a point measured twice"
-    SRF_HOLES = "SRF-HOLES", "a grid that lacks points"
-    SRF_BALL = "SRF-BALL", "a ball larger than a hollow, or no ball"
+    SRF_OFF = (
+        "SRF-OFF",
+        "points too far off the surface",
+        ("part", "point", "off_mm", "limit_mm", "x_mm", "y_mm", "z_mm"),
+    )
+    SRF_OUTSIDE = "SRF-OUTSIDE", "points beyond the edge of the face", ("part", "point", "x_mm", "y_mm", "z_mm")
+    SRF_DUPLICATE = "SRF-DUPLICATE", "a point measured twice", ("part", "points")
+    SRF_HOLES = "SRF-HOLES", "a grid that lacks points", ("part", "missing")
+    SRF_BALL = "SRF-BALL", "a ball larger than a hollow, or no ball", ("ball_radius_mm",)
     SRF_CAD = "SRF-CAD", "a CAD file that cannot be read or written"
     SRF_CAD_KERNEL = "SRF-CAD-KERNEL", "the CAD kernel is not installed"
-    SRF_CAD_CHOICE = "SRF-CAD-CHOICE", "several faces, none chosen"
+    SRF_CAD_CHOICE = "SRF-CAD-CHOICE", "several faces, none chosen", ("file", "faces")
     SRF_TRIM = "SRF-TRIM", "a corrected surface that cannot be trimmed as its nominal face was"
-    SRF_CUTTER = "SRF-CUTTER", "a cutter that is none"
-    SRF_GOUGE = "SRF-GOUGE", "a cutter that would cut into the corrected surface"
-    SRF_TOLERANCE = "SRF-TOLERANCE", "a corrected surface that cannot be fitted as closely as wanted"
+    SRF_CUTTER = "SRF-CUTTER", "a cutter that is none", ("radius_mm", "corner_mm")
+    SRF_GOUGE = (
+        "SRF-GOUGE",
+        "a cutter that would cut into the corrected surface",
+        ("depth_um", "limit_um", "x_mm", "y_mm", "z_mm"),
+    )
+    SRF_TOLERANCE = (
+        "SRF-TOLERANCE",
+        "a corrected surface that cannot be fitted as closely as wanted",
+        ("left_um", "limit_um"),
+    )
     SRF_PROGRAM = "SRF-PROGRAM", "a program whose moves cannot be corrected for a surface"
     SRF_PATH = "SRF-PATH", "a tool path that cannot be made"
     SRF_FILE = "SRF-FILE", "points that cannot be read"
@@ -155,32 +228,35 @@ class Code(StrEnum):
     SRF_BATCH = "SRF-BATCH", "a batch that its workers could not finish"
     SRF_COMPARE = "SRF-COMPARE", "jobs whose parts cannot be set beside each other"
     SRF_PARTS = "SRF-PARTS", "too few parts for a pattern"
-    SRF_OUTLIER = "SRF-OUTLIER", "a part unlike the others"
+    SRF_OUTLIER = "SRF-OUTLIER", "a part unlike the others", ("p_value",)
     SRF_SUPPORT = "SRF-SUPPORT", "a part of the face that measurements do not support, or too much of it"
     SRF_MODEL = "SRF-MODEL", "a model that the points cannot determine, or that none satisfies"
 
     # MCH: machine models
-    MCH_NAME = "MCH-NAME", "no axis error of ISO 230-1"
+    MCH_NAME = "MCH-NAME", "no axis error of ISO 230-1", ("name",)
     MCH_STRUCTURE = "MCH-STRUCTURE", "no kinematic chain"
     MCH_AXIS = "MCH-AXIS", "an axis or axis error the machine does not have"
     MCH_BASIS = "MCH-BASIS", "no function of position"
-    MCH_SIGNAL = "MCH-SIGNAL", "a temperature or speed the model needs is not given"
+    MCH_SIGNAL = "MCH-SIGNAL", "a temperature or speed the model needs is not given", ("signals",)
     MCH_HISTORY = "MCH-HISTORY", "the past of a signal that is felt later is not given"
-    MCH_LAG = "MCH-LAG", "a time constant that was not found within its bounds"
+    MCH_LAG = "MCH-LAG", "a time constant that was not found within its bounds", ("lag", "constant_s")
     MCH_DATA = "MCH-DATA", "too few readings, or none that move an axis"
-    MCH_COLLINEAR = "MCH-COLLINEAR", "parameters the readings cannot tell apart, or hardly"
+    MCH_COLLINEAR = "MCH-COLLINEAR", "parameters the readings cannot tell apart, or hardly", ("parameters",)
     MCH_FILE = "MCH-FILE", "data that cannot be read"
     MCH_UNIT = "MCH-UNIT", "units unknown, missing or mixed"
     MCH_PROGRAM = "MCH-PROGRAM", "a program that cannot be corrected by a machine model"
-    MCH_SHAPE = "MCH-SHAPE", "inspections of different points"
+    MCH_SHAPE = "MCH-SHAPE", "inspections of different points", ("counts",)
     MCH_FRAME = "MCH-FRAME", "a work offset or tool whose place in the machine is not given"
-    MCH_TRAVEL = "MCH-TRAVEL", "a position the machine cannot reach"
-    MCH_RANGE = "MCH-RANGE", "a position or temperature outside what the model was found at"
-    MCH_TABLE = "MCH-TABLE", "what a control's table cannot hold"
-    MCH_MACHINE = "MCH-MACHINE", "a model for another machine"
-    MCH_PATTERN = "MCH-PATTERN", "a pattern of plates that is not known to repeat"
-    MCH_OUTLIER = "MCH-OUTLIER", "a reading far off the model"
-
+    MCH_TRAVEL = "MCH-TRAVEL", "a position the machine cannot reach", ("axis", "travel", "unit")
+    MCH_RANGE = (
+        "MCH-RANGE",
+        "a position or temperature outside what the model was found at",
+        ("name", "found", "known", "unit"),
+    )
+    MCH_TABLE = "MCH-TABLE", "what a control's table cannot hold", ("rows", "limit", "axis")
+    MCH_MACHINE = "MCH-MACHINE", "a model for another machine", ("machine", "serial", "expected_serial")
+    MCH_PATTERN = "MCH-PATTERN", "a pattern of plates that is not known to repeat", ("plates",)
+    MCH_OUTLIER = "MCH-OUTLIER", "a reading far off the model", ("run", "reading", "off", "unit")
     # REC: records of corrections
     REC_FILE = "REC-FILE", "a file that is no record of a correction"
     REC_SCHEMA = "REC-SCHEMA", "a record that a later version of trueloop wrote"
@@ -188,28 +264,31 @@ class Code(StrEnum):
 
     # SIM: the simulator
     SIM_FILE = "SIM-FILE", "a machine file that is missing or wrong"
-    SIM_ALLOWANCE = "SIM-ALLOWANCE", "nothing left on for the finish cut"
+    SIM_ALLOWANCE = "SIM-ALLOWANCE", "nothing left on for the finish cut", ("allowance_mm",)
     SIM_NOSE = "SIM-NOSE", "a worn nose that is no nose, or another than the job's"
-    SIM_TRANSFER = "SIM-TRANSFER", "what the finish cut does otherwise, by tables that do not go together"
+    SIM_TRANSFER = (
+        "SIM-TRANSFER",
+        "what the finish cut does otherwise, by tables that do not go together",
+        ("angles", "errors"),
+    )
     SIM_MILL = "SIM-MILL", "a surface's job that the virtual mill cannot cut"
 
     # CTL: controls and what they write
     CTL_LINUXCNC = "CTL-LINUXCNC", "LinuxCNC is missing or does not come up"
-    CTL_DIALECT = "CTL-DIALECT", "a program for another control than the one that shall run it"
-    CTL_PROGRAM = "CTL-PROGRAM", "the control stopped a program with an error"
-
+    CTL_DIALECT = "CTL-DIALECT", "a program for another control than the one that shall run it", ("dialect",)
+    CTL_PROGRAM = "CTL-PROGRAM", "the control stopped a program with an error", ("said", "block")
     # JOB: job files
     JOB_MISSING = "JOB-MISSING", "a job, or a file that it names, that is not there"
     JOB_SYNTAX = "JOB-SYNTAX", "a job that is no TOML"
-    JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have"
+    JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have", ("key",)
 
     # VAL: stored values
     VAL_FORM = "VAL-FORM", "a stored value that cannot be read back"
 
     # OUT: writing
     OUT_FOLDER = "OUT-FOLDER", "a folder or file that cannot be written"
-    OUT_INPUT = "OUT-INPUT", "an output that would overwrite an input"
-    OUT_TWICE = "OUT-TWICE", "two results of one name"
+    OUT_INPUT = "OUT-INPUT", "an output that would overwrite an input", ("file", "input")
+    OUT_TWICE = "OUT-TWICE", "two results of one name", ("file",)
     OUT_FIGURE = "OUT-FIGURE", "a figure that cannot be shown: Plotly is not installed"
 
 
@@ -230,6 +309,7 @@ class TrueloopError(Exception):
     """A refusal, written for the person who must mend its cause.
 
     `message` says what was wrong with the values and units; `hint` how to mend it; `override` names the option that
+    <<<<<<< HEAD
     lets the user go on all the same, where there is one.
 
     >>> try:
@@ -237,10 +317,20 @@ class TrueloopError(Exception):
     ... except trueloop.TrueloopError as error:
     ...     error.code.value, error.place.file
     ('TCH-FILE', 'touch.csv')
+    =======
+    lets the user go on all the same, where there is one. `values` are those that the code names.
+    >>>>>>> 814977d (errors: every code names the values its errors carry, with their units)
     """
 
     def __init__(
-        self, code: Code, message: str, *, hint: str, place: Place | None = None, override: str | None = None
+        self,
+        code: Code,
+        message: str,
+        *,
+        hint: str,
+        place: Place | None = None,
+        override: str | None = None,
+        values: Values | None = None,
     ) -> None:
         super().__init__(message)
         self.code = code
@@ -248,15 +338,16 @@ class TrueloopError(Exception):
         self.hint = hint
         self.place = place or Place()
         self.override = override
+        self.values = dict(values or {})
 
     def __reduce__(self) -> tuple[object, ...]:
         """How it travels from one process to another: Python would forget the arguments given by name."""
-        return _remade, (self.code, self.message, self.hint, self.place, self.override)
+        return _remade, (self.code, self.message, self.hint, self.place, self.override, self.values)
 
     def in_file(self, file: str, line: int | None = None) -> "TrueloopError":
         """The same error with the file named: numerics know nothing of files, their callers do."""
         place = replace(self.place, file=self.place.file or file, line=self.place.line or line)
-        return TrueloopError(self.code, self.message, hint=self.hint, place=place, override=self.override)
+        return _remade(self.code, self.message, self.hint, place, self.override, self.values)
 
     def __str__(self) -> str:
         where = f"{self.place}: " if str(self.place) else ""
@@ -275,8 +366,8 @@ def in_file(file: str | Path | None, line: int | None = None) -> Iterator[None]:
         raise error.in_file(str(file), line) from error
 
 
-def _remade(code: Code, message: str, hint: str, place: Place, override: str | None) -> TrueloopError:
-    return TrueloopError(code, message, hint=hint, place=place, override=override)
+def _remade(code: Code, message: str, hint: str, place: Place, override: str | None, values: Values) -> TrueloopError:
+    return TrueloopError(code, message, hint=hint, place=place, override=override, values=values)
 
 
 class Severity(StrEnum):
@@ -289,13 +380,18 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Something noticed that does not stop the work: same code, place and hint as an error would have."""
+    """Something noticed that does not stop the work: same code, place, hint and values as an error would have."""
 
     severity: Severity
     code: Code
     message: str
     hint: str
     place: Place = Place()
+    values: Values = field(default_factory=dict, hash=False)
+
+    def as_error(self) -> TrueloopError:
+        """The refusal of what it is about, where that does stop the work."""
+        return TrueloopError(self.code, self.message, hint=self.hint, place=self.place, values=self.values)
 
     def in_file(self, file: str | None) -> "Finding":
         """The same with the file named, where it names none."""

@@ -4,16 +4,20 @@ Each `test_<area>.py` beside this file holds `PRODUCERS`: for a code, a call tha
 findings of which one has it.
 """
 
+import ast
 import importlib
+import json
+import pickle
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
 
 from scripts.error_page import PAGE, page
 from tests.errors.expected import kept, words
-from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.cli.failure import as_dict
+from trueloop.errors import Code, Finding, Place, Severity, TrueloopError
 
 AREAS = sorted(file.stem for file in Path(__file__).parent.glob("test_*.py") if file != Path(__file__))
 PRODUCERS: list[tuple[str, Code, Callable[[], object]]] = [
@@ -21,6 +25,9 @@ PRODUCERS: list[tuple[str, Code, Callable[[], object]]] = [
     for area in AREAS
     for code, produce in importlib.import_module(f"tests.errors.{area}").PRODUCERS.items()
 ]
+SOURCE = Path(__file__).parents[2] / "src" / "trueloop"
+NUMBER = re.compile(r"(?<![\w.])[+-]?(?:\d+\.?\d*|inf|nan)(?:e[+-]?\d+)?")
+UNITS = ("um", "mm", "deg", "h", "s", "um_per_mm", "mm_per_min")
 NUMBER_OR_QUOTED = re.compile(r"\d|'[^']+'|\"[^\"]+\"|`[^`]+`")
 
 
@@ -69,6 +76,75 @@ def test_the_complaint_names_code_values_hint_and_place(
         assert str(said).startswith(f"{place} {code}: {said.message}" if place else f"{code}: {said.message}")
         assert f"hint: {said.hint}" in str(said)
         assert said.override is None or said.override in str(said)
+
+
+@pytest.mark.parametrize(
+    ("code", "produce"),
+    [pytest.param(code, produce, id=f"{area.removeprefix('test_')}-{code}") for area, code, produce in PRODUCERS],
+)
+def test_the_complaint_carries_the_values_that_its_message_prints(code: Code, produce: Callable[[], object]) -> None:
+    said = complaint(code, produce)
+    assert set(said.values) == set(code.values)
+    for name, given in said.values.items():
+        each: list[float | str] = [given] if isinstance(given, (str, float, int)) else list(given)
+        assert {type(value) for value in json.loads(json.dumps(each))} <= {float, int, str}
+        if name.endswith(tuple(f"_{unit}" for unit in UNITS)):
+            assert all(isinstance(value, float) for value in each), f"{name} has a unit: {given!r}"
+        for value in each:
+            assert _stands_in(said.message, value), f"{name} = {value!r} is not in {said.message!r}"
+
+
+def _stands_in(message: str, value: float | str) -> bool:
+    """A text as it is, or as much of it as a message shows; a number to the digits printed, a size without its sign."""
+    if isinstance(value, str):
+        return value[:16] in message
+    printed = NUMBER.findall(message)
+    return any(_same(text, value) or (text[0] not in "+-" and _same(text, -value)) for text in printed)
+
+
+def _same(printed: str, value: float) -> bool:
+    digits, _, power = printed.partition("e")
+    step = 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
+    return abs(float(printed) - value) <= 0.5 * step * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("printed", "value"), [("13.3", 13.26), ("-0.5", -0.51), ("1.6e-08", 1.55e-8), ("40", 40.4)])
+def test_a_printed_number_is_a_value_rounded(printed: str, value: float) -> None:
+    assert _same(printed, value)
+    assert not _same(printed, value * 1.1)
+
+
+def _raised() -> Iterator[tuple[str, Code, ast.Call]]:
+    """Every place in the source where an error or finding is made whose code is written there."""
+    for file in sorted(SOURCE.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("TrueloopError", "Finding"):
+                for code in (ast.unparse(given) for given in node.args):
+                    if code.startswith("Code."):
+                        yield f"{file.name}:{node.lineno}", Code[code.removeprefix("Code.")], node
+
+
+def test_every_place_that_raises_a_code_gives_the_values_that_the_code_names() -> None:
+    places = list(_raised())
+    assert len(places) > 200
+    for where, code, call in places:
+        given = next((keyword.value for keyword in call.keywords if keyword.arg == "values"), ast.Dict([], []))
+        if isinstance(given, ast.Dict):
+            assert {ast.literal_eval(key) for key in given.keys if key} == set(code.values), f"{where}: {code}"
+
+
+def test_values_stay_on_their_way_to_the_user() -> None:
+    values = {"size_um": 160.2, "limit_um": 150.0}
+    found = Finding(Severity.ERROR, Code.CMP_SIZE, "160.2 µm, 150.0 µm", "look at it", Place(line=3), values)
+    error = found.as_error()
+    for same in (error, error.in_file("part.nc"), pickle.loads(pickle.dumps(error)), found.in_file("part.nc")):
+        assert same.values == values
+    assert as_dict(error)["values"] == values
+
+
+def test_a_value_that_is_no_number_is_null_in_json() -> None:
+    error = TrueloopError(Code.GEO_NOSE, "nose radius nan mm", hint="give it", values={"nose_radius_mm": float("nan")})
+    assert json.loads(json.dumps(as_dict(error), allow_nan=False))["values"] == {"nose_radius_mm": None}
 
 
 def test_every_code_has_a_meaning_of_its_own() -> None:

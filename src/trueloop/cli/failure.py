@@ -1,14 +1,16 @@
 """What the command line says when something goes wrong, and its exit status.
 
 Messages go to stderr; stdout holds results alone. With `--json` a message is one JSON object:
-`{"error": {"code", "message", "hint", "place": {"file", "line", "column"}, "override"}}`.
+`{"error": {"code", "message", "hint", "place": {"file", "line", "column"}, "override", "values"}}`,
+the values by the names that docs/errors.md has for the code.
 """
 
 import functools
 import json
+import math
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from enum import IntEnum
 from typing import Any
@@ -107,7 +109,15 @@ def as_dict(error: TrueloopError) -> dict[str, object]:
         "hint": error.hint,
         "place": asdict(error.place),
         "override": error.override,
+        "values": {name: _finite(value) for name, value in error.values.items()},
     }
+
+
+def _finite(value: object) -> object:
+    """JSON has no NaN and no infinity: null."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _say_internal(error: Exception, *, as_json: bool) -> None:

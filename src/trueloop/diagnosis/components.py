@@ -153,4 +153,5 @@ def _check(seen: Inspections, cutting: State, probing: State) -> None:
             Code.MCH_SHAPE,
             f"gauging points, normals, touches, CMM points, cutting and probing positions number {counts}",
             hint="give each point once in each, in the same order, with normals of length 1",
+            values={"counts": counts},
         )

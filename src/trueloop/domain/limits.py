@@ -73,6 +73,7 @@ def check_scatter(scatter_mm: float, limits: Limits, cause: str = "") -> None:
             f"the limit is {limits.scatter_mm * UM_PER_MM:.1f} µm{f'; {cause}' if cause else ''}",
             hint="look for a bad touch, a loose probe or chatter: what does not repeat cannot be corrected",
             override=allowed_by("scatter_mm"),
+            values={"scatter_um": scatter_mm * UM_PER_MM, "limit_um": limits.scatter_mm * UM_PER_MM},
         )
 
 
@@ -84,6 +85,7 @@ def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
             Code.CMP_AGE,
             f"the touches were taken {-age_hours:.1f} h from now ({measured_at.isoformat(timespec='minutes')})",
             hint="set the clock, or the time and its zone that the job gives",
+            values={"age_h": age_hours},
         )
     if age_hours > limits.age_hours:
         raise TrueloopError(
@@ -92,4 +94,5 @@ def check_age(measured_at: datetime, now: datetime, limits: Limits) -> None:
             f"the limit is {limits.age_hours:g} h",
             hint="probe the part again: machine and tool have changed since",
             override=allowed_by("age_hours"),
+            values={"age_h": age_hours},
         )

@@ -144,6 +144,7 @@ def check_uncorrected(source: bytes, what: str = "program") -> None:
             f"this {what} is corrected already: {comment!r}",
             hint=f"correct the {what} that it was made from; its hash stands in the record of that id",
             place=Place(line=line),
+            values={"comment": comment},
         )
 
 
@@ -156,4 +157,5 @@ def check_same_program(source: bytes, expected_sha256: str) -> None:
             f"the touches belong to the program with sha256 {expected_sha256[:16]}…, this one has {found[:16]}…",
             hint="name the program that was run before probing, or probe again",
             override="leave out gauging.program_sha256 in the job",
+            values={"expected_sha256": expected_sha256, "found_sha256": found},
         )

@@ -131,6 +131,7 @@ def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path
                 f"{names.count(name)} of {len(names)} files to be written have the name {name!r}",
                 hint="name the output otherwise",
                 place=Place(str(folder / name)),
+                values={"file": name},
             )
         if (source := resolved.get((folder / name).resolve())) is not None:
             raise TrueloopError(
@@ -138,6 +139,7 @@ def _require_different(folder: Path, names: Sequence[str], inputs: Iterable[Path
                 f"{name!r} would overwrite the input {str(source)!r}",
                 hint="write elsewhere: `--output` or `--out`, or `output.folder` in the job",
                 place=Place(str(folder / name)),
+                values={"file": name, "input": str(source)},
             )
         # A rename would put the file in the place of a device, where the user may do so.
         if (folder / name).exists() and not (folder / name).is_file():

@@ -100,7 +100,8 @@ def read_located(
         location = first["loc"]
         message, better_hint = _said(first, model)
         place = Place(str(path), _line_of(text, location))
-        raise TrueloopError(code, message, hint=better_hint or hint, place=place) from error
+        values = {"key": _key(location)} if "key" in code.values else {}
+        raise TrueloopError(code, message, hint=better_hint or hint, place=place, values=values) from error
 
 
 def _parsed(text: str, path: Path, code: Code) -> dict[str, object]:
@@ -134,12 +135,16 @@ def _first(error: ValidationError) -> ErrorDetails:
 def _said(mistake: ErrorDetails, model: type[BaseModel]) -> tuple[str, str | None]:
     """Message, and a hint where there is a better one than the list of keys."""
     location = mistake["loc"]
-    key = ".".join(str(part) for part in location)
+    key = _key(location)
     if mistake["type"] == "extra_forbidden":
         return f"{key!r} is no key of this file", _hint_for_unknown(location, model)
     given = f", given {mistake['input']!r}" if not isinstance(mistake["input"], dict) else ""
     where = f"{key!r}: " if key else ""
     return f"{where}{mistake['msg'].removeprefix('Value error, ')}{given}", None
+
+
+def _key(location: Location) -> str:
+    return ".".join(map(str, location))
 
 
 def _hint_for_unknown(location: Location, model: type[BaseModel]) -> str | None:

@@ -113,6 +113,12 @@ def _corner(before: Feature, after: Feature, turn_rad: float, distance_mm: float
         f"'{before.name}' and '{after.name}' turn by {math.degrees(abs(turn_rad)):.1f}° at x = {mean[0]:.3f} mm, "
         f"z = {mean[1]:.3f} mm: their offsets by {abs(distance_mm):.4f} mm meet far outside or not at all",
         hint="break the edge: put a chamfer or a radius between the two features",
+        values={
+            "features": [before.name, after.name],
+            "turn_deg": math.degrees(abs(turn_rad)),
+            "x_mm": mean[0],
+            "z_mm": mean[1],
+        },
     )
 
 
@@ -143,7 +149,10 @@ def _point(xz: Array) -> Point:
 def _require_radius(nose_radius_mm: float) -> None:
     if not (math.isfinite(nose_radius_mm) and nose_radius_mm >= 0):
         raise TrueloopError(
-            Code.GEO_NOSE, f"nose radius {nose_radius_mm} mm", hint="give the nose radius in mm, zero or more"
+            Code.GEO_NOSE,
+            f"nose radius {nose_radius_mm} mm",
+            hint="give the nose radius in mm, zero or more",
+            values={"nose_radius_mm": nose_radius_mm},
         )
 
 
@@ -153,6 +162,7 @@ def _too_tight(feature: Arc, distance_mm: float) -> TrueloopError:
         f"'{feature.name}' has a radius of {feature.radius_mm:.4f} mm, not larger than the nose radius of "
         f"{abs(distance_mm):.4f} mm",
         hint="draw a sharp corner where the nose itself is to leave the fillet, or use a smaller nose",
+        values={"nose_radius_mm": abs(distance_mm)},
     )
 
 
@@ -163,4 +173,10 @@ def _narrow(first: str, second: str, place: Point, nose_radius_mm: float) -> Tru
         f"a nose of radius {nose_radius_mm:.4f} mm does not fit at {where} near x = {place[0]:.3f} mm, "
         f"z = {place[1]:.3f} mm: its path would cross itself",
         hint="use an insert with a smaller nose, or widen the groove",
+        values={
+            "features": list(dict.fromkeys((first, second))),
+            "nose_radius_mm": nose_radius_mm,
+            "x_mm": place[0],
+            "z_mm": place[1],
+        },
     )

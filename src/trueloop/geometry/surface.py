@@ -92,6 +92,7 @@ class Surface:
                 Code.SRF_DEGENERATE,
                 f"the surface has no normal at x {x:.4f} mm, y {y:.4f} mm, z {z:.4f} mm",
                 hint="a pole or a collapsed edge: leave it out, or fit the surface to a point grid anew",
+                values={"x_mm": float(x), "y_mm": float(y), "z_mm": float(z)},
             )
         return np.asarray((-1.0 if self.flipped else 1.0) * across / length[:, None])
 

@@ -53,6 +53,7 @@ def _require_names(features: Sequence[Feature]) -> None:
                 Code.GEO_NAME,
                 f"feature {number} of {len(features)} is named '{feature.name}', " + _name_fault(feature.name),
                 hint="give every feature its own name: touches are tied to features by it",
+                values={"feature": feature.name},
             )
         seen.add(feature.name)
 
@@ -67,13 +68,17 @@ def _require_feature(feature: Feature, gap_mm: float) -> None:
         numbers += [*feature.centre_mm, feature.sweep_rad]
     if not all(map(math.isfinite, numbers)):
         raise TrueloopError(
-            Code.GEO_VALUE, f"'{feature.name}' has the coordinates {numbers}", hint="give finite numbers in mm"
+            Code.GEO_VALUE,
+            f"'{feature.name}' has the coordinates {numbers}",
+            hint="give finite numbers in mm",
+            values={"feature": feature.name},
         )
     if feature.length_mm <= gap_mm:
         raise TrueloopError(
             Code.GEO_LENGTH,
             f"'{feature.name}' at {_at(feature.start_mm)} is {feature.length_mm:.6f} mm long",
             hint=f"leave it out: ends within {gap_mm} mm count as one point",
+            values={"feature": feature.name, "length_mm": feature.length_mm},
         )
     if isinstance(feature, Arc):
         _require_arc(feature, gap_mm)
@@ -82,6 +87,7 @@ def _require_feature(feature: Feature, gap_mm: float) -> None:
             Code.GEO_AXIS,
             f"'{feature.name}' reaches x = {lowest:.4f} mm, beyond the spindle axis",
             hint="end the profile at x = 0; x is a radius, positive on the side that is turned",
+            values={"feature": feature.name, "x_mm": lowest},
         )
 
 
@@ -93,6 +99,7 @@ def _require_arc(arc: Arc, gap_mm: float) -> None:
             f"'{arc.name}', radius {arc.radius_mm:.4f} mm, sweep {math.degrees(arc.sweep_rad):.4f}°, "
             f"ends {off_mm:.4f} mm from its end point {_at(arc.end_mm)}",
             hint="start and end must lie on one circle about the centre, the sweep at most one turn apart",
+            values={"feature": arc.name, "radius_mm": arc.radius_mm},
         )
 
 
@@ -122,6 +129,7 @@ def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
                 f"'{before.name}' ends at {_at(before.end_mm)}, '{after.name}' starts {gap:.4f} mm away at "
                 f"{_at(after.start_mm)}",
                 hint="let each feature start where the one before it ends",
+                values={"gap_mm": gap},
             )
     start, end = features[0].start_mm, features[-1].end_mm
     if not from_chuck(start, end, gap_mm):
@@ -131,12 +139,14 @@ def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
             f"the profile runs from {_at(start)} to {_at(end)}, {way}",
             hint="order the features from chuck end to free end, z growing, or along a face alone inwards: "
             "normals and error signs depend on it; bores are not corrected",
+            values={"start_x_mm": start[0], "start_z_mm": start[1], "end_x_mm": end[0], "end_z_mm": end[1]},
         )
     for i, j, place in _all_crossings(features, gap_mm):
         raise TrueloopError(
             Code.GEO_CROSSING,
             f"'{features[i].name}' and '{features[j].name}' cross at {_at(place)}",
             hint="a profile touches itself nowhere but where one feature hands over to the next",
+            values={"features": [features[i].name, features[j].name], "x_mm": place[0], "z_mm": place[1]},
         )
 
 
@@ -156,6 +166,7 @@ def _require_design(profile: Profile, by_design: Mapping[tuple[str, str], Juncti
                 Code.GEO_JUNCTION,
                 f"no junction of '{before}' and '{after}' among {len(neighbours)} junctions",
                 hint=f"the profile's features, in order: {', '.join(profile.names)}",
+                values={"features": [before, after]},
             )
         if kind is JunctionKind.TANGENT and abs(found.turn_rad) > RUNS_TOGETHER_RAD:
             raise TrueloopError(
@@ -163,6 +174,7 @@ def _require_design(profile: Profile, by_design: Mapping[tuple[str, str], Juncti
                 f"'{before}' and '{after}' are tangent by design, but their directions differ by "
                 f"{math.degrees(abs(found.turn_rad)):.3f}°, more than {math.degrees(RUNS_TOGETHER_RAD):.3f}°",
                 hint="mend the coordinates, or call the junction a corner",
+                values={"features": [before, after]},
             )
 
 

@@ -56,5 +56,6 @@ def _signals(sources: Sources, job: Path, model: MachineModel, given: dict[str, 
                     Code.MCH_SIGNAL,
                     f"the model needs the signal {name!r}; the job gives {len(given)}: {', '.join(given) or 'none'}",
                     hint=f"write it into the table [machine]: cutting = {{ {name} = 21.5 }}, in the unit of the data",
+                    values={"signals": [name]},
                 )
         return dict(given)

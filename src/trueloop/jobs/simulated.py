@@ -30,6 +30,7 @@ def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial
             f"the semi-finish cut leaves {read.inputs.allowance_mm} mm: the finish cut would have nothing to cut",
             hint="say `semifinish_allowance_mm` in the job's table [programs]",
             place=Place(str(job)),
+            values={"allowance_mm": read.inputs.allowance_mm},
         )
     nose_mm = workshop.machine.nose.radius_mm
     if abs(nose_mm - read.inputs.nose_radius_mm) > NOSE_WITHIN_MM:

@@ -76,6 +76,7 @@ def _require_parts(excluded: Sequence[str], names: Sequence[str], path: Path) ->
                 f"'model.exclude' names {name!r}, which is none of the {len(names)} parts",
                 hint=f"did you mean {near[0]!r}?" if near else f"the parts are {', '.join(names)}",
                 place=Place(str(path)),
+                values={"key": "model.exclude"},
             )
 
 

@@ -110,6 +110,12 @@ def _require_met(plan: ProbePlan, normal: Array, ball_mm: float, logged: Array, 
             f"{plan.touches[int(np.argmin(off[k]))].point!r}",
             hint="is the part there, with the work offset it was planned for, and the probe switched on?",
             place=Place(line=lines[k]),
+            values={
+                "moves": len(logged),
+                "missed": int(np.count_nonzero(missed)),
+                "overtravel_mm": approach.overtravel_mm,
+                "point": plan.touches[int(np.argmin(off[k]))].point,
+            },
         )
 
 
@@ -146,6 +152,11 @@ def _require_on_plan(
             f"z {logged[k, 1]:.4f} mm",
             hint="the probe was triggered already or never switched on: look at it, then probe again",
             place=Place(line=lines[k]),
+            values={
+                "touches": len(logged),
+                "retracted": int(np.count_nonzero(retracted)),
+                "stand_off_mm": plan.approach.stand_off_mm,
+            },
         )
     stray = ~np.any(on_move, axis=1)
     if np.any(stray):
@@ -157,6 +168,13 @@ def _require_on_plan(
             "nearest",
             hint="is this the log of this job, in its unit and diameter mode, with the work offset it was planned for?",
             place=Place(line=lines[k]),
+            values={
+                "touches": len(logged),
+                "others": int(np.count_nonzero(stray)),
+                "x_mm": float(logged[k, 0]),
+                "z_mm": float(logged[k, 1]),
+                "nearest_mm": float(nearest_mm[k]),
+            },
         )
 
 
@@ -172,6 +190,7 @@ def _require_each_once(
             f"point {plan.touches[k].point!r} was touched {count[k]} times, in lines {', '.join(map(str, rows))}",
             hint="keep one touch a point: delete the others from a copy of the log",
             place=Place(line=rows[-1]),
+            values={"point": plan.touches[k].point, "lines": rows},
         )
     if np.any(count == 0):
         missing = [plan.touches[int(k)].point for k in np.flatnonzero(count == 0)]
@@ -179,6 +198,7 @@ def _require_each_once(
             Code.PRB_MISSING,
             f"{len(missing)} of {len(plan.touches)} points have no touch: {', '.join(map(repr, missing))}",
             hint="probe again, or take these points out of the plan",
+            values={"points": missing},
         )
 
 
@@ -194,6 +214,7 @@ def _order_findings(
             "against the plan",
             "was the program changed? The touches were put in order by where they lie",
             Place(line=lines[int(k) + 1]),
+            values={"point": plan.touches[int(owner[k + 1])].point, "before": plan.touches[int(owner[k])].point},
         )
         for k in turned
     )

@@ -177,6 +177,13 @@ def require_ball_fits(touch: PlannedTouch, obstacle: Obstacle, stylus: Stylus) -
             f"at point {touch.point!r} on {touch.feature!r} a ball of {2 * stylus.ball_radius_mm:.3f} mm overlaps "
             f"{nearest!r} by {-clearance:.3f} mm",
             hint="use a smaller ball, or move the point away from the corner or out of the groove",
+            values={
+                "point": touch.point,
+                "feature": touch.feature,
+                "obstacle": nearest,
+                "ball_diameter_mm": 2 * stylus.ball_radius_mm,
+                "overlap_mm": -clearance,
+            },
         )
 
 
@@ -236,6 +243,15 @@ def _unreachable(name: str, feature: str, meeting: Meeting, approach: Approach) 
         f"{approach.margin_mm:.3f} mm are asked for",
         hint="turn the stylus, use a thinner or longer stem, leave the point out, or accept a smaller margin, "
         "stand-off or back-off",
+        values={
+            "point": name,
+            "feature": feature,
+            "obstacle": meeting.with_what,
+            "x_mm": x,
+            "z_mm": z,
+            "clearance_mm": max(meeting.clearance_mm, 0.0),
+            "margin_mm": approach.margin_mm,
+        },
     )
 
 

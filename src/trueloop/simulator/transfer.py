@@ -32,6 +32,7 @@ class Transfer:
                 f"what the finish cut does otherwise is given by {len(self.angle_rad)} angles and "
                 f"{len(self.error_mm)} errors",
                 hint="give contact angles in ascending order and an error for each, or neither",
+                values={"angles": len(self.angle_rad), "errors": len(self.error_mm)},
             )
 
     def displacement_mm(self, path: CentrePath) -> Array:

@@ -27,6 +27,7 @@ def _refuse() -> None:
         hint="look at the touches first",
         place=Place("job.toml", 4, 7),
         override="compensation.max_correction_um in the job",
+        values={"size_um": 200.0, "limit_um": float("inf")},
     )
 
 
@@ -93,6 +94,7 @@ def test_a_refusal_as_json_on_stderr() -> None:
             "hint": "look at the touches first",
             "place": {"file": "job.toml", "line": 4, "column": 7},
             "override": "compensation.max_correction_um in the job",
+            "values": {"size_um": 200.0, "limit_um": None},
         }
     }
 

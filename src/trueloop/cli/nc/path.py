@@ -74,9 +74,9 @@ def _has_unknown_cut(path: "ToolPath") -> bool:
 
 def _say_errors(findings: "Sequence[Finding]", as_json: bool) -> bool:
     """Says on stderr what kept the path from being known; whether the run ended early by it."""
-    from trueloop.errors import Code, Severity, TrueloopError
+    from trueloop.errors import Code, Severity
 
     errors = [finding for finding in findings if finding.severity is Severity.ERROR]
     for found in errors:
-        say(TrueloopError(found.code, found.message, hint=found.hint, place=found.place), as_json=as_json)
+        say(found.as_error(), as_json=as_json)
     return any(found.code in (Code.NC_FLOW, Code.NC_LIMIT) for found in errors)

@@ -151,6 +151,7 @@ def _require_dialect(inputs: Inputs) -> None:
             Code.CTL_DIALECT,
             f"the finish program is written for {name!r}; LinuxCNC runs {DIALECT!r} only",
             hint="take a job whose programs are LinuxCNC's, as examples/loop/job.toml",
+            values={"dialect": name},
         )
 
 
@@ -165,6 +166,7 @@ def _require_unit(inputs: Inputs) -> None:
                     f"programs.unit is inch, LinuxCNC starts in mm, and {found.message}",
                     hint="write G20 at the program's start",
                     place=found.place,
+                    values=found.values,
                 )
 
 

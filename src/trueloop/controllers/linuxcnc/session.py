@@ -192,6 +192,7 @@ def _stopped(folder: Path, answer: dict[str, Any]) -> TrueloopError:
         f"LinuxCNC stopped: {said!r}, at block {lines[line - 1].strip()!r}",
         hint="the block is that of the program that was sent; `trueloop nc check` looks at it without running it",
         place=Place(line=line),
+        values={"said": said, "block": lines[line - 1].strip()},
     )
 
 

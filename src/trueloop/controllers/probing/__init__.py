@@ -48,6 +48,7 @@ def probing_program(plan: ProbePlan, control: str, settings: Settings) -> str:
             f"a second touch at {second.feed_mm_per_min:g} mm/min cannot be programmed for {control!r}: "
             f"{ONE_TOUCH[control]}",
             hint="take `second_feed_mm_per_min` and `second_back_off_mm` out of the probe file's table [program]",
+            values={"control": control, "feed_mm_per_min": second.feed_mm_per_min},
         )
     return WRITERS[control](plan, settings)
 

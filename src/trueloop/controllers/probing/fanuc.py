@@ -126,6 +126,7 @@ def _axis_word(plan: ProbePlan, touch: PlannedTouch, settings: Settings) -> str:
         f"point {touch.point!r} on {touch.feature!r} faces ({touch.normal[0]:.4f}, {touch.normal[1]:.4f}); P9811 "
         "measures along X or Z only",
         hint="use the control's own skip cycle: --control fanuc",
+        values={"point": touch.point, "feature": touch.feature, "normal": list(touch.normal)},
     )
 
 

@@ -117,6 +117,7 @@ def _scale(drawing: "Drawing", unit: str | None, path: Path) -> tuple[float, str
             f"the drawing states no length unit that is known here ($INSUNITS = {stated})",
             hint="say which it is: mm or inch",
             place=Place(str(path)),
+            values={"insunits": stated},
         )
     source = f"as given ($INSUNITS = {stated})" if unit else f"by $INSUNITS = {stated}"
     return MM_PER_UNIT[code], f"One drawing unit is {MM_PER_UNIT[code]:g} mm, {source}."

@@ -89,6 +89,7 @@ def _refuse_slip(
                     f"two ends lie {apart[first, second]:.4f} mm apart, at {_at(ends[first])} and {_at(ends[second])}",
                     hint=f"join them in the drawing: ends within {within_mm:g} mm count as one point",
                     place=Place(str(path)),
+                    values={"gap_mm": float(apart[first, second])},
                 )
 
 

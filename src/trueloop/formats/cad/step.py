@@ -112,6 +112,7 @@ def read_face(path: Path, number: int | None = None) -> CadFace:
             f"{path.name!r} has {len(faces)} faces and {asked}",
             hint=f"choose one with its number: {', '.join(map(str, faces[:20]))}",
             place=Place(str(path)),
+            values={"file": path.name, "faces": len(faces)},
         )
     return faces[number - 1]
 

@@ -80,6 +80,7 @@ def _centre(table: FeatureTable, start: Point, end: Point, radius_mm: float) -> 
             Code.GEO_ARC,
             f"'{table.name}' has a radius of {radius_mm:.4f} mm, but its ends are {2 * half:.4f} mm apart",
             hint="a radius is at least half the distance of start and end; x is a radius unless x_is says diameter",
+            values={"feature": table.name, "radius_mm": radius_mm},
         )
     towards_material = (table.turn == "convex") != table.more_than_half
     away = math.sqrt(max(radius_mm**2 - half**2, 0.0)) / (2 * half) * (-1 if towards_material else 1)

@@ -140,6 +140,7 @@ def _check_reach(axis: Axis, position: Array, rows: Rows) -> None:
             f"{axis.name} stands at {axis.shown(position[k])}, its travel is {low} to {high}",
             hint="positions are those the control shows, in machine coordinates; travel stands in the machine file",
             place=Place(str(rows.path), rows.lines[k]),
+            values={"axis": axis.name, "travel": [axis.in_unit(end) for end in axis.travel], "unit": axis.unit},
         )
 
 

@@ -30,6 +30,7 @@ def linuxcnc_comp(table: AxisTable) -> str:
             f"a COMP_FILE holds {LINUXCNC_MOST} rows of an axis' own error, not {len(table.position_mm)} rows of "
             f"{table.output} as a function of {table.input_axis}",
             hint="correct the program instead: `trueloop machine compensate`",
+            values={"rows": len(table.position_mm), "limit": LINUXCNC_MOST, "axis": table.output},
         )
     actual = (table.position_mm + table.forward_mm, table.position_mm + table.reverse_mm)
     rows = zip(table.position_mm, *actual, strict=True)

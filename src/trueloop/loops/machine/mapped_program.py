@@ -153,7 +153,9 @@ def _displaced(mapper: NcMapper, text: "_Text") -> Iterator[bytes]:
         line = error.place.line or mapper.failed_at[0]
         column = error.place.column if error.place.line is not None else mapper.failed_at[1]
         place = Place(None, text.line_of(line), None if text.drawn else column)
-        raise TrueloopError(error.code, error.message, hint=error.hint, place=place, override=error.override) from error
+        raise TrueloopError(
+            error.code, error.message, hint=error.hint, place=place, override=error.override, values=error.values
+        ) from error
 
 
 @dataclass(frozen=True)
@@ -199,7 +201,7 @@ def _require_agreed(mapper: NcMapper, text: _Text, given: Unit | None) -> None:
     *_, stated = mapper.summary()
     at = stated and (text.line_of(stated[0]) - 1, stated[1])
     for found in contradicted(given, at, None):
-        raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+        raise found.as_error()
 
 
 def _accepted(done: tuple[bytes, tuple[str, str, str, int, int] | None]) -> bytes:

@@ -25,7 +25,13 @@ def _require_read(program: Program) -> None:
     """Raises NC-WORD for a coordinate of the plane that cannot be read, and would stay where it is."""
     for found in program.findings:
         if found.code is Code.NC_WORD and found.message[:2].upper() in ('"X', '"Y'):
-            raise TrueloopError(found.code, found.message, hint="write the coordinate as a number", place=found.place)
+            raise TrueloopError(
+                found.code,
+                found.message,
+                hint="write the coordinate as a number",
+                place=found.place,
+                values=found.values,
+            )
 
 
 @dataclass(frozen=True)
@@ -68,6 +74,7 @@ def correct_points(
                 hint="check the unit and the sign of the field",
                 place=program.place(found.largest_at),
                 override=f"--limit-um {math.ceil(UM_PER_MM * size)}",
+                values={"size_um": UM_PER_MM * float(size), "limit_um": UM_PER_MM * limit_mm},
             )
     digest = sha256_of(program.source)
     identity = record_id({"program": digest}, {"field": provenance, "all_words": all_words})

@@ -86,4 +86,4 @@ def _require_uncorrected(lines: bytes, line: int) -> None:
         check_uncorrected(lines)
     except TrueloopError as found:
         place = Place(line=line + (found.place.line or 1) - 1)
-        raise TrueloopError(found.code, found.message, hint=found.hint, place=place) from None
+        raise TrueloopError(found.code, found.message, hint=found.hint, place=place, values=found.values) from None

@@ -47,4 +47,6 @@ def touch_findings(worst: WorstTouch, confidence: float) -> Iterator[Finding]:
     """A warning where the worst touch is worse than chance makes it."""
     if worst.found.p_value < 1.0 - confidence:
         hint = "measure it again, or leave it out: it bends the part's surface around it"
-        yield Finding(Severity.WARNING, Code.SRF_OUTLIER, worst.words, hint, worst.place)
+        yield Finding(
+            Severity.WARNING, Code.SRF_OUTLIER, worst.words, hint, worst.place, values={"p_value": worst.found.p_value}
+        )

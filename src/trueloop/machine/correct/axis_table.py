@@ -67,6 +67,7 @@ def axis_table(
             Code.MCH_TRAVEL,
             f"{input_axis} travels from {low:g} to {high:g} mm: {count} entries have no places",
             hint=f"give [axes.{input_axis}] its travel_mm in the machine file and fit the model again",
+            values={"axis": input_axis, "travel": [low, high], "unit": "mm"},
         )
     positions = np.linspace(low, high, count)
     dense = np.linspace(low, high, (count - 1) * CHECKS + 1)

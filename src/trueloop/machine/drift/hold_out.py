@@ -9,7 +9,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.machine.drift.drift import DriftTest
 from trueloop.machine.drift.model import DriftModel, fit_drift
-from trueloop.machine.model.validity import check_range, in_unit
+from trueloop.machine.model.validity import check_range
 from trueloop.statistics import rms
 from trueloop.units import SIGNALS, UM_PER_MM
 
@@ -86,7 +86,7 @@ def predicted_um(
         for column in model.signals:
             name, _, ending = column.rpartition("_")
             if not {name, column} & set(extrapolate):
-                check_range(name, test.signals[column], model.known[column], in_unit(SIGNALS[f"_{ending}"]))
+                check_range(name, test.signals[column], model.known[column], SIGNALS[f"_{ending}"])
     return found
 
 

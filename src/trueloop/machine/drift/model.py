@@ -83,6 +83,7 @@ class DriftModel:
                 Code.MCH_SIGNAL,
                 f"{len(missing)} signals that the drift model needs are not given: {', '.join(missing)}",
                 hint="log the temperatures and the speed that it was made from, under the same names",
+                values={"signals": missing},
             )
         inputs = _inputs({name: signals[name] for name in self.signals})
         total = np.zeros(len(time_s))

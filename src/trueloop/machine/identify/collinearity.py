@@ -93,6 +93,7 @@ def _warning(names: list[str], index: float) -> Finding:
         Code.MCH_COLLINEAR,
         f"{' and '.join(names)} are hardly separated by these readings (condition index {index:.0f})",
         hint="measure where they differ (another tool length, another warm-up), or leave one out",
+        values={"parameters": names},
     )
 
 
@@ -101,4 +102,5 @@ def _refusal(names: list[str], index: float) -> TrueloopError:
         Code.MCH_COLLINEAR,
         f"{' and '.join(names)} cannot be separated by these readings (condition index {index:.1e})",
         hint="leave one out: keep the sensor nearest the heat source, or one of two errors with the same effect",
+        values={"parameters": names},
     )

@@ -78,4 +78,5 @@ def _by_convention(left: Sequence[Term]) -> Finding:
         Code.MCH_COLLINEAR,
         f"{len(left)} constants of place are not determined by these readings and 0 by convention: {names}",
         hint="nothing to do, unless the frame matters: then mark absolute readings, or measure with several tools",
+        values={"parameters": [str(term.name) for term in left]},
     )

@@ -133,6 +133,7 @@ def _collinear(terms: tuple[Term, ...], rows: Array, opened: Array) -> list[Find
             f"{error.message}, beside {opened.shape[1]} zeros and slopes of runs, which are not known",
             hint="mark what was read against a square, the spindle or a common zero: column absolute, slope or yes; "
             "or measure diagonals",
+            values=error.values,
         ) from error
 
 
@@ -199,6 +200,7 @@ def _outlier_findings(readings: Observations, residual: Array, outlier: NDArray[
                 f"reading {k + 1} of run {readings.run[k]!r} is {size:+.2f} {unit} off the model",
                 hint="a slipped reading: look at the instrument's record of that run, or measure it again",
                 place=Place(line=line),
+                values={"run": str(readings.run[k]), "reading": int(k) + 1, "off": float(size), "unit": unit},
             )
         )
     return found

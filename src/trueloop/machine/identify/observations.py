@@ -105,6 +105,7 @@ def joined(parts: list[Observations]) -> Observations:
                 Code.MCH_SIGNAL,
                 f"{len(parts)} sets of readings differ in their signals: {sorted(names ^ set(part.state.signals))}",
                 hint="every file needs every temperature column that the model uses",
+                values={"signals": sorted(names ^ set(part.state.signals))},
             )
     whole = [part.only(np.ones(len(part), dtype=bool)) for part in parts]
     clocks = [part.clock for part in parts if part.clock is not None]

@@ -69,6 +69,7 @@ def at_bounds(lags: Sequence[Lag]) -> list[Finding]:
             Code.MCH_LAG,
             f"the time constant of {lag.name!r} ended at a bound: {lag.constant_s:.3g} s",
             hint="widen its bounds, or take the lag out: the readings do not show it",
+            values={"lag": lag.name, "constant_s": lag.constant_s},
         )
         for lag in lags
         if lag.between_s is not None and min(abs(np.log(lag.constant_s / end)) for end in lag.between_s) < 1e-3

@@ -27,6 +27,11 @@ class AxisKind(StrEnum):
     SPINDLE = "spindle"
 
 
+def in_words(value: float, unit: str) -> str:
+    """A value for people: `12.5 mm`, `30°`; without its unit where that is not known (`""`)."""
+    return f"{value:g}°" if unit == "°" else f"{value:g} {unit}".rstrip()
+
+
 @dataclass(frozen=True)
 class Axis:
     """One joint. `number` is the machine direction 0, 1, 2 along or about which it moves.
@@ -45,7 +50,16 @@ class Axis:
 
     def shown(self, position: float) -> str:
         """A position for people: `12.5 mm`, `30°`."""
-        return f"{position:g} mm" if self.kind is AxisKind.LINEAR else f"{np.degrees(position):g}°"
+        return in_words(self.in_unit(position), self.unit)
+
+    @property
+    def unit(self) -> str:
+        """Of positions for people."""
+        return "mm" if self.kind is AxisKind.LINEAR else "°"
+
+    def in_unit(self, position: float) -> float:
+        """A position, mm or radians, in `unit`."""
+        return float(position if self.kind is AxisKind.LINEAR else np.degrees(position))
 
     def errors(self) -> tuple[ErrorName, ...]:
         """Every error the axis can have: six of its motion (not for a spindle), and those of its place.

@@ -155,6 +155,7 @@ def _lag_and_slope(lag: Lag, history: History) -> tuple[Array, Array]:
             f"{lag.name} is a lag of {lag.of!r}; the history has {len(history.signals)} signals: "
             f"{', '.join(history.signals) or 'none'}",
             hint="record that signal too, in the unit it had in the data that the model was made from",
+            values={"signals": [lag.of]},
         )
     constants = lag.constant_s * np.array([1.0, 1.0 - STEP, 1.0 + STEP])
     value, less, more = lagged(history.time_s, history.signals[lag.of][:, None] ** lag.power, constants)[:, 0].T

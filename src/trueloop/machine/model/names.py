@@ -50,5 +50,6 @@ def error_name(text: str) -> ErrorName:
             Code.MCH_NAME,
             f"{text!r} ({len(text)} characters) is no axis error in the notation of ISO 230-1",
             hint="E, one of XYZABC, a 0 for a constant of the axis itself, the axis: EXX, EBZ, EC0Y, EX0C",
+            values={"name": text},
         )
     return ErrorName(text[1], text[-1], place)

@@ -43,6 +43,7 @@ class Part:
                 Code.MCH_SIGNAL,
                 f"the model needs the signal {self.signal!r}; given are {len(signals)}: {', '.join(signals) or 'none'}",
                 hint="give its value, in the unit it had in the data that the model was made from",
+                values={"signals": [self.signal]},
             )
         return signals[self.signal] - self.reference
 

@@ -1,13 +1,13 @@
 """Where a model may be asked: within the machine's travel, and within the positions and temperatures of its data."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.machine.model.chain import ZERO, Axis, Vector
+from trueloop.machine.model.chain import ZERO, Axis, Vector, in_words
 from trueloop.machine.model.history import check_lags_given
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.machine.model.term import Signals
@@ -62,7 +62,8 @@ def check_state(model: MachineModel, state: State, extrapolate: Collection[str] 
         axis = chain.axis(name)
         check_travel(axis, position)
         if name in model.identified and name not in extrapolate and _depends_on(model, name):
-            check_range(name, position, model.identified[name], axis.shown)
+            low, high = map(axis.in_unit, model.identified[name])
+            check_range(name, np.array([axis.in_unit(k) for k in position]), (low, high), axis.unit)
     check_signals(model, state.signals, extrapolate)
 
 
@@ -70,7 +71,7 @@ def check_signals(model: MachineModel, signals: Signals, extrapolate: Collection
     """Refuses signals beyond the data (MCH-RANGE), but those named."""
     for name in model.needs():
         if name in model.identified and name in signals and name not in extrapolate:
-            check_range(name, np.atleast_1d(signals[name]), model.identified[name], in_unit(model.units.get(name, "")))
+            check_range(name, np.atleast_1d(signals[name]), model.identified[name], model.units.get(name, ""))
 
 
 def _depends_on(model: MachineModel, axis: str) -> bool:
@@ -92,23 +93,21 @@ def check_travel(axis: Axis, position: Array) -> None:
             Code.MCH_TRAVEL,
             f"{axis.name} would go {way}, its travel is {ends[0]} to {ends[1]}",
             hint="check the work offset and the tool length, both in machine coordinates and mm",
+            values={"axis": axis.name, "travel": [axis.in_unit(end) for end in axis.travel], "unit": axis.unit},
         )
 
 
-def in_unit(unit: str) -> Callable[[float], str]:
-    """How a value of that unit is printed; `""` where it is not known."""
-    return lambda value: f"{value:g} {unit}".rstrip()
-
-
-def check_range(name: str, values: Array, known: tuple[float, float], shown: Callable[[float], str]) -> None:
-    """Raises MCH-RANGE for values (n,) outside of those that the data had."""
+def check_range(name: str, values: Array, known: tuple[float, float], unit: str) -> None:
+    """Raises MCH-RANGE for values (n,) outside of those that the data had, both in `unit` (`""`: not known)."""
     if outside(values, known).any():
-        low, high, *ends = map(shown, (float(values.min()), float(values.max()), *known))
+        found = [float(values.min()), float(values.max())]
+        low, high, *ends = (in_words(value, unit) for value in (*found, *known))
         raise TrueloopError(
             Code.MCH_RANGE,
             f"{name} is {low if low == high else f'{low} to {high}'}; the model was found from {ends[0]} to {ends[1]}",
             hint="warm the machine up, or characterize it over that range",
             override=f"--extrapolate {name}",
+            values={"name": name, "found": found, "known": list(known), "unit": unit},
         )
 
 
@@ -119,4 +118,5 @@ def require_serial(model: MachineModel, serial: str | None) -> None:
             Code.MCH_MACHINE,
             f"the model is of {model.machine.name!r}, serial number {model.machine.serial!r}, not {serial!r}",
             hint="every machine errs in its own way: make a model of this one",
+            values={"machine": model.machine.name, "serial": model.machine.serial, "expected_serial": serial},
         )

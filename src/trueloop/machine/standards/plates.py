@@ -117,6 +117,7 @@ def require_repeating(left: Sequence[LeftOut] | None) -> None:
             why,
             hint="measure more plates, cut one after the other; a plate drilled with the correction is the best judge",
             override="--unproven",
+            values={"plates": len(left)},
         )
 
 

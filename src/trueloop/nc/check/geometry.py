@@ -116,8 +116,10 @@ def _place(path: ToolPath, move: int) -> Place:
     return Place(None, int(path.line[move]), int(path.column[move]))
 
 
-def _finding(path: ToolPath, move: int, severity: Severity, code: Code, message: str, hint: str) -> Finding:
-    return Finding(severity, code, message, hint, _place(path, move))
+def _finding(
+    path: ToolPath, move: int, severity: Severity, code: Code, message: str, hint: str, **values: float
+) -> Finding:
+    return Finding(severity, code, message, hint, _place(path, move), values)
 
 
 def _in_plane(path: ToolPath, points: Array, moves: Integers) -> Array:
@@ -195,7 +197,7 @@ def _broken_tangents(path: ToolPath, step_mm: float) -> Iterator[Finding]:
     for joint, jump in zip(joints[broken].tolist(), jump_rad[broken].tolist(), strict=True):
         message = f"the direction jumps by {math.degrees(jump):.3f}° where this move joins the one before"
         hint = "if the joint is meant to be tangent, compute end point and centre anew; a corner needs no mending"
-        yield _finding(path, joint + 1, Severity.WARNING, Code.NC_TANGENT, message, hint)
+        yield _finding(path, joint + 1, Severity.WARNING, Code.NC_TANGENT, message, hint, turn_deg=math.degrees(jump))
 
 
 def _cuts_on_rapid(path: ToolPath, lines: tuple[Lines, ...], *, goes_on: bool = False) -> Iterator[Finding]:

@@ -49,7 +49,7 @@ class WrittenOut:
                 raise
             place = replace(error.place, line=self.source_line(source, error.place.line), column=None)
             raise TrueloopError(
-                error.code, error.message, hint=error.hint, place=place, override=error.override
+                error.code, error.message, hint=error.hint, place=place, override=error.override, values=error.values
             ) from error
 
     def source_line(self, source: Program, line: int) -> int:
@@ -99,7 +99,7 @@ def _require_cut(program: Program, path: ToolPath, visits: list[list[int]]) -> N
     lines = {int(path.line[k]) for visit in visits for k in visit}
     for found in path.findings:
         if (found.code, found.severity) == (Code.NC_OPAQUE, Severity.WARNING) and found.place.line in lines:
-            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+            raise found.as_error()
 
 
 def _visits(program: Program, path: ToolPath, moves: set[int]) -> list[list[int]]:

@@ -113,6 +113,7 @@ def _require_outside(match: FeatureMatch) -> None:
                 f"line {line} cuts '{match.feature.name}' with G{mode}, which keeps the nose on the material's side",
                 hint=f"a pass outside in this direction wants G{outside}; bores are not corrected",
                 place=Place(line=line),
+                values={"compensation": f"G{mode}"},
             )
 
 

@@ -93,5 +93,6 @@ def nose_centre_moves(tool_path: ToolPath) -> tuple[FeedMove, ...]:
                 f"line {move.line} cuts with nose compensation G{move.compensation}: its path is not the nose centre's",
                 hint="write the pass as the path of the nose centre (G40), as a CAM system does without G41/G42",
                 place=Place(line=move.line),
+                values={"compensation": f"G{move.compensation}"},
             )
     return moves

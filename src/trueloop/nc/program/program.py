@@ -261,7 +261,7 @@ _RAISED = {
 def _raise_first(findings: tuple[Finding, ...]) -> None:
     for found in findings:
         if (found.severity == Severity.ERROR and found.code in _RAISED) or found.code is Code.NC_UNIT:
-            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+            raise found.as_error()
 
 
 def read_program(

@@ -21,6 +21,7 @@ def require_understood(program: Program) -> None:
             hint=f"{first.hint}; `trueloop nc check` lists them all",
             place=first.place,
             override="programs.accept_unknown_words in the job",
+            values=first.values,
         )
 
 
@@ -32,14 +33,14 @@ def require_sound(path: ToolPath, apart_from: Collection[Code] = ()) -> None:
     """Raises the first error of a program that was run: what the control refuses must not be made into what it runs."""
     errors = (found for found in path.findings if found.severity is Severity.ERROR and found.code not in apart_from)
     for found in sorted(errors, key=lambda error: (error.place.line or 0, error.place.column or 0)):
-        raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+        raise found.as_error()
 
 
 def require_unit(path: ToolPath) -> None:
     """Raises NC-UNIT where lengths come before their unit, or the one given contradicts the one stated."""
     for found in path.findings:
         if found.code is Code.NC_UNIT:
-            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+            raise found.as_error()
 
 
 def require_unturned(path: ToolPath, moves: Sequence[int]) -> None:
@@ -69,4 +70,4 @@ def require_known_frame(path: ToolPath) -> None:
         unfollowed = found.code == Code.NC_OPAQUE and found.severity == Severity.WARNING
         unfollowed |= found.code == Code.NC_DIAMETER
         if unfollowed and (found.place.line or 0) <= last_line:
-            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+            raise found.as_error()

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.errors import Code, Finding, Severity
 from trueloop.nc.program.program import PLAIN_MOVES, Block, Word
 from trueloop.nc.program.understood import NOT_UNDERSTOOD
 from trueloop.nc.translate.executed import Executed, Said, Source
@@ -64,7 +64,7 @@ def lost_in_findings(source: Source) -> Iterator[Said]:
     for found in (*source.program.findings, *source.path.findings):
         word = _word_at(source, found)
         if found.severity == Severity.ERROR and found.code not in NOT_UNDERSTOOD:
-            raise TrueloopError(found.code, found.message, hint=found.hint, place=found.place)
+            raise found.as_error()
         if word is not None and word.block not in executed and found.code != Code.NC_FLOW:
             continue
         if found.code == Code.NC_NUMBER:

@@ -32,6 +32,7 @@ class Cutter:
                 Code.SRF_CUTTER,
                 f"a cutter of radius {self.radius_mm} mm with corners of {self.corner_mm} mm",
                 hint="the corner radius is between 0 (flat end) and the tool's radius (ball end)",
+                values={"radius_mm": self.radius_mm, "corner_mm": self.corner_mm},
             )
 
     @property

@@ -59,6 +59,13 @@ def check_gouges(
             f"y {y:.3f}, z {z:.3f} mm; {job.gouge_mm * UM_PER_MM:.1f} µm is allowed, exceeded at {len(deep)} places",
             hint="the cutter is too large for a hollow there, a lead or link runs too near to the surface, or the "
             "program belongs to another surface or tool",
+            values={
+                "depth_um": float(depth_mm[worst]) * UM_PER_MM,
+                "limit_um": job.gouge_mm * UM_PER_MM,
+                "x_mm": float(x),
+                "y_mm": float(y),
+                "z_mm": float(z),
+            },
         )
 
 

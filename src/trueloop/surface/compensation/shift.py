@@ -85,6 +85,7 @@ def corrected_surface(
                 f"{tolerance_mm * UM_PER_MM:g} µm is wanted",
                 hint="the nominal surface has a crease or a seam there: correct its faces one by one, or allow more",
                 override="compensation.tolerance_um in the job",
+                values={"left_um": worst * UM_PER_MM, "limit_um": tolerance_mm * UM_PER_MM},
             )
         pieces, before = min(MOST, int(1.5 * pieces)), worst
 
@@ -123,6 +124,7 @@ def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, 
                 f"limit is {limit * UM_PER_MM:.1f} {unit}",
                 hint="look at the deviations there first: bad touches are likelier than such an error",
                 override=allowed_by(field),
+                values=dict(zip(code.values, (float(values[k]) * UM_PER_MM, limit * UM_PER_MM), strict=True)),
             )
 
 

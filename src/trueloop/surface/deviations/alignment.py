@@ -157,6 +157,7 @@ def _refuse_far(moved_mm: Array, setup_mm: float, name: str) -> None:
             f"is off by {setup_mm:g} mm at most",
             hint="an error so large is one of the part, or the part sat worse than that: say how far it may sit off",
             override="gauging.setup_mm in the job",
+            values={"part": name, "setup_mm": setup_mm},
         )
 
 

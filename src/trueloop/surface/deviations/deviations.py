@@ -107,6 +107,7 @@ def _left(name: str, alignment: Alignment, setup_mm: float) -> Iterator[Finding]
             + "; ".join(alignment.left),
             f"its points do not tell them well enough for a set-up that is off by {setup_mm:g} mm at most "
             "(gauging.setup_mm); taken out, they would take form with them",
+            values={"part": name, "setup_mm": setup_mm},
         )
 
 
@@ -145,6 +146,7 @@ def _enough(points: MeasuredPoints, there: np.ndarray) -> None:
             Code.SRF_POINTS,
             f"{points.name!r} has {np.count_nonzero(there)} points; {LEAST_POINTS} are the least for a surface",
             hint="measure along a grid; `trueloop surface sampling` prints its step",
+            values={"part": points.name},
         )
     if points.shape is not None and points.shape[0] * points.shape[1] != len(there):
         raise TrueloopError(

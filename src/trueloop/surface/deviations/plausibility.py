@@ -62,6 +62,7 @@ def _refuse_unit(surface: Surface, xyz: Array, error: Array, radius: float, name
                 Code.SRF_UNIT,
                 f"the points of {name!r} deviate by {off:.3f} mm; multiplied by {factor:g} they fit",
                 hint=f"the unit is not mm but {unit}: write the points in mm",
+                values={"part": name, "deviation_mm": off, "factor": factor},
             )
 
 
@@ -89,6 +90,15 @@ def _refuse_off(points: MeasuredPoints, error: Array, number: Integers, xyz: Arr
             hint="look at frame, ball radius and that touch; a larger distance can be allowed",
             place=points.place(int(number[worst])),
             override="gauging.farthest_mm in the job",
+            values={
+                "part": points.name,
+                "point": int(number[worst]),
+                "off_mm": float(error[worst]),
+                "limit_mm": farthest_mm,
+                "x_mm": float(x),
+                "y_mm": float(y),
+                "z_mm": float(z),
+            },
         )
 
 
@@ -103,6 +113,13 @@ def refuse_outside(points: MeasuredPoints, outside: np.ndarray, number: Integers
             f"the face, as do {np.count_nonzero(outside) - 1} others",
             hint="leave points off the face out, or name the face they lie on",
             place=points.place(int(number[first])),
+            values={
+                "part": points.name,
+                "point": int(number[first]),
+                "x_mm": float(x),
+                "y_mm": float(y),
+                "z_mm": float(z),
+            },
         )
 
 
@@ -119,6 +136,7 @@ def refuse_twice(points: MeasuredPoints, at: Integers, first: Integers) -> None:
             f"{len(spare) - 1} others",
             hint="give every place of the grid its own point; without row and column, points of one place are averaged",
             place=points.place(b),
+            values={"part": points.name, "points": [a, b]},
         )
 
 
@@ -135,16 +153,18 @@ def reported_twice(points: MeasuredPoints, found: Duplicates, at: Integers) -> F
         f"{found.typical_mm * UM_PER_MM:.2f} µm (median)",
         "look at these two: one is no touch of this place, or the part moved between them" if odd else "nothing to do",
         points.place(b),
+        values={"part": points.name, "points": [a, b]},
     )
 
 
 def _holes(points: MeasuredPoints, there: np.ndarray) -> Iterator[Finding]:
-    missing = np.count_nonzero(~there)
+    missing = int(np.count_nonzero(~there))
     if missing > HOLES * len(there):
         raise TrueloopError(
             Code.SRF_HOLES,
             f"{missing} of {len(there)} points of {points.name!r} are missing; {HOLES:.0%} is the most a grid may lack",
             hint="measure them, or give the points without row and column",
+            values={"part": points.name, "missing": missing},
         )
     if missing:
         yield Finding(
@@ -152,6 +172,7 @@ def _holes(points: MeasuredPoints, there: np.ndarray) -> Iterator[Finding]:
             Code.SRF_HOLES,
             f"{missing} of {len(there)} points of {points.name!r} are missing",
             "the model bridges them smoothly; what it says there is not measured",
+            values={"part": points.name, "missing": missing},
         )
 
 
@@ -172,6 +193,7 @@ def _ball(surface: Surface, feet: Feet, radius: float) -> Iterator[Finding]:
             f"area: the surface is concave with radius {-1 / hollow[worst]:.3f} mm at x {x:.3f}, y {y:.3f}, "
             f"z {z:.3f} mm",
             "take a smaller ball; deviations of its rims are reported as those of the ground",
+            values={"ball_radius_mm": radius},
         )
 
 

@@ -38,6 +38,7 @@ def sampling_advice(surface: Surface, ball_radius_mm: float, step_mm: float | No
             Code.SRF_BALL,
             f"a ball of radius {ball_radius_mm} mm has no sampling step",
             hint="give the calibrated radius of the stylus tip in mm",
+            values={"ball_radius_mm": ball_radius_mm},
         )
     step = step_mm or ball_radius_mm
     (u0, u1), (v0, v1) = surface.domain

@@ -203,4 +203,5 @@ def _finding(odd: Outlier) -> Finding:
         f"part {odd.name!r} differs from the mean of the others by {odd.off_mm * UM_PER_MM:.2f} µm rms, "
         f"{odd.times:.1f} times as much as parts do (p {odd.p_value:.2g})",
         "look at its clamping, tool and measurement; leave it out of the pattern if there is a cause",
+        values={"p_value": odd.p_value},
     )

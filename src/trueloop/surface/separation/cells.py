@@ -30,6 +30,7 @@ def averaged_over_cells(
             Code.SRF_HOLES,
             f"{np.count_nonzero(~filled)} of {rows} × {columns} cells hold no point of {deviations.name!r}",
             hint="take fewer cells: model.cells in the job",
+            values={"part": deviations.name, "missing": int(np.count_nonzero(~filled))},
         )
     at_u, at_v = (np.arange(rows) + 0.5) / rows, (np.arange(columns) + 0.5) / columns
     points = surface.grid_mm(u0 + (u1 - u0) * at_u, v0 + (v1 - v0) * at_v).reshape(-1, 3)

@@ -130,6 +130,7 @@ def _sizes(places: Places, degrees: Sequence[int], name: str) -> list[Size]:
         Code.SRF_POINTS,
         f"{name!r} was measured in {given}: too few for any surface",
         hint=f"{least} rows and {least} columns are the least",
+        values={"part": name},
     )
 
 

@@ -43,6 +43,7 @@ def check_along(piece: CentrePiece, size_mm: Array, slope: Array, limits: Limits
                 f"(radius), z {z:.3f} mm; the limit is {limit * UM_PER_MM:.1f} {unit}",
                 hint="look at the touches there first: a bad touch is likelier than such an error",
                 override=allowed_by(field),
+                values=dict(zip(code.values, (float(values[k]) * UM_PER_MM, limit * UM_PER_MM), strict=True)),
             )
 
 
@@ -59,7 +60,7 @@ def check_nose(pieces: Sequence[CentrePiece]) -> None:
         if isinstance(feature, Arc):
             what += f": the arc's radius is {feature.radius_mm:.4f} mm, bent tighter than the nose by its correction"
         hint = "take a smaller nose, or look at the touches there and beside it: a bad one bends the contour most"
-        raise TrueloopError(Code.GEO_NOSE, what, hint=hint)
+        raise TrueloopError(Code.GEO_NOSE, what, hint=hint, values={"nose_radius_mm": nose_mm})
 
 
 def _radius_left_mm(piece: CentrePiece) -> float:
@@ -86,4 +87,5 @@ def check_offset(offset_mm: tuple[float, float], limits: Limits) -> None:
                 f"limit is {limits.correction_mm * UM_PER_MM:.1f} µm",
                 hint="a constant this large is likelier a ball radius, an allowance or a datum that the job leaves out",
                 override=allowed_by("correction_mm"),
+                values={"size_um": abs(value_mm) * UM_PER_MM, "limit_um": limits.correction_mm * UM_PER_MM},
             )

@@ -18,6 +18,7 @@ def check_vectors(profile: Profile, vectors: ErrorVectors) -> None:
             Code.FIT_POINTS,
             f"0 touches on the {len(profile.features)} features of the part: there is nothing to fit",
             hint="touch at least one point",
+            values={"touches": 0},
         )
     numbers = np.column_stack([vectors.arc_length_mm, vectors.error_mm, vectors.standard_u_mm])
     bad = ~np.all(np.isfinite(numbers), axis=1) | (vectors.standard_u_mm < 0.0)
@@ -42,6 +43,10 @@ def _check_order(vectors: ErrorVectors) -> None:
                 f"touch {vectors.point[k]!r} at {vectors.arc_length_mm[k]:.4f} mm along its feature follows "
                 f"{vectors.point[k - 1]!r} at {vectors.arc_length_mm[k - 1]:.4f} mm",
                 hint="order touches along the profile and average those taken at one place",
+                values={
+                    "points": list(vectors.point[k - 1 : k + 1]),
+                    "arc_length_mm": vectors.arc_length_mm[k - 1 : k + 1].tolist(),
+                },
             )
 
 

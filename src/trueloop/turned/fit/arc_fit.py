@@ -126,6 +126,7 @@ def _refuse_dropped_knots(
             Code.FIT_POINTS,
             f"{' and '.join(names)}: {len(touches.positions)} touches, but the knots asked for need {needed}",
             hint="leave `knot_every` out, make it larger, or touch the feature at more points",
+            values={"touches": len(touches.positions)},
         )
 
 

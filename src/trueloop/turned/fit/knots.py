@@ -94,6 +94,7 @@ def _refused(error: CurveFitError, touches: int, conditions: EndConditions) -> T
         Code.FIT_POINTS,
         f"{touches} touches do not determine a curve: {error.args[1]}",
         hint="touch the feature at more points",
+        values={"touches": touches},
     )
 
 

@@ -44,7 +44,10 @@ def fit_nose_model(parts: Sequence[NoseTouches]) -> NoseModel:
     """
     if not parts:
         raise TrueloopError(
-            Code.FIT_POINTS, "0 parts to fit a nose model to", hint="give the touches of at least one part with an arc"
+            Code.FIT_POINTS,
+            "0 parts to fit a nose model to",
+            hint="give the touches of at least one part with an arc",
+            values={"touches": 0},
         )
     arcs = [part.subset(part.on_arc) for part in parts]
     for arc in arcs:

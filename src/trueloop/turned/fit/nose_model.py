@@ -140,6 +140,7 @@ def refuse_too_few(touches: NoseTouches) -> TrueloopError:
         f"part {touches.part!r}: {len(touches.feature)} touches over {span:.1f}° of contact angle do not set the two "
         f"tool offsets; at least 2 over {math.degrees(APART_RAD):.0f}° are needed",
         hint="touch the arc at two places far apart",
+        values={"touches": len(touches.feature)},
     )
 
 
@@ -150,4 +151,9 @@ def _outside(model: NoseModel, angle: Array) -> TrueloopError:
         f"the nose model was fitted from {math.degrees(model.lowest_rad):.1f}° to "
         f"{math.degrees(model.highest_rad):.1f}° of contact angle and is asked for {math.degrees(bad):.1f}°",
         hint="fit it to parts whose arcs reach that angle, or use the feature's own curve there",
+        values={
+            "angle_deg": math.degrees(bad),
+            "lowest_deg": math.degrees(model.lowest_rad),
+            "highest_deg": math.degrees(model.highest_rad),
+        },
     )

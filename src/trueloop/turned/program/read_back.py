@@ -101,6 +101,7 @@ def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int)
                 f"closer to the part, because it inherits a coordinate of the contour",
                 hint="write both coordinates into that block",
                 place=Place(line=int(before.line[old])),
+                values={"closer_um": float(clearance[0] - clearance[1]) * UM_PER_MM},
             )
 
 
@@ -109,7 +110,7 @@ def require_nose_fits(driven: ToolPath, lines: Integers) -> None:
     for found in driven.findings:
         if found.code in (Code.NC_GOUGE, Code.NC_ENTRY) and lines[0] <= (found.place.line or 0) <= lines[1]:
             where = f"line {found.place.line} of the corrected program: {found.message}"
-            raise TrueloopError(found.code, where, hint=found.hint, place=Place(found.place.file))
+            raise TrueloopError(found.code, where, hint=found.hint, place=Place(found.place.file), values=found.values)
 
 
 def _off(moves: Sequence[Move], points: Array) -> Array:

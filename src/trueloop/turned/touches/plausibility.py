@@ -51,6 +51,7 @@ def check_positions(profile: Profile, touches: Sequence[Touch]) -> None:
                 f"touch {touch.point!r} is on feature {touch.feature!r}, which the part does not have",
                 hint=f"the part's features are: {', '.join(profile.names)}",
                 place=Place(line=touch.line),
+                values={"point": touch.point, "feature": touch.feature},
             )
     nominal = np.array([touch.nominal_mm for touch in touches])
     features = [touch.feature for touch in touches]
@@ -66,6 +67,7 @@ def check_positions(profile: Profile, touches: Sequence[Touch]) -> None:
         f"lies {away[k]:.3f} mm off {on}; at most {ON_PROFILE_MM} mm is accepted",
         hint="nominal coordinates are the part's, x as a radius, z from the part's origin",
         place=Place(line=touches[k].line),
+        values={"point": touches[k].point, "off_mm": float(away[k]), "limit_mm": ON_PROFILE_MM},
     )
 
 
@@ -89,6 +91,7 @@ def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expecte
         f"touch {touches[k].point!r} has a part error of {error[k]:.3f} mm; at most {CREDIBLE_ERROR_MM} mm is credible",
         hint="check the frame of the measured points, the ball radius and `gauging.measured_allowance_mm`",
         place=Place(line=touches[k].line),
+        values={"point": touches[k].point, "off_mm": float(error[k]), "limit_mm": CREDIBLE_ERROR_MM},
     )
 
 
@@ -117,19 +120,22 @@ def check_order(profile: Profile, vectors: ErrorVectors, lines: Sequence[int | N
     seen: dict[str, int] = {}
     for k, name in enumerate(vectors.point):
         if name in seen:
-            raise _duplicate(f"point {name!r} stands twice, first as touch {seen[name] + 1}", lines[k])
+            raise _duplicate(f"point {name!r} stands twice, first as touch {seen[name] + 1}", name, lines[k])
         seen[name] = k
     along = np.array([profile.start_of(int(i)) for i in vectors.feature_index]) + vectors.arc_length_mm
     for k in range(1, len(along)):
         pair = f"touches {vectors.point[k - 1]!r} and {vectors.point[k]!r}"
         if abs(along[k] - along[k - 1]) < SAME_POINT_MM:
-            raise _duplicate(f"{pair} are {abs(along[k] - along[k - 1]) * UM_PER_MM:.2f} µm apart", lines[k])
+            raise _duplicate(
+                f"{pair} are {abs(along[k] - along[k - 1]) * UM_PER_MM:.2f} µm apart", vectors.point[k], lines[k]
+            )
         if along[k] < along[k - 1]:
             raise TrueloopError(
                 Code.TCH_ORDER,
                 f"{pair} lie {along[k - 1]:.3f} mm and {along[k]:.3f} mm along the profile: not in order",
                 hint="list touches from chuck end to free end; if the order is right, the nominal points are not",
                 place=Place(line=lines[k]),
+                values={"points": list(vectors.point[k - 1 : k + 1]), "along_mm": along[k - 1 : k + 1].tolist()},
             )
 
 
@@ -153,6 +159,7 @@ def check_loop_sign(before: ErrorVectors, after: ErrorVectors) -> None:
             f"the errors after the finish cut are {slope:.2f} times those before it (correlation {correlation:.2f}): "
             "the correction was applied with its sign reversed",
             hint="check the sign of the error column (positive = material left on) and of the tool offsets",
+            values={"ratio": slope, "correlation": correlation},
         )
 
 
@@ -180,13 +187,15 @@ def _refuse_blunder(accepted_when_scaled: Callable[[Array], Flags], touches: Seq
                 f"{scale[0]:.4g} and z by {scale[1]:.4g}",
                 hint=f"{question} The header names the unit: nominal_x_mm, nominal_x_in, nominal_x_diameter_mm",
                 place=Place(line=touches[0].line),
+                values=dict(zip(code.values, scale, strict=False)),
             )
 
 
-def _duplicate(message: str, line: int | None) -> TrueloopError:
+def _duplicate(message: str, point: str, line: int | None) -> TrueloopError:
     return TrueloopError(
         Code.TCH_DUPLICATE,
         message,
         hint="keep one row a point; average repeated touches before",
         place=Place(line=line),
+        values={"point": point},
     )

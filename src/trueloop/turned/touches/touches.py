@@ -147,6 +147,7 @@ def _from_reference(vectors: ErrorVectors, point: str) -> ErrorVectors:
             Code.TCH_REFERENCE,
             f"the z reference {point!r} is none of the {len(vectors.point)} touches",
             hint="`gauging.z_reference` names a point as it stands in the touches' column `point`",
+            values={"point": point},
         )
     k = vectors.point.index(point)
     facing = float(vectors.outward_normal[k, 1])
@@ -155,6 +156,7 @@ def _from_reference(vectors: ErrorVectors, point: str) -> ErrorVectors:
             Code.TCH_REFERENCE,
             f"the z reference {point!r} faces x: its normal is ({vectors.outward_normal[k, 0]:.3f}, {facing:.3f})",
             hint="take z from a point on a face",
+            values={"point": point},
         )
     share = vectors.outward_normal[:, 1] / facing
     u_shared = np.hypot(vectors.standard_u_mm, np.abs(share) * vectors.standard_u_mm[k])
