@@ -28,6 +28,7 @@ def test_points_of_a_turned_part_are_refused(tmp_path: Path, text: str, line: in
     assert not out.exists()
     file.write_text("G21 G90\nG0 A0. X10. Y10.\nG65 P9 A90. B2. X5. Y5.\nX20. Y20.\n")
     run(*call)
+    assert "G65 P9 A90. B2. X5. Y5." in out.read_text()
 
 
 def test_a_finish_pass_with_c_turned_is_refused(tmp_path: Path) -> None:
@@ -40,3 +41,4 @@ def test_a_finish_pass_with_c_turned_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
     program.write_text(source.replace("G18 G20 G7", "G18 G20 G7 G0 C0\nG18 G20 G7"))
     run("compensate", job, "--output", tmp_path / "out")
+    assert "G0 C0" in (tmp_path / "out/corrected.ngc").read_text()

@@ -143,4 +143,6 @@ def test_without_arguments_the_help_is_shown() -> None:
 
 
 def test_an_unknown_command_is_a_usage_error() -> None:
-    assert CliRunner().invoke(app, ["compensat", "job.toml"]).exit_code == ExitStatus.USAGE
+    result = CliRunner().invoke(app, ["compensat", "job.toml"])
+    assert (result.exit_code, result.stdout) == (ExitStatus.USAGE, "")
+    assert "'compensat'" in result.stderr and "'compensate'" in result.stderr

@@ -124,7 +124,8 @@ def test_show_and_check(folder: Path) -> None:
     assert checked["length_mm"]["rms"] < 0.7e-3
     assert checked["length_mm"]["raw"] > 10e-3
     assert checked["angle_rad"] is None
-    output_of("machine", "check", folder / "model/model.json", folder / "run1.csv", "--limit-um", 0.1, status=1)
+    limited = ("machine", "check", folder / "model/model.json", folder / "run1.csv", "--json", "--limit-um", 0.1)
+    assert json.loads(output_of(*limited, status=1)) == checked
 
 
 def test_compensate_once_and_never_twice(folder: Path) -> None:
@@ -167,7 +168,9 @@ def test_refusals(folder: Path, change: list[str], code: str) -> None:
 
 def test_a_temperature_out_of_range_by_name(folder: Path) -> None:
     arguments = ("compensate", folder / "part.ngc", "-m", folder / "model/model.json", "-o", folder / "hot")
-    output_of("machine", *arguments, "--work-zero", "1=200,0,-150", "-t", "T1=45", "--extrapolate", "T1")
+    said = output_of("machine", *arguments, "--work-zero", "1=200,0,-150", "-t", "T1=45", "--extrapolate", "T1")
+    assert said.startswith("largest displacement X ")
+    assert sorted(file.name for file in (folder / "hot").iterdir()) == ["part.ngc", "part.record.json"]
 
 
 def test_export_says_how_far_the_table_is_from_the_model(folder: Path) -> None:

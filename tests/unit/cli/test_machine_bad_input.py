@@ -152,7 +152,9 @@ def test_tables_beyond_the_data_or_the_travel(said: Said) -> None:
     ):
         result = invoke(*command, *more.split())
         assert result.exit_code in (2, 3) and code in result.output
+    assert not Path("x.comp").exists()
     assert invoke(*command, "-t", "T1=45", "--extrapolate", "T1").exit_code == 0
+    assert all(len(row.split()) == 3 for row in Path("x.comp").read_text().splitlines())
 
 
 def test_a_table_named_as_the_file_that_assigns_it_is_not_lost_to_it(said: Said) -> None:

@@ -169,7 +169,15 @@ def test_a_place_of_the_machine_is_compared_by_the_zeros_of_the_offsets_file(tmp
 
 
 @pytest.mark.parametrize(
-    "told", [("--offset", "G53=0,0,0"), ("--offset", "G54=1"), ("--offset", "G54"), ("--tool", "R5,L")]
+    ("told", "named"),
+    [
+        (("--offset", "G53=0,0,0"), "G53=0,0,0"),
+        (("--offset", "G54=1"), "1"),
+        (("--offset", "G54"), "G54"),
+        (("--tool", "R5,L"), "R5,L"),
+    ],
 )
-def test_a_mistyped_offset_or_length_is_a_fault_of_the_command_line(told: tuple[str, str]) -> None:
-    assert invoke("nc", "path", str(FINISH), "-d", "ge2000t", *told).exit_code == ExitStatus.USAGE
+def test_a_mistyped_offset_or_length_is_a_fault_of_the_command_line(told: tuple[str, str], named: str) -> None:
+    result = invoke("nc", "path", str(FINISH), "-d", "ge2000t", *told)
+    assert (result.exit_code, result.stdout) == (ExitStatus.USAGE, "")
+    assert f"Invalid value for {told[0]}: {named!r} is " in result.stderr

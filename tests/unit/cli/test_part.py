@@ -114,4 +114,6 @@ def test_show_for_people_has_a_row_a_feature() -> None:
 def test_show_needs_the_part_and_the_tool_only(tmp_path: Path) -> None:
     """Touches that are not taken yet do not matter."""
     (tmp_path / "job.toml").write_bytes((MODBAS2 / "job.toml").read_bytes())
-    assert invoke("part", "show", str(tmp_path / "job.toml")).exit_code == ExitStatus.DONE
+    shown = invoke("part", "show", str(tmp_path / "job.toml"), status=ExitStatus.DONE).stdout
+    assert shown == invoke("part", "show", str(MODBAS2 / "job.toml")).stdout
+    assert shown.startswith("MODBAS2, 3.52 in: 7 features, ")
