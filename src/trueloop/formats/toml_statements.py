@@ -80,6 +80,7 @@ class Collision:
 
 def statements(text: str) -> Iterator[Statement]:
     """Every heading and key in its order."""
+    above: list[str] = []
     table: Location = ()
     counts: dict[str, int] = {}
     for line, written in enumerate(text.splitlines(), 1):
@@ -87,12 +88,13 @@ def statements(text: str) -> Iterator[Statement]:
             several, names = heading[1] == "[[", _parts(heading[2])
             if several:
                 counts[".".join(names)] = counts.get(".".join(names), -1) + 1
-            table = _with_counts(names, counts)
+            above, table = names, _with_counts(names, counts)
             kind: Literal["table", "tables"] = "tables" if several else "table"
             yield Statement(kind, line, heading.start(1) + 1, (), table, ".".join(names))
         elif key := KEY.match(written):
             names = _parts(key[1])
-            yield Statement("key", line, key.start(1) + 1, table, (*table, *names), ".".join(names))
+            location = _with_counts([*above, *names], counts)
+            yield Statement("key", line, key.start(1) + 1, table, location, ".".join(names))
 
 
 def collision(text: str, line: int) -> Collision | None:

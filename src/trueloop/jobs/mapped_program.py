@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from trueloop.domain.map_options import USUAL, MapOptions
-from trueloop.domain.record import Record, sha256_of
+from trueloop.domain.record import Record, check_uncorrected, sha256_of
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import FilePath, readable, require_text
 from trueloop.formats.outputs import Output, write_all, written_as_it_comes
@@ -55,7 +55,7 @@ def map_program(
     OUT-INPUT, OUT-FOLDER and what `mapped_pieces` does; nothing is written then.
     """
     files = (source, *inputs)
-    known = dialect_named(dialect or guess_dialect(next(lines_of(source), b""), str(source))).name
+    known = dialect_named(dialect or _dialect_of(source)).name
     with in_file(source):
         pieces = mapped_pieces(partial(lines_of, source), known, field, options, parameters or {})
         with written_as_it_comes(target, inputs=files) as out:
@@ -63,6 +63,14 @@ def map_program(
             if record is not None:
                 write_all(target.parent, [record_beside(target, record(done))], inputs=files)
     return done
+
+
+def _dialect_of(source: Path) -> str:
+    """Guessed from the program's beginning. A program that was corrected before is refused first (CMP-TWICE)."""
+    beginning = next(lines_of(source), b"")
+    with in_file(source):
+        check_uncorrected(beginning)
+    return guess_dialect(beginning, str(source))
 
 
 def _write(out: Output, pieces: Generator[bytes, None, Mapped]) -> Mapped:

@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.unit.formats.test_job import JOB
@@ -114,6 +114,7 @@ def test_rows_of_an_array_are_no_headings() -> None:
 
 
 @settings(max_examples=400)
+@example(lines=["[[c.b]]", "[c]", "b.a = 1"])
 @given(lines=LINES)
 def test_the_two_that_are_named_collide_by_themselves(lines: list[str]) -> None:
     """Judged by Python's reader: it refuses the file in that line, and the two with nothing but their headings too."""
