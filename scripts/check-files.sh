@@ -18,7 +18,7 @@ if [ -n "$paths" ]; then
     status=1
 fi
 
-marks=$(git grep -nIE '^(<{7}|>{7}) ' || true)
+marks=$(git grep -nIE '^[[:space:]]*(<{7}|>{7}) ' || true)
 if [ -n "$marks" ]; then
     printf 'a merge was left half done:\n%s\n' "$marks" >&2
     status=1

@@ -239,7 +239,7 @@ def _coverage(runs: int) -> str:
 ## The uncertainty of the pattern
 
 Share of places where the true pattern lies within the 95 % uncertainty of a pattern of ten parts; the mean half-width
-of that uncertainty in µm, and what of it no control point follows (root mean square as told by the pattern).
+of that uncertainty in µm, and what of it no control point follows (root mean square over the pattern).
 
 {table(("truth", "covered", "half-width", "not followed"), rows)}"""
 

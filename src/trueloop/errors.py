@@ -241,7 +241,7 @@ class Code(StrEnum):
     MCH_HISTORY = "MCH-HISTORY", "the past of a signal that is felt later is not given"
     MCH_LAG = "MCH-LAG", "a time constant that was not found within its bounds", ("lag", "constant_s")
     MCH_DATA = "MCH-DATA", "too few readings, or none that move an axis"
-    MCH_COLLINEAR = "MCH-COLLINEAR", "parameters the readings cannot tell apart, or hardly", ("parameters",)
+    MCH_COLLINEAR = "MCH-COLLINEAR", "parameters that the readings cannot separate, or hardly", ("parameters",)
     MCH_FILE = "MCH-FILE", "data that cannot be read"
     MCH_UNIT = "MCH-UNIT", "units unknown, missing or mixed"
     MCH_PROGRAM = "MCH-PROGRAM", "a program that cannot be corrected by a machine model"
@@ -309,17 +309,13 @@ class TrueloopError(Exception):
     """A refusal, written for the person who must mend its cause.
 
     `message` says what was wrong with the values and units; `hint` how to mend it; `override` names the option that
-    <<<<<<< HEAD
-    lets the user go on all the same, where there is one.
+    lets the user go on all the same, where there is one. `values` are those that the code names.
 
     >>> try:
     ...     trueloop.read_touches("touch.csv")
     ... except trueloop.TrueloopError as error:
     ...     error.code.value, error.place.file
     ('TCH-FILE', 'touch.csv')
-    =======
-    lets the user go on all the same, where there is one. `values` are those that the code names.
-    >>>>>>> 814977d (errors: every code names the values its errors carry, with their units)
     """
 
     def __init__(
