@@ -9,6 +9,7 @@ import typer
 from trueloop.cli import linuxcnc, part, probe, record
 from trueloop.cli.compensate import compensate
 from trueloop.cli.demo import demo
+from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.machine import commands as machine
 from trueloop.cli.nc import commands as nc
@@ -41,6 +42,7 @@ app.add_typer(linuxcnc.app, name="linuxcnc")
 app.add_typer(machine.app, name="machine")
 app.add_typer(surface.app, name="surface")
 app.add_typer(record.app, name="record")
+app.command()(explain)
 
 
 def _print_version(wanted: bool) -> None:

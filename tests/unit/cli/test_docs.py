@@ -32,6 +32,7 @@ COMMANDS = (
     "probe read",
     "probe calibrate",
     "record show",
+    "explain",
     "simulate",
     "linuxcnc loop",
     "machine fit",
