@@ -42,11 +42,11 @@ def inputs_of(name: str, folder: Path) -> Inputs:
 
 def rewritten(inputs: Inputs, correction: Correction) -> bytes:
     """The program written anew from the paths that the correction holds."""
-    told = commanded(
+    matched = commanded(
         inputs.program, inputs.semifinish, inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm, inputs.run
     )
     paths = Paths(correction.commanded, correction.corrected, (correction.commanded, correction.corrected), None)
-    return write_contour(writing(inputs, told), correction.profile, correction.touches, paths)[0]
+    return write_contour(writing(inputs, matched), correction.profile, correction.touches, paths)[0]
 
 
 @pytest.mark.parametrize("copied", [from_json, from_pickle])

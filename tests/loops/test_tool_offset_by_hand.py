@@ -68,9 +68,9 @@ def test_it_is_told_beside_a_corrected_contour_with_what_it_leaves() -> None:
     assert (wear.tool, wear.unit, wear.x_is_diameter) == (1, "inch", True)
     moved = correction.touches.outward_normal @ np.array([wear.x / 2, wear.z]) * 25.4
     left_um = (correction.touches.error_mm + moved) * 1e3
-    told = correction_as_dict(correction)["tool_offset"]
-    assert isinstance(told, dict)
-    worst = max((row["worst_um"] for row in told["leaves"]), key=abs)
+    offset = correction_as_dict(correction)["tool_offset"]
+    assert isinstance(offset, dict)
+    worst = max((row["worst_um"] for row in offset["leaves"]), key=abs)
     assert worst == pytest.approx(left_um[np.argmax(np.abs(left_um))], abs=0.3)
     assert abs(worst) > 50
 

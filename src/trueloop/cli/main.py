@@ -6,15 +6,17 @@ from typing import Annotated, Final
 
 import typer
 
-from trueloop.cli import linuxcnc, part, probe, record
-from trueloop.cli.compensate import compensate
-from trueloop.cli.demo import demo
+from trueloop.cli import probe, record
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.machine import commands as machine
 from trueloop.cli.nc import commands as nc
-from trueloop.cli.simulate import simulate
+from trueloop.cli.simulated import linuxcnc
+from trueloop.cli.simulated.simulate import simulate
 from trueloop.cli.surface import commands as surface
+from trueloop.cli.turned import part
+from trueloop.cli.turned.compensate import compensate
+from trueloop.cli.turned.demo import demo
 
 THREADS: Final = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """Threads of numpy's and scipy's linear algebra: one, unless the user says otherwise before the start. Ours are small

@@ -1,4 +1,4 @@
-"""Angles are told in µrad and limited in µrad, lengths in µm, also where both are read."""
+"""Angles are printed in µrad and limited in µrad, lengths in µm, also where both are read."""
 
 import json
 import re

@@ -46,7 +46,7 @@ def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_another_day_is_predicted_with_its_sign(fitted: Path, tmp_path: Path) -> None:
-    """Its displacement was zeroed elsewhere: that offset is told apart."""
+    """Its displacement was zeroed elsewhere: that offset is reported apart."""
     log, out = _log(tmp_path / "day.csv", 6, offset_um=100.0), tmp_path / "p.csv"
     left = json.loads(output_of("machine", "drift-predict", fitted, log, "-o", out, "--json"))["left_um_rms"]["z"]
     assert left["without_mean"] < 1.0 and left["as_read"] == pytest.approx(100, abs=1)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.simulate import Seed
+from trueloop.cli.simulated.simulate import Seed
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; its measured parts are made anew.")]

@@ -55,7 +55,7 @@ def correct_points(
 ) -> tuple[bytes, CorrectedPoints, list[ChangedWord]]:
     """The program with −E at every X and Y word, and what changed; `provenance` identifies the field in its mark.
 
-    With `all_words` those words too that set coordinate systems or name places of the machine, but for dwells and the
+    With `all_words` those words too that set coordinate systems or name places of the machine, except dwells and the
     centre of a rotation. Raises CMP-TWICE (corrected before), the program's own errors apart from those that values and
     programs from outside would mend, CMP-SIZE (a correction beyond the limit), CMP-READ-BACK, MCH-PROGRAM and what the
     field raises.

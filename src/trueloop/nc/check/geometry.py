@@ -130,7 +130,7 @@ def _in_plane(path: ToolPath, points: Array, moves: Integers) -> Array:
 
 
 def arc_misfit_mm(path: ToolPath) -> Array:
-    """How far the end of each arc lies off its circle, (n,), NaN but for arcs.
+    """Distance of the end of each arc from its circle, (n,), NaN for other moves.
 
     Distance of the end from the centre minus that of the start; with R, half the chord minus R where the chord is too
     long (else the circle fits).

@@ -52,8 +52,8 @@ class CoordinateState:
 class ToolPath:
     """The moves of a program, one an index (n of them).
 
-    `motion` (n,) `Motion`. `start_mm`, `end_mm`, `centre_mm` (n, 3): X (radius), Y, Z; the centre is NaN but for arcs.
-    `sweep_rad` (n,): the angle turned, 0 but for arcs; positive is clockwise (G02) looking against the third axis of
+    `motion` (n,) `Motion`. `start_mm`, `end_mm`, `centre_mm` (n, 3): X (radius), Y, Z; a centre is NaN without an arc.
+    `sweep_rad` (n,): the angle turned, 0 without an arc; positive is clockwise (G02) looking against the third axis of
     the plane: G18 from +Y, z to the right and x up; G17 from +Z, x right and y up; G19 from +X, y right and z up. In
     G18 that is the sign of `geometry.feature.Arc.sweep_rad`. `programmed_radius_mm` (n,): the R word, NaN without.
     `block` (n,) from 0, `line` and `column` from 1: of the first word that set a coordinate. `word` (n, 3): index of

@@ -1,7 +1,7 @@
 """How far the commanded contour of one feature is moved along its outward normal, as a function of arc length.
 
 A shift is piecewise polynomials, and so are sums, products and the error curves that it is made of: all of it exact,
-but for the last bits of floating point.
+up to the last bits of floating point.
 """
 
 from dataclasses import dataclass

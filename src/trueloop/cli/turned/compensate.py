@@ -27,7 +27,7 @@ def compensate(
 def run_job(path: Path, output: Path | None, as_json: bool) -> None:
     """Corrects as the job says and prints what was done."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
-        from trueloop.cli.summary import print_summary
+        from trueloop.cli.turned.summary import print_summary
         from trueloop.jobs.compensate import compensate_job
         from trueloop.report.turned.correction_json import correction_as_dict
 

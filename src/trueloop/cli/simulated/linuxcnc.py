@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.simulate import Job, Machine, Seed
+from trueloop.cli.simulated.simulate import Job, Machine, Seed
 from trueloop.cli.terminal import AsJson, print_json
 
 app = typer.Typer(no_args_is_help=True, help="Run the loop on LinuxCNC, headless, with a virtual part.")
@@ -28,7 +28,7 @@ def loop(
     """
     from rich.console import Console
 
-    from trueloop.cli import simulated_summary as summary
+    from trueloop.cli.simulated import summary
     from trueloop.controllers.linuxcnc.loop import drive_part
     from trueloop.jobs.simulated import workshop_and_trial
     from trueloop.report.turned.simulated import simulated_part_as_dict

@@ -30,7 +30,7 @@ def show(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file.")], as_json: AsJson = False
 ) -> None:
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
-    from trueloop.cli.profile_table import print_profile
+    from trueloop.cli.turned.profile_table import print_profile
     from trueloop.jobs.turned import read_part
     from trueloop.report.turned.profile import profile_as_dict
 

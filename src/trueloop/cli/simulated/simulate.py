@@ -25,7 +25,7 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Semi-finish, probe, compensate, finish and measure on the virtual machine: truth beside estimate."""
-    from trueloop.cli import simulated_summary as summary
+    from trueloop.cli.simulated import summary
     from trueloop.jobs.simulated import workshop_and_trial
     from trueloop.loops.simulated.simulated import simulate as simulate_part
     from trueloop.report.turned.simulated import simulated_part_as_dict, study_as_dict

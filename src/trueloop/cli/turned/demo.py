@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from trueloop.cli.compensate import run_job
 from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson
+from trueloop.cli.turned.compensate import run_job
 from trueloop.formats.examples import example
 
 Part = Literal["facetst", "modbas2", "piecs11"]

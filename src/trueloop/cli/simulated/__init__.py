@@ -1,0 +1,1 @@
+"""`trueloop simulate` and `linuxcnc`: the loop on a virtual machine."""

@@ -1,0 +1,1 @@
+"""`trueloop compensate`, `demo` and `part`: a turned part."""
