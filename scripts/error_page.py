@@ -11,6 +11,7 @@ AREAS: Final = {
     "GEO": "Nominal profiles and drawings",
     "NC": "NC programs",
     "TCH": "Touches",
+    "MSR": "Inspection files of gauges, measuring machines and controls",
     "PRB": "Probing: plans, programs, logs",
     "FIT": "Error curves",
     "CMP": "Corrections and their limits",

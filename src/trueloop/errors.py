@@ -112,6 +112,11 @@ class Code(StrEnum):
     TCH_REFERENCE = "TCH-REFERENCE", "a z reference that is no touch, or that does not face z", ("point",)
     TCH_PLAN = "TCH-PLAN", "gauging points that cannot be placed"
 
+    # MSR: inspection files of gauges, measuring machines and controls
+    MSR_FILE = "MSR-FILE", "an inspection file that cannot be read"
+    MSR_FORMAT = "MSR-FORMAT", "an inspection file in no known format", ("file",)
+    MSR_NUMBER = "MSR-NUMBER", "a value of an inspection file that is no number, or may be two", ("text",)
+
     # PRB: probing plans, programs and logs
     PRB_FILE = "PRB-FILE", "a probe file that is missing or wrong"
     PRB_CALIBRATION = "PRB-CALIBRATION", "a probe that is not calibrated, or not credibly"

@@ -4,8 +4,9 @@ from datetime import UTC, datetime
 
 from hypothesis import strategies as st
 
+from trueloop.domain.characteristic import Quantity
 from trueloop.domain.correction import Product
-from trueloop.domain.inspection import CmmPoint, GaugeReading, Inspection, Touch
+from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
@@ -58,15 +59,30 @@ edges = st.builds(Edge, tools, names, names)
 settings_of_edges = st.builds(Setting, edges, times)
 programs = st.builds(Program, names, names, digests, st.sampled_from(["mm", "inch", None]))
 touches = st.builds(Touch, names, points, st.none() | names, st.none() | points, st.none() | lengths)
-readings = st.builds(GaugeReading, names, lengths, st.none() | lengths, st.none() | lengths)
+readings = st.builds(
+    Reading,
+    names,
+    st.sampled_from(Quantity),
+    lengths,
+    *(st.none() | lengths for _ in range(3)),
+    names,
+    st.sampled_from(["", "x", "y", "z"]),
+    st.lists(lengths, max_size=3).map(tuple),
+    st.integers(1, 99),
+    st.none() | lengths,
+    st.none() | times,
+    st.none() | lengths,
+    st.none() | st.integers(1, 10**6),
+)
 cmm_points = st.builds(CmmPoint, vectors, st.none() | vectors, st.none() | vectors, names)
 inspections = st.builds(
     Inspection,
     parts,
-    st.sampled_from(["touches", "gauge readings", "CMM points"]),
+    st.sampled_from(["touches", "readings", "CMM points", "readings and CMM points"]),
     digests,
     st.integers(0, 10**6),
-    st.one_of(*(st.lists(one, max_size=3).map(tuple) for one in (touches, readings, cmm_points))),
+    st.lists(st.one_of(touches, readings, cmm_points), max_size=3).map(tuple),
+    names,
     names,
     st.sampled_from(["part", "machine", "device"]),
     st.none() | times,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal, TypeAlias
 
+from trueloop.domain.characteristic import Quantity
 from trueloop.domain.part import Part
 from trueloop.geometry.feature import Point
 
@@ -27,17 +28,30 @@ class Touch:
 
 
 @dataclass(frozen=True)
-class GaugeReading:
-    """One characteristic read on a gauge, in mm: a diameter as a diameter, which deviates by twice the radial error.
+class Reading:
+    """One characteristic of one part as a gauge, a measuring machine or a control reported it.
 
-    Limits are absolute; None: not stated.
+    `actual`, `nominal`, `standard_u` and the limits are in mm, of angles in degrees. A diameter is a diameter: it
+    deviates by twice the radial error. Limits are absolute. `feature` is the feature's name in the file, which need
+    not be that of the job; `axis` that of a coordinate. `place_mm` is where it was read, in the part's frame: of a
+    turned part z, or x as a radius and z; of others x, y, z. `repeat` counts readings of one characteristic on one
+    part, from 1: they are kept apart, for their spread is the gauge's repeatability. None and empty: not stated.
     """
 
     characteristic: str
-    actual_mm: float
-    nominal_mm: float | None = None
-    lower_limit_mm: float | None = None
-    upper_limit_mm: float | None = None
+    quantity: Quantity
+    actual: float
+    nominal: float | None = None
+    lower_limit: float | None = None
+    upper_limit: float | None = None
+    feature: str = ""
+    axis: Literal["", "x", "y", "z"] = ""
+    place_mm: tuple[float, ...] = ()
+    repeat: int = 1
+    standard_u: float | None = None
+    measured_at: datetime | None = None
+    temperature_c: float | None = None
+    line: int | None = None
 
 
 @dataclass(frozen=True)
@@ -50,27 +64,29 @@ class CmmPoint:
     name: str = ""
 
 
-Values: TypeAlias = tuple[Touch, ...] | tuple[GaugeReading, ...] | tuple[CmmPoint, ...]
+Values: TypeAlias = tuple[Touch | Reading | CmmPoint, ...]
 
 
 @dataclass(frozen=True)
 class Inspection:
     """What was measured on one part in one run of a device.
 
-    `sha256` is that of the file it was read from. `count` says how many `values` were measured: they are left out
-    where the file holds too many to repeat, and then `values` is empty. `ball_radius_mm`: where it is above 0, measured
-    points are centres of that ball; else they are points of the surface. `frame`: "part" where positions are counted
-    from the part's datums, "machine" where from the machine tool's zero, "device" where from the measuring device's,
-    so that they have to be aligned. `z_reference` names the touch from which the part's z was taken. `temperatures` by
-    the name of the sensor, °C, with further signals in the unit of their data. Empty text and None: not stated.
+    `sha256` is that of the file it was read from: a file that holds several parts or runs gives several inspections.
+    `count` says how many `values` were measured: they are left out where the file holds too many to repeat, and then
+    `values` is empty. `ball_radius_mm`: where it is above 0, measured points are centres of that ball; else they are
+    points of the surface. `frame`: "part" where positions are counted from the part's datums, "machine" where from the
+    machine tool's zero, "device" where from the measuring device's, so that they have to be aligned. `z_reference`
+    names the touch from which the part's z was taken. `temperatures` by the name of the sensor, °C, with further
+    signals in the unit of their data. Empty text and None: not stated.
     """
 
     part: Part
-    measured: Literal["touches", "gauge readings", "CMM points"]
+    measured: Literal["touches", "readings", "CMM points", "readings and CMM points"]
     sha256: str
     count: int
     values: Values = ()
     device: str = ""
+    operator: str = ""
     frame: Literal["part", "machine", "device"] = "part"
     measured_at: datetime | None = None
     ball_radius_mm: float = 0.0
@@ -84,6 +100,16 @@ class Inspection:
         return tuple(one for one in self.values if isinstance(one, Touch))
 
     @property
+    def readings(self) -> tuple[Reading, ...]:
+        """The values that are readings."""
+        return tuple(one for one in self.values if isinstance(one, Reading))
+
+    @property
+    def points(self) -> tuple[CmmPoint, ...]:
+        """The values that are points of a measuring machine."""
+        return tuple(one for one in self.values if isinstance(one, CmmPoint))
+
+    @property
     def identity(self) -> tuple[str, ...]:
-        """The hash of its file alone: the same file read twice is one inspection."""
-        return (self.sha256,)
+        """The hash of its file, with part and time, of which a file may hold several: read twice, it is the same."""
+        return self.sha256, *self.part.identity, "" if self.measured_at is None else self.measured_at.isoformat()

@@ -2,9 +2,10 @@
 
 from typing import Final
 
+from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
 from trueloop.domain.correction import Product
-from trueloop.domain.inspection import CmmPoint, GaugeReading, Inspection, Touch
+from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
@@ -13,6 +14,7 @@ from trueloop.domain.tool import Edge, Setting, Tool
 
 CODEC: Final = Codec.of(
     *(PartType, Part, Machine, Tool, Edge, Setting, Program),
-    *(Inspection, Touch, GaugeReading, CmmPoint),
+    *(Characteristic, Quantity),
+    *(Inspection, Touch, Reading, CmmPoint),
     *(Record, ChangedWord, Component, Product),
 )

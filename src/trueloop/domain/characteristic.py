@@ -1,0 +1,42 @@
+"""Characteristics: what a drawing asks of a part, each with its nominal value and limits."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Quantity(StrEnum):
+    """What a characteristic is the size of."""
+
+    DIAMETER = "diameter"
+    RADIUS = "radius"
+    LENGTH = "length"  # the distance of two features, or of one from the part's zero; of a turned part along z
+    ANGLE = "angle"  # degrees; of a turned part between a feature and the axis
+    RUNOUT = "runout"  # repeats with the turn of the part: no error of its profile
+    POSITION = "position"  # one coordinate of a feature
+    FORM = "form"  # straightness, roundness, flatness, profile: never negative
+    OTHER = "other"
+
+    @property
+    def unit(self) -> str:
+        """Of its values: millimetres, or degrees of an angle."""
+        return "deg" if self is Quantity.ANGLE else "mm"
+
+
+@dataclass(frozen=True)
+class Characteristic:
+    """One size as the drawing asks for it, in mm, of angles in degrees; a diameter is a diameter.
+
+    `feature` is that of the part's profile; `other` the one from which a length counts, empty: from the part's zero.
+    `at_z_mm`: where along the feature it holds; None: everywhere. Limits are absolute; None: no limit on that side.
+    `tolerance` is how the drawing says them: "h6", "ISO 2768-m", "±0.02".
+    """
+
+    name: str
+    quantity: Quantity
+    feature: str
+    nominal: float
+    lower_limit: float | None = None
+    upper_limit: float | None = None
+    other: str = ""
+    at_z_mm: float | None = None
+    tolerance: str = ""

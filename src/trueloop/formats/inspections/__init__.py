@@ -1,0 +1,1 @@
+"""Inspection files: what gauges, measuring machines and controls report, read into inspections."""

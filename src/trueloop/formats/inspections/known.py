@@ -1,0 +1,30 @@
+"""The inspection files that are known, and a file read by whichever of them recognises it."""
+
+from pathlib import Path
+from typing import Final
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import readable
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
+from trueloop.formats.inspections.text import HINT
+
+KNOWN: Final[tuple[Format, ...]] = ()
+"""In the order in which they are asked: the first that recognises a file reads it."""
+HEAD: Final = 65_536
+
+
+def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
+    """A file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
+    with readable(path, Code.MSR_FILE, hint=HINT), path.open("rb") as file:
+        head = file.read(HEAD)
+    for form in KNOWN:
+        if form.recognises(path, head):
+            return form.read(path, stated)
+    names = ", ".join(form.name for form in KNOWN)
+    raise TrueloopError(
+        Code.MSR_FORMAT,
+        f"{path.name!r}, {path.stat().st_size} bytes, is none of the {len(KNOWN)} formats that are read: {names}",
+        hint=HINT,
+        place=Place(str(path)),
+        values={"file": path.name},
+    )

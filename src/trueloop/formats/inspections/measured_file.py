@@ -1,0 +1,60 @@
+"""What a reader of an inspection file gives: the inspections, and what had to be said about the file."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.inspection import Inspection
+
+Unit: TypeAlias = Literal["mm", "inch"]
+
+
+@dataclass(frozen=True)
+class Remark:
+    """Something about a file that its reader should know: not understood, contradictory, or assumed."""
+
+    text: str
+    line: int | None = None
+
+
+@dataclass(frozen=True)
+class MeasuredFile:
+    """An inspection file as read: one inspection for each part in each run, in the file's order.
+
+    `format` names it in words. `encoding` is the one its text was read in. `unit` is the file's own; all lengths here
+    are in mm. `characteristics` are those the file asks for, with their limits, whether measured or not.
+    """
+
+    path: Path
+    format: str
+    encoding: str
+    unit: Unit | None
+    inspections: tuple[Inspection, ...]
+    characteristics: tuple[Characteristic, ...] = ()
+    remarks: tuple[Remark, ...] = ()
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What a user says of a file that it does not say itself. None: nothing.
+
+    `unit` is that of its lengths, `mapping` the file that says what its columns mean, `variables` what a control's
+    variables hold.
+    """
+
+    unit: Unit | None = None
+    mapping: Path | None = None
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of inspection file: how it is known by its path and its first bytes, and its reader.
+
+    The reader raises MSR errors with line and column for what it cannot read.
+    """
+
+    name: str
+    recognises: Callable[[Path, bytes], bool]
+    read: Callable[[Path, Stated], MeasuredFile]

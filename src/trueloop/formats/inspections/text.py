@@ -1,0 +1,71 @@
+"""The text of an inspection file, whatever its encoding, and numbers with a point or a comma."""
+
+import codecs
+import re
+from pathlib import Path
+from typing import Final
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import readable
+
+MARKS: Final = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+OTHERS: Final = ["cp1252", "cp1250", "gb18030", "cp932"]
+"""What such files are written in where it is not UTF-8."""
+NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
+HINT: Final = "docs/measurements.md lists the formats that are read; other text: save it as CSV in UTF-8"
+
+
+def read_decoded(path: Path) -> tuple[str, str]:
+    """A file's text and the encoding it was taken to be in. Raises MSR-FILE where it is not there or no text."""
+    with readable(path, Code.MSR_FILE, hint=HINT):
+        content = path.read_bytes()
+    return decoded(content, path)
+
+
+def decoded(content: bytes, path: Path) -> tuple[str, str]:
+    """The same of its bytes. An encoding that the file does not mark is UTF-8, or else the likeliest of `OTHERS`."""
+    marked = next((name for mark, name in MARKS if content.startswith(mark)), None)
+    for encoding in (marked,) if marked else ("utf-8", _likeliest(content)):
+        try:
+            return content.decode(encoding or "utf-8"), encoding or "utf-8"
+        except UnicodeDecodeError:
+            continue
+    raise TrueloopError(
+        Code.MSR_FILE,
+        f"{path.name!r} is no text in UTF-8, UTF-16 or {', '.join(OTHERS)}: its first bytes are {content[:4].hex(' ')}",
+        hint=HINT,
+        place=Place(str(path)),
+    )
+
+
+def _likeliest(content: bytes) -> str | None:
+    if b"\0" in content[:4096]:
+        return None
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        from charset_normalizer import from_bytes
+
+        best = from_bytes(content[:200_000], cp_isolation=OTHERS).best()
+        return best.encoding if best is not None else "cp1252"
+    return None
+
+
+def number_in(text: str, path: Path, line: int, column: int | None = None) -> float:
+    """A number with a decimal point or a decimal comma: which of the two may differ from number to number in a file.
+
+    Raises MSR-NUMBER for what is none, and for `1,234.5`: whether its comma groups digits is not known.
+    """
+    if not NUMBER.fullmatch(text.strip()):
+        raise TrueloopError(
+            Code.MSR_NUMBER,
+            f"{text!r} is no number with one decimal point or comma",
+            hint="write it without signs that group digits",
+            place=Place(str(path), line, column),
+            values={"text": text},
+        )
+    return float(text.strip().replace(",", "."))
