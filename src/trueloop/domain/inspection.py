@@ -33,9 +33,10 @@ class Reading:
 
     `actual`, `nominal`, `standard_u` and the limits are in mm, of angles in degrees. A diameter is a diameter: it
     deviates by twice the radial error. Limits are absolute. `feature` is the feature's name in the file, which need
-    not be that of the job; `axis` that of a coordinate. `place_mm` is where it was read, in the part's frame: of a
-    turned part z, or x as a radius and z; of others x, y, z. `repeat` counts readings of one characteristic on one
-    part, from 1: they are kept apart, for their spread is the gauge's repeatability. None and empty: not stated.
+    not be that of the job; `other` names the one from which a length counts, empty: the part's zero; `axis` is that of
+    a coordinate. `place_mm` is where it was read, in the part's frame: of a turned part z, or x as a radius and z; of
+    others x, y, z. `repeat` counts readings of one characteristic on one part, from 1: they are kept apart, for their
+    spread is the gauge's repeatability. None and empty: not stated.
     """
 
     characteristic: str
@@ -45,6 +46,7 @@ class Reading:
     lower_limit: float | None = None
     upper_limit: float | None = None
     feature: str = ""
+    other: str = ""
     axis: Literal["", "x", "y", "z"] = ""
     place_mm: tuple[float, ...] = ()
     repeat: int = 1

@@ -1,0 +1,57 @@
+"""Readings matched with the features of a profile: which feature each is of, and how that was found."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from trueloop.domain.inspection import Reading
+from trueloop.geometry.profile import Profile
+
+By: TypeAlias = Literal["name", "geometry"]
+
+
+@dataclass(frozen=True)
+class MatchedReading:
+    """A reading with the feature it is of, by its index in the profile.
+
+    `other_index` is the feature from which a length counts; None: it counts from the part's zero, or is no length.
+    `by`: found by the feature's name, or by place and nominal value; then `distance_mm` is how far these are from the
+    feature's own.
+    """
+
+    reading: Reading
+    feature_index: int
+    other_index: int | None = None
+    by: By = "name"
+    distance_mm: float = 0.0
+
+
+def match_by_name(profile: Profile, reading: Reading) -> MatchedReading | None:
+    """The reading on the feature that it names; None where it names none of the profile's.
+
+    A length whose `other` is not empty needs both by name. A reading without a feature is taken by its characteristic.
+    """
+    index = feature_named(profile, reading.feature or reading.characteristic)
+    other = feature_named(profile, reading.other) if reading.other else None
+    if index is None or (reading.other and other is None):
+        return None
+    return MatchedReading(reading, index, other)
+
+
+def feature_named(profile: Profile, name: str) -> int | None:
+    """Index of the feature of that name, else of the only one whose name differs in case, blanks and signs alone."""
+    if name in profile.names:
+        return profile.names.index(name)
+    alike = [k for k, known in enumerate(profile.names) if _letters(known) == _letters(name) != ""]
+    return alike[0] if len(alike) == 1 else None
+
+
+def matched_by_name(profile: Profile, readings: Iterable[Reading]) -> tuple[MatchedReading, ...]:
+    """The readings that name a feature of the profile, in their order; the others are left out."""
+    found = (match_by_name(profile, reading) for reading in readings)
+    return tuple(one for one in found if one is not None)
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[\W_]+", "", name.casefold())
