@@ -1,0 +1,125 @@
+"""What an inspection file says twice is compared, and values that nobody measured are found: for all readers.
+
+Each check gives one remark for all that it found, with the count and the line of the first.
+"""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Final
+
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Inspection, Reading
+from trueloop.formats.inspections.measured_file import Remark
+
+SLACK: Final = 1e-9
+"""Below this two numbers are equal: what a decimal loses in binary, far below any gauge's resolution."""
+ENOUGH: Final = 2
+"""One diameter may be exactly nominal by chance."""
+
+
+def half_digits(*numbers: str) -> float:
+    """By how much a sum of printed numbers may deviate because each was rounded: half of the last digit of each.
+
+    >>> half_digits("4.530", "4,5")
+    0.0505
+    """
+    return sum(0.5 * 10.0 ** -_decimals(number) for number in numbers)
+
+
+def _decimals(number: str) -> int:
+    mantissa, _, exponent = number.strip().lower().partition("e")
+    places = len(mantissa.replace(",", ".").partition(".")[2])
+    return places - (int(exponent) if exponent.lstrip("+-").isdecimal() else 0)
+
+
+def stated_deviations(stated: Iterable[tuple[Reading, float, float]]) -> tuple[Remark, ...]:
+    """Deviations as a file states them against actual − nominal: (reading, deviation, allowed rounding), mm or degrees.
+
+    What is kept is the reading: a deviation that the file states otherwise is reported with how the two relate.
+    """
+    found: defaultdict[str, list[tuple[Reading, float]]] = defaultdict(list)
+    count = 0
+    for reading, deviation, rounding in stated:
+        if reading.nominal is not None:
+            count += 1
+            if relation := _relation(reading, reading.actual - reading.nominal, deviation, rounding + SLACK):
+                found[relation].append((reading, deviation))
+    return tuple(_of_deviations(relation, cases, count) for relation, cases in found.items())
+
+
+def _relation(reading: Reading, computed: float, stated: float, rounding: float) -> str:
+    """How a stated deviation differs from the computed one; empty: it does not."""
+    if abs(stated - computed) <= rounding:
+        return ""
+    if abs(stated + computed) <= rounding:
+        return "counted the other way, nominal − actual"
+    if reading.quantity is Quantity.DIAMETER and abs(2.0 * stated - computed) <= 2.0 * rounding:
+        return "half of it, that of the radius"
+    return "not that"
+
+
+def _of_deviations(relation: str, cases: Sequence[tuple[Reading, float]], count: int) -> Remark:
+    reading, stated = cases[0]
+    computed = reading.actual - (reading.nominal or 0.0)
+    unit = reading.quantity.unit
+    return Remark(
+        f"{len(cases)} of {count} deviations are {relation}: {reading.characteristic!r} deviates by {computed:+.6g} "
+        f"{unit}, the file states {stated:+.6g}; actual − nominal is taken",
+        reading.line,
+    )
+
+
+def stated_verdicts(stated: Iterable[tuple[Reading, bool]]) -> tuple[Remark, ...]:
+    """Verdicts as a file states them (true: within its limits) against those of its own values and limits."""
+    wrong = [(reading, passed) for reading, passed in stated if within(reading) is (not passed)]
+    if not wrong:
+        return ()
+    reading, passed = wrong[0]
+    words = "inside" if passed else "outside"
+    return (
+        Remark(
+            f"{len(wrong)} verdicts are not those of the values: {reading.characteristic!r} is stated as {words} its "
+            f"limits, {reading.actual:.6g} in {_limits(reading)} {reading.quantity.unit}",
+            reading.line,
+        ),
+    )
+
+
+def within(reading: Reading) -> bool | None:
+    """Whether a reading is within its limits, both of which are still good; None where it has none."""
+    if reading.lower_limit is None and reading.upper_limit is None:
+        return None
+    above = reading.lower_limit is None or reading.actual >= reading.lower_limit - SLACK
+    return above and (reading.upper_limit is None or reading.actual <= reading.upper_limit + SLACK)
+
+
+def _limits(reading: Reading) -> str:
+    lower, upper = ("" if limit is None else f"{limit:.6g}" for limit in (reading.lower_limit, reading.upper_limit))
+    return f"[{lower}, {upper}]"
+
+
+def numbered(readings: Iterable[Reading]) -> tuple[Reading, ...]:
+    """The readings of one part, those of one characteristic, feature and axis numbered by `repeat` from 1."""
+    seen: Counter[tuple[str, str, str]] = Counter()
+    out = []
+    for reading in readings:
+        key = reading.characteristic, reading.feature, reading.axis
+        seen[key] += 1
+        out.append(reading if reading.repeat == seen[key] else replace(reading, repeat=seen[key]))
+    return tuple(out)
+
+
+def filled_in(inspections: Iterable[Inspection]) -> tuple[Remark, ...]:
+    """Parts of which every diameter, two or more, is exactly its nominal: filled in, not measured."""
+    return tuple(remark for one in inspections if (remark := _filled_in(one)) is not None)
+
+
+def _filled_in(inspection: Inspection) -> Remark | None:
+    diameters = [one for one in inspection.readings if one.quantity is Quantity.DIAMETER and one.nominal is not None]
+    if len(diameters) < ENOUGH or any(one.actual != one.nominal for one in diameters):
+        return None
+    part = f"part {inspection.part.serial!r}" if inspection.part.serial else "one part"
+    return Remark(
+        f"filled in, not measured: all {len(diameters)} diameters of {part} are exactly nominal", diameters[0].line
+    )
