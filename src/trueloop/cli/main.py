@@ -10,6 +10,7 @@ from trueloop.cli import probe, record
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.machine import commands as machine
+from trueloop.cli.measure import commands as measure
 from trueloop.cli.nc import commands as nc
 from trueloop.cli.simulated import linuxcnc
 from trueloop.cli.simulated.simulate import simulate
@@ -39,6 +40,7 @@ app.command()(demo)
 app.add_typer(part.app, name="part")
 app.add_typer(nc.app, name="nc")
 app.add_typer(probe.app, name="probe")
+app.add_typer(measure.app, name="measure")
 app.command()(simulate)
 app.add_typer(linuxcnc.app, name="linuxcnc")
 app.add_typer(machine.app, name="machine")

@@ -26,6 +26,15 @@ CLEAR_OF_ENDS: Final = 1.0
 
 
 @dataclass(frozen=True)
+class JobPoints:
+    """Where a job's part is to be touched, the points' names, and the files they were read from beside the job's."""
+
+    points: GaugingPoints
+    names: list[str]
+    files: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
 class ProbingJob:
     """A job's part, its probe, the plan that touches it, the probe's file; `files` are all that was read."""
 
@@ -50,9 +59,9 @@ def read_probing(path: Path) -> ProbingJob:
     probe = read_probe(probe_file, job.programs.semifinish_allowance_mm or 0.0)
     obstacle = stock_obstacle(part.profile, probe.approach.allowance_mm, probe.bar_radius_mm)
     with in_file(path):
-        points, names = _points(path, job, part, probe)
-        plan = probe_plan(part.profile, points, obstacle, probe.stylus, probe.approach, names)
-    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file))
+        points = points_of_job(path, job, part, CLEAR_OF_ENDS * probe.stylus.ball_radius_mm)
+        plan = probe_plan(part.profile, points.points, obstacle, probe.stylus, probe.approach, points.names)
+    return ProbingJob(part, probe, plan, probe_file, (*part.files, probe_file, *points.files))
 
 
 def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> MatchedTouches:
@@ -71,29 +80,31 @@ def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> Matched
     return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
 
 
-def _points(path: Path, job: Job, part: ReadPart, probe: ReadProbe) -> tuple[GaugingPoints, list[str]]:
-    """From the counts and spacing in the job, or, without any, where the job's touches are."""
+def points_of_job(path: Path, job: Job, part: ReadPart, margin_mm: float) -> JobPoints:
+    """From the counts and spacing in the job, or, without any, where the job's touches are. Raises TCH errors.
+
+    `margin_mm` is what stays free between the first and last point of a feature and the ends of what the nose reaches.
+    """
     profile = part.profile
     if job.gauging.points or job.gauging.spacing_mm is not None:
         reachable = part.centre_path.reachable_mm
-        points = equally_spaced(profile, _spacings(job, profile, reachable, probe), reachable)
-        return points, [str(k + 1) for k in range(len(points.arc_length_mm))]
+        points = equally_spaced(profile, _spacings(job, profile, reachable, margin_mm), reachable)
+        return JobPoints(points, [str(k + 1) for k in range(len(points.arc_length_mm))])
     file = path.parent / job.gauging.touches
     with in_file(file):
         vectors = error_vectors(profile, read_touches(file), Gauging())
     points = GaugingPoints(vectors.feature_index, vectors.arc_length_mm, vectors.nominal_mm, vectors.outward_normal)
-    return points, list(vectors.point)
+    return JobPoints(points, list(vectors.point), (file,))
 
 
-def _spacings(job: Job, profile: Profile, reachable_mm: Array, probe: ReadProbe) -> dict[str, Spacing]:
-    margin = CLEAR_OF_ENDS * probe.stylus.ball_radius_mm
+def _spacings(job: Job, profile: Profile, reachable_mm: Array, margin_mm: float) -> dict[str, Spacing]:
     unknown = [name for name in job.gauging.points if name not in profile.names]
     spacings = {name: Spacing(1) for name in unknown}  # refused, with its name, by `equally_spaced`
     for name, (low, high) in zip(profile.names, reachable_mm, strict=True):
         count = job.gauging.points.get(name)
         if count is None and job.gauging.spacing_mm is not None:
-            room = float(high - low) - 2 * margin
+            room = float(high - low) - 2 * margin_mm
             count = max(1, math.ceil(room / job.gauging.spacing_mm) + 1) if room > 0 else None
         if count is not None:
-            spacings[name] = Spacing(count, margin, margin)
+            spacings[name] = Spacing(count, margin_mm, margin_mm)
     return spacings

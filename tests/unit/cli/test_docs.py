@@ -31,6 +31,7 @@ COMMANDS = (
     "probe program",
     "probe read",
     "probe calibrate",
+    "measure plan",
     "record show",
     "explain",
     "simulate",
@@ -74,7 +75,7 @@ def _help(*command: str) -> str:
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
     sections = re.findall(
-        r"^### `trueloop ((?:part |nc |probe |linuxcnc |machine |surface |record )?[a-z-]+)", DOCUMENT, re.M
+        r"^### `trueloop ((?:part |nc |probe |measure |linuxcnc |machine |surface |record )?[a-z-]+)", DOCUMENT, re.M
     )
     assert sorted(sections) == sorted(COMMANDS)
     groups: dict[str, list[str]] = {command.rpartition(" ")[0]: [] for command in COMMANDS}
@@ -99,7 +100,7 @@ def test_exit_statuses_are_those_of_the_code() -> None:
     assert in_document == [status.value for status in ExitStatus]
 
 
-GROUPS = ("part", "nc", "probe", "linuxcnc", "record")
+GROUPS = ("part", "nc", "probe", "measure", "linuxcnc", "record")
 HELP_OF_ALL = """
 import contextlib, io, json, sys
 from trueloop.cli.main import app

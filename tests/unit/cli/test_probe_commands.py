@@ -28,10 +28,11 @@ def test_a_program_is_written_for_every_control(control: str, tmp_path: Path) ->
     assert (tmp_path / "probe.nc").read_text().upper().count("POINT 32 ON DOME") == 1
 
 
-def test_the_probe_file_is_not_overwritten(tmp_path: Path) -> None:
+@pytest.mark.parametrize("file", ["probe.toml", "../modbas2/touches.csv"])
+def test_a_file_that_was_read_is_not_overwritten(file: str, tmp_path: Path) -> None:
     shutil.copytree(EXAMPLES, tmp_path / "examples")
     folder = tmp_path / "examples/loop"
-    said = run("probe", "program", folder / JOB.name, "--control", "haas", "-o", folder / "probe.toml", status=4)
+    said = run("probe", "program", folder / JOB.name, "--control", "haas", "-o", folder / file, status=4)
     assert "OUT-INPUT" in said
 
 

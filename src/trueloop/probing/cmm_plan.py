@@ -1,0 +1,105 @@
+"""Where a coordinate measuring machine touches a turned part: gauging points, turned about the part's axis."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Point
+from trueloop.geometry.profile import Profile
+from trueloop.probing.plan import GaugingPoints
+
+Vector = tuple[float, float, float]
+
+PARALLEL: float = 1e-6
+"""A surface whose normal has a smaller z component is a cylinder: 1e-6 is 1 nm over a millimetre."""
+HALF_TURN_DEG = 180.0
+
+
+@dataclass(frozen=True)
+class CmmPlanPoint:
+    """A point to be touched: place and outward normal in the part's frame, mm, z along the part's axis.
+
+    `angle_deg` is the turn about +z from the half plane y = 0, x > 0 in which the profile is drawn.
+    """
+
+    name: str
+    feature: str
+    angle_deg: float
+    nominal_mm: Vector
+    outward_normal: Vector
+
+
+@dataclass(frozen=True)
+class CmmPlan:
+    """The points in order, and the cylinder about the part's axis that holds all of the profile."""
+
+    points: tuple[CmmPlanPoint, ...]
+    largest_radius_mm: float
+    from_z_mm: float
+    to_z_mm: float
+
+
+def cmm_plan(
+    profile: Profile,
+    points: GaugingPoints,
+    names: Sequence[str],
+    angles_deg: Sequence[float] = (0.0,),
+    *,
+    diameters: bool = False,
+) -> CmmPlan:
+    """Every gauging point at every angle; with `diameters` those on cylinders also half a turn further.
+
+    A point at one angle alone keeps its name, else the angle is added: `12_180`. Raises TCH-PLAN where no angle, no
+    finite one, or one angle twice is given.
+    """
+    _require_different(angles_deg)
+    planned = []
+    for k, name in enumerate(names):
+        place, normal = _pair(points.nominal_mm[k]), _pair(points.outward_normal[k])
+        angles = _angles(angles_deg, diameters and abs(normal[1]) < PARALLEL)
+        for angle in angles:
+            named = name if len(angles) == 1 else f"{name}_{angle:g}"
+            feature = profile.names[int(points.feature_index[k])]
+            planned.append(CmmPlanPoint(named, feature, angle, turned(place, angle), turned(normal, angle)))
+    corners = [corner for feature in profile.features for corner in feature.point_mm(_along(feature.length_mm))]
+    radii, heights = [float(x) for x, _ in corners], [float(z) for _, z in corners]
+    return CmmPlan(tuple(planned), max(radii), min(heights), max(heights))
+
+
+def turned(point: Point, angle_deg: float) -> Vector:
+    """A point or vector (x, z) of the profile's half plane, turned about +z by an angle that is counted from x to y."""
+    x, z = point
+    quarter, beyond = divmod(angle_deg, 90.0)
+    if beyond == 0.0:  # cos 90° is no 6e-17
+        cosine, sine = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
+    else:
+        cosine, sine = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
+    return x * cosine + 0.0, x * sine + 0.0, z
+
+
+def _angles(angles_deg: Sequence[float], opposite: bool) -> list[float]:
+    angles = list(dict.fromkeys(angle % 360.0 for angle in angles_deg))
+    if opposite:
+        angles = list(dict.fromkeys(each for angle in angles for each in (angle, (angle + HALF_TURN_DEG) % 360.0)))
+    return angles
+
+
+def _require_different(angles_deg: Sequence[float]) -> None:
+    wrong = [angle for angle in angles_deg if not math.isfinite(angle)]
+    if wrong or not angles_deg or len(_angles(angles_deg, False)) < len(angles_deg):
+        raise TrueloopError(
+            Code.TCH_PLAN,
+            f"{len(angles_deg)} angles about the axis, {', '.join(f'{angle:g}°' for angle in angles_deg)}, are not "
+            "one or more finite ones, each once",
+            hint="name every angle once, 0° is where the profile is drawn",
+        )
+
+
+def _along(length_mm: float) -> list[float]:
+    """Arc lengths close enough together for the largest radius of an arc: 1/256 of it rises by 2e-5 of its radius."""
+    return [length_mm * k / 256 for k in range(257)]
+
+
+def _pair(xz: Sequence[float]) -> Point:
+    return float(xz[0]), float(xz[1])
