@@ -8,12 +8,13 @@ from typing import Literal
 class PartType:
     """What all parts made to one drawing have in common: its name or number, its revision, the material.
 
-    Empty text: not stated.
+    `drawing` is the drawing's number where that is not the name. Empty text: not stated.
     """
 
     name: str
     revision: str = ""
     material: str = ""
+    drawing: str = ""
     schema: Literal[1] = field(default=1, kw_only=True)
 
     @property

@@ -19,7 +19,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
 from trueloop.domain.program import Program
-from trueloop.domain.tool import Tool
+from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.units import UM_PER_MM
 
@@ -63,7 +63,8 @@ class Record:
     `id` stands in the corrected program. `product`: what was corrected and by what. `inputs_sha256` by file name.
     `options` and `model` hold what JSON can; a number that is not finite is None there. `decision`: in words.
     `changes` are listed where the whole program was in memory, `edits` counts them in every case. `components`: of a
-    correction of machine and process together. `inspections` are those it was made from. None and empty: not stated,
+    correction of machine and process together. `inspections` are those it was made from; `edge` is the tool's
+    that cuts, mounted and measured at `edge_set_at`. None and empty: not stated,
     or written before there was a schema.
     """
 
@@ -84,6 +85,8 @@ class Record:
     part_type: PartType | None = None
     machine: Machine | None = None
     tool: Tool | None = None
+    edge: Edge | None = None
+    edge_set_at: datetime | None = None
     program: Program | None = None
     inspections: tuple[Inspection, ...] = ()
 

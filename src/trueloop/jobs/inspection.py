@@ -21,6 +21,12 @@ DEVICES: Final = {"machine": "probe of the machine tool", "cmm": "coordinate mea
 """By `machine.touched_on` of the job."""
 
 
+def part_type(job: Job) -> PartType:
+    """What the job says of all parts of this kind."""
+    given = job.part
+    return PartType(given.name, given.revision, given.material, given.drawing)
+
+
 def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) -> Inspection:
     """The touches as they were reported; device and temperatures as far as the job says them. Raises TCH errors."""
     with in_file(file):
@@ -28,12 +34,13 @@ def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) 
     gauging = options_from(Gauging, job)
     on_machine = machine is not None and machine.touched_on == "machine"
     return Inspection(
-        part=Part(PartType(job.part.name)),
+        part=Part(part_type(job), job.part.serial),
         measured="touches",
         sha256=sha256_of(file.read_bytes()),
         count=len(touches),
         values=touches,
-        device="" if machine is None else DEVICES[machine.touched_on],
+        device=job.gauging.device or ("" if machine is None else DEVICES[machine.touched_on]),
+        operator=job.gauging.operator,
         measured_at=job.gauging.measured_at,
         ball_radius_mm=gauging.ball_radius_mm,
         z_reference=gauging.z_reference,

@@ -5,13 +5,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from trueloop.domain.limits import Limits
-from trueloop.domain.part import PartType
+from trueloop.domain.machine import Machine
+from trueloop.domain.tool import Edge, Tool
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.inspection import part_errors, read_inspection, read_part_errors
+from trueloop.jobs.inspection import part_errors, part_type, read_inspection, read_part_errors
 from trueloop.jobs.job_files import JobFiles
 from trueloop.jobs.part_on_machine import read_part_on_machine
 from trueloop.jobs.user import user_name
@@ -108,7 +109,7 @@ def read_job(path: FilePath) -> ReadJob:
         machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
     inspection = read_inspection(touches, job, machine)
     inputs = Inputs(
-        part=PartType(job.part.name),
+        part=part_type(job),
         profile=profile,
         nose_radius_mm=files.nose_radius_mm,
         program=program,
@@ -126,10 +127,26 @@ def read_job(path: FilePath) -> ReadJob:
         finish_touches=read_part_errors(finish_touches, job, profile) if finish_touches else None,
         nose=nose,
         machine=machine,
+        machine_tool=_machine_tool(job),
+        edge=_edge(job),
+        edge_set_at=job.tool.set_at,
         inputs_sha256=sources.sha256,
         file=str(path),
     )
     return ReadJob(inputs, sources.files, path.parent / job.output.folder)
+
+
+def _machine_tool(job: Job) -> Machine | None:
+    """The machine, as far as the job states it."""
+    name, serial = job.programs.machine, job.programs.machine_serial
+    return Machine(name, serial) if name or serial else None
+
+
+def _edge(job: Job) -> Edge | None:
+    """The finishing tool's edge, as far as the job states it."""
+    given = job.tool
+    stated = given.name or given.insert or given.corner or given.set_at
+    return Edge(Tool(given.number, given.name), given.insert, given.corner) if stated else None
 
 
 def _nose(files: JobFiles) -> NoseModel | None:

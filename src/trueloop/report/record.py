@@ -6,6 +6,7 @@ from typing import Final
 
 from trueloop.domain.correction import Product
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.part import PartType
 from trueloop.domain.record import Record
 from trueloop.units import UM_PER_MM
 
@@ -50,6 +51,7 @@ def limits_of(record: Record) -> list[Limit]:
 def as_dict(record: Record) -> dict[str, object]:
     """What `words` says, for machines: changes and components counted, measured values left to the record."""
     whole = asdict(record)
+    whole["edge_set_at"] = record.edge_set_at and record.edge_set_at.isoformat()
     for inspection in whole["inspections"]:
         del inspection["values"]
         inspection["measured_at"] = inspection["measured_at"] and inspection["measured_at"].isoformat()
@@ -70,7 +72,7 @@ def words(record: Record) -> list[tuple[str, list[str]]]:
     unit = "" if program is None or program.unit is None else f", {program.unit} as stated by {stated_by}"
     sections = [
         ("Corrected", [CORRECTED[record.product]]),
-        ("Part", [] if record.part_type is None else [_named(record.part_type.name, record.part_type.revision)]),
+        ("Part", [] if record.part_type is None else [_part(record.part_type)]),
         ("Program", [] if program is None else [f"{program.name} ({program.dialect}{unit})"]),
         ("Tool", _tool(record)),
         ("Machine", [] if machine is None else [_named(machine.name, machine.serial)]),
@@ -105,6 +107,11 @@ def model_words(record: Record) -> list[str]:
     return [f"{key}: {value}" for key, value in model.items()]
 
 
+def _part(part: PartType) -> str:
+    more = [("drawing", part.drawing), ("material", part.material)]
+    return ", ".join([_named(part.name, part.revision), *(f"{name} {value}" for name, value in more if value)])
+
+
 def _named(name: str, number: str) -> str:
     return f"{name}, {number}" if number else name
 
@@ -115,12 +122,25 @@ def _tool(record: Record) -> list[str]:
         return []
     radii = [("radius", tool.radius_mm), ("nose or corner radius", tool.corner_radius_mm)]
     number = [] if tool.number is None else [f"number {tool.number}"]
-    return [", ".join([*number, *(f"{name} {value:g} mm" for name, value in radii if value is not None)])]
+    named = [tool.name] if tool.name else []
+    return [
+        ", ".join([*named, *number, *(f"{name} {value:g} mm" for name, value in radii if value is not None)]),
+        *_edge(record),
+    ]
+
+
+def _edge(record: Record) -> list[str]:
+    edge, set_at = record.edge, record.edge_set_at
+    if edge is None:
+        return []
+    said = [("insert", edge.insert), ("corner", edge.corner), ("set at", set_at and set_at.isoformat("T", "minutes"))]
+    words = ", ".join(f"{name} {value}" for name, value in said if value)
+    return [f"edge: {words}"] if words else []
 
 
 def _inspected(one: Inspection) -> str:
     when = "at a time not stated" if one.measured_at is None else one.measured_at.isoformat(timespec="minutes")
-    by = f" by {one.device}" if one.device else ""
+    by = "".join(f" by {name}" for name in (one.device, one.operator) if name)
     warm = "".join(f", {name} {value:g}" for name, value in one.temperatures.items())
     return f"{one.count} {one.measured} of {'/'.join(filter(None, one.part.identity))}{by}, {when}{warm}"
 

@@ -46,7 +46,15 @@ class PartTable(Table):
     """The nominal profile: given here, or read from a DXF drawing or a solid, or taken from the finish program."""
 
     name: str
-    """What the part is called in the report."""
+    """What the part is called in the report: its name or number."""
+    revision: str = ""
+    """Revision of the drawing. This key and the next three are for the report and the record."""
+    material: str = ""
+    """What it is made of."""
+    drawing: str = ""
+    """Number of its drawing, where that is not its name."""
+    serial: str = ""
+    """Serial number of the piece that was measured."""
     unit: Literal["mm", "inch"] = "mm"
     """Unit of all coordinates and radii of the profile: `"mm"` or `"inch"` (25.4 mm)."""
     x_is: Literal["radius", "diameter"] = "radius"
@@ -99,6 +107,14 @@ class ToolTable(Table):
     """Number of its offset at the control; left out, that of the finish pass' T word (12 of `T0312`), or 1 where there
     is none.
     """
+    name: str = ""
+    """What the tool or its holder is called. This key and the next three are for the report and the record."""
+    insert: str = ""
+    """The insert: its designation, or the number on it."""
+    corner: str = ""
+    """Which corner of the insert cuts."""
+    set_at: Moment | None = None
+    """Date and time when this edge was mounted and measured."""
 
     @model_validator(mode="after")
     def _one_unit(self) -> "ToolTable":
@@ -139,6 +155,10 @@ class ProgramsTable(Table):
     """
     execute_deleted_blocks: bool = False
     """Whether blocks that begin with `/` are run, as with the control's block-delete switch off."""
+    machine: str = ""
+    """The machine that runs them, as the shop calls it, for report and record; `machine.model` states it too."""
+    machine_serial: str = ""
+    """The machine's serial number."""
     accept_unknown_words: bool = False
     """Go on although a program holds words or codes that the dialect does not know. They are left alone and taken to
     move nothing.
@@ -164,6 +184,10 @@ class GaugingTable(Table):
     """Every feature not named in `points` gets points at most this far apart."""
     measured_at: Moment | None = None
     """Date and time of the touches; from it their age is judged."""
+    device: str = ""
+    """What measured: the probe, gauge or measuring machine, with its number. For the report and the record."""
+    operator: str = ""
+    """Who measured. For the report and the record."""
     program_sha256: str | None = None
     """SHA-256 of the finish program that the touches belong to: another program is refused."""
     finish_touches: Path | None = None
@@ -279,6 +303,12 @@ class Job(Table):
     def _contour_for_the_machine(self) -> "Job":
         if self.machine is not None and options_from(Options, self).by == "offset":
             raise ValueError("no tool offset can carry the machine's error: `compensation.by` is to be another")
+        return self
+
+    @model_validator(mode="after")
+    def _machine_once(self) -> "Job":
+        if self.machine is not None and (self.programs.machine or self.programs.machine_serial):
+            raise ValueError("leave `programs.machine` and `programs.machine_serial` out: `machine.model` states them")
         return self
 
 

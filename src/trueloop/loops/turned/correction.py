@@ -8,8 +8,10 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
 from trueloop.domain.record import Record
+from trueloop.domain.tool import Edge
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.part_on_machine import PartOnMachine
@@ -32,6 +34,7 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 class Inputs:
     """One job as values: shapes, programs and touches, and who corrects when.
 
+    `machine_tool` is the one that cuts, `edge` the finishing tool's, mounted at `edge_set_at`: None where not stated.
     `touches` are part errors; `inspection` holds them as they were reported: None where no device did. `inputs_sha256`
     names what they were read from; `file` is the job's, which states the rest; None: no file does.
     """
@@ -54,6 +57,9 @@ class Inputs:
     finish_touches: ErrorVectors | None = None
     nose: NoseModel | None = None
     machine: PartOnMachine | None = None
+    machine_tool: Machine | None = None
+    edge: Edge | None = None
+    edge_set_at: datetime | None = None
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     file: str | None = None
 

@@ -1,6 +1,6 @@
 """What a correction was made from and by what, as its record keeps it."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from trueloop import __version__
 from trueloop.domain.correction import Product
@@ -31,6 +31,8 @@ def record_of(
     composed: Composed | None,
 ) -> Record:
     """The record of a correction, complete."""
+    known = Tool() if inputs.edge is None else inputs.edge.tool
+    tool = replace(known, number=inputs.options.tool, corner_radius_mm=inputs.nose_radius_mm)
     unit, program = unit_of_path(inputs.program.unit, matched.path), inputs.program
     return Record(
         id=id_of(inputs),
@@ -46,8 +48,10 @@ def record_of(
         product=Product.TURNED,
         edits=len(programs.changes),
         part_type=inputs.part,
-        machine=None if inputs.machine is None else inputs.machine.machine,
-        tool=Tool(inputs.options.tool, corner_radius_mm=inputs.nose_radius_mm),
+        machine=inputs.machine_tool if inputs.machine is None else inputs.machine.machine,
+        tool=tool,
+        edge=None if inputs.edge is None else replace(inputs.edge, tool=tool),
+        edge_set_at=inputs.edge_set_at,
         program=recorded_program(program.file or "", program.dialect.name, sha256_of(program.source), unit),
         inspections=() if inputs.inspection is None else (inputs.inspection,),
     )
