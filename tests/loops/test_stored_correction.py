@@ -11,7 +11,7 @@ import pytest
 from tests.loops.test_composed_correction import write_job
 from tests.support.correction import example_inputs
 from trueloop.domain.correction import Correction as Envelope
-from trueloop.domain.correction import Product
+from trueloop.domain.record import Product
 from trueloop.jobs.compensate import outputs_of
 from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.commanded import commanded
@@ -77,7 +77,7 @@ def test_another_touch_makes_another_correction() -> None:
 def test_the_envelope_shares_what_the_record_says() -> None:
     correction = compensate(example_inputs("modbas2"))
     envelope = enveloped(correction)
-    assert envelope.product is Product.TURNED and envelope.id == correction.record.id
+    assert envelope.record.product is Product.TURNED and envelope.identity == (correction.record.id,)
     assert f"source sha256 {envelope.source_sha256}".encode() in correction.corrected_program
     assert envelope.limits["correction_mm"] == correction.options.limits.correction_mm
     assert CODEC.from_json(CODEC.to_json(envelope), Envelope) == envelope

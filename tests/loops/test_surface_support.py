@@ -19,6 +19,7 @@ from trueloop.loops.surface.surface import SurfaceModel, correct, model_of, patt
 from trueloop.report.surface.maps import colour_range_um
 from trueloop.report.surface.page import maps, surface_page
 from trueloop.surface.compensation.shift import corrected_surface
+from trueloop.surface.on_face import on_face
 from trueloop.surface.separation.neighbourhood import Neighbourhood
 from trueloop.surface.separation.outlying_point import outlying_point
 from trueloop.surface.separation.separate import of_size
@@ -86,11 +87,12 @@ def test_limits_are_judged_on_the_face_that_exists() -> None:
     bump = np.zeros((12, 12))
     bump[10:, 5:7] = 0.3
     deviation = SplineSurface(Size(12, 12, 3), bump)
+    upper, lower = on_face(SURFACE, lambda u, _: u <= 0.5), on_face(SURFACE, lambda u, _: u >= 0.5)
     assert refused(corrected_surface, SURFACE, deviation).code is Code.CMP_SIZE
-    assert refused(partial(corrected_surface, SURFACE, deviation, there=lambda u, _: u > 0.5)).code is Code.CMP_SIZE
-    slopes = partial(corrected_surface, SURFACE, deviation, limits=Limits(1.0, 0.03), there=lambda u, _: u > 0.5)
+    assert refused(partial(corrected_surface, SURFACE, deviation, there=upper)).code is Code.CMP_SIZE
+    slopes = partial(corrected_surface, SURFACE, deviation, limits=Limits(1.0, 0.03), there=upper)
     assert refused(slopes).code is Code.CMP_SLOPE
-    done = corrected_surface(SURFACE, deviation, there=lambda u, _: u < 0.5)
+    done = corrected_surface(SURFACE, deviation, there=lower)
     assert done.largest_shift_mm < 1e-9
 
 
@@ -103,8 +105,8 @@ def test_a_notch_is_air_to_limits_figures_maps_and_colours(tmp_path: Path) -> No
     assert told.figures.largest_mm == pytest.approx(np.max(found[~air(u, v)]))
     (shown,) = [one for one in maps(told) if one.name == "pattern"]
     np.testing.assert_array_equal(np.isnan(shown.error_mm), air(*np.moveaxis(shown.uv, 2, 0)))
-    on_face = max(float(np.nanmax(np.abs(one.error_mm))) for one in maps(told))
-    assert colour_range_um(maps(told)) < 1.4e3 * on_face
+    largest = max(float(np.nanmax(np.abs(one.error_mm))) for one in maps(told))
+    assert colour_range_um(maps(told)) < 1.4e3 * largest
     assert correct(told).surface.largest_shift_mm < 0.06
 
 

@@ -5,12 +5,11 @@ from datetime import UTC, datetime
 from hypothesis import strategies as st
 
 from trueloop.domain.characteristic import Quantity
-from trueloop.domain.correction import Product
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
-from trueloop.domain.record import ChangedWord, Component, Record
+from trueloop.domain.record import ChangedWord, Component, Product, Record
 from trueloop.domain.tool import Edge, Setting, Tool
 
 PART = PartType("shaft", "B", "C45")

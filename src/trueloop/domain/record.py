@@ -11,10 +11,10 @@ import re
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, asdict, dataclass, field
 from datetime import datetime
+from enum import StrEnum
 from typing import Final, Literal
 
 from trueloop._core import nc_mentions
-from trueloop.domain.correction import Product
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
@@ -27,6 +27,15 @@ MARK: Final = "trueloop corrected"
 """How a corrected program says so, in a comment of its dialect."""
 MARKED: Final = re.compile(rb"\s+".join(MARK.encode().split()), re.IGNORECASE)
 """The mark as controls and editors give it back: many store capitals only, some change the blanks."""
+
+
+class Product(StrEnum):
+    """What a correction is a correction of."""
+
+    TURNED = "turned"  # the contour of a turned part, by its touches
+    SURFACE = "surface"  # a free-form surface, by measured parts
+    MACHINE = "machine"  # a program, by a machine model or another field of displacements
+    POINTS = "points"  # a drilling program, by errors in the plane
 
 
 @dataclass(frozen=True)

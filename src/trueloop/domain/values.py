@@ -4,12 +4,11 @@ from typing import Final
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
-from trueloop.domain.correction import Product
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
-from trueloop.domain.record import ChangedWord, Component, Record
+from trueloop.domain.record import ChangedWord, Component, Product, Record
 from trueloop.domain.tool import Edge, Setting, Tool
 
 CODEC: Final = Codec.of(

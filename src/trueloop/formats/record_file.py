@@ -8,8 +8,7 @@ from typing import Any, Final, get_args
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from trueloop.domain.correction import Product
-from trueloop.domain.record import Record
+from trueloop.domain.record import Product, Record
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import read_text
 from trueloop.formats.outputs import Named

@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Final
 
-from trueloop.domain.correction import Product
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import PartType
-from trueloop.domain.record import Record
+from trueloop.domain.record import Product, Record
 from trueloop.units import UM_PER_MM
 
 CORRECTED: Final = {

@@ -4,10 +4,13 @@ import pickle
 from dataclasses import dataclass, replace
 
 import numpy as np
+from hypothesis import given
 
+from tests.support.records import records
 from trueloop.arrays import Array
-from trueloop.domain.codec import Codec
-from trueloop.domain.correction import Correction, Product
+from trueloop.domain.correction import Correction
+from trueloop.domain.record import Record
+from trueloop.domain.values import CODEC as VALUES
 
 
 @dataclass(frozen=True)
@@ -15,19 +18,13 @@ class Moved:
     by_mm: Array
 
 
-CODEC = Codec.of(Correction, Product, Moved)
-CORRECTION = Correction(
-    "0123456789abcdef", Product.POINTS, {"program": "ab" * 32}, "ab" * 32, {"size_mm": 0.15}, ("X and Y",),
-    Moved(np.array([0.1, -0.0, np.nan])),
-)  # fmt: skip
+CODEC = VALUES.with_more(Correction, Moved)
 
 
-def test_it_survives_json_and_pickle() -> None:
-    back = CODEC.from_json(CODEC.to_json(CORRECTION), Correction)
-    assert back == CORRECTION == pickle.loads(pickle.dumps(CORRECTION))
-    assert back.product is Product.POINTS
-
-
-def test_another_payload_is_another_correction() -> None:
-    assert replace(CORRECTION, payload=Moved(np.zeros(3))) != CORRECTION
-    assert replace(CORRECTION, product=Product.MACHINE) != CORRECTION
+@given(records)
+def test_it_survives_json_and_pickle(record: Record) -> None:
+    correction = Correction(record, {"size_mm": 0.15}, Moved(np.array([0.1, -0.0, np.nan])))
+    assert CODEC.from_json(CODEC.to_json(correction), Correction) == correction
+    assert pickle.loads(pickle.dumps(correction)) == correction
+    assert replace(correction, payload=Moved(np.zeros(3))) != correction
+    assert correction.source_sha256 == (record.program.sha256 if record.program else "")

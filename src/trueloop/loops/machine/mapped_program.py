@@ -184,7 +184,7 @@ def _text(source: Pieces, survey: Survey, options: MapOptions, values: Mapping[s
 
 
 def _done(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: Unit | None) -> Mapped:
-    blocks, moves, edits, added, largest, not_run, first, turns_back, stated = mapper.summary()
+    blocks, moves, edits, added, (x, y, z), not_run, first, turns_back, stated = mapper.summary()
     stated = stated and (text.line_of(stated[0]), stated[1])
     new = text.added_blocks
     edits += len(text.drawn[1].edits) if text.drawn else 0
@@ -193,7 +193,7 @@ def _done(mapper: NcMapper, text: _Text, identity: str, survey: Survey, given: U
     unit = unit_told(given, stated)
     dialect, sha256 = survey.dialect, survey.sha256
     return Mapped(
-        identity, dialect, sha256, blocks - new, moves, edits, added + new, largest, not_run, first, unit, turns_back
+        identity, dialect, sha256, blocks - new, moves, edits, added + new, (x, y, z), not_run, first, unit, turns_back
     )
 
 

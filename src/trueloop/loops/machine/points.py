@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from trueloop import __version__
-from trueloop.domain.correction import Product
 from trueloop.domain.limits import Limits
-from trueloop.domain.record import ChangedWord, Record, check_uncorrected, mark_of_field, record_id, sha256_of
+from trueloop.domain.record import ChangedWord, Product, Record, check_uncorrected, mark_of_field, record_id, sha256_of
 from trueloop.errors import Code, TrueloopError, in_file
 from trueloop.machine.correct.point_program import IN_NO_CASE, NO_POSITIONS, displace_points, off_mm
 from trueloop.machine.standards.planar_field import PlanarField

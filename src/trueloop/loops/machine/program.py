@@ -5,10 +5,9 @@ from dataclasses import replace
 from datetime import datetime
 
 from trueloop import __version__
-from trueloop.domain.correction import Product
 from trueloop.domain.machine import Machine
 from trueloop.domain.map_options import MapOptions
-from trueloop.domain.record import Record
+from trueloop.domain.record import Product, Record
 from trueloop.loops.machine.mapped_program import Mapped
 from trueloop.machine.correct.setup import Setup, compensation_field
 from trueloop.machine.drift.terms import zeroed_at

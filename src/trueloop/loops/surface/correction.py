@@ -5,15 +5,14 @@ from dataclasses import asdict, dataclass
 from datetime import datetime
 
 from trueloop import __version__
-from trueloop.domain.correction import Product
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import PartType
 from trueloop.domain.program import Program as RecordedProgram
-from trueloop.domain.record import Record, record_id, sha256_of
+from trueloop.domain.record import Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
 from trueloop.geometry.surface import Surface
 from trueloop.loops.misuse import refuse_misuse
-from trueloop.loops.surface.figures import Trim, check_support, headline, support_record
+from trueloop.loops.surface.figures import check_support, headline, support_record
 from trueloop.loops.surface.scatter import check_surface_scatter
 from trueloop.loops.surface.surface import (
     HERE,
@@ -28,6 +27,7 @@ from trueloop.nc.program.program import Program
 from trueloop.nc.program.unit import recorded_program
 from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.on_face import Trim
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import UM_PER_MM
 

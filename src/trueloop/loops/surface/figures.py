@@ -1,23 +1,19 @@
 """A pattern in figures, over the face that exists: what trimming cut away counts nowhere."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final, TypeAlias
+from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.geometry.surface import Surface
+from trueloop.surface.on_face import FIGURES, SUPPORT, OnFace, square
 from trueloop.surface.pattern.pattern import Pattern
-from trueloop.surface.pattern.support import SAMPLES, between
+from trueloop.surface.pattern.support import between
 from trueloop.units import UM_PER_MM
 
-Trim: TypeAlias = Callable[[Array, Array], np.ndarray]
-OnFace: TypeAlias = Callable[[Array, Array], np.ndarray]
-
-PLACES: Final = 61
-"""Places a side that the figures are made of."""
 NAMED: Final = 0.001
 """A smaller share of the face without support is not reported: the last row of points never stands on the edge."""
 
@@ -37,26 +33,10 @@ class SurfaceFigures:
     unsupported_at_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def on_face(surface: Surface, trim: Trim | None) -> OnFace:
-    """Which pairs of parameters in [0, 1] lie on the face: all of them where nothing is cut away."""
-    (u0, u1), (v0, v1) = surface.domain
-
-    def there(u: Array, v: Array) -> np.ndarray:
-        return np.ones(len(u), bool) if trim is None else ~trim(u0 + (u1 - u0) * u, v0 + (v1 - v0) * v)
-
-    return there
-
-
-def square(count: int) -> tuple[Array, Array, Array]:
-    """Parameters of a square grid: one direction, and those of all pairs, a row after the other."""
-    at = np.linspace(0.0, 1.0, count)
-    return at, np.repeat(at, count), np.tile(at, count)
-
-
 def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigures:
-    """The figures of a pattern on the places of the face that are `there`."""
-    at, u, v = square(PLACES)
-    inside = there(u, v)
+    """The figures of a pattern over the face that is `there`."""
+    at, _, _ = square(FIGURES)
+    inside = there.square(FIGURES).ravel()
     largest = float(np.max(np.abs(pattern.mean.grid_mm(at, at)).ravel()[inside], initial=0.0))
     unsure, kept = (
         float(np.mean(values.ravel()[inside])) if np.any(inside) else 0.0
@@ -64,8 +44,8 @@ def figures_of(surface: Surface, pattern: Pattern, there: OnFace) -> SurfaceFigu
     )
     if pattern.support is None:
         return SurfaceFigures(largest, unsure, kept)
-    at, u, v = square(SAMPLES)
-    inside = there(u, v)
+    at, u, v = square(SUPPORT)
+    inside = there.square(SUPPORT).ravel()
     area = np.where(inside, _area(surface, u, v), 0.0)
     bare = inside & ~pattern.support.supported.ravel()
     unsure_mm = np.where(bare, pattern.uncertainty_grid_mm(at, at).ravel(), 0.0)

@@ -8,7 +8,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Finding, in_file
 from trueloop.geometry.surface import Surface
 from trueloop.loops.batch import Item, Result, run_batch
-from trueloop.loops.surface.figures import OnFace, SurfaceFigures, Trim, figures_of, on_face, support_findings
+from trueloop.loops.surface.figures import SurfaceFigures, figures_of, support_findings
 from trueloop.loops.surface.touches import WorstTouch, touch_findings, worst_touch
 from trueloop.nc.program.program import Program
 from trueloop.surface.compensation.program import CorrectedProgram, corrected_program
@@ -16,6 +16,7 @@ from trueloop.surface.compensation.samples import SurfaceJob
 from trueloop.surface.compensation.shift import CorrectedSurface, corrected_surface
 from trueloop.surface.deviations.deviations import SurfaceDeviations, refuse_trimmed, surface_deviations
 from trueloop.surface.deviations.points import MeasuredPoints
+from trueloop.surface.on_face import OnFace, Trim, on_face
 from trueloop.surface.options import SurfaceOptions
 from trueloop.surface.pattern.part_maps import PartMaps, part_maps
 from trueloop.surface.pattern.pattern import Pattern, parts_needed, pattern_of
@@ -64,8 +65,8 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceModel:
-    """All parts, their pattern, and how many parts would be needed for the uncertainty aimed at; `on_face` says which
-    pairs of parameters in [0, 1] are on the face that exists, and `figures` are of those.
+    """All parts, their pattern, and how many parts would be needed for the uncertainty aimed at; `figures` are of
+    what is `on_face`.
     """
 
     surface: Surface

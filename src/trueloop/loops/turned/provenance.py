@@ -3,8 +3,7 @@
 from dataclasses import asdict, replace
 
 from trueloop import __version__
-from trueloop.domain.correction import Product
-from trueloop.domain.record import Component, Record, record_id, sha256_of
+from trueloop.domain.record import Component, Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded

@@ -4,9 +4,8 @@ from dataclasses import asdict
 from typing import Final
 
 from trueloop.domain import values
-from trueloop.domain.correction import Correction, Product
+from trueloop.domain.correction import Correction
 from trueloop.domain.limits import Limits
-from trueloop.domain.record import sha256_of
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Junction, JunctionKind, Profile
 from trueloop.loops.turned import correction as turned
@@ -53,13 +52,4 @@ CODEC: Final = values.CODEC.with_more(
 
 def enveloped(correction: turned.Correction) -> Correction[turned.Correction]:
     """The correction in the envelope that all products share."""
-    record = correction.record
-    return Correction(
-        record.id,
-        Product.TURNED,
-        record.inputs_sha256,
-        sha256_of(correction.source_program),
-        asdict(correction.options.limits),
-        tuple(record.decision),
-        correction,
-    )
+    return Correction(correction.record, asdict(correction.options.limits), correction)

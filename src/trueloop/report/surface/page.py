@@ -16,10 +16,10 @@ from trueloop.report.surface.maps import DeviationMap, colour_range_um, flat, sh
 from trueloop.report.surface.parts import caption, map_of_part, maps_of_part, part_choice
 from trueloop.report.surface.space import space_figure
 from trueloop.surface.compensation.pattern import WrittenPattern
+from trueloop.surface.on_face import MAPS
 from trueloop.surface.pattern.part_maps import PartMaps, part_maps
 from trueloop.units import UM_PER_MM
 
-PLACES: Final = 50
 SIGN: Final = (
     "Errors are along the outward normals of the nominal surface: <b class='on'>+ is material left on</b> (red), "
     "<b class='off'>− is too much taken</b> (blue). One colour scale for all maps."
@@ -64,12 +64,11 @@ def maps(model: SurfaceModel) -> list[DeviationMap]:
 
 
 def _arranged(model: SurfaceModel, first: PartMaps) -> list[DeviationMap]:
-    at = np.linspace(0.0, 1.0, PLACES)
+    at = np.linspace(0.0, 1.0, MAPS)
     (u0, u1), (v0, v1) = model.surface.domain
     points = model.surface.grid_mm(u0 + (u1 - u0) * at, v0 + (v1 - v0) * at)
     uv, pattern = np.stack(np.meshgrid(at, at, indexing="ij"), axis=2), model.pattern
-    u, v = uv.reshape(-1, 2).T
-    there = model.on_face(u, v).reshape(PLACES, PLACES)
+    there = model.on_face.square(MAPS)
     bare = there & unsupported_at(pattern, *np.moveaxis(uv, 2, 0))
     *apart, predicted = maps_of_part(model, first)
 

@@ -3,9 +3,9 @@
 M(u, v) = N(u, v) − w · MPM(u, v) · n(u, v) [MPM Eq. 5], fitted again as a B-spline surface on the nominal's parameters.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol, TypeAlias
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from trueloop.domain.limits import Limits, allowed_by
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_parameterised
+from trueloop.surface.on_face import LIMITS, WHOLE, OnFace
 from trueloop.surface.options import SurfaceOptions
 from trueloop.units import UM_PER_MM
 
@@ -26,9 +27,6 @@ MOST: Final = 150
 MANY: Final = 50
 HOPELESS: Final = 0.7
 """Half as many pieces again take a smooth surface to a fifth of the distance: where many gain less, none will do."""
-SAMPLES: Final = 60
-
-OnFace: TypeAlias = Callable[[Array, Array], np.ndarray]
 
 
 class Deviation(Protocol):
@@ -57,16 +55,14 @@ def corrected_surface(
     weight: float = 1.0,
     tolerance_mm: float = SurfaceOptions.tolerance_mm,
     limits: Limits | None = None,
-    there: OnFace | None = None,
+    there: OnFace = WHOLE,
 ) -> CorrectedSurface:
     """The surface to be machined instead of the nominal one.
 
     Pieces are added until a check three times as dense as the samples finds the refit within tolerance; knots of the
-    nominal stay knots. there: which pairs of parameters in [0, 1] are on the face that exists, all by default; limits
-    are judged there alone. Raises CMP-SIZE or CMP-SLOPE where the correction exceeds the limits, SRF-TOLERANCE where
-    more pieces do not help.
+    nominal stay knots. Limits are judged on the face that is there alone. Raises CMP-SIZE or CMP-SLOPE where the
+    correction exceeds the limits, SRF-TOLERANCE where more pieces do not help.
     """
-    there = there or _everywhere
     check_surface_limits(nominal, deviation, weight, limits or Limits(), there)
     pieces, before = FEWEST, np.inf
     while True:
@@ -74,8 +70,8 @@ def corrected_surface(
         surface = _fitted(nominal, deviation, weight, lines)
         worst = _off(nominal, deviation, weight, surface, lines)
         if worst <= tolerance_mm:
-            inside = _inside(there)
-            largest = float(np.max(np.abs(deviation.grid_mm(*_samples(SAMPLES)))[inside], initial=0.0)) * weight
+            inside = there.square(LIMITS)
+            largest = float(np.max(np.abs(deviation.grid_mm(*_samples(LIMITS)))[inside], initial=0.0)) * weight
             return CorrectedSurface(surface, worst, largest)
         if pieces >= MOST or (pieces > MANY and worst > HOPELESS * before):
             rows, columns = surface.control_mm.shape[:2]
@@ -101,7 +97,7 @@ def moved_mm(nominal: Surface, deviation: Deviation, weight: float, u: Array, v:
 
 def check_surface_limits(nominal: Surface, deviation: Deviation, weight: float, limits: Limits, there: OnFace) -> None:
     """Refuses a correction that is too large or too steep anywhere on the face, saying where and by how much."""
-    at, inside = _samples(SAMPLES), _inside(there)
+    at, inside = _samples(LIMITS), there.square(LIMITS)
     points = nominal.grid_mm(*(low + (high - low) * a for (low, high), a in zip(nominal.domain, at, strict=True)))
     size = np.where(inside, np.abs(weight * deviation.grid_mm(*at)), 0.0)
     slope = np.zeros_like(size)
@@ -183,13 +179,3 @@ def _off(nominal: Surface, deviation: Deviation, weight: float, surface: Surface
 def _samples(count: int) -> tuple[Array, Array]:
     at = np.linspace(0.0, 1.0, count)
     return at, at
-
-
-def _everywhere(u: Array, _: Array) -> np.ndarray:
-    return np.ones(len(u), bool)
-
-
-def _inside(there: OnFace) -> np.ndarray:
-    """Which samples are on the face, (SAMPLES, SAMPLES)."""
-    u, v = (a.ravel() for a in np.meshgrid(*_samples(SAMPLES), indexing="ij"))
-    return there(u, v).reshape(SAMPLES, SAMPLES)

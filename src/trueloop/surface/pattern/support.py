@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from trueloop.arrays import Array, for_kernel
+from trueloop.surface.on_face import SUPPORT
 from trueloop.surface.pattern.kriging import Kriging, Process, Sides, fitted_process
 from trueloop.surface.pattern.pooled import Pooled, pooled
 from trueloop.surface.separation.places import SMOOTHING, Places, splines
@@ -20,7 +21,6 @@ from trueloop.surface.separation.spline_surface import Size, SplineSurface, basi
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-SAMPLES: Final = 121
 FINE: Final = Size(63, 63, 3)
 """Samples a side of faded models, and the splines through them: finer than any pattern's."""
 NEAR: Final = 0.75
@@ -42,7 +42,7 @@ SOME: Final = 2000
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """How far measurements tell the pattern, on a square of `SAMPLES` parameters a side, [0, 1] both.
+    """How far measurements tell the pattern, on a square of `SUPPORT` parameters a side, [0, 1] both.
 
     `known` is 1 beside measured points and 1 − V/(τ² + σ²) elsewhere, V the variance about what kriging expects, not
     below 0; `deviation_mm` what V adds to the uncertainty: one standard deviation, widened for being an estimate;
@@ -73,8 +73,8 @@ def between(samples: Array, u: Array, v: Array) -> Array:
 def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Support] | None:
     """The parts' models with what fades where their points do not support them; None where they do everywhere."""
     sides = parts[0].places.sides_mm
-    at = np.linspace(0.0, 1.0, SAMPLES)
-    where = np.stack([np.repeat(at, SAMPLES), np.tile(at, SAMPLES)], axis=1) * sides
+    at = np.linspace(0.0, 1.0, SUPPORT)
+    where = np.stack([np.repeat(at, SUPPORT), np.tile(at, SUPPORT)], axis=1) * sides
     alike = {id(part.places): part for part in parts}
     own = {key: _own_share(part, sides, where) for key, part in alike.items()}
     share = np.stack([own[id(part.places)] for part in parts])
@@ -88,7 +88,7 @@ def faded(parts: Sequence[Separation]) -> tuple[tuple[SplineSurface, ...], Suppo
     for part, kept, mean in zip(parts, share[:, bare], found.expected_mm, strict=True):
         model = part.deterministic.grid_mm(at, at).ravel()
         model[bare] = kept * model[bare] + (1 - kept) * mean
-        models.append(fit_grid((at, at), model.reshape(SAMPLES, SAMPLES), FINE))
+        models.append(fit_grid((at, at), model.reshape(SUPPORT, SUPPORT), FINE))
     return tuple(models), _support(process, process.widening(sides), share, bare, found)
 
 
@@ -131,7 +131,7 @@ def _support(process: Process, widening: float, share: Array, bare: np.ndarray, 
     backing = np.maximum(1 - np.clip(found.own_mm2 / yardstick, 0.0, 1.0), share[:, bare])
     most = np.max(backing, axis=0)
     parts[bare] = np.where(most > 0, np.sum(backing, axis=0) / np.where(most > 0, most, 1.0), len(share))
-    square = (SAMPLES, SAMPLES)
+    square = (SUPPORT, SUPPORT)
     return Support(process, known.reshape(square), deviation.reshape(square), parts.reshape(square))
 
 
@@ -146,7 +146,7 @@ def _own_share(part: Separation, sides: Sides, where: Array) -> Array:
     distance = np.asarray(tree.query(where)[0])
     near = _fading(distance / _reach_mm(part.places, sides, tree), 1.0, BLENDED)
     if np.any(near < 1.0):  # between two nearest points the distance has creases
-        near = np.clip(gaussian_filter(near.reshape(SAMPLES, SAMPLES), CREASES, mode="nearest"), 0.0, 1.0).ravel()
+        near = np.clip(gaussian_filter(near.reshape(SUPPORT, SUPPORT), CREASES, mode="nearest"), 0.0, 1.0).ravel()
     return near * _fading(_leverage(part.places, part.chosen.size, where / sides), *DETERMINED)
 
 
