@@ -60,18 +60,21 @@ programs = st.builds(Program, names, names, digests, st.sampled_from(["mm", "inc
 touches = st.builds(Touch, names, points, st.none() | names, st.none() | points, st.none() | lengths)
 readings = st.builds(
     Reading,
-    names,
-    st.sampled_from(Quantity),
-    lengths,
-    *(st.none() | lengths for _ in range(3)),
-    names,
-    st.sampled_from(["", "x", "y", "z"]),
-    st.lists(lengths, max_size=3).map(tuple),
-    st.integers(1, 99),
-    st.none() | lengths,
-    st.none() | times,
-    st.none() | lengths,
-    st.none() | st.integers(1, 10**6),
+    characteristic=names,
+    quantity=st.sampled_from(Quantity),
+    actual=lengths,
+    nominal=st.none() | lengths,
+    lower_limit=st.none() | lengths,
+    upper_limit=st.none() | lengths,
+    feature=names,
+    other=names,
+    axis=st.sampled_from(["", "x", "y", "z"]),
+    place_mm=st.lists(lengths, max_size=3).map(tuple),
+    repeat=st.integers(1, 99),
+    standard_u=st.none() | lengths,
+    measured_at=st.none() | times,
+    temperature_c=st.none() | lengths,
+    line=st.none() | st.integers(1, 10**6),
 )
 cmm_points = st.builds(CmmPoint, vectors, st.none() | vectors, st.none() | vectors, names)
 inspections = st.builds(
