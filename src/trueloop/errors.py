@@ -116,6 +116,10 @@ class Code(StrEnum):
     MSR_FILE = "MSR-FILE", "an inspection file that cannot be read"
     MSR_FORMAT = "MSR-FORMAT", "an inspection file in no known format", ("file",)
     MSR_NUMBER = "MSR-NUMBER", "a value of an inspection file that is no number, or may be two", ("text",)
+    MSR_UNIT = "MSR-UNIT", "an inspection file whose unit of length is not stated, or stated twice", ("file",)
+    MSR_MEANING = "MSR-MEANING", "an inspection file that does not say what its numbers are", ("file",)
+    MSR_MAPPING = "MSR-MAPPING", "a mapping of an inspection file with a key that is wrong"
+    MSR_VALUE = "MSR-VALUE", "a value of an inspection file that is missing, there twice or half", ("file",)
 
     # PRB: probing plans, programs and logs
     PRB_FILE = "PRB-FILE", "a probe file that is missing or wrong"

@@ -5,10 +5,11 @@ from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
+from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
 from trueloop.formats.inspections.text import HINT
 
-KNOWN: Final[tuple[Format, ...]] = ()
+KNOWN: Final[tuple[Format, ...]] = (printout.FORMAT, heidenhain.FORMAT, variables.FORMAT, log.FORMAT)
 """In the order in which they are asked: the first that recognises a file reads it."""
 HEAD: Final = 65_536
 
@@ -17,6 +18,9 @@ def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
     """A file's inspections. Raises MSR errors with their places; MSR-FORMAT where no format is recognised."""
     with readable(path, Code.MSR_FILE, hint=HINT), path.open("rb") as file:
         head = file.read(HEAD)
+    if not head.strip():
+        why = f"{path.name!r} is empty: it has {path.stat().st_size} bytes"
+        raise TrueloopError(Code.MSR_FILE, why, hint="send or export it again", place=Place(str(path)))
     for form in KNOWN:
         if form.recognises(path, head):
             return form.read(path, stated)

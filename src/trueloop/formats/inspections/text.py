@@ -55,6 +55,12 @@ def _likeliest(content: bytes) -> str | None:
     return None
 
 
+def beginning(head: bytes) -> str:
+    """A file's first bytes as text, for recognising it: what is no letter of the encoding stays there as another."""
+    marked = next((name for mark, name in MARKS if head.startswith(mark)), "latin-1")
+    return head.decode(marked, errors="replace")
+
+
 def number_in(text: str, path: Path, line: int, column: int | None = None) -> float:
     """A number with a decimal point or a decimal comma: which of the two may differ from number to number in a file.
 

@@ -1,0 +1,141 @@
+"""The mapping file of a control's output: what its variables hold, what the numbers of its lines are.
+
+unit = "mm"
+
+[variables.500]
+feature = "journal"
+quantity = "diameter"
+
+[log]
+x_is = "diameter"
+
+[features]
+"DIAMETER 7" = "journal"
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final, Literal, TypeAlias
+
+from pydantic import Field, model_validator
+
+from trueloop.domain.characteristic import Quantity
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.inspections.measured_file import Stated, Unit
+from trueloop.formats.toml_tables import Count, Finite, NotNegative, Table, read_tables
+from trueloop.units import MM_PER_INCH
+
+HINT: Final = "docs/measurements.md, “Dumps and print-outs of controls”, lists the keys of a mapping"
+MM_PER: Final = {"mm": 1.0, "inch": MM_PER_INCH}
+XIs: TypeAlias = Literal["radius", "diameter"]
+
+
+class VariableTable(Table):
+    """What one variable holds. Its numbers are in the file's unit, of angles degrees."""
+
+    quantity: Quantity
+    """`"diameter"`, `"radius"`, `"length"`, `"angle"`, `"runout"`, `"position"`, `"form"`."""
+    feature: str = ""
+    """The feature that it is a size of."""
+    point: str = ""
+    """With `quantity = "position"`: the touch of which it is a coordinate. Coordinates of one point make one touch."""
+    axis: Literal["", "x", "y", "z"] = ""
+    """With `quantity = "position"`: which coordinate."""
+    x_is: XIs | None = None
+    """With `axis = "x"`: whether the variable holds a `"radius"` or a `"diameter"`."""
+    holds: Literal["actual", "deviation"] = "actual"
+    """`"deviation"`: the variable holds actual − nominal, and `nominal` or `nominal_in` is needed."""
+    nominal: Finite | None = None
+    """The nominal value."""
+    nominal_in: str = ""
+    """The variable that holds the nominal value."""
+    lower_limit: Finite | None = None
+    """The least value that is good."""
+    upper_limit: Finite | None = None
+    """The largest value that is good."""
+    z: Finite | None = None
+    """Where along the part it was measured."""
+
+    @model_validator(mode="after")
+    def _whole(self) -> "VariableTable":
+        coordinate = self.quantity is Quantity.POSITION
+        if coordinate != bool(self.axis):
+            raise ValueError('`axis` belongs to `quantity = "position"`, and that needs it')
+        if (self.axis == "x") != (self.x_is is not None):
+            raise ValueError('`x_is` belongs to `axis = "x"`, and that needs it')
+        if self.nominal is not None and self.nominal_in:
+            raise ValueError("the nominal value is given twice: `nominal` and `nominal_in`")
+        if self.holds == "deviation" and self.nominal is None and not self.nominal_in:
+            raise ValueError("a deviation needs `nominal` or `nominal_in`")
+        return self
+
+
+class LogTable(Table):
+    """What the numbers of a log of positions are."""
+
+    columns: tuple[Literal["x", "y", "z", "-"], ...] = ()
+    """What each number of a line without letters is; `"-"`: it is not read."""
+    x_is: XIs | None = None
+    """Whether an X is a `"radius"` or a `"diameter"`."""
+    lines: tuple[Count, Count] | None = None
+    """`[from, to]`: the lines that hold touches; left out, all do."""
+    ball_radius: NotNegative = 0.0
+    """Radius of the ball where positions are of its centre; 0 where they are of the surface."""
+
+    @model_validator(mode="after")
+    def _once(self) -> "LogTable":
+        read = [name for name in self.columns if name != "-"]
+        if len(set(read)) < len(read):
+            raise ValueError("a coordinate stands in `columns` twice")
+        return self
+
+
+class Meaning(Table):
+    """A whole mapping file of a control's output."""
+
+    unit: Unit | None = None
+    """Unit of the file's lengths; left out, `--unit` says it."""
+    part: str = ""
+    """What the part is called."""
+    serial: str = ""
+    """Its serial number."""
+    variables: dict[str, VariableTable] = Field(default_factory=dict)
+    """Tables `[variables.500]`, one a variable: its number, or its name as in `"_OVR[4]"`."""
+    log: LogTable | None = None
+    """What the numbers of a log are."""
+    features: dict[str, str] = Field(default_factory=dict)
+    """Names in the file that are others than the part's: `"DIAMETER 7" = "journal"`."""
+
+
+def meaning_of(stated: Stated) -> Meaning:
+    """The mapping that is stated; one without keys where none is. Raises MSR-MAPPING with the line of a wrong key."""
+    if stated.mapping is None:
+        return Meaning()
+    return read_tables(stated.mapping, Meaning, Code.MSR_MAPPING, hint=HINT)
+
+
+def unit_of(stated: Stated, meaning: Meaning, path: Path) -> Unit:
+    """The unit of the file's lengths. Raises MSR-UNIT where it is not stated, or stated twice and differently."""
+    units = {unit for unit in (stated.unit, meaning.unit) if unit is not None}
+    if len(units) == 1:
+        return units.pop()
+    why = "--unit and the mapping's `unit` differ: mm and inch" if units else "the file does not say its unit"
+    raise TrueloopError(
+        Code.MSR_UNIT,
+        f"{path.name!r}: {why}",
+        hint="state it once: --unit mm or --unit inch, or `unit` in the mapping",
+        place=Place(str(path)),
+        values={"file": path.name},
+    )
+
+
+def not_stated(path: Path, what: str, example: Sequence[str], line: int | None = None) -> TrueloopError:
+    """The refusal of a file whose meaning is not stated, with a mapping that states it as an example."""
+    shown = "".join(f"\n    {row}" for row in example)
+    return TrueloopError(
+        Code.MSR_MEANING,
+        f"{path.name!r}: {what}",
+        hint=f"say so in a mapping, --mapping FILE.toml, for instance:{shown}",
+        place=Place(str(path), line),
+        values={"file": path.name},
+    )

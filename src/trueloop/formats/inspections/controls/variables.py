@@ -1,0 +1,166 @@
+"""Dumps of a control's variables, Fanuc's and Haas' `#500`, Siemens' `R1` and `_OVR[4]`, Heidenhain's `Q150`.
+
+What a variable holds is stated by a mapping: no dump says it. Read in a manual: which of `_OVR` holds what depends on
+the cycle. From memory: the layout of the dumps, and the expressions that old Fanuc controls write for a value.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import CmmPoint, Reading
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.inspections.controls.dump import Variable, bare, is_assignment, is_skipped, key_of, variables_in
+from trueloop.formats.inspections.controls.meaning import (
+    MM_PER,
+    VariableTable,
+    meaning_of,
+    not_stated,
+    unit_of,
+)
+from trueloop.formats.inspections.controls.one_part import inspection_of
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.text import beginning, read_decoded
+
+EXAMPLE: Final = ('unit = "mm"', "[variables.500]", 'feature = "journal"', 'quantity = "diameter"', "z = -20.0")
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """Whether all but a few of its first lines assign a value to a variable."""
+    lines = [bare(line) for line in beginning(head).splitlines()[:200]]
+    spoken = [line for line in lines if not is_skipped(line)]
+    return bool(spoken) and sum(map(is_assignment, spoken)) > 0.8 * len(spoken)
+
+
+def read(path: Path, stated: Stated) -> MeasuredFile:
+    """The variables that the mapping gives a meaning, as readings and points of one part.
+
+    Raises MSR-MEANING without a mapping, MSR-VALUE for a variable that it names and the dump has not, or with two
+    values, MSR-NUMBER for a value that is no number, MSR-UNIT, MSR-MAPPING.
+    """
+    text, encoding = read_decoded(path)
+    found, remarks = variables_in(text, path)
+    meaning = meaning_of(stated)
+    if not meaning.variables:
+        names = ", ".join(one.name for one in found[:6]) + (", …" if len(found) > 6 else "")
+        raise not_stated(path, f"what its {len(found)} variables hold is not stated: {names}", EXAMPLE, found[0].line)
+    unit = unit_of(stated, meaning, path)
+    dump = _Dump(path, found, meaning.variables, MM_PER[unit])
+    ball_mm = (meaning.log.ball_radius if meaning.log else 0.0) * MM_PER[unit]
+    inspection = inspection_of(path, meaning, dump.readings(), dump.points(), ball_radius_mm=ball_mm)
+    return MeasuredFile(
+        path, FORMAT.name, encoding, unit, (inspection,), remarks=(*remarks, *dump.empty(), *dump.others())
+    )
+
+
+FORMAT: Final = Format("variables of a control", recognises, read)
+
+
+@dataclass(frozen=True)
+class _Dump:
+    """The variables of a dump, and what they hold; lengths are multiplied by `mm_per_unit`."""
+
+    path: Path
+    found: list[Variable]
+    tables: Mapping[str, VariableTable]
+    mm_per_unit: float
+
+    def readings(self) -> list[Reading]:
+        """Of all variables that hold no coordinate of a point and are not empty."""
+        sizes = [(name, table, self._variable(name)) for name, table in self.tables.items() if not table.point]
+        return [self._reading(name, table, one.value, one.line) for name, table, one in sizes if one.value is not None]
+
+    def points(self) -> list[CmmPoint]:
+        """Those of which no coordinate is empty; without y they lie in the plane that a turned part is touched in."""
+        points = []
+        for point in dict.fromkeys(table.point for table in self.tables.values() if table.point):
+            at = self._coordinates(point)
+            x, y, z = at["x"], at.get("y", 0.0), at["z"]
+            if x is not None and y is not None and z is not None:
+                points.append(CmmPoint((x, y, z), name=point))
+        return points
+
+    def empty(self) -> list[Remark]:
+        """What was not measured."""
+        named = [(name, table, self._variable(name)) for name, table in self.tables.items()]
+        return [
+            Remark(f"{one.name} is empty: {table.point or _called(name, table)!r} was not measured", one.line)
+            for name, table, one in named
+            if one.value is None
+        ]
+
+    def others(self) -> list[Remark]:
+        """What the mapping does not name."""
+        named = {key_of(name) for name in self.tables} | {key_of(table.nominal_in) for table in self.tables.values()}
+        others = [one for one in self.found if key_of(one.name) not in named]
+        said = f"{len(others)} of {len(self.found)} variables are not in the mapping"
+        return [Remark(said, others[0].line)] if others else []
+
+    def _reading(self, name: str, table: VariableTable, value: float, line: int) -> Reading:
+        scale = (1.0 if table.quantity is Quantity.ANGLE else self.mm_per_unit) * _half(table)
+        nominal = self._variable(table.nominal_in).value if table.nominal_in else table.nominal
+        if table.holds == "deviation":
+            if nominal is None:
+                raise self._refusal(f"{name} is a deviation, and {table.nominal_in}, its nominal value, is empty", line)
+            value += nominal
+
+        def scaled(number: float | None) -> float | None:
+            return None if number is None else number * scale
+
+        return Reading(
+            characteristic=_called(name, table),
+            quantity=table.quantity,
+            actual=value * scale,
+            nominal=scaled(nominal),
+            lower_limit=scaled(table.lower_limit),
+            upper_limit=scaled(table.upper_limit),
+            feature=table.feature,
+            axis=table.axis,
+            place_mm=() if table.z is None else (table.z * self.mm_per_unit,),
+            line=line,
+        )
+
+    def _coordinates(self, point: str) -> dict[str, float | None]:
+        """A point's coordinates by axis; None where the variable is empty. Raises MSR-VALUE where x or z has none."""
+        at: dict[str, float | None] = {}
+        for name, table in self.tables.items():
+            if table.point == point:
+                one = self._variable(name)
+                if table.axis in at:
+                    raise self._refusal(f"two variables hold {table.axis} of the point {point!r}", one.line)
+                at[table.axis] = None if one.value is None else one.value * self.mm_per_unit * _half(table)
+        if missing := sorted({"x", "z"} - set(at)):
+            raise self._refusal(f"no variable holds {' and '.join(missing)} of the point {point!r}")
+        return at
+
+    def _variable(self, name: str) -> Variable:
+        """The variable of that name. Raises MSR-VALUE where the dump has none, or two that differ."""
+        same = [one for one in self.found if key_of(one.name) == key_of(name)]
+        if not same:
+            raise self._refusal(f"the mapping names {name!r}, which is none of its {len(self.found)} variables")
+        for one in same[1:]:
+            if one.value != same[0].value:
+                first = f"{same[0].value} in line {same[0].line}"
+                raise self._refusal(f"{one.name} is {first} and {one.value} in line {one.line}", one.line)
+        return same[0]
+
+    def _refusal(self, why: str, line: int | None = None) -> TrueloopError:
+        return TrueloopError(
+            Code.MSR_VALUE,
+            f"{self.path.name!r}: {why}",
+            hint="correct the mapping, or send the variables again",
+            place=Place(str(self.path), line),
+            values={"file": self.path.name},
+        )
+
+
+def _half(table: VariableTable) -> float:
+    """An X that is a diameter is halved: positions inside are radii."""
+    return 0.5 if table.x_is == "diameter" else 1.0
+
+
+def _called(name: str, table: VariableTable) -> str:
+    """What a characteristic is called: by its feature, else by its variable."""
+    return f"{table.feature} {table.quantity}" if table.feature else key_of(name)
