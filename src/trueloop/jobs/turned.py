@@ -26,6 +26,7 @@ from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,7 @@ def _between_cuts(given: CompensationTable) -> BetweenCuts:
     common_um, along_um = given.cut_to_cut_um, given.cut_to_cut_along_um
     if common_um is None and along_um is None:
         return PRIOR
-    source = "stated in the job" if common_um or along_um else NONE.source
+    source = wording("stated in the job") if common_um or along_um else NONE.source
     return BetweenCuts((common_um or 0.0) / UM_PER_MM, (along_um or 0.0) / UM_PER_MM, source)
 
 

@@ -6,6 +6,7 @@ from trueloop.domain.limits import Limits, check_age
 from trueloop.domain.record import check_same_program, check_uncorrected
 from trueloop.errors import in_file
 from trueloop.nc.program.program import Program
+from trueloop.wording import wording
 
 
 def refuse_misuse(
@@ -18,6 +19,6 @@ def refuse_misuse(
             if program_sha256 is not None:
                 check_same_program(program.source, program_sha256)
     if measured_at is None:
-        return ["The job does not say when the part was touched, so the touches' age was not checked."]
+        return [wording("The job does not say when the part was touched, so the touches' age was not checked.")]
     check_age(measured_at, now, limits)
     return []

@@ -26,7 +26,7 @@ from trueloop.nc.program.understood import require_known_frame, require_sound, r
 from trueloop.turned.compensation.shift import ZERO, Shift, sampled
 from trueloop.turned.compensation.targets import Cut
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 SAMPLES = 257
 
@@ -122,8 +122,8 @@ def commanded(
         resolution_mm=resolution_mm,
         notes=(
             *(f"{found.message}; {found.hint}." for found in path_mode_findings(program, path)),
-            *_notes(profile, finish, slips, "finish"),
-            *(_notes(profile, measured, meant, "semi-finish") if semifinish is not None else ()),
+            *_notes(profile, finish, slips, wording("finish")),
+            *(_notes(profile, measured, meant, wording("semi-finish")) if semifinish is not None else ()),
         ),
     )
 
@@ -159,8 +159,13 @@ def _peak_mm(feature: Feature, deviation: Shift) -> float:
 
 def _notes(profile: Profile, deviations: tuple[Shift, ...], real: list[bool], program: str) -> list[str]:
     return [
-        f"The {program} program's own contour stands up to {_peak_mm(feature, deviation) * UM_PER_MM:.1f} µm off the "
-        f"nominal on {feature.name}: that is not blamed on the process."
+        wording(
+            "The {program} program's own contour stands up to {off} off the nominal on {feature}: that is not blamed "
+            "on the process.",
+            program=program,
+            off=Um(_peak_mm(feature, deviation)),
+            feature=feature.name,
+        )
         for feature, deviation, it_is in zip(profile.features, deviations, real, strict=True)
         if it_is
     ]

@@ -10,6 +10,7 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 PLACES: Final = 33
 """Places along a feature without a touch at which its outcome is looked at."""
@@ -77,10 +78,12 @@ def causes_um(budget: Budget) -> dict[str, float]:
 def between_cuts_words(between: BetweenCuts) -> str:
     """What is taken for the difference of the two cuts, where from, and how to say otherwise."""
     if between.difference_mm == 0.0:
-        return "Between cuts: nothing; the bands hold for a finish cut that repeats the semi-finish cut."
-    return (
-        f"Between cuts: {between.source}, one standard deviation of {between.common_mm * UM_PER_MM:g} µm that moves a "
-        f"whole cut and {between.scatter_mm * UM_PER_MM:g} µm that varies along it, for either cut "
-        f"({between.difference_mm * UM_PER_MM:.1f} µm between the two); `compensation.cut_to_cut_um` sets it, 0 "
-        "switches it off."
+        return wording("Between cuts: nothing; the bands hold for a finish cut that repeats the semi-finish cut.")
+    return wording(
+        "Between cuts: {source}, one standard deviation of {whole} that moves a whole cut and {along} that varies "
+        "along it, for either cut ({both} between the two); `compensation.cut_to_cut_um` sets it, 0 switches it off.",
+        source=between.source,
+        whole=Um(between.common_mm, "g"),
+        along=Um(between.scatter_mm, "g"),
+        both=Um(between.difference_mm),
     )

@@ -13,6 +13,7 @@ from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import check_offset
 from trueloop.turned.options import Options
 from trueloop.turned.program.wear import WearOffset, offset_number, wear_offset
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,21 @@ def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: 
 
 def _of_machine(cut: PartOnMachine) -> list[str]:
     """What to know of a composed correction."""
-    where = "corrected by COMP_MTG(T_probing)" if cut.touched_on == "machine" else "taken as they are: by a CMM"
+    where = (
+        wording("corrected by COMP_MTG(T_probing)")
+        if cut.touched_on == "machine"
+        else wording("taken as they are: by a CMM")
+    )
+    how = wording("uncompensated") if cut.semifinish_cut == "uncompensated" else wording("compensated")
     return [
-        f"The contour carries COMP_MTG of {cut.model.machine.name!r} at the finish cut's temperatures and COMP_PROC; "
-        f"the touches were {where}; the touched surface was cut {cut.semifinish_cut}.",
-        "There is no variant with tool offsets alone: it would leave the machine's error.",
+        wording(
+            "The contour carries COMP_MTG of {machine!r} at the finish cut's temperatures and COMP_PROC; the touches "
+            "were {where}; the touched surface was cut {how}.",
+            machine=cut.model.machine.name,
+            where=where,
+            how=how,
+        ),
+        wording("There is no variant with tool offsets alone: it would leave the machine's error."),
     ]
 
 
@@ -62,11 +73,23 @@ def _wear(writing: Writing, decision: Decision, options: Options) -> tuple[WearO
     with in_file(program.file):
         own = offset_number(program, path, cut)
     tool = next((number for number in (options.tool, own) if number is not None), 1)
-    notes = [] if options.by == "auto" else [f"The job wants the correction by {options.by}, whatever the test says."]
+    notes = [] if options.by == "auto" else [_asked_for(options.by)]
     if own is not None and own != tool:
-        notes += [f"The job says tool {tool}; the finish pass in line {path.line[cut]} runs with offset {own}."]
+        notes.append(
+            wording(
+                "The job says tool {tool}; the finish pass in line {line} runs with offset {own}.",
+                tool=tool,
+                line=int(path.line[cut]),
+                own=own,
+            )
+        )
     with in_file(program.file):
         return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter), notes
+
+
+def _asked_for(by: str) -> str:
+    how = wording("offset") if by == "offset" else wording("contour")
+    return wording("The job wants the correction by {how}, whatever the test says.", how=how)
 
 
 def _offset_variant(
@@ -80,8 +103,10 @@ def _offset_variant(
     except TrueloopError as refused:
         if refused.code is not Code.NC_OFFSET and (decision.by_offset or refused.code is not Code.CMP_SIZE):
             raise
-        note = f"There is no variant with tool offsets alone: {refused.message}."
+        notes: list[str] = [wording("There is no variant with tool offsets alone: {why}.", why=refused.message)]
         if decision.by_offset:
-            note += f" Enter the offset at the control ({wear.words}) and run the program as it is, once."
-        return None, [note]
+            notes.append(
+                wording("Enter the offset at the control ({wear}) and run the program as it is, once.", wear=wear.words)
+            )
+        return None, notes
     return variant, []

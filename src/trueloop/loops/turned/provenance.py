@@ -13,6 +13,7 @@ from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.wording import wording
 
 
 def id_of(inputs: Inputs) -> str:
@@ -41,7 +42,7 @@ def record_of(
         inputs_sha256=dict(inputs.inputs_sha256),
         options=_options(inputs) | {"unit": unit},
         model=_model(model),
-        decision=[decision.x.words, decision.z.words, f"As a tool offset: {programs.wear.words}."],
+        decision=[decision.x.words, decision.z.words, wording("As a tool offset: {wear}.", wear=programs.wear.words)],
         changes=programs.changes,
         components=_components(inputs.profile, touches, composed),
         product=Product.TURNED,

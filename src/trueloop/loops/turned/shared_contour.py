@@ -6,6 +6,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.nc.program.program import Block, Program
+from trueloop.wording import wording
 
 ROUGHING: Final = (71.0, 72.0, 73.0)
 
@@ -20,11 +21,18 @@ def shared_contour_notes(program: Program, first_block: int, x_before_mm: Array,
     cycles = [block.line for block in program.blocks if block.index < first_block and _roughs(block)]
     if not cycles:
         return []
-    notes = [f"The roughing cycle of line {cycles[-1]} runs on the blocks of the contour: its passes move with it."]
+    notes: list[str] = [
+        wording(
+            "The roughing cycle of line {line} runs on the blocks of the contour: its passes move with it.",
+            line=cycles[-1],
+        )
+    ]
     if _runs_one_way(x_before_mm) and not _runs_one_way(x_after_mm):
         notes.append(
-            "The corrected contour does not rise throughout in X any more: a control that demands this of G71 refuses "
-            "to rough on it. Rough with the uncorrected program then, and finish with this one."
+            wording(
+                "The corrected contour does not rise throughout in X any more: a control that demands this of G71 "
+                "refuses to rough on it. Rough with the uncorrected program then, and finish with this one."
+            )
         )
     return notes
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
 from trueloop.arrays import Array, by_content
-from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 SIGNIFICANCE: Final = 0.05
 FACES_AXIS: Final = 0.05
@@ -107,21 +107,29 @@ def _decide_axis(
 ) -> AxisDecision:
     name, n = AXES[axis], int(np.count_nonzero(informs))
     if n == 0:
-        return AxisDecision(name, True, 0.0, 0.0, float("nan"), f"{name}: no touch faces {name}; it stays as it is.")
+        return AxisDecision(
+            name, True, 0.0, 0.0, float("nan"), wording("{axis}: no touch faces {axis}; it stays as it is.", axis=name)
+        )
     left = left_mm[informs]
     largest = float(np.max(np.abs(left)))
     ratio = float(left @ left) / max(n - 1, 1) / sigma_mm**2 if sigma_mm > 0 else float("inf")
     p_value = _upper_tail(ratio, max(n - 1, 1), degrees_of_freedom)
     enough = largest <= resolution_mm or p_value > SIGNIFICANCE
     verdict = (
-        "the offset is enough and the contour stays as programmed"
+        wording("the offset is enough and the contour stays as programmed")
         if enough
-        else "that is more than the process scatters by itself, so the contour is changed"
+        else wording("that is more than the process scatters by itself, so the contour is changed")
     )
-    words = (
-        f"{name}: a constant offset of {offset_mm * UM_PER_MM:+.1f} µm{' (on the radius)' if axis == 0 else ''} would "
-        f"leave up to {largest * UM_PER_MM:.1f} µm at {n} touches, where {sigma_mm * UM_PER_MM:.1f} µm (one standard "
-        f"deviation) is repeatability; {verdict} (p = {p_value:.2g})."
+    words = wording(
+        "{axis}: a constant offset of {offset} would leave up to {left} at {n} touches, where {sigma} (one standard "
+        "deviation) is repeatability; {verdict} (p = {p:.2g}).",
+        axis=name,
+        offset=wording("{x} (on the radius)", x=Um(offset_mm, "+.1f")) if axis == 0 else Um(offset_mm, "+.1f"),
+        left=Um(largest),
+        n=n,
+        sigma=Um(sigma_mm),
+        verdict=verdict,
+        p=p_value,
     )
     return AxisDecision(name, enough, offset_mm, largest, p_value, words)
 

@@ -27,6 +27,7 @@ from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.untouched import BETWEEN_FEATURES_MM
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 BAD_SHARE: Final = 0.01
 """Prior probability that a touch is bad."""
@@ -96,16 +97,28 @@ class SuspectTouch:
     @property
     def words(self) -> str:
         """What was found and what follows from it."""
-        e, expected, u = (UM_PER_MM * mm for mm in (self.error_mm, self.expected_mm, self.standard_u_mm))
-        found = (
-            f"touch {self.point} on {self.feature}: {e:+.1f} µm, where the other touches predict {expected:+.1f} µm "
-            f"with a standard uncertainty of {u:.1f} µm; bad with probability {_percent(self.probability)}"
+        found = wording(
+            "touch {point} on {feature}: {error}, where the other touches predict {expected} with a standard "
+            "uncertainty of {u}; bad with probability {probability}",
+            point=self.point,
+            feature=self.feature,
+            error=Um(self.error_mm, "+.1f"),
+            expected=Um(self.expected_mm, "+.1f"),
+            u=Um(self.standard_u_mm),
+            probability=_percent(self.probability),
         )
         if self.z_reference:
-            return f"{found}. The part's z was taken from it: every error along z contains its own. Probe it again"
+            return wording(
+                "{found}. The part's z was taken from it: every error along z contains its own. Probe it again",
+                found=found,
+            )
         if self.left_out:
-            return f"{found}. It is left out of the fit (weight 0). Probe it again"
-        return f"{found}. This cannot be decided, it stays in the fit: probe it again, or {self.feature} at more points"
+            return wording("{found}. It is left out of the fit (weight 0). Probe it again", found=found)
+        return wording(
+            "{found}. This cannot be decided, it stays in the fit: probe it again, or {feature} at more points",
+            found=found,
+            feature=self.feature,
+        )
 
 
 @dataclass(frozen=True)
@@ -284,4 +297,5 @@ def _suspect(search: _Search, one: _Deletion, probability: float, may_go: bool) 
 
 
 def _percent(probability: float) -> str:
-    return "more than 99.9 %" if probability > 0.999 else f"{100.0 * probability:.1f} %"
+    over = wording("more than {percent:.1f} %", percent=99.9)
+    return over if probability > 0.999 else wording("{percent:.1f} %", percent=100.0 * probability)

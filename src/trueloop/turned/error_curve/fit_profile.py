@@ -25,6 +25,7 @@ from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 DRAWN_OUT: Final = 3.0
 """An end that is this many times as uncertain as a single touch is worth a warning."""
@@ -128,7 +129,7 @@ def _nose(profile: Profile, vectors: ErrorVectors, nose: NoseModel | None) -> tu
     try:
         return nose_on_part(profile, vectors, nose), ()
     except TrueloopError as refusal:
-        return None, (f"the nose model of other parts does not serve: {refusal.message}",)
+        return None, (wording("the nose model of other parts does not serve: {why}", why=refusal.message),)
 
 
 def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, options: FitOptions) -> Iterator[ErrorCurve]:
@@ -160,12 +161,15 @@ def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, optio
 
 def _drawn_out(curve: ErrorCurve) -> Iterator[str]:
     """A note for each end that the touches leave more uncertain than `DRAWN_OUT` times their scatter."""
-    for end, s in (("start", 0.0), ("end", curve.length_mm)):
+    for end, s in ((wording("start"), 0.0), (wording("end"), curve.length_mm)):
         u = float(curve.standard_deviation_mm(s)[0])
         if u > DRAWN_OUT * curve.scatter_mm:
-            yield (
-                f"{curve.feature}: drawn out beyond its touches, the curve is uncertain by {u * UM_PER_MM:.1f} µm "
-                f"(standard uncertainty) at its {end}; a touch nearer to it would tell"
+            yield wording(
+                "{feature}: drawn out beyond its touches, the curve is uncertain by {u} (standard uncertainty) at its "
+                "{end}; a touch nearer to it would tell",
+                feature=curve.feature,
+                u=Um(u),
+                end=end,
             )
 
 

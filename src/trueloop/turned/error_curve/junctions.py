@@ -14,7 +14,7 @@ from trueloop.arrays import Array
 from trueloop.geometry.feature import Point
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.error_curve.curve import ErrorCurve
-from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 LARGEST_SHIFT: Final = 0.1
 """A meeting point that moves along a feature by more than this share of its length is not a meeting point: at a corner
@@ -68,7 +68,7 @@ def _profile_end(profile: Profile, curves: tuple[ErrorCurve, ...], index: int, a
         tangential_before_mm=0.0 if at_end else None,
         tangential_after_mm=None if at_end else 0.0,
         gap_mm=0.0,
-        note="end of the profile: displaced along the normal",
+        note=wording("end of the profile: displaced along the normal"),
     )
 
 
@@ -106,14 +106,16 @@ def _meeting(
     both = normals[0] + normals[1]
     along_normal = np.outer(both / (1.0 + normals[0] @ normals[1]), [0.5, 0.5])
     if kind == JunctionKind.TANGENT:
-        return along_normal, "tangent: displaced along the normal"
+        return along_normal, wording("tangent: displaced along the normal")
     if abs(np.linalg.det(normals)) > 1e-9:
         inverse = np.asarray(np.linalg.inv(normals), dtype=np.float64)
         shift = float(np.max(np.abs(tangents @ inverse @ errors)))
         if shift <= LARGEST_SHIFT * shorter_mm:
-            return inverse, "corner: the displaced features meet"
-    step = abs(float(errors[0] - errors[1])) * UM_PER_MM
-    return along_normal, f"corner too flat to let the features meet: the mean of both, a step of {step:.2f} µm is left"
+            return inverse, wording("corner: the displaced features meet")
+    step = Um(abs(float(errors[0] - errors[1])), ".2f")
+    return along_normal, wording(
+        "corner too flat to let the features meet: the mean of both, a step of {step} is left", step=step
+    )
 
 
 def _standard_u(kind: JunctionKind, inverse: Array, u: Array) -> Array:

@@ -12,9 +12,14 @@ from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, own_f
 from trueloop.turned.fit.knots import Knots, candidates, every_rth, fit_determined, joint_repeats
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.spline import EndConditions, SplineFit
-from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, all_of, wording
 
-SHAPES = ("constant", "straight line over arc length", "parabola over arc length", "cubic")
+SHAPES = (
+    wording("constant"),
+    wording("straight line over arc length"),
+    wording("parabola over arc length"),
+    wording("cubic"),
+)
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,9 @@ def fit_arcs(
     if None not in asked:
         _refuse_dropped_knots(names, touches, tried[0], chain, options)
     best = _best([one for one in tried if one.unknowns > 0] or tried)
-    note = f"{' and '.join(names)}: {_describe(best, len(touches.positions), None in asked)}"
+    note = wording(
+        "{feature}: {note}", feature=all_of(names), note=_describe(best, len(touches.positions), None in asked)
+    )
     return own_fit(chain, touches, best.fit, sources, note, best.shape.every)
 
 
@@ -106,13 +113,21 @@ def _best(tried: Sequence[Tried]) -> Tried:
 def _describe(best: Tried, touches: int, chosen: bool) -> str:
     text = SHAPES[best.fit.spline.degree]
     if best.knots.at_points_mm:
-        r = ", ".join(str(r) for r in best.shape.every)
-        text = f"cubic spline, {len(best.knots.at_points_mm)} knots, one at every r-th touch, r = {r}"
+        text = wording(
+            "cubic spline, {n} knots, one at every r-th touch, r = {r}",
+            n=len(best.knots.at_points_mm),
+            r=", ".join(str(r) for r in best.shape.every),
+        )
     if not chosen:
         return text
     if np.isinf(best.left_out_rms_mm):
-        return f"{text}: {touches} touches carry no more, and none can be left out to check it"
-    return f"{text}, chosen by leave-one-out ({best.left_out_rms_mm * UM_PER_MM:.2f} µm RMS over {touches} touches)"
+        return wording(
+            "{curve}: {n} touches carry no more, and none can be left out to check it", curve=text, n=touches
+        )
+    left_out = Um(best.left_out_rms_mm, ".2f")
+    return wording(
+        "{curve}, chosen by leave-one-out ({left_out} RMS over {n} touches)", curve=text, left_out=left_out, n=touches
+    )
 
 
 def _refuse_dropped_knots(

@@ -21,6 +21,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from trueloop.wording import wording
+
 
 @dataclass(frozen=True)
 class BetweenCuts:
@@ -50,8 +52,8 @@ class BetweenCuts:
         return math.hypot(self.common_difference_mm, self.scatter_difference_mm)
 
 
-PRIOR: Final = BetweenCuts(0.002, 0.0015, "prior for turning in general")
+PRIOR: Final = BetweenCuts(0.002, 0.0015, wording("prior for turning in general"))
 """What is assumed where nothing is known of how cuts differ."""
 
-NONE: Final = BetweenCuts(0.0, 0.0, "switched off")
+NONE: Final = BetweenCuts(0.0, 0.0, wording("switched off"))
 """Two cuts of one process that differ by nothing but their scatter."""

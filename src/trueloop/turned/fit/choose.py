@@ -24,7 +24,7 @@ from trueloop.turned.fit.nose_curve import nose_curve
 from trueloop.turned.fit.nose_fit import nose_touches
 from trueloop.turned.fit.nose_model import NoseModel, NosePrediction, NoseTouches
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, all_of, wording
 
 UNSEEN_RAD: Final = math.radians(6.0)
 """How much of a chain's contact angles a nose model may leave open at an end: parts are touched about 4° from the ends
@@ -48,12 +48,14 @@ class ModelChoice:
     @property
     def words(self) -> str:
         """The choice and its reason."""
-        own = "no figure" if math.isinf(self.own_rms_mm) else f"{self.own_rms_mm * UM_PER_MM:.2f} µm"
-        nose = f"{self.nose_rms_mm * UM_PER_MM:.2f} µm"
-        served = "nose model of other parts, with two offsets from this one" if self.nose_serves else "own curve"
-        return (
-            f"{' and '.join(self.features)}: {served}; leave-one-out RMS over {self.touches} touches: "
-            f"nose model {nose}, own curve {own}"
+        served = wording("nose model of other parts, with two offsets from this one")
+        return wording(
+            "{feature}: {served}; leave-one-out RMS over {n} touches: nose model {nose}, own curve {own}",
+            feature=all_of(self.features),
+            served=served if self.nose_serves else wording("own curve"),
+            n=self.touches,
+            nose=Um(self.nose_rms_mm, ".2f"),
+            own=wording("no figure") if math.isinf(self.own_rms_mm) else Um(self.own_rms_mm, ".2f"),
         )
 
 
@@ -86,8 +88,12 @@ def choose(
     choice = _compare(profile, fit, nose, mine, errors)
     unseen_rad = _unseen_rad(profile, fit, nose.prediction.model)
     if unseen_rad > UNSEEN_RAD:
-        words = f"the nose model of other parts leaves {math.degrees(unseen_rad):.0f}° of its contact angles open"
-        return replace(fit, notes=(*fit.notes, f"{choice.features[0]}: {words}")), replace(choice, nose_serves=False)
+        words = wording(
+            "{feature}: the nose model of other parts leaves {open:.0f}° of its contact angles open",
+            feature=choice.features[0],
+            open=math.degrees(unseen_rad),
+        )
+        return replace(fit, notes=(*fit.notes, words)), replace(choice, nose_serves=False)
     if not choice.nose_serves:
         return fit, choice
     left_out = np.full(len(fit.touches), np.nan)

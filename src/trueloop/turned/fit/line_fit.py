@@ -8,6 +8,7 @@ from trueloop.turned.fit.chain import Chain, TangentPolicy
 from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, own_fit
 from trueloop.turned.fit.knots import Knots, fit_determined, joint_repeats
 from trueloop.turned.fit.spline import EndConditions
+from trueloop.wording import wording
 
 SHORT_SPAN: Final = 0.1
 """Touches that span less than this share of a line say nothing of its slope: drawn out to the ends, their scatter would
@@ -32,11 +33,13 @@ def fit_lines(
     repeats = joint_repeats(policy, degree)
     knots = Knots((), chain.joints_mm if repeats > 0 else (), repeats)
     fit, _ = fit_determined(s, touches.error_mm, knots, chain.length_mm, degree, conditions)
-    note = f"straight line through {len(s)} touches by least squares"
+    note = wording("straight line through {n} touches by least squares", n=len(s))
     if short:
-        note = f"{len(s)} touches span less than a tenth of the length: their mean, no slope"
+        note = wording("{n} touches span less than a tenth of the length: their mean, no slope", n=len(s))
     elif fit.spline.degree == 0:
-        note = "one touch: its error holds for the whole feature, a taper cannot be seen, nor whether the touch is bad"
+        note = wording(
+            "one touch: its error holds for the whole feature, a taper cannot be seen, nor whether the touch is bad"
+        )
     elif len(s) == 2:
-        note = "straight line through its two touches: a bad one would look like a taper"
-    return own_fit(chain, touches, fit, sources, f"{name}: {note}")
+        note = wording("straight line through its two touches: a bad one would look like a taper")
+    return own_fit(chain, touches, fit, sources, wording("{feature}: {note}", feature=name, note=note))

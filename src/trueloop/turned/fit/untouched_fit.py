@@ -23,9 +23,11 @@ from trueloop.turned.fit.nose_curve import carried
 from trueloop.turned.fit.spline import EndConditions, least_squares_spline
 from trueloop.turned.fit.untouched import Expected, expect
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, all_of, wording
 
 SAMPLES: Final = 13
+SAME_MM: Final = 5e-5
+"""Expected errors that differ by less are written as one."""
 """Places along each arc at which the expected error is carried over to a spline."""
 
 
@@ -65,7 +67,8 @@ def _continued(
 ) -> ChainFit:
     """A line goes on as the arcs end that it is tangent to: the contact angle is the same."""
     fit = least_squares_spline([], [], [], chain.length_mm, conditions.coefficients - 1, conditions)
-    note = f"{_name(profile, chain)}: no touch; continues its tangent neighbours' curves"
+    name = _name(profile, chain)
+    note = wording("{feature}: no touch; continues its tangent neighbours' curves", feature=name)
     return own_fit(chain, touches_of(profile, chain, vectors), fit, sources, note)
 
 
@@ -79,7 +82,7 @@ def _knots(chain: Chain, s: Array) -> Knots:
 
 
 def _name(profile: Profile, chain: Chain) -> str:
-    return " and ".join(profile.features[i].name for i in chain.features)
+    return all_of([profile.features[i].name for i in chain.features])
 
 
 def _samples(profile: Profile, chain: Chain) -> tuple[Array, Array]:
@@ -163,13 +166,21 @@ def _root(covariance: Array) -> Array:
 
 def _note(profile: Profile, chain: Chain, expected: Expected, mean: Array, root: Array) -> str:
     name = _name(profile, chain)
-    u_um = float(np.max(np.linalg.norm(root, axis=1), initial=0.0)) * UM_PER_MM
-    nearest = f"nearest touched contact angle {math.degrees(expected.nearest_rad):.0f}° away"
+    u = Um(float(np.max(np.linalg.norm(root, axis=1), initial=0.0)), ".0f")
+    nearest = wording("nearest touched contact angle {away:.0f}° away", away=math.degrees(expected.nearest_rad))
     if not expected.supported:
-        why = f"the touches say nothing of it ({nearest}): left as programmed"
+        why = wording("the touches say nothing of it ({nearest}): left as programmed", nearest=nearest)
     else:
-        low, high = float(np.min(mean)) * UM_PER_MM, float(np.max(mean)) * UM_PER_MM
-        size = f"{low:.1f} µm" if high - low < 0.05 else f"{low:.1f} to {high:.1f} µm"
-        dx, dz = (offset * UM_PER_MM for offset in expected.offsets_mm)
-        why = f"{size} expected from the other features (tool offsets dX {dx:.1f} µm, dZ {dz:.1f} µm; {nearest})"
-    return f"{name}: no touch; {why}; standard uncertainty {u_um:.0f} µm. Touch it to be sure"
+        low, high = Um(float(np.min(mean))), Um(float(np.max(mean)))
+        size = low if high.mm - low.mm < SAME_MM else wording("{low} to {high}", low=low, high=high)
+        dx, dz = map(Um, expected.offsets_mm)
+        why = wording(
+            "{size} expected from the other features (tool offsets dX {dx}, dZ {dz}; {nearest})",
+            size=size,
+            dx=dx,
+            dz=dz,
+            nearest=nearest,
+        )
+    return wording(
+        "{feature}: no touch; {why}; standard uncertainty {u}. Touch it to be sure", feature=name, why=why, u=u
+    )

@@ -11,8 +11,7 @@ from trueloop.nc.edit.number_text import resolution_of, rounded
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.offsets import offset_state, tool_offset_updates
-
-MINUS: Final = "\u2212"
+from trueloop.wording import Signed, wording
 
 
 @dataclass(frozen=True)
@@ -34,8 +33,11 @@ class WearOffset:
     @property
     def words(self) -> str:
         """`tool 3: wear X −0.024 (diameter), Z +0.004 mm`."""
-        x, z = (self.number(value).replace("-", MINUS) for value in (self.x, self.z))
-        return f"tool {self.tool}: wear X {x} ({'diameter' if self.x_is_diameter else 'radius'}), Z {z} {self.unit}"
+        x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
+        x_is = wording("diameter") if self.x_is_diameter else wording("radius")
+        return wording(
+            "tool {tool}: wear X {x} ({x_is}), Z {z} {unit}", tool=self.tool, x=x, x_is=x_is, z=z, unit=self.unit
+        )
 
     def number(self, value: float) -> str:
         """A value with its sign and all decimals."""

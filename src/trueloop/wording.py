@@ -1,0 +1,60 @@
+"""Sentences for people that keep what they are made of, so that a page can say them in another language and unit.
+
+    wording("{feature}: no touch; standard uncertainty {u}.", feature=name, u=Um(u_mm))
+
+The sentence is a text like any other, in English and micrometres. The template is a literal where it stands: a test
+looks for all of them and for their translations.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+from trueloop.units import UM_PER_MM
+
+
+@dataclass(frozen=True)
+class Um:
+    """A length in mm that is written in micrometres."""
+
+    mm: float
+    spec: str = ".1f"
+
+    def __str__(self) -> str:
+        return f"{self.mm * UM_PER_MM:{self.spec}} µm"
+
+
+@dataclass(frozen=True)
+class Signed:
+    """A number that is written with its sign, in the unit that it has."""
+
+    value: float
+    decimals: int
+
+    def __str__(self) -> str:
+        return f"{self.value:+.{self.decimals}f}".replace("-", "\u2212")
+
+
+class Wording(str):
+    """A text of a `template` and its `values`: texts, numbers, lengths, wordings. Stored, it is a text alone."""
+
+    template: str
+    values: Mapping[str, object]
+
+
+def wording(template: str, **values: object) -> Wording:
+    """The text of a template.
+
+    >>> from trueloop.wording import Um, wording
+    >>> said = wording("{n} touches, {left} left", n=3, left=Um(0.0012))
+    >>> said, said.values["n"]
+    ('3 touches, 1.2 µm left', 3)
+    """
+    said = Wording(template.format_map(values))
+    said.template, said.values = template, values
+    return said
+
+
+def all_of(names: Sequence[str]) -> str:
+    """Names joined by "and"."""
+    return reduce(lambda first, second: wording("{first} and {second}", first=first, second=second), names)
