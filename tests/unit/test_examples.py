@@ -89,7 +89,7 @@ def test_the_drawing_and_the_listed_profile_give_the_same_correction() -> None:
     """Features named or not, the profile read from a drawing or listed in the job: the same prediction."""
     listed, drawn = (compensate(inputs_of(EXAMPLES / name / "job.toml")) for name in ("piecs11", "dxf"))
     np.testing.assert_allclose(drawn.prediction.after_mm, listed.prediction.after_mm, atol=1e-9)
-    assert drawn.profile.names == ("line-1", "line-2", "line-3", "line-4", "arc-1")
+    assert drawn.profile.names == ("face-1", "cylinder-1", "face-2", "cone-1", "arc-1")
 
 
 @pytest.mark.parametrize("cut", ["semifinish", "finish"])

@@ -132,19 +132,19 @@ def test_layer_choice_and_names(tmp_path: Path) -> None:
     space.add_text("MODBAS2")
     path = saved(document, tmp_path)
     read = read_dxf(path, layer="0")
-    assert [f.name for f in read.features] == ["line-1", "line-2", "line-3", "line-4", "line-5", "line-6", "arc-1"]
+    assert [f.name for f in read.features] == [
+        "cylinder-1",
+        "face-1",
+        "cone-1",
+        "cylinder-2",
+        "face-2",
+        "cylinder-3",
+        "arc-1",
+    ]
     assert "1 TEXT entities were not read." in read.notes
     with pytest.raises(TrueloopError, match="2 separate chains") as refusal:
         read_dxf(path)
     assert refusal.value.code is Code.GEO_DXF_CHOICE and refusal.value.place.file == str(path)
-
-
-def test_names_by_layer(tmp_path: Path) -> None:
-    document = drawing()
-    layers = {"dome": "dome", "cone": "taper", "collar": "rim", "collar face": "rim"}
-    add_loose(document.modelspace(), modbas2().features, layers)
-    read = read_dxf(saved(document, tmp_path), name_by="layer")
-    assert [f.name for f in read.features] == ["rim-1", "rim-2", "taper", "0-1", "0-2", "0-3", "dome"]
 
 
 def _two_lines(gap: float) -> Drawing:

@@ -19,6 +19,7 @@ from trueloop.formats.cad.dxf_lines import axis_of, is_edge
 from trueloop.formats.cad.dxf_outline import Half, moved, outlines, upper_half
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.names import named_by_kind
 from trueloop.geometry.validate import from_chuck
 from trueloop.units import MM_PER_INCH
 
@@ -51,19 +52,18 @@ def read_dxf(
     layer: str | None = None,
     unit: Literal["mm", "inch"] | None = None,
     x_is: Literal["radius", "diameter"] = "radius",
-    name_by: Literal["kind", "layer"] = "kind",
     outline: int | None = None,
 ) -> DxfProfile:
     """The one outline in the drawing's model space (on `layer`, if given, capital or not).
 
     `outline` is its number, from 1 from the left, where there are several. `unit` is needed only where the drawing does
-    not state one, and overrides it. Features are named line-1, arc-1… or, `name_by` layer, after the layers they are
-    drawn on. Raises GEO-DXF (unreadable, nothing to read, arcs in a drawing of diameters), GEO-DXF-UNIT, GEO-DXF-CHOICE
-    (several outlines or axes, or a branch), GEO-GAP.
+    not state one, and overrides it. Features are named cylinder-1, face-1, arc-1… as in a profile from a program.
+    Raises GEO-DXF (unreadable, nothing to read, arcs in a drawing of diameters), GEO-DXF-UNIT, GEO-DXF-CHOICE (several
+    outlines or axes, or a branch), GEO-GAP.
 
     >>> drawing = trueloop.read_dxf(trueloop.example("dxf/piecs11.dxf"), x_is="radius")
     >>> [feature.name for feature in drawing.features]
-    ['line-1', 'line-2', 'line-3', 'line-4', 'arc-1']
+    ['face-1', 'cylinder-1', 'face-2', 'cone-1', 'arc-1']
     """
     path = Path(path)
     with _refusing_damage(path):
@@ -81,7 +81,7 @@ def read_dxf(
     if not half.segments:
         raise _nothing(layer, drawing, path)
     chain, more = _chosen(half, outline, path)
-    return DxfProfile(_named(_from_chuck(chain), name_by), (*notes, *more))
+    return DxfProfile(named_by_kind(segment.feature for segment in _from_chuck(chain)), (*notes, *more))
 
 
 def _open(path: Path) -> "Drawing":
@@ -234,17 +234,6 @@ def _from_chuck(chain: Sequence[Segment]) -> Sequence[Segment]:
     """The chain in the direction in which z grows; a chain of faces only, inwards."""
     forwards = from_chuck(chain[0].feature.start_mm, chain[-1].feature.end_mm, CHAIN_WITHIN_MM)
     return chain if forwards else [segment.reversed() for segment in reversed(chain)]
-
-
-def _named(chain: Sequence[Segment], name_by: str) -> tuple[Feature, ...]:
-    stems = [s.layer if name_by == "layer" else type(s.feature).__name__.lower() for s in chain]
-    total, seen = Counter(stems), Counter[str]()
-    features = []
-    for stem, segment in zip(stems, chain, strict=True):
-        seen[stem] += 1
-        alone = name_by == "layer" and total[stem] == 1
-        features.append(replace(segment.feature, name=stem if alone else f"{stem}-{seen[stem]}"))
-    return tuple(features)
 
 
 def _refusal(path: Path, message: str, hint: str) -> TrueloopError:

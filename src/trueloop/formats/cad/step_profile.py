@@ -1,9 +1,8 @@
 """Reads a profile from a turned solid in a STEP or IGES file: its section through the axis of its turned faces."""
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations, pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -18,7 +17,7 @@ from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import read_faces, read_shape
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Arc, Feature, Line, Point
-from trueloop.nc.match.contour import kind_of
+from trueloop.geometry.names import named_by_kind
 
 WITHIN_MM: Final = 1e-4
 """Ends of the section's edges that lie closer are one point, axes that lie closer are one axis."""
@@ -78,7 +77,7 @@ def read_step_profile(
         f"{axis.share:.0%} of the turned area is turned about it.",
         f"z is counted from the file's origin: the profile runs from z = {ends[0]:.4f} to z = {ends[1]:.4f} mm.",
     ]
-    return StepProfile(_named(clipped), tuple(notes))
+    return StepProfile(named_by_kind(clipped), tuple(notes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,15 +219,6 @@ def _at_z(feature: Feature, z: float) -> list[Point]:
     (cx, cz), r = feature.centre_mm, feature.radius_mm
     aside = math.sqrt(max(r * r - (z - cz) ** 2, 0.0))
     return [(cx - aside, z), (cx + aside, z)] if abs(z - cz) < r else []
-
-
-def _named(features: Sequence[Feature]) -> tuple[Feature, ...]:
-    seen, named = Counter[str](), list[Feature]()
-    for feature in features:
-        kind = kind_of(feature)
-        seen[kind] += 1
-        named.append(replace(feature, name=f"{kind}-{seen[kind]}"))
-    return tuple(named)
 
 
 def _refusal(path: Path, message: str, hint: str) -> TrueloopError:

@@ -1,7 +1,6 @@
 """The nominal profile from a finish program: the path of the nose centre less the nose radius. No drawing needed."""
 
 import math
-from collections import Counter
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -10,8 +9,9 @@ from typing import Final
 import numpy as np
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.geometry.feature import Arc, Feature, Line, contact_angle_rad
+from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.intersection import intersections
+from trueloop.geometry.names import SQUARE, named_by_kind
 from trueloop.geometry.offset import contour_from_centre_path
 from trueloop.geometry.profile import Profile, junctions_of
 from trueloop.geometry.validate import GAP_MM, checked_profile
@@ -19,9 +19,6 @@ from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
 from trueloop.nc.program.tool_path import NO_COMPENSATION
 
 _AXIS: Final = Line("axis", (0.0, 0.0), (0.0, 1.0))
-_SQUARE: Final = math.cos(math.radians(0.5))
-"""A line counts as a cylinder or a face when it is parallel to an axis within half a degree."""
-
 _OUTWARDS: Final = math.sin(math.radians(5.0))
 
 
@@ -68,7 +65,7 @@ def contour_of_program(
     features = _cut_at_axis(contour, notes)
     about_edges = [line for name, line in line_of.items() if name not in {feature.name for feature in contour}]
     notes += [f"Line {line} only turns the nose about an edge: no feature." for line in about_edges]
-    profile = checked_profile(_named(features))
+    profile = checked_profile(named_by_kind(features))
     notes.append(f"{len(features)} features, nose radius {nose_radius_mm:.4f} mm: {', '.join(profile.names)}.")
     return ProgramContour(profile, tuple(line_of[feature.name] for feature in features), tuple(notes))
 
@@ -126,7 +123,7 @@ def _without_approach(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]
     At the chuck end one that comes straight inwards, at the free end one that goes outwards.
     """
     kept = list(moves)
-    if len(kept) > 1 and _is_way(kept[0], kept[:2]) and -float(kept[0].path.tangent(0.0)[0]) > _SQUARE:
+    if len(kept) > 1 and _is_way(kept[0], kept[:2]) and -float(kept[0].path.tangent(0.0)[0]) > SQUARE:
         notes.append(f"Line {kept.pop(0).line} was taken for the way in or out at the chuck end, not for a face.")
     if len(kept) > 1 and _is_way(kept[-1], kept[-2:]) and float(kept[-1].path.tangent(0.0)[0]) > _OUTWARDS:
         notes.append(f"Line {kept.pop().line} was taken for the way in or out at the free end, not for a cone.")
@@ -190,26 +187,6 @@ def _ended(feature: Feature, end: tuple[float, float]) -> Feature:
         return replace(feature, end_mm=end)
     sweep_rad = math.copysign(float(feature.locate(end)[0]) / feature.radius_mm, feature.sweep_rad)
     return replace(feature, end_mm=end, sweep_rad=sweep_rad)
-
-
-def _named(features: Sequence[Feature]) -> list[Feature]:
-    seen = Counter[str]()
-    named = []
-    for feature in features:
-        kind = kind_of(feature)
-        seen[kind] += 1
-        named.append(replace(feature, name=f"{kind}-{seen[kind]}"))
-    return named
-
-
-def kind_of(feature: Feature) -> str:
-    """What a feature is called: cylinder, face, cone or arc."""
-    if isinstance(feature, Arc):
-        return "arc"
-    angle = float(contact_angle_rad(feature.outward_normal(0.0)))
-    if abs(math.sin(angle)) > _SQUARE:
-        return "cylinder"
-    return "face" if abs(math.cos(angle)) > _SQUARE else "cone"
 
 
 def _nothing(count: int, lines: tuple[int, int] | None) -> TrueloopError:
