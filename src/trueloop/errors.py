@@ -114,6 +114,7 @@ class Code(StrEnum):
 
     # MSR: inspection files of gauges, measuring machines and controls
     MSR_FILE = "MSR-FILE", "an inspection file that cannot be read"
+    MSR_SIZE = "MSR-SIZE", "an inspection file that holds more than is read of one file"
     MSR_FORMAT = "MSR-FORMAT", "an inspection file in no known format", ("file",)
     MSR_NUMBER = "MSR-NUMBER", "a value of an inspection file that is no number, or may be two", ("text",)
     MSR_UNIT = "MSR-UNIT", "an inspection file whose unit of length is not stated, or stated twice", ("file",)

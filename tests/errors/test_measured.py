@@ -20,6 +20,7 @@ def _read(content: bytes, name: str, mapping: str = "", unit: Unit | None = None
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_FILE: lambda: read_measured_file(Path("/nowhere/part.dmo"), Stated()),
+    Code.MSR_SIZE: lambda: _read(b"<QIFDocument>" + b"<a>" * 300, "deep.qif"),
     Code.MSR_FORMAT: lambda: _read(b"Dear colleague,\nthe part is fine.\n", "letter.txt"),
     Code.MSR_UNIT: lambda: _read(b"1 2 3 0 0 0 0 0 0\n", "probe.txt"),
     Code.MSR_MEANING: lambda: _read(b"#500=29.991\n#501=\n", "macro.txt"),

@@ -27,7 +27,7 @@ class Touch:
     line: int | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Reading:
     """One characteristic of one part as a gauge, a measuring machine or a control reported it.
 
@@ -56,7 +56,7 @@ class Reading:
     line: int | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class CmmPoint:
     """One point of a coordinate measuring machine, mm, in the frame of the inspection; normals leave the material."""
 

@@ -7,9 +7,10 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
+from trueloop.formats.inspections.qif import reader as qif
 from trueloop.formats.inspections.text import HINT
 
-KNOWN: Final[tuple[Format, ...]] = (printout.FORMAT, heidenhain.FORMAT, variables.FORMAT, log.FORMAT)
+KNOWN: Final[tuple[Format, ...]] = (qif.FORMAT, printout.FORMAT, heidenhain.FORMAT, variables.FORMAT, log.FORMAT)
 """In the order in which they are asked: the first that recognises a file reads it."""
 HEAD: Final = 65_536
 

@@ -1,0 +1,171 @@
+"""The results of a QIF document as they come, kept small: what they refer to may come later."""
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Final
+
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import CmmPoint
+from trueloop.formats.inspections.measured_file import Remark
+from trueloop.formats.inspections.qif.elements import Element
+from trueloop.formats.inspections.qif.plan import KINDS, POINTS, kind_of
+from trueloop.formats.inspections.qif.units import Units
+from trueloop.formats.inspections.text import number_in
+
+MAX_POINTS: Final = 500_000
+"""Points that are kept of one file: 150 MB. Of more the inspections have the count."""
+VERDICTS: Final = {"PASS": True, "FAIL": False}
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """One measured characteristic as reported; `value` in mm or degrees, `text` as it stands in the file."""
+
+    item: str
+    value: float
+    text: str
+    standard_u: float | None
+    passed: bool | None
+    measured_at: datetime | None
+    component: str
+    features: tuple[str, ...]
+    devices: tuple[str, ...]
+    line: int
+
+
+@dataclass
+class ResultSet:
+    """One `MeasurementResults`: its results; its points with the radius of the ball whose centres they are, 0: none.
+
+    `referred` and `held` are point sets by their identifiers, `feature_of` has the feature item of a measured feature
+    or point set. `unkept` counts points beyond `MAX_POINTS`.
+    """
+
+    line: int
+    results: list[Result] = field(default_factory=list)
+    points: dict[float, list[CmmPoint]] = field(default_factory=dict)
+    unkept: int = 0
+    components: tuple[str, ...] = ()
+    operator: str = ""
+    measured_at: datetime | None = None
+    feature_of: dict[str, str] = field(default_factory=dict)
+    referred: set[str] = field(default_factory=set)
+    held: set[str] = field(default_factory=set)
+
+
+class Said:
+    """What is said of a file once for all its results: how often each text applies, and where first."""
+
+    def __init__(self) -> None:
+        """Nothing yet."""
+        self._texts: dict[str, tuple[int, int]] = {}
+
+    def add(self, text: str, line: int, count: int = 1) -> None:
+        """So many more."""
+        before, first = self._texts.get(text, (0, line))
+        self._texts[text] = before + count, first
+
+    def remarks(self) -> tuple[Remark, ...]:
+        """One a text."""
+        return tuple(Remark(f"{text} ({count} in all)", line) for text, (count, line) in self._texts.items())
+
+
+def take(one: ResultSet, around: str, element: Element, units: Units, said: Said) -> None:
+    """Adds what an element within `MeasurementResults` reports."""
+    if element.name == "ActualComponentIds":
+        one.components = tuple(part.text for part in element.parts)
+    elif element.name == "InspectionTraceability":
+        one.operator, one.measured_at = traced(element)
+    elif around in {"CharacteristicActuals", "CharacteristicMeasurements"}:
+        if (result := _result(element, units, said)) is not None:
+            one.results.append(result)
+    elif around in {"MeasuredPointSets", "PointSets"}:
+        _take_points(one, element, units, said)
+    else:
+        _take_feature(one, element, units)
+
+
+def traced(element: Element) -> tuple[str, datetime | None]:
+    """Operator and time of an inspection; the time of its report is not that of its measurement."""
+    times = (_time(element.words(name)) for name in ("InspectionStart", "InspectionEnd"))
+    return element.words("InspectionOperator", "Name"), next((one for one in times if one is not None), None)
+
+
+def _time(text: str) -> datetime | None:
+    try:
+        return datetime.fromisoformat(text)
+    except ValueError:
+        return None
+
+
+def _result(element: Element, units: Units, said: Said) -> Result | None:
+    kind, value = kind_of(element), element.first("Value")
+    if kind not in KINDS:
+        said.add(f"results of {element.name} are no lengths or angles: left out", element.line)
+        return None
+    if value is None or not value.text:
+        said.add("results have a verdict and no value: left out", element.line)
+        return None
+    number = units.value(value, KINDS[kind])
+    if number is None:
+        said.add("angles are left out: the file states no angular unit, degrees or radians", element.line)
+        return None
+    uncertainty = value.attributes.get("combinedUncertainty")
+    factor = units.factor(value, KINDS[kind]) or 1.0
+    item = element.first("CharacteristicItemId")
+    return Result(
+        "" if item is None or "xId" in item.attributes else item.text,
+        number,
+        value.text if kind.startswith("UserDefined") else "",
+        None if uncertainty is None else factor * number_in(uncertainty, units.path, value.line),
+        VERDICTS.get(element.words("Status", "CharacteristicStatusEnum")),
+        _time(element.words("TimeStamp")),
+        element.words("ActualComponentId"),
+        _ids(element, "FeatureMeasurementIds", "FeatureActualIds"),
+        _ids(element, "MeasurementDeviceIds"),
+        element.line,
+    )
+
+
+def _ids(element: Element, *names: str) -> tuple[str, ...]:
+    return tuple(one.text for ids in element.parts if ids.name in names for one in ids.parts)
+
+
+def _take_feature(one: ResultSet, element: Element, units: Units) -> None:
+    """Of which item it is, the point sets that it was made of; of a point without such a set the point itself."""
+    item = element.words("FeatureItemId")
+    sets = [part.text for each in element.every("PointList") for part in each.parts]
+    one.referred.update(sets)
+    for identifier in (element.attributes.get("id", ""), *sets):
+        one.feature_of.setdefault(identifier, item)
+    if element.name.startswith(POINTS) and not sets:
+        location = units.place(element.first("Location"))
+        if location is not None:
+            one.points.setdefault(0.0, []).append(CmmPoint(location, name=item))
+
+
+def _take_points(one: ResultSet, element: Element, units: Units, said: Said) -> None:
+    """Points of a set, named by its identifier until the names of features are known."""
+    points = element.first("Points")
+    one.held.add(element.attributes.get("id", ""))
+    if points is None:
+        said.add("point sets are binary or empty: left out", element.line)
+        return
+    count = element.attributes.get("count", "")
+    kept = sum(map(len, one.points.values()))
+    if points.cut or kept * 3 + points.text.count(" ") > MAX_POINTS * 3:
+        one.unkept += int(count) if count.isdecimal() else 0
+        said.add(f"point sets beyond {MAX_POINTS} points are counted, not kept", element.line)
+        return
+    factor = units.factor(points, Quantity.POSITION) or 1.0
+    numbers = [factor * number_in(word, units.path, points.line) for word in points.text.split()]
+    if len(numbers) % 3 or (count.isdecimal() and len(numbers) != 3 * int(count)):
+        said.add("point sets do not hold the count of coordinates that they state: left out", element.line)
+        return
+    radius = 0.0
+    if element.words("Compensated") == "false":
+        radius = units.value(element.first("ProbeRadius"), Quantity.RADIUS) or 0.0
+    name = element.attributes.get("id", "")
+    one.points.setdefault(radius, []).extend(
+        CmmPoint((x, y, z), name=name) for x, y, z in zip(numbers[0::3], numbers[1::3], numbers[2::3], strict=True)
+    )
