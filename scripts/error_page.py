@@ -12,6 +12,7 @@ AREAS: Final = {
     "NC": "NC programs",
     "TCH": "Touches",
     "MSR": "Inspection files of gauges, measuring machines and controls",
+    "OFS": "Tool offsets and the tool tables of controls",
     "PRB": "Probing: plans, programs, logs",
     "FIT": "Error curves",
     "CMP": "Corrections and their limits",

@@ -122,6 +122,20 @@ class Code(StrEnum):
     MSR_MAPPING = "MSR-MAPPING", "a mapping of an inspection file with a key that is wrong"
     MSR_VALUE = "MSR-VALUE", "a value of an inspection file that is missing, there twice or half", ("file",)
 
+    # OFS: tool offsets and the tool tables of controls
+    OFS_FILE = "OFS-FILE", "a tool table that cannot be read"
+    OFS_FORMAT = "OFS-FORMAT", "a tool table in no known format", ("file",)
+    OFS_NUMBER = "OFS-NUMBER", "a number of a tool table that is none", ("text",)
+    OFS_UNIT = "OFS-UNIT", "a tool table whose unit is not known, or another than stated"
+    OFS_TOOL = "OFS-TOOL", "a tool that the table does not have, or another than the program runs with", ("tool",)
+    OFS_ROWS = "OFS-ROWS", "two rows of one tool", ("tool", "lines")
+    OFS_NAME = "OFS-NAME", "a tool of another name", ("tool", "expected", "found")
+    OFS_NOSE = "OFS-NOSE", "a nose radius in the table that is not the job's", ("tool", "table_mm", "job_mm")
+    OFS_ROW = "OFS-ROW", "a row, or a whole table, that does not take the number"
+    OFS_CHANGED = "OFS-CHANGED", "offsets that have changed since the correction was made", ("tool",)
+    OFS_TWICE = "OFS-TWICE", "an offset that is in the table already", ("tool", "record")
+    OFS_NONE = "OFS-NONE", "a correction that changes no tool offset"
+
     # PRB: probing plans, programs and logs
     PRB_FILE = "PRB-FILE", "a probe file that is missing or wrong"
     PRB_CALIBRATION = "PRB-CALIBRATION", "a probe that is not calibrated, or not credibly"

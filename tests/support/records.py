@@ -11,6 +11,7 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
 from trueloop.domain.record import ChangedWord, Component, Product, Record
 from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
 
 PART = PartType("shaft", "B", "C45")
 TURNED = Record(
@@ -30,6 +31,10 @@ TURNED = Record(
     machine=Machine("lathe", "7"),
     tool=Tool(1, "SVJBR 2020", 0.8),
     program=Program("finish.nc", "fanuc-lathe", "2" * 64, "mm"),
+    tool_offset=ToolOffset(
+        *(3, -0.012, 0.004, True, "diameter", "mm", "1" * 64),
+        HeldTool("OD", 1, TableRow("tool.tbl", "wear", "-0.1", None, "mm")),
+    ),
     inspections=(
         Inspection(
             Part(PART, "17"),
@@ -97,6 +102,27 @@ anything = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(names, inner, max_size=3),
 )
 options = st.dictionaries(names, anything, max_size=3)
+counts = st.integers(1, 99)
+rows = st.builds(
+    TableRow,
+    names,
+    st.sampled_from(["geometry", "wear"]),
+    st.none() | names,
+    st.none() | names,
+    st.sampled_from(["mm", "inch"]),
+)
+held = st.builds(HeldTool, names, counts, st.none() | rows)
+tool_offsets = st.builds(
+    ToolOffset,
+    counts,
+    lengths,
+    lengths,
+    st.booleans(),
+    st.sampled_from(["radius", "diameter"]),
+    st.sampled_from(["mm", "inch"]),
+    digests,
+    held,
+)
 records = st.builds(
     Record,
     names,
@@ -116,9 +142,10 @@ records = st.builds(
     tool=st.none() | tools,
     program=st.none() | programs,
     inspections=st.lists(inspections, max_size=2).map(tuple),
+    tool_offset=st.none() | tool_offsets,
 )
 values = st.one_of(
     *(part_types, parts, machines, tools, edges, settings_of_edges, programs),
-    *(inspections, touches, readings, cmm_points, records),
+    *(inspections, touches, readings, cmm_points, records, rows, held, tool_offsets),
 )
 """Every value of the domain but corrections."""

@@ -20,6 +20,7 @@ from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
 from trueloop.domain.program import Program
 from trueloop.domain.tool import Edge, Tool
+from trueloop.domain.tool_offset import ToolOffset
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.units import UM_PER_MM
 
@@ -73,8 +74,8 @@ class Record:
     `options` and `model` hold what JSON can; a number that is not finite is None there. `decision`: in words.
     `changes` are listed where the whole program was in memory, `edits` counts them in every case. `components`: of a
     correction of machine and process together. `inspections` are those it was made from; `edge` is the tool's
-    that cuts, mounted and measured at `edge_set_at`. None and empty: not stated,
-    or written before there was a schema.
+    that cuts, mounted and measured at `edge_set_at`. `tool_offset` is the change of the tool's offset that is the
+    correction, or could take its place. None and empty: not stated, or written before there was a schema.
     """
 
     id: str
@@ -98,6 +99,7 @@ class Record:
     edge_set_at: datetime | None = None
     program: Program | None = None
     inspections: tuple[Inspection, ...] = ()
+    tool_offset: ToolOffset | None = None
 
     def __post_init__(self) -> None:
         for name in ("options", "model"):

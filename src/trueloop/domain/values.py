@@ -10,9 +10,11 @@ from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
 from trueloop.domain.record import ChangedWord, Component, Product, Record
 from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
 
 CODEC: Final = Codec.of(
     *(PartType, Part, Machine, Tool, Edge, Setting, Program),
+    *(ToolOffset, TableRow, HeldTool),
     *(Characteristic, Quantity),
     *(Inspection, Touch, Reading, CmmPoint),
     *(Record, ChangedWord, Component, Product),

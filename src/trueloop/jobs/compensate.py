@@ -6,6 +6,8 @@ from pathlib import Path
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
+from trueloop.formats.tables.tool_tables.new_table import new_table
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
@@ -23,7 +25,9 @@ def compensate_job(job: FilePath, output: FilePath | None = None) -> tuple[Corre
     """
     read = read_job(job)
     correction = compensate(read.inputs)
-    return correction, write_correction(correction, output or _from_here(read.output_folder), read.files)
+    folder = Path(output or _from_here(read.output_folder))
+    contents = {**_new_table(read.tool_table, correction), **outputs_of(correction)}
+    return correction, write_all(folder, contents.items(), read.files)
 
 
 def write_correction(correction: Correction, folder: FilePath, inputs: Iterable[Path] = ()) -> list[Path]:
@@ -37,6 +41,16 @@ def write_correction(correction: Correction, folder: FilePath, inputs: Iterable[
     5
     """
     return write_all(Path(folder), outputs_of(correction).items(), inputs)
+
+
+def _new_table(table: ToolTable | None, correction: Correction) -> Mapping[str, bytes | None]:
+    """The job's tool table with the offset in it, where the offset makes the correction. Raises OFS errors."""
+    if table is None:
+        return {}
+    offset = correction.record.tool_offset
+    made = offset is not None and offset.makes_the_correction
+    content = new_table(table, offset, correction.record.id).content if offset is not None and made else None
+    return {f"new-{table.path.name}": content}
 
 
 def _from_here(folder: Path) -> Path:

@@ -10,6 +10,9 @@ from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
 from trueloop.formats.jobs.job import Job, read_turned_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
+from trueloop.formats.tables.tool_tables.known import read_tool_table
+from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
@@ -45,10 +48,16 @@ class JobFiles:
     def nose_radius_mm(self) -> float:
         """That of the finishing tool."""
         tool = self.job.tool
-        if tool.nose_radius_in is not None:
-            return tool.nose_radius_in * MM_PER_INCH
-        assert tool.nose_radius_mm is not None
-        return tool.nose_radius_mm
+        stated_mm = tool.nose_radius_mm if tool.nose_radius_in is None else tool.nose_radius_in * MM_PER_INCH
+        if tool.table is None:
+            assert stated_mm is not None
+            return stated_mm
+        assert tool.number is not None
+        return nose_radius_mm(self.tool_table(tool.table), tool.number, tool.table_edge, tool.table_name, stated_mm)
+
+    def tool_table(self, name: Path) -> ToolTable:
+        """The control's tool table that the job names. Raises OFS errors."""
+        return read_tool_table(self.sources.file(name), self.job.tool.table_unit)
 
     @property
     def run(self) -> Run:

@@ -10,6 +10,8 @@ from trueloop.domain.tool import Edge, Tool
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
+from trueloop.formats.tables.tool_tables.new_table import held_tool
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.inspection import part_errors, part_type, read_inspection, read_part_errors
@@ -31,11 +33,15 @@ from trueloop.wording import wording
 
 @dataclass(frozen=True)
 class ReadJob:
-    """A job as values, the files it was read from, and the folder for what comes of it."""
+    """A job as values, the files it was read from, and the folder for what comes of it.
+
+    `tool_table` is the control's, where the job names it.
+    """
 
     inputs: Inputs
     files: tuple[Path, ...]
     output_folder: Path
+    tool_table: ToolTable | None = None
 
 
 @dataclass(frozen=True)
@@ -109,6 +115,7 @@ def read_job(path: FilePath) -> ReadJob:
     if job.machine is not None:
         machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
     inspection = read_inspection(touches, job, machine)
+    table = files.tool_table(job.tool.table) if job.tool.table is not None else None
     inputs = Inputs(
         part=part_type(job),
         profile=profile,
@@ -131,10 +138,11 @@ def read_job(path: FilePath) -> ReadJob:
         machine_tool=_machine_tool(job),
         edge=_edge(job),
         edge_set_at=job.tool.set_at,
+        held=held_tool(job.tool.table_name, job.tool.table_edge, job.tool.number, table),
         inputs_sha256=sources.sha256,
         file=str(path),
     )
-    return ReadJob(inputs, sources.files, path.parent / job.output.folder)
+    return ReadJob(inputs, sources.files, path.parent / job.output.folder, table)
 
 
 def _machine_tool(job: Job) -> Machine | None:

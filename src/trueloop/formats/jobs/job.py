@@ -115,11 +115,24 @@ class ToolTable(Table):
     """Which corner of the insert cuts."""
     set_at: Moment | None = None
     """Date and time when this edge was mounted and measured."""
+    table: Path | None = None
+    """The control's tool table as it is in force ([offsets.md](offsets.md)): the nose radius comes from it, and a
+    correction by offset is written into a copy, `new-NAME`. Needs `number`.
+    """
+    table_unit: Literal["mm", "inch"] | None = None
+    """`"mm"` or `"inch"`: unit of a table that does not say its own: that of the machine."""
+    table_name: str = ""
+    """The tool's name in the table: a table that has another name under the number is refused."""
+    table_edge: Count = 1
+    """The tool's edge in the table: D of a Sinumerik."""
 
     @model_validator(mode="after")
-    def _one_unit(self) -> "ToolTable":
-        if (self.nose_radius_mm is None) == (self.nose_radius_in is None):
+    def _one_nose(self) -> "ToolTable":
+        given = (self.nose_radius_mm is not None) + (self.nose_radius_in is not None)
+        if given > 1 or (given == 0 and self.table is None):
             raise ValueError("give the nose radius once: `nose_radius_mm` or `nose_radius_in`")
+        if self.table is not None and self.number is None:
+            raise ValueError("`number` is needed with `table`: it names the tool's row")
         return self
 
 

@@ -12,6 +12,7 @@ from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
 from trueloop.domain.record import Record
 from trueloop.domain.tool import Edge
+from trueloop.domain.tool_offset import HeldTool
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.part_on_machine import PartOnMachine
@@ -36,7 +37,8 @@ class Inputs:
 
     `machine_tool` is the one that cuts, `edge` the finishing tool's, mounted at `edge_set_at`: None where not stated.
     `touches` are part errors; `inspection` holds them as they were reported: None where no device did. `inputs_sha256`
-    names what they were read from; `file` is the job's, which states the rest; None: no file does.
+    names what they were read from; `file` is the job's, which states the rest; None: no file does. `held` is the
+    finishing tool as the control knows it.
     """
 
     part: PartType
@@ -60,6 +62,7 @@ class Inputs:
     machine_tool: Machine | None = None
     edge: Edge | None = None
     edge_set_at: datetime | None = None
+    held: HeldTool = field(default_factory=HeldTool)
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     file: str | None = None
 

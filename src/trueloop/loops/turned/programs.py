@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 
 from trueloop.domain.record import ChangedWord
-from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.paths import Paths
 from trueloop.loops.turned.written import Writing, write_contour
 from trueloop.loops.turned.written_offsets import write_offsets
+from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import check_offset
 from trueloop.turned.options import Options
@@ -32,7 +33,7 @@ class Programs:
 
 def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: Paths) -> Programs:
     """Writes them and reads them back. Raises NC and CMP errors that name the program; CMP-SIZE for a large offset."""
-    wear, notes = _wear(writing, decision, inputs.options)
+    wear, notes = _wear(writing, decision, inputs.options, inputs.held.row is not None)
     if inputs.machine is not None:
         offsets, more = None, _of_machine(inputs.machine)
     else:
@@ -67,12 +68,17 @@ def _of_machine(cut: PartOnMachine) -> list[str]:
     ]
 
 
-def _wear(writing: Writing, decision: Decision, options: Options) -> tuple[WearOffset, list[str]]:
-    """The offset as numbers to enter, of the tool that the job names, else that of the program's T word."""
+def _wear(writing: Writing, decision: Decision, options: Options, held: bool) -> tuple[WearOffset, list[str]]:
+    """The offset as numbers to enter, of the tool that the job names, else that of the program's T word.
+
+    `held`: the job names the tool's row of a table. Raises OFS-TOOL where the program runs with another row.
+    """
     program, path, cut = writing.program, writing.matched.path, writing.matched.cuts[0].move
     with in_file(program.file):
         own = offset_number(program, path, cut)
     tool = next((number for number in (options.tool, own) if number is not None), 1)
+    if held and own not in (None, tool):
+        raise _other_row(program, tool, int(own or 0), int(path.line[cut]))
     notes = [] if options.by == "auto" else [_asked_for(options.by)]
     if own is not None and own != tool:
         notes.append(
@@ -90,6 +96,16 @@ def _wear(writing: Writing, decision: Decision, options: Options) -> tuple[WearO
 def _asked_for(by: str) -> str:
     how = wording("offset") if by == "offset" else wording("contour")
     return wording("The job wants the correction by {how}, whatever the test says.", how=how)
+
+
+def _other_row(program: Program, tool: int, own: int, line: int) -> TrueloopError:
+    return TrueloopError(
+        Code.OFS_TOOL,
+        f"the job names row {tool} of its tool table; the finish pass in line {line} runs with offset {own}",
+        hint="put the number of the finish pass' offset into `tool.number`",
+        place=Place(program.file, line),
+        values={"tool": float(tool)},
+    )
 
 
 def _offset_variant(

@@ -5,6 +5,7 @@ from dataclasses import asdict, replace
 from trueloop import __version__
 from trueloop.domain.record import Component, Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
+from trueloop.domain.tool_offset import ToolOffset
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
@@ -54,7 +55,13 @@ def record_of(
         edge_set_at=inputs.edge_set_at,
         program=recorded_program(program.file or "", program.dialect.name, sha256_of(program.source), unit),
         inspections=() if inputs.inspection is None else (inputs.inspection,),
+        tool_offset=None if inputs.machine is not None else _tool_offset(inputs, decision, programs),
     )
+
+
+def _tool_offset(inputs: Inputs, decision: Decision, programs: Programs) -> ToolOffset:
+    measured = "" if inputs.inspection is None else inputs.inspection.sha256
+    return programs.wear.as_offset(decision.by_offset, measured, inputs.held)
 
 
 def _options(inputs: Inputs) -> dict[str, object]:

@@ -5,12 +5,14 @@ A tool stands at machine = program + work offset + tool offset: by what is added
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
+from trueloop.domain.tool_offset import HeldTool, ToolOffset
 from trueloop.nc.edit.number_text import resolution_of, rounded
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.offsets import offset_state, tool_offset_updates
+from trueloop.units import MM_PER_INCH
 from trueloop.wording import Signed, wording
 
 
@@ -26,7 +28,7 @@ class WearOffset:
     x: float
     z: float
     x_is_diameter: bool
-    unit: str
+    unit: Literal["mm", "inch"]
     decimals: int
     blocks: tuple[str, ...] = ()
 
@@ -42,6 +44,14 @@ class WearOffset:
     def number(self, value: float) -> str:
         """A value with its sign and all decimals."""
         return f"{value:+.{self.decimals}f}"
+
+    def as_offset(self, makes_the_correction: bool, measured_sha256: str, held: HeldTool) -> ToolOffset:
+        """As a record keeps it: in mm, x as a radius."""
+        unit_mm = MM_PER_INCH if self.unit == "inch" else 1.0
+        x_is: Literal["radius", "diameter"] = "diameter" if self.x_is_diameter else "radius"
+        x_radius_mm = self.x * unit_mm / (2 if self.x_is_diameter else 1)
+        z_mm = self.z * unit_mm
+        return ToolOffset(self.tool, x_radius_mm, z_mm, makes_the_correction, x_is, self.unit, measured_sha256, held)
 
     def as_dict(self) -> dict[str, object]:
         """For JSON."""

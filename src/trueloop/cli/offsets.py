@@ -1,0 +1,71 @@
+"""`trueloop offsets`: tool tables of controls, and a correction's offset in them."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
+
+app = typer.Typer(
+    help="Tool tables of controls: read, and written with the offset of a correction.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+UnitOption = Annotated[
+    Literal["mm", "inch"] | None,
+    typer.Option("--unit", help="Unit of a table that does not say its own.  [default: what the table says]"),
+]
+OfCorrection = Annotated[
+    Path, typer.Argument(metavar="JOB.toml|RECORD.json", help="The correction: its record, or its job, computed anew.")
+]
+
+
+@app.command()
+@guarded
+def read(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A control's tool table: docs/offsets.md lists them.")],
+    unit: UnitOption = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show a tool table: tools, offsets, nose radii, tips and names, numbers as they stand in the file."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from trueloop.formats.tables.tool_tables.known import read_tool_table
+    from trueloop.report.tool_tables import HEADINGS, heading_words, table_as_dict, table_rows
+
+    table = read_tool_table(file, unit)
+    if as_json:
+        print_json(table_as_dict(table))
+        return
+    shown = Table(*HEADINGS, box=None, pad_edge=False)
+    for row in table_rows(table):
+        shown.add_row(*map(escape, row))
+    print_lines([heading_words(table), ""])
+    wide_console().print(shown)
+    print_lines(f"- {remark}" for remark in table.remarks)
+
+
+@app.command()
+@guarded
+def apply(
+    correction: OfCorrection,
+    table: Annotated[Path, typer.Option("--table", "-t", help="The control's tool table as it is in force.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="The new table to write.")],
+    unit: UnitOption = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write a tool table with the offset of a correction in it; all else of the table stays byte for byte."""
+    from trueloop.jobs.tool_offsets import apply_offset
+    from trueloop.report.tool_tables import change_as_dict, change_words
+
+    with busy(f"reading {correction}"):
+        applied = apply_offset(correction, table, output, unit)
+    if as_json:
+        print_json(change_as_dict(applied.record_id, applied.table, applied.new, applied.written))
+        return
+    print_lines([f"Correction {applied.record_id}", *change_words(applied.table, applied.new)])
+    typer.echo(f"written: {applied.written}", err=True)

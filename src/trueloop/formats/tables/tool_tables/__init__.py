@@ -1,0 +1,1 @@
+"""Tool tables of controls: read, and written back with single numbers changed."""

@@ -1,0 +1,162 @@
+"""The finishing tool's row of a control's tool table: its nose, its present offsets, and the row with a new offset."""
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Final, Literal
+
+from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.tables.tool_tables.chosen import geometry_of, row_of
+from trueloop.formats.tables.tool_tables.tool_table import UNIT_MM, Number, ToolRow, ToolTable, XIs, replaced
+from trueloop.turned.program.table_row import changed_number, in_mm
+
+MARK: Final = "trueloop offset"
+"""How a row says which correction changed it, in a comment where the format has comments."""
+SAME_NOSE_MM: Final = 0.0005
+
+
+@dataclass(frozen=True)
+class NewNumber:
+    """A number of a row before and after, in the table's unit, and what it is: `X`, a radius or a diameter, or `Z`."""
+
+    axis: Literal["X", "Z"]
+    before: Decimal
+    after: Decimal
+    counts: XIs
+
+
+@dataclass(frozen=True)
+class NewTable:
+    """A table with a tool's offset changed: the row, its numbers, and the whole file."""
+
+    row: ToolRow
+    numbers: tuple[NewNumber, ...]
+    content: bytes
+
+
+def nose_radius_mm(table: ToolTable, tool: int, edge: int, name: str, stated_mm: float | None) -> float:
+    """The nose radius in the table, or the job's where the table has none.
+
+    Raises OFS-NOSE where the job states another, or where neither knows it.
+    """
+    row = geometry_of(table, row_of(table, tool, edge, name))
+    if row.nose is None or row.nose.value == 0:
+        if stated_mm is not None:
+            return stated_mm
+        raise TrueloopError(
+            Code.OFS_NOSE,
+            f"tool {tool} has no nose radius above 0 in the table, and the job states none",
+            hint="state it in the job: `nose_radius_mm`; 0 is a pointed tool",
+            place=table.place(row),
+            values={"tool": float(tool), "table_mm": float("nan"), "job_mm": float("nan")},
+        )
+    found_mm = in_mm(row.nose.value, UNIT_MM[table.known_unit], table.convention.nose_is)
+    if stated_mm is not None and abs(found_mm - stated_mm) > SAME_NOSE_MM:
+        raise TrueloopError(
+            Code.OFS_NOSE,
+            f"the nose radius of tool {tool} is {found_mm:.4f} mm in the table and {stated_mm:.4f} mm in the job",
+            hint="measure the insert; leave the radius out of the job to take the table's",
+            place=table.place(row),
+            values={"tool": float(tool), "table_mm": found_mm, "job_mm": stated_mm},
+        )
+    return found_mm
+
+
+def held_tool(name: str, edge: int, tool: int | None, table: ToolTable | None) -> HeldTool:
+    """The tool with what the table has of it at present; x as the table counts it is settled when it is changed."""
+    if table is None or tool is None:
+        return HeldTool(name, edge)
+    row = row_of(table, tool, edge, name)
+    numbers = {"x": row.x, "z": row.z}
+    x, z = (None if number is None else str(number.value) for number in numbers.values())
+    return HeldTool(name, edge, TableRow(table.path.name, row.kind, x, z, table.known_unit))
+
+
+def new_table(table: ToolTable, offset: ToolOffset, record_id: str) -> NewTable:
+    """The table with the tool's offset changed.
+
+    Raises OFS errors: the tool is not in it, is another, its numbers have changed since the correction was made, or the
+    correction is in the table already.
+    """
+    unit_mm, step = UNIT_MM[table.known_unit], table.step
+    row = row_of(table, offset.tool, offset.held.edge, offset.held.name)
+    if table.convention.read_only:
+        raise TrueloopError(
+            Code.OFS_ROW,
+            f"{table.path.name!r} ({table.convention.name}) is read only: {table.convention.read_only}",
+            hint="`trueloop offsets program` writes the control's words",
+            place=table.place(row),
+        )
+    counts: XIs = table.convention.x_is or offset.x_is
+    changes: tuple[tuple[Literal["X", "Z"], Number | None, float, XIs], ...] = (
+        ("X", row.x, offset.x_radius_mm, counts),
+        ("Z", row.z, offset.z_mm, "radius"),
+    )
+    edits, numbers = [], []
+    for axis, number, change_mm, counted in changes:
+        old = Decimal(0) if number is None else number.value
+        new = changed_number(old, change_mm, unit_mm, counted, step)
+        numbers.append(NewNumber(axis, old, new, counted))
+        if new == old:
+            continue
+        if number is None:
+            raise _no_place(table, row, axis)
+        edits.append((number, new))
+    _refuse_twice(table, row, offset, record_id, numbers)
+    mark = f"{MARK} {record_id} {_measured(offset)}"
+    content = replaced(table, edits, row, mark) if edits else table.text.encode("latin-1")
+    return NewTable(row, tuple(numbers), content)
+
+
+def _measured(offset: ToolOffset) -> str:
+    """What was measured, as the mark names it."""
+    return f"of {offset.measured_sha256[:16]}" if offset.measured_sha256 else ""
+
+
+def _no_place(table: ToolTable, row: ToolRow, axis: str) -> TrueloopError:
+    return TrueloopError(
+        Code.OFS_ROW,
+        f"the row of tool {row.tool} has no number for {axis}",
+        hint="enter a 0 there at the control and save the table anew",
+        place=table.place(row),
+    )
+
+
+def _refuse_twice(table: ToolTable, row: ToolRow, offset: ToolOffset, record_id: str, numbers: list[NewNumber]) -> None:
+    """By the mark that the row carries, and by what the row held when the correction was made."""
+    recorded, now = offset.held.row, [number.before for number in numbers]
+    line = table.text[table.text.rfind("\n", 0, row.line_end) + 1 : row.line_end]
+    if f"{MARK} {record_id}" in line or (offset.measured_sha256 and _measured(offset) in line):
+        raise _twice(table, row, record_id, f"its comment says so, {line.strip()!r}")
+    if recorded is None:
+        return
+    was = [Decimal(text) if text is not None else Decimal(0) for text in (recorded.x, recorded.z)]
+    if recorded.unit != table.known_unit or recorded.kind != row.kind:
+        found = f"{row.kind} in {table.known_unit} here, {recorded.kind} in {recorded.unit} then"
+        raise _changed(table, row, found)
+    if now == was:
+        return
+    then = [before + (number.after - number.before) for before, number in zip(was, numbers, strict=True)]
+    if now == then:
+        raise _twice(table, row, record_id, f"X {now[0]}, Z {now[1]} is what it makes of X {was[0]}, Z {was[1]}")
+    raise _changed(table, row, f"X {now[0]}, Z {now[1]} now, X {was[0]}, Z {was[1]} then")
+
+
+def _twice(table: ToolTable, row: ToolRow, record_id: str, why: str) -> TrueloopError:
+    return TrueloopError(
+        Code.OFS_TWICE,
+        f"correction {record_id} is in the row of tool {row.tool} already: {why}",
+        hint="measure again before the next correction",
+        place=table.place(row),
+        values={"tool": float(row.tool), "record": record_id},
+    )
+
+
+def _changed(table: ToolTable, row: ToolRow, found: str) -> TrueloopError:
+    return TrueloopError(
+        Code.OFS_CHANGED,
+        f"the offsets of tool {row.tool} have changed since the correction was made: {found}",
+        hint="the touches belong to the offsets of then: measure again, or put them back",
+        place=table.place(row),
+        values={"tool": float(row.tool)},
+    )

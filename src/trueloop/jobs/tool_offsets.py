@@ -1,0 +1,66 @@
+"""From a correction's record or job to a new tool table, or to the control's own words for the offset."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from trueloop.domain.limits import Limits
+from trueloop.domain.record import Record
+from trueloop.domain.tool_offset import ToolOffset
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.outputs import write_all
+from trueloop.formats.record_file import read_record
+from trueloop.formats.tables.tool_tables.known import read_tool_table
+from trueloop.formats.tables.tool_tables.new_table import NewTable, new_table
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable, Unit
+from trueloop.jobs.turned import read_job
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.turned.compensation.limits import check_offset
+
+
+@dataclass(frozen=True)
+class Applied:
+    """A tool table that was read and the one that was written, by which correction."""
+
+    record_id: str
+    table: ToolTable
+    new: NewTable
+    written: Path
+
+
+def apply_offset(correction: Path, table: Path, target: Path, unit: Unit | None = None) -> Applied:
+    """Writes the table with the offset of a correction changed.
+
+    correction: its record (`.json`), or the job, which is computed anew. Raises REC, JOB, OFS and OUT errors, and
+    CMP-SIZE where the offset is beyond the limit that the correction was made with.
+    """
+    record, offset = offset_of(correction)
+    read = read_tool_table(table, unit)
+    new = new_table(read, offset, record.id)
+    (written,) = write_all(target.parent, [(target.name, new.content)], [table, correction])
+    return Applied(record.id, read, new, written)
+
+
+def offset_of(correction: Path) -> tuple[Record, ToolOffset]:
+    """The record of a correction, and the tool offset that makes it. Raises OFS-NONE where no offset does."""
+    is_record = correction.suffix.lower() == ".json"
+    record = read_record(correction) if is_record else compensate(read_job(correction).inputs).record
+    offset = record.tool_offset
+    if offset is None or not offset.makes_the_correction:
+        what = "the contour" if offset is not None else "no tool offset"
+        raise TrueloopError(
+            Code.OFS_NONE,
+            f"correction {record.id} is made by {what}: its program is run with the tool's offset as it is",
+            hint='to correct by the offset instead: `compensation.by = "offset"` in the job',
+            place=Place(str(correction)),
+        )
+    with in_file(correction):
+        check_offset((offset.x_radius_mm, offset.z_mm), Limits(correction_mm=_limit_mm(record)))
+    return record, offset
+
+
+def _limit_mm(record: Record) -> float:
+    """The limit that the correction was made with."""
+    limits = record.options.get("limits")
+    value = limits.get("correction_mm") if isinstance(limits, Mapping) else None
+    return float(value) if isinstance(value, int | float) else Limits.correction_mm

@@ -1,0 +1,98 @@
+"""Tool tables, and what was changed in one, in words and as JSON."""
+
+from pathlib import Path
+from typing import Final
+
+from trueloop.formats.tables.tool_tables.new_table import NewNumber, NewTable
+from trueloop.formats.tables.tool_tables.tool_table import Number, ToolRow, ToolTable
+
+HEADINGS: Final = ("tool", "kind", "X", "Z", "nose", "tip", "name", "further numbers")
+
+
+def table_rows(table: ToolTable) -> list[list[str]]:
+    """A line a row, under `HEADINGS`; numbers as they stand in the file."""
+    return [_row(row) for row in table.rows]
+
+
+def heading_words(table: ToolTable) -> str:
+    """What the table is, and how it counts."""
+    convention = table.convention
+    x_is = "X as the control is set up" if convention.x_is is None else f"X is a {convention.x_is}"
+    return (
+        f"{table.path.name}: {convention.name}, {len(table.rows)} rows, {table.unit or 'unit not stated'}; {x_is}, the "
+        f"nose a {convention.nose_is}"
+    )
+
+
+def table_as_dict(table: ToolTable) -> dict[str, object]:
+    """A tool table; numbers in the table's unit, as it counts them; what it does not hold is None."""
+    return {
+        "file": str(table.path),
+        "format": table.convention.name,
+        "unit": table.unit,
+        "x_is": table.convention.x_is,
+        "nose_is": table.convention.nose_is,
+        "rows": [
+            {
+                "tool": row.tool,
+                "edge": row.edge,
+                "kind": row.kind,
+                "line": row.line,
+                "x": _value(row.x),
+                "z": _value(row.z),
+                "nose": _value(row.nose),
+                "tip": row.tip,
+                "name": row.name,
+                "others": dict(row.others),
+            }
+            for row in table.rows
+        ],
+        "remarks": list(table.remarks),
+    }
+
+
+def change_words(table: ToolTable, new: NewTable) -> list[str]:
+    """What was changed: a line a number, its old and its new value."""
+    name = f" ({new.row.name})" if new.row.name else ""
+    where = f"tool {new.row.tool}{name}, {new.row.kind}, line {new.row.line}"
+    return [f"{where}: {_change(one)} {table.known_unit}" for one in new.numbers]
+
+
+def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Path) -> dict[str, object]:
+    """The same for machines."""
+    return {
+        "record_id": record_id,
+        "tool": new.row.tool,
+        "edge": new.row.edge,
+        "name": new.row.name,
+        "kind": new.row.kind,
+        "line": new.row.line,
+        "unit": table.known_unit,
+        "numbers": [
+            {"axis": one.axis, "is": one.counts, "before": float(one.before), "after": float(one.after)}
+            for one in new.numbers
+        ],
+        "written": str(written),
+    }
+
+
+def _row(row: ToolRow) -> list[str]:
+    tool = f"T{row.tool}" + (f" D{row.edge}" if row.edge != 1 else "")
+    others = " ".join(f"{name} {value}" for name, value in row.others.items())
+    numbers = [_text(number) for number in (row.x, row.z, row.nose)]
+    return [tool, row.kind, *numbers, "" if row.tip is None else str(row.tip), row.name, others]
+
+
+def _text(number: Number | None) -> str:
+    return "–" if number is None else f"{number.value:f}"
+
+
+def _value(number: Number | None) -> float | None:
+    return None if number is None else float(number.value)
+
+
+def _change(one: NewNumber) -> str:
+    counts = f" ({one.counts})" if one.axis == "X" else ""
+    if one.after == one.before:
+        return f"{one.axis}{counts} stays {one.before:f}"
+    return f"{one.axis}{counts} {one.before:f} → {one.after:f}"
