@@ -16,6 +16,7 @@ AREAS: Final = {
     "PRB": "Probing: plans, programs, logs",
     "FIT": "Error curves",
     "CMP": "Corrections and their limits",
+    "TOL": "tolerances and characteristics",
     "SRF": "Surfaces",
     "MCH": "Machine models",
     "REC": "Records of corrections",

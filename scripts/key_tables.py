@@ -23,6 +23,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
     "job-file.md": {
         "[part]": job.PartTable,
         "[[part.feature]]": job.FeatureTable,
+        "[[part.characteristic]]": job.CharacteristicTable,
         "[tool]": job.ToolTable,
         "[programs]": job.ProgramsTable,
         "[gauging]": job.GaugingTable,

@@ -209,6 +209,22 @@ class Code(StrEnum):
     CMP_RAPID = "CMP-RAPID", "a rapid move that the correction would bring closer to the part", ("closer_um",)
     CMP_READ_BACK = "CMP-READ-BACK", "a written program that, read again, is not what was intended"
 
+    # TOL: tolerances and characteristics
+    TOL_TEXT = "TOL-TEXT", "a tolerance that cannot be read", ("tolerance",)
+    TOL_ZONE = (
+        "TOL-ZONE",
+        "limits without anything between them, or that the profile itself lies outside of",
+        ("characteristic",),
+    )
+    TOL_NOMINAL = "TOL-NOMINAL", "a nominal that is not the profile's", ("characteristic", "nominal_mm", "profile_mm")
+    TOL_FEATURE = (
+        "TOL-FEATURE",
+        "a characteristic of a feature that the part does not have",
+        ("characteristic", "feature"),
+    )
+    TOL_PLACE = "TOL-PLACE", "a characteristic that its feature cannot have", ("characteristic", "feature")
+    TOL_TWICE = "TOL-TWICE", "the same characteristic twice", ("characteristic",)
+
     # SRF: surfaces, their deviations and patterns
     SRF_SURFACE = "SRF-SURFACE", "knots, control points and weights that make no patch"
     SRF_DEGENERATE = "SRF-DEGENERATE", "a place without a normal", ("x_mm", "y_mm", "z_mm")

@@ -8,11 +8,12 @@ from typing import Final
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import read_input
-from trueloop.formats.jobs.job import Job, read_turned_job
+from trueloop.formats.jobs.job import Job, locate_turned_job
 from trueloop.formats.jobs.profile_of_job import junctions_by_design, profile_of_table
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
+from trueloop.formats.toml_tables import Located
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
@@ -31,18 +32,23 @@ class JobFiles:
 
     path: Path
     sources: Sources
-    job: Job
+    located: Located[Job]
+
+    @property
+    def job(self) -> Job:
+        """The job."""
+        return self.located.model
 
     @classmethod
     def of(cls, path: Path) -> "JobFiles":
         """Reads the job alone. Raises JOB errors."""
         sources = Sources(path.parent)
-        return cls(path, sources, read_turned_job(sources.file(path.name)))
+        return cls(path, sources, locate_turned_job(sources.file(path.name)))
 
     def other(self, name: Path) -> "JobFiles":
         """Another part's job that this one names; its files are noted with this one's."""
         file = self.sources.file(name)
-        return JobFiles(file, self.sources.beside(name), read_turned_job(file))
+        return JobFiles(file, self.sources.beside(name), locate_turned_job(file))
 
     @property
     def nose_radius_mm(self) -> float:

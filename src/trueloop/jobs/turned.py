@@ -14,6 +14,7 @@ from trueloop.formats.tables.tool_tables.new_table import held_tool
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
+from trueloop.jobs.characteristics import characteristics_of
 from trueloop.jobs.inspection import part_errors, part_type, read_inspection, read_part_errors
 from trueloop.jobs.job_files import JobFiles
 from trueloop.jobs.part_on_machine import read_part_on_machine
@@ -141,6 +142,8 @@ def read_job(path: FilePath) -> ReadJob:
         held=held_tool(job.tool.table_name, job.tool.table_edge, job.tool.number, table),
         inputs_sha256=sources.sha256,
         file=str(path),
+        characteristics=characteristics_of(files.located, profile),
+        measured_allowance_mm=options_from(Gauging, job).allowance_mm,
     )
     return ReadJob(inputs, sources.files, path.parent / job.output.folder, table)
 

@@ -25,6 +25,12 @@ STEEL: Final = "#dde4ea"
 PALE_STEEL: Final = "#f1f4f7"
 BAND: Final = "rgba(29,39,51,0.13)"
 AFTER: Final = "#00796b"
+IN: Final = "#0072b2"
+"""Blue of Okabe and Ito: a characteristic inside its limits."""
+OUT: Final = "#d55e00"
+"""Their vermillion: outside. Who sees no red or green tells the two apart; a sign or a word stands beside either."""
+VERDICTS: Final = {"in": (IN, "✓"), "out": (OUT, "✗"), "undecided": (SOFT, "?")}
+"""Colour and sign by verdict."""
 FONT: Final = {"family": "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
 
 MINUS: Final = "\u2212"

@@ -7,6 +7,7 @@ from trueloop.cli.terminal import wide_console
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import between_cuts_words
 from trueloop.report.style import plain, signed
+from trueloop.report.turned.characteristics import characteristics_words
 from trueloop.report.turned.composed import composed_words
 from trueloop.report.turned.features import feature_summaries
 from trueloop.report.turned.summary import headline, offset_words
@@ -34,7 +35,10 @@ def print_summary(correction: Correction, files: Sequence[Path]) -> None:
     console.print(
         "\n+ is material left on. Predicted: what repeats is taken out; ±U holds what the finish cut may differ by."
     )
-    console.print(f"[bold]{_escaped(headline(correction))}[/]\n")
+    console.print(f"[bold]{_escaped(headline(correction))}[/]")
+    for words in characteristics_words(correction.characteristics):
+        console.print(_escaped(words))
+    console.print()
     for words in (budget_words(correction), between_cuts_words(correction.options.between_cuts)):
         console.print(f"- {_escaped(words)}")
     for words in (correction.decision.x.words, correction.decision.z.words, *correction.notes):

@@ -12,7 +12,18 @@ from pydantic import Field, model_validator
 from trueloop.domain.limits import Limits
 from trueloop.errors import Code
 from trueloop.formats.option_tables import options_from, with_options
-from trueloop.formats.toml_tables import Count, Finite, In, Moment, NotNegative, Positive, T, Table, read_tables
+from trueloop.formats.toml_tables import (
+    Count,
+    Finite,
+    In,
+    Located,
+    Moment,
+    NotNegative,
+    Positive,
+    T,
+    Table,
+    read_located,
+)
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
 
@@ -39,6 +50,38 @@ class FeatureTable(Table):
     def _one_arc_form(self) -> "FeatureTable":
         if self.centre is not None and self.radius is not None:
             raise ValueError("an arc has a centre or a radius, not both")
+        return self
+
+
+class CharacteristicTable(Table):
+    """One size that the drawing asks for, to be judged before and after the correction."""
+
+    name: str
+    """What it is called, once in a job."""
+    quantity: Literal["diameter", "length", "angle", "radius", "form"]
+    """`"diameter"` (whatever `part.x_is` is), `"length"` (between two faces, or of one from z = 0), `"angle"` (of a
+    cone, to the axis), `"radius"` (of an arc) or `"form"` (straightness).
+    """
+    feature: str
+    """The feature it is of."""
+    other: str = ""
+    """The second face of a length; left out, it counts from z = 0."""
+    at_z_mm: Finite | None = None
+    """Where along the feature a diameter holds; left out, everywhere, which a cylinder alone can have."""
+    nominal: Annotated[Finite | None, In("`unit`; degrees")] = None
+    """As the drawing says it; left out, what the profile has there."""
+    tolerance: str | None = None
+    """As the drawing says it: `"h6"`, `"±0.02"`, `"+0.01/-0.02"` (in `unit`; degrees of an angle), `"ISO 2768-m"`."""
+    lower_limit: Annotated[Finite | None, In("`unit`; degrees")] = None
+    """Instead of `tolerance`: the smallest size."""
+    upper_limit: Annotated[Finite | None, In("`unit`; degrees")] = None
+    """Instead of `tolerance`: the largest size."""
+
+    @model_validator(mode="after")
+    def _one_tolerance(self) -> "CharacteristicTable":
+        limits = self.lower_limit is not None or self.upper_limit is not None
+        if limits == (self.tolerance is not None):
+            raise ValueError("a characteristic has a `tolerance`, or a `lower_limit`, an `upper_limit` or both")
         return self
 
 
@@ -83,6 +126,8 @@ class PartTable(Table):
     """Take the profile from the finish program: the path of the nose centre less the nose radius; under G41 or G42 the
     contour that it is.
     """
+    characteristic: tuple[CharacteristicTable, ...] = ()
+    """What the drawing asks for: `[[part.characteristic]]` below."""
     junctions: dict[str, Literal["corner", "tangent"]] = Field(default_factory=dict)
     """Junctions by design, `{ "neck/dome" = "tangent" }` or `"corner"`; the others are found from the geometry."""
 
@@ -326,11 +371,21 @@ class Job(Table):
 
 
 def read_turned_job(path: Path) -> Job:
+    """The job alone of `locate_turned_job`."""
+    return locate_turned_job(path).model
+
+
+def locate_turned_job(path: Path) -> Located[Job]:
     """Reads a job file; raises JOB errors that name the table, the key and the line."""
     hint = "docs/job-file.md lists every table and key with its unit and default; `trueloop demo` runs a ready job"
-    return read_job_file(path, Job, hint)
+    return locate_job_file(path, Job, hint)
 
 
 def read_job_file(path: Path, kind: type[T], hint: str) -> T:
     """Reads a job file of some kind; `hint` says what such a file holds."""
-    return read_tables(path, kind, Code.JOB_KEY, hint=hint, missing=Code.JOB_MISSING, syntax=Code.JOB_SYNTAX)
+    return locate_job_file(path, kind, hint).model
+
+
+def locate_job_file(path: Path, kind: type[T], hint: str) -> Located[T]:
+    """The same with where in the file what stands."""
+    return read_located(path, kind, Code.JOB_KEY, hint=hint, missing=Code.JOB_MISSING, syntax=Code.JOB_SYNTAX)

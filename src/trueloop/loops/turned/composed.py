@@ -79,20 +79,24 @@ def comp_mtg_at(machine: InMachine, touches: ErrorVectors, process_mm: Array, no
 
 
 def model_u_mm(machine: InMachine, touches: ErrorVectors, nose_radius_mm: float) -> Array:
-    """Standard uncertainty of the next cut's error from that of the model's coefficients, (n,).
+    """Standard uncertainty of the next cut's error from that of the model's coefficients, (n,)."""
+    covariance = model_covariance(machine, touches.nominal_mm, touches.outward_normal, nose_radius_mm)
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)))
+
+
+def model_covariance(machine: InMachine, nominal_mm: Array, normal: Array, nose_radius_mm: float) -> Array:
+    """Covariance of the next cut's errors at places (n, 2) from that of the model's coefficients, (n, n).
 
     With δ(T) = E true − E modelled, the finished part keeps δ(cutting) − δ(semifinish), + δ(probing) of touches taken
     on the machine: equal temperatures leave one δ of three.
     """
-    normal, nominal = touches.outward_normal, touches.nominal_mm
-    at_mm = nominal + nose_radius_mm * normal
+    at_mm = nominal_mm + nose_radius_mm * normal
     rows = machine.finishing.sensitivities(at_mm, machine.travel, normal)
     rows = rows - machine.semifinishing.sensitivities(at_mm, machine.travel, normal)
     if machine.part.touched_on == "machine":
-        ball_mm = nominal + machine.part.ball_radius_mm * normal
+        ball_mm = nominal_mm + machine.part.ball_radius_mm * normal
         rows = rows + machine.probing.sensitivities(ball_mm, -np.sign(np.round(normal, 9)), normal)
-    variance = np.einsum("nj,jk,nk->n", rows, machine.part.model.covariance, rows)
-    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+    return np.asarray(rows @ machine.part.model.covariance @ rows.T)
 
 
 def _along(vectors: Array, normal: Array) -> Array:

@@ -7,6 +7,7 @@ from datetime import datetime
 import numpy as np
 
 from trueloop.arrays import Array, by_content
+from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
@@ -17,6 +18,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
+from trueloop.tolerances.judged import Judged
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.lean import unasked_u_mm
@@ -38,7 +40,8 @@ class Inputs:
     `machine_tool` is the one that cuts, `edge` the finishing tool's, mounted at `edge_set_at`: None where not stated.
     `touches` are part errors; `inspection` holds them as they were reported: None where no device did. `inputs_sha256`
     names what they were read from; `file` is the job's, which states the rest; None: no file does. `held` is the
-    finishing tool as the control knows it.
+    finishing tool as the control knows it. `characteristics` are to be judged; `measured_allowance_mm` is
+    what the touches were taken over.
     """
 
     part: PartType
@@ -65,6 +68,13 @@ class Inputs:
     held: HeldTool = field(default_factory=HeldTool)
     inputs_sha256: Mapping[str, str] = field(default_factory=dict)
     file: str | None = None
+    characteristics: tuple[Characteristic, ...] = ()
+    measured_allowance_mm: float = 0.0
+
+    @property
+    def measured_finished(self) -> bool:
+        """Whether the touches are of the finished part: no semi-finish cut, and nothing left on."""
+        return self.semifinish is None and self.allowance_mm == 0.0 and self.measured_allowance_mm == 0.0
 
     @property
     def run(self) -> Run:
@@ -102,7 +112,7 @@ class Correction:
     `unasked` what their slopes would ask for besides if the nose made the errors. `offsets_program` is None where only
     the contour can be corrected; the notes say why. Where the correction is an offset and there is no such variant, the
     program is run as given, and `wear`, which is known in every case, is entered at the control. `source_name` is the
-    file name of the given program.
+    file name of the given program; `characteristics` are those that the inputs ask for, judged.
     """
 
     part: str
@@ -127,6 +137,7 @@ class Correction:
     record: Record
     notes: tuple[str, ...]
     composed: Composed | None = None
+    characteristics: tuple[Judged, ...] = ()
 
     @property
     def left_by_offset_mm(self) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from trueloop.domain.limits import check_scatter
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
+from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, surface_of
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
@@ -104,6 +105,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         record=record_of(inputs, matched, model, decision, programs, surface.touches, composed),
         notes=(*(one.words for one in model.suspects), *unchecked, *programs.notes, *matched.notes),
         composed=composed,
+        characteristics=Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics(),
     )
 
 

@@ -4,6 +4,7 @@ import math
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import between_cuts_words
+from trueloop.report.turned.characteristics import characteristics_as_dicts
 from trueloop.report.turned.features import FeatureSummary, feature_summaries, worst_of
 from trueloop.report.turned.summary import headline
 from trueloop.statistics import rms
@@ -23,6 +24,7 @@ def correction_as_dict(correction: Correction) -> dict[str, object]:
         "program_to_run": correction.name_to_run,
         "features": [_feature(summary) for summary in feature_summaries(correction)],
         "headline": headline(correction),
+        "characteristics": characteristics_as_dicts(correction.characteristics),
         "predicted_is": "a prediction, not a measurement; expanded uncertainties hold 95 %",
         "between_cuts": between_cuts_words(correction.options.between_cuts),
         "components": [vars(one) for one in correction.record.components],

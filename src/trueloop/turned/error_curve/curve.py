@@ -101,6 +101,14 @@ class ErrorCurve:
             degrees_of_freedom=self.degrees_of_freedom,
         )
 
+    def coefficient_rows(self, arc_length_mm: ArrayLike) -> Array:
+        """By how much the error at arc lengths follows the spline's coefficients, (n, coefficients)."""
+        return self.spline.value_form(*self._stretch(arc_length_mm)).dense(len(self.spline.coefficients_mm))
+
+    def drawn_out_u_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """Standard uncertainty of what the curve's bend may add beyond the last touch, (n,)."""
+        return self.spline.drawn_out_u_mm(self._stretch(arc_length_mm)[0])
+
     def _reference_share(self, arc_length_mm: ArrayLike) -> Array:
         """By how much the curve follows the touch that the part's z is taken from, (n,)."""
         form = self.spline.value_form(*self._stretch(arc_length_mm))

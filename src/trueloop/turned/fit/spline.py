@@ -120,6 +120,16 @@ class Spline:
         """Variance of the numbers of a form."""
         return self.covariance(form, form)
 
+    @property
+    def dense_covariance_mm2(self) -> Array:
+        """Covariance of all coefficients, (n, n); of two more than three apart, what is common to them alone."""
+        band, n = self.covariance_band_mm2, len(self.coefficients_mm)
+        full: Array = self.prescribed_mm @ self.prescribed_mm.T
+        for k in range(min(band.shape[1], n)):
+            off = np.diag(band[: n - k, k], k)
+            full += off if k == 0 else off + off.T
+        return full
+
     def with_common(self, response_mm: Array) -> "Spline":
         """The same with one more independent error, which the coefficients follow by `response_mm`, (n,)."""
         return replace(self, prescribed_mm=np.column_stack([self.prescribed_mm, response_mm]))

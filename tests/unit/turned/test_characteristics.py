@@ -1,0 +1,86 @@
+"""Characteristics of whole corrections: values and uncertainties against the budget at single places."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.correction import example_inputs
+from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.tolerances.judged import Judged
+
+D1 = Characteristic("D1", Quantity.DIAMETER, "small-cylinder", 43.688, 43.668, 43.708)
+L1 = Characteristic("L1", Quantity.LENGTH, "step-face", 50.8, 50.78, 50.82, other="end-face")
+
+
+def judged(inputs: Inputs, *asked: Characteristic) -> tuple[Correction, tuple[Judged, ...]]:
+    correction = compensate(replace(inputs, characteristics=asked))
+    return correction, correction.characteristics
+
+
+def finished(inputs: Inputs) -> Inputs:
+    """The same were the touches those of the finished part."""
+    return replace(inputs, semifinish=None, allowance_mm=0.0)
+
+
+def test_a_diameter_has_twice_the_uncertainty_of_its_place() -> None:
+    correction, (one,) = judged(example_inputs("facetst"), replace(D1, at_z_mm=-20.0))
+    at = np.array([correction.profile.features[2].locate((21.844, -20.0))[0]])
+    budget = correction.next_cut(2, at)
+
+    assert one.after.standard_u == pytest.approx(2.0 * budget.standard_u_mm[0], rel=1e-9)
+    assert one.after.value == pytest.approx(43.688, abs=1e-6)
+    assert one.before is None  # the semi-finish cut was touched
+
+
+def test_without_a_correction_a_diameter_keeps_twice_its_error() -> None:
+    """Half of it taken out leaves half: 43.688 + 2 · ½ · 5 µm."""
+    inputs = example_inputs("facetst")
+    five = replace(inputs.touches, error_mm=0.005 * np.abs(inputs.touches.outward_normal[:, 0]))
+    options = replace(inputs.options, weight=0.5, by="contour")
+    _, (one,) = judged(replace(inputs, touches=five, options=options), D1)
+
+    assert one.after.value == pytest.approx(43.688 + 0.005, abs=2e-5)
+
+
+def test_a_finished_part_is_judged_as_measured() -> None:
+    inputs = finished(example_inputs("facetst"))
+    large = replace(inputs.touches, error_mm=0.012 * np.abs(inputs.touches.outward_normal[:, 0]))
+    _, (one,) = judged(replace(inputs, touches=large), D1)
+
+    assert one.before is not None
+    assert one.before.verdict == "out"
+    assert one.before.value == pytest.approx(43.712, abs=2e-5)
+    assert one.before.margin == pytest.approx(-0.004, abs=2e-5)
+    assert one.after.probability_in > 0.95
+
+
+def test_what_moves_a_whole_cut_changes_no_length_between_faces() -> None:
+    inputs = example_inputs("facetst")
+    options = inputs.options
+    whole = replace(options.between_cuts, common_mm=0.02, scatter_mm=0.0)
+    alike = replace(options.between_cuts, common_mm=0.0, scatter_mm=0.0)
+    u = [judged(replace(inputs, options=replace(options, between_cuts=one)), L1, D1)[1] for one in (whole, alike)]
+
+    assert u[0][0].after.standard_u == pytest.approx(u[1][0].after.standard_u)
+    difference = np.sqrt(u[0][1].after.standard_u ** 2 - u[1][1].after.standard_u ** 2)
+    assert difference == pytest.approx(2.0 * np.sqrt(2.0) * 0.02, rel=1e-6)  # of a diameter all of it
+
+
+def test_several_sizes_are_judged_by_the_worst() -> None:
+    """The cylinder tapers by 20 µm on the diameter: its end is out, its middle in."""
+    inputs = finished(example_inputs("facetst"))
+    touches, index = inputs.touches, 2
+    on_it = touches.feature_index == index
+    along = touches.arc_length_mm / inputs.profile.features[index].length_mm - 0.5
+    tapered = replace(touches, error_mm=np.where(on_it, 0.020 * along, 0.0))
+    tight = replace(D1, lower_limit=43.688 - 0.008, upper_limit=43.688 + 0.030)
+    _, (everywhere, in_the_middle) = judged(
+        replace(inputs, touches=tapered), tight, replace(tight, name="D2", at_z_mm=-25.4)
+    )
+
+    assert everywhere.before is not None and in_the_middle.before is not None
+    assert everywhere.before.verdict == "out"
+    assert in_the_middle.before.verdict == "in"
