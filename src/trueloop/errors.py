@@ -320,6 +320,7 @@ class Code(StrEnum):
     # JOB: job files
     JOB_MISSING = "JOB-MISSING", "a job, or a file that it names, that is not there"
     JOB_SYNTAX = "JOB-SYNTAX", "a job that is no TOML"
+    JOB_EXISTS = "JOB-EXISTS", "a new job where there is one already", ("file",)
     JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have", ("key",)
 
     # VAL: stored values

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from trueloop.errors import Code
 from trueloop.formats.jobs.job import read_turned_job
+from trueloop.jobs.new import Wanted, new_job
 
 
 def _read(text: str) -> object:
@@ -15,8 +16,16 @@ def _read(text: str) -> object:
         return read_turned_job(path)
 
 
+def _begun_twice() -> None:
+    example = Path(__file__).parents[2] / "examples" / "linuxcnc" / "finish.ngc"
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(2):
+            new_job(Wanted(example, 0.79375, "part", Path(folder)))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.JOB_MISSING: lambda: read_turned_job(Path("/nowhere/job.toml")),
     Code.JOB_SYNTAX: lambda: _read("[part]\nname = dome\n"),
     Code.JOB_KEY: lambda: _read("[part]\nname = 'dome'\nfrom_program = true\nunits = 'mm'\n"),
+    Code.JOB_EXISTS: _begun_twice,
 }

@@ -12,6 +12,7 @@ from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.machine import commands as machine
 from trueloop.cli.measure import commands as measure
 from trueloop.cli.nc import commands as nc
+from trueloop.cli.new import new
 from trueloop.cli.simulated import linuxcnc
 from trueloop.cli.simulated.simulate import simulate
 from trueloop.cli.surface import commands as surface
@@ -35,6 +36,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.command()(new)
 app.command()(compensate)
 app.command()(demo)
 app.add_typer(part.app, name="part")

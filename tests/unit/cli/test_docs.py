@@ -14,6 +14,7 @@ from trueloop.cli.main import app
 
 DOCUMENT = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
 COMMANDS = (
+    "new",
     "compensate",
     "demo",
     "part show",

@@ -44,17 +44,17 @@ def part_table_toml(name: str, profile: Profile, notes: Sequence[str] = ()) -> s
     lines = [
         *(f"# {' '.join(note.split())}" for note in notes),
         "[part]",
-        f"name = {_quoted(name)}",
+        f"name = {quoted(name)}",
         'unit = "mm"',
         'x_is = "radius"',
     ]
     lines.append(f"start = {_pair(profile.features[0].start_mm)}")
     for feature in profile.features:
-        lines += ["", "[[part.feature]]", f"name = {_quoted(feature.name)}", f"to = {_pair(feature.end_mm)}"]
+        lines += ["", "[[part.feature]]", f"name = {quoted(feature.name)}", f"to = {_pair(feature.end_mm)}"]
         if isinstance(feature, Arc):
             lines += [f"centre = {_pair(feature.centre_mm)}", f'turn = "{_turn(feature)}"']
     fixed = [
-        f'{_quoted(f"{before}/{after}")} = "{junction.kind}"'
+        f'{quoted(f"{before}/{after}")} = "{junction.kind}"'
         for (before, after), junction in zip(pairwise(profile.names), profile.junctions, strict=True)
         if junction.by_design or _could_read_otherwise(junction)
     ]
@@ -108,7 +108,7 @@ def _pair(point: Point) -> str:
     return f"[{x!r}, {z!r}]"
 
 
-def _quoted(text: str) -> str:
+def quoted(text: str) -> str:
     """A TOML basic string: quotes, backslashes and control characters escaped."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + "".join(c if ord(c) >= 32 and ord(c) != 127 else f"\\u{ord(c):04x}" for c in escaped) + '"'

@@ -7,8 +7,9 @@ Columns carry their unit: `nominal_x_mm`, `nominal_x_in`, `nominal_x_diameter_mm
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
+from trueloop.arrays import Array
 from trueloop.domain.inspection import Touch
 from trueloop.errors import Code
 from trueloop.formats.input_file import FilePath
@@ -76,6 +77,17 @@ def touches_to_csv(touches: Sequence[Touch]) -> str:
             f"{_cell(touch.point)},{_cell(touch.feature or '')},{x:.6f},{z:.6f},{touch.error_mm * UM_PER_MM:.3f}"
         )
     return "\n".join([*lines, ""])
+
+
+def empty_touches_csv(features: Sequence[str], nominal_mm: Array, unit: Literal["mm", "inch"] = "mm") -> str:
+    """Points (n, 2) that are to be touched, numbered from 1, with empty cells for what is measured there."""
+    ending, per = ("in", MM_PER_INCH) if unit == "inch" else ("mm", 1.0)
+    places = [f"{what}_{axis}_{ending}" for what in ("nominal", "measured") for axis in "xz"]
+    rows = [
+        f"{k},{_cell(feature)},{x / per:.6f},{z / per:.6f},,"
+        for k, (feature, (x, z)) in enumerate(zip(features, nominal_mm.tolist(), strict=True), 1)
+    ]
+    return "\n".join([",".join(["point", "feature", *places]), *rows, ""])
 
 
 def _cell(text: str) -> str:

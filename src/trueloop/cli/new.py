@@ -1,0 +1,100 @@
+"""`trueloop new`: a job from a finish program, asking for what the program does not say."""
+
+import re
+import sys
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+import click
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import not_negative
+from trueloop.cli.program_file import DialectName, ProgramFile, Settings, UnitAtStart, parameters_of
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
+
+HOW: Final = "Measured with a micrometer (gauge), or by a probe or measuring machine (points)"
+
+
+@guarded
+def new(
+    program: ProgramFile,
+    drawing: Annotated[
+        Path | None,
+        typer.Option("--drawing", help="DXF drawing or STEP solid of the part.  [default: as the program cuts it]"),
+    ] = None,
+    nose_radius_mm: Annotated[
+        float | None,
+        typer.Option(
+            "--nose-radius-mm", callback=not_negative, help="Radius of the finishing tool's nose.  [asked for]"
+        ),
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option("--name", help="What the part is called.  [asked for; default: the program's name]")
+    ] = None,
+    measured: Annotated[
+        Literal["gauge", "points"] | None,
+        typer.Option(
+            "--measured",
+            help="With a micrometer (gauge), or by a probe or measuring machine (points).  [asked for; default: gauge]",
+        ),
+    ] = None,
+    folder: Annotated[
+        Path | None, typer.Option("--folder", help="Where the job goes.  [default: a folder with the part's name]")
+    ] = None,
+    tool: Annotated[
+        int | None, typer.Option("--tool", min=1, help="Number of the tool's offset at the control.")
+    ] = None,
+    dialect: DialectName = None,
+    unit: UnitAtStart = None,
+    settings: Settings = None,
+    lines: Annotated[
+        tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Begin a job: writes job.toml, and a file in which the places to measure stand and the values are to be filled in.
+
+    What is not given is asked for at a terminal; elsewhere only the nose radius is needed.
+    """
+    person = sys.stdin.isatty() and sys.stdout.isatty() and not as_json
+    radius = nose_radius_mm
+    if radius is None:
+        if not person:
+            raise typer.BadParameter("the program does not say it: give it", param_hint="--nose-radius-mm")
+        radius = typer.prompt("Nose radius of the finishing tool, mm", type=click.FloatRange(min=0.0))
+    part = name or (typer.prompt("Name of the part", default=program.stem) if person else program.stem)
+    how = measured or (
+        typer.prompt(HOW, default="gauge", type=click.Choice(("gauge", "points"))) if person else "gauge"
+    )
+    with busy(f"reading {program}"):
+        from trueloop.jobs.new import Wanted, new_job
+
+        made = new_job(
+            Wanted(
+                program=program,
+                nose_radius_mm=radius,
+                name=part,
+                folder=folder or Path(re.sub(r"[^\w.-]+", "-", part).strip("-.") or "job"),
+                drawing=drawing,
+                dialect=dialect,
+                unit=unit,
+                tool=tool,
+                lines=lines,
+                parameters=parameters_of(settings),
+                measured=how,
+            )
+        )
+    if as_json:
+        print_json({**vars(made), "files": [str(file) for file in made.files]})
+        return
+    job, to_fill_in, *others = made.files
+    print_lines(
+        [
+            *made.notes,
+            f"{len(made.features)} features from the chuck: {', '.join(made.features)}",
+            *(f"written: {file}" for file in (job, *others)),
+            f"written: {to_fill_in}, with {made.places} places to measure",
+            f"next: fill in the values, then  trueloop compensate {job}",
+        ]
+    )

@@ -1,0 +1,77 @@
+"""The text of a new job file: what was found and stated, with the keys that its owner is likely to want next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from trueloop.formats.jobs.profile_of_job import part_table_toml, quoted
+from trueloop.geometry.profile import Profile
+
+
+@dataclass(frozen=True)
+class NewJob:
+    """What a new job says. Paths are as they shall stand in it: relative to the job.
+
+    `profile` is spelled out where there is no `drawing`, whose format `drawing_key` names ("dxf" or "step").
+    """
+
+    name: str
+    profile: Profile
+    dialect: str
+    finish: Path
+    nose_radius_mm: float
+    measured_key: Literal["readings", "touches"]
+    measured_file: str
+    notes: Sequence[str] = ()
+    drawing: Path | None = None
+    drawing_key: str = ""
+    tool: int | None = None
+    unit: Literal["mm", "inch"] | None = None
+    lines: tuple[int, int] | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+def job_toml(new: NewJob) -> str:
+    """The job as TOML."""
+    return "\n".join([_part(new), _tool(new), _programs(new), _gauging(new), '[output]\nfolder = "out"', ""])
+
+
+def _part(new: NewJob) -> str:
+    if new.drawing is None:
+        return part_table_toml(new.name, new.profile, new.notes)
+    features = ", ".join(new.profile.names)
+    return "\n".join(
+        [
+            *(f"# {' '.join(note.split())}" for note in new.notes),
+            f"# Its features, from the chuck: {features}.",
+            "[part]",
+            f"name = {quoted(new.name)}",
+            f"{new.drawing_key} = {quoted(new.drawing.as_posix())}",
+            "",
+        ]
+    )
+
+
+def _tool(new: NewJob) -> str:
+    number = [] if new.tool is None else [f"number = {new.tool}"]
+    return "\n".join(["[tool]", f"nose_radius_mm = {new.nose_radius_mm!r}", *number, ""])
+
+
+def _programs(new: NewJob) -> str:
+    given = ", ".join(f"{quoted(name)} = {value!r}" for name, value in new.parameters.items())
+    return "\n".join(
+        [
+            "[programs]",
+            f"dialect = {quoted(new.dialect)}",
+            f"finish = {quoted(new.finish.as_posix())}",
+            *([] if new.lines is None else [f"finish_lines = [{new.lines[0]}, {new.lines[1]}]"]),
+            *([] if new.unit is None else [f"unit = {quoted(new.unit)}"]),
+            *([] if not given else [f"parameters = {{ {given} }}"]),
+            "",
+        ]
+    )
+
+
+def _gauging(new: NewJob) -> str:
+    return f"[gauging]\n{new.measured_key} = {quoted(new.measured_file)}\n"

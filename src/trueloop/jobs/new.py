@@ -1,0 +1,181 @@
+"""A new job from a finish program and perhaps a drawing: the job, and the file in which to note what is measured."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os.path import relpath
+from pathlib import Path
+from typing import Final, Literal
+
+from trueloop.domain.record import check_uncorrected
+from trueloop.errors import Code, Place, TrueloopError, in_file
+from trueloop.formats.input_file import FilePath
+from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
+from trueloop.formats.jobs.new_job import NewJob, job_toml
+from trueloop.formats.measurements.touches_csv import empty_touches_csv
+from trueloop.formats.outputs import write_all
+from trueloop.formats.program_file import read_program
+from trueloop.geometry.feature import Arc
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.geometry.profile import Profile
+from trueloop.geometry.validate import checked_profile
+from trueloop.loops.turned.commanded import Run, commanded
+from trueloop.nc.program.program import Program, Unit
+from trueloop.nc.program.unit import unit_of_path
+from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
+from trueloop.report.turned.touch_sheet import touch_sheet
+from trueloop.turned.readings.plan import gauge_plan
+
+CAD: Final = {".dxf": "dxf", ".step": "step", ".stp": "step", ".igs": "step", ".iges": "step"}
+"""The key of the job by the drawing's ending."""
+APART_MM: Final = 5.0
+FEWEST, MOST = 3, 20
+"""Points on an arc: this far apart, but not fewer and not more."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a new job is made from. `measured`: "gauge" for readings of diameters and lengths, "points" for touches."""
+
+    program: Path
+    nose_radius_mm: float
+    name: str
+    folder: Path
+    drawing: Path | None = None
+    dialect: str | None = None
+    unit: Unit | None = None
+    tool: int | None = None
+    lines: tuple[int, int] | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    measured: Literal["gauge", "points"] = "gauge"
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was written: the job first, then the file to be filled in, with `places` rows; and the part's features."""
+
+    files: tuple[Path, ...]
+    places: int
+    features: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def new_job(wanted: Wanted) -> Made:
+    """Writes `job.toml`, and `readings.csv` with `sheet.html` or `touches.csv`; nothing where one is there already.
+
+    The program is run and matched with the part: one that does not cut it is refused here, not at the first correction.
+    Raises NC, GEO, JOB-EXISTS and OUT errors.
+    """
+    program = read_program(wanted.program, wanted.dialect, wanted.unit)
+    with in_file(wanted.program):
+        check_uncorrected(program.source)
+    profile, notes = _profile(wanted, program)
+    with in_file(wanted.program):
+        path = commanded(program, None, profile, wanted.nose_radius_mm, 0.0, _run(wanted)).path
+    inch = unit_of_path(program.unit, path)["unit"] == "inch"
+    measured, places = (
+        _gauge_files(wanted, profile, inch) if wanted.measured == "gauge" else _touches(wanted, profile, inch)
+    )
+    contents = {"job.toml": job_toml(_said(wanted, program, profile, next(iter(measured)), notes)), **measured}
+    for file in contents:
+        _require_new(wanted.folder / file)
+    inputs = [wanted.program, *([] if wanted.drawing is None else [wanted.drawing])]
+    files = write_all(wanted.folder, [(name, text.encode()) for name, text in contents.items()], inputs)
+    return Made(tuple(files), places, profile.names, notes)
+
+
+def _run(wanted: Wanted) -> Run:
+    return Run(wanted.parameters, False, wanted.lines)
+
+
+def _profile(wanted: Wanted, program: Program) -> tuple[Profile, tuple[str, ...]]:
+    """The drawing's, or that of the program's finish pass."""
+    if wanted.drawing is None:
+        with in_file(wanted.program):
+            contour = _run(wanted).contour(program, wanted.nose_radius_mm)
+        return contour.profile, tuple(contour.notes)
+    key = _drawing_key(wanted.drawing)
+    if key == "dxf":
+        from trueloop.formats.cad.dxf import read_dxf  # ezdxf takes long to import
+
+        drawn = read_dxf(wanted.drawing)
+        features, notes = drawn.features, drawn.notes
+    else:
+        from trueloop.formats.cad.step_profile import read_step_profile  # so does the kernel
+
+        solid = read_step_profile(wanted.drawing)
+        features, notes = solid.features, solid.notes
+    with in_file(wanted.drawing):
+        return checked_profile(features), tuple(notes)
+
+
+def _drawing_key(drawing: Path) -> str:
+    key = CAD.get(drawing.suffix.lower())
+    if key is None:
+        raise TrueloopError(
+            Code.GEO_DXF,
+            f"{drawing.name!r} ends neither in {', '.join(CAD)}",
+            hint="give a DXF drawing, or a STEP or IGES file of the solid",
+            place=Place(str(drawing)),
+        )
+    return key
+
+
+def _gauge_files(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
+    """The file to be filled in and the sheet, by name, and how many places they have."""
+    planned = gauge_plan(profile)
+    csv = gauge_sheet_csv(planned, "inch" if inch else "mm")
+    return {"readings.csv": csv, "sheet.html": touch_sheet(wanted.name, profile, planned, inch)}, len(planned)
+
+
+def _touches(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
+    """The same for points that a probe or a measuring machine touches."""
+    points = _points(profile, wanted.nose_radius_mm)
+    features = [profile.names[i] for i in points.feature_index]
+    return {"touches.csv": empty_touches_csv(features, points.nominal_mm, "inch" if inch else "mm")}, len(features)
+
+
+def _points(profile: Profile, nose_radius_mm: float) -> GaugingPoints:
+    """One on a face, two on other lines, some on arcs; on what the nose reaches, where there is room."""
+    reachable = nose_centre_path(profile, nose_radius_mm).reachable_mm
+    spacings = {}
+    for feature, (low, high) in zip(profile.features, reachable, strict=True):
+        room, margin = float(high - low), min(MARGIN_MM, 0.2 * float(high - low))
+        if room > 0:
+            curved = min(MOST, max(FEWEST, math.ceil(room / APART_MM)))
+            count = curved if isinstance(feature, Arc) else 2 if room > 2 * MARGIN_MM else 1
+            spacings[feature.name] = Spacing(count, margin, margin)
+    return equally_spaced(profile, spacings, reachable)
+
+
+def _require_new(file: Path) -> None:
+    if file.exists():
+        raise TrueloopError(
+            Code.JOB_EXISTS,
+            f"{str(file)!r} is there already",
+            hint="name another folder with --folder, or another part with --name",
+            place=Place(str(file)),
+            values={"file": str(file)},
+        )
+
+
+def _said(wanted: Wanted, program: Program, profile: Profile, file: str, notes: tuple[str, ...]) -> NewJob:
+    def beside(path: FilePath) -> Path:
+        return Path(relpath(path, wanted.folder))
+
+    return NewJob(
+        name=wanted.name,
+        profile=profile,
+        dialect=program.dialect.name,
+        finish=beside(wanted.program),
+        nose_radius_mm=wanted.nose_radius_mm,
+        measured_key="readings" if wanted.measured == "gauge" else "touches",
+        measured_file=file,
+        notes=notes,
+        drawing=None if wanted.drawing is None else beside(wanted.drawing),
+        drawing_key="" if wanted.drawing is None else _drawing_key(wanted.drawing),
+        tool=wanted.tool,
+        unit=wanted.unit,
+        lines=wanted.lines,
+        parameters=wanted.parameters,
+    )

@@ -1,0 +1,85 @@
+"""`trueloop new` from the outside."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.cli import run
+from trueloop.jobs.turned import read_part
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+FINISH = EXAMPLES / "linuxcnc" / "finish.ngc"
+RADIUS = ("--nose-radius-mm", "0.79375")
+
+
+def rows(file: Path) -> list[dict[str, str]]:
+    with file.open(encoding="utf-8") as lines:
+        return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def test_a_job_from_a_program_has_the_part_that_the_program_cuts(tmp_path: Path) -> None:
+    run("new", FINISH, *RADIUS, "--folder", tmp_path / "job", "--measured", "points")
+    made, listed = read_part(tmp_path / "job" / "job.toml"), read_part(EXAMPLES / "linuxcnc" / "job.toml")
+    ends, expected = (np.array([one.end_mm for one in part.profile.features]) for part in (made, listed))
+    np.testing.assert_allclose(ends, expected, atol=0.0005)
+    assert made.name == "finish" and made.nose_radius_mm == 0.79375
+
+
+def test_the_diameters_to_measure_are_those_of_the_part(tmp_path: Path) -> None:
+    """MODBAS2 by hand: collar Ø 5.72, main cylinder Ø 3.52 and small cylinder Ø 2.92 in; from face to face 4.375 in."""
+    run("new", FINISH, *RADIUS, "--folder", tmp_path / "job")
+    found = rows(tmp_path / "job" / "readings.csv")
+    sizes = {(row["feature"], float(row["nominal"])) for row in found if row["quantity"] == "diameter"}
+    assert sizes == {("cylinder-1", 5.72), ("cylinder-2", 3.52), ("cylinder-3", 2.92)}
+    (length,) = [row for row in found if row["quantity"] == "length"]
+    assert (length["feature"], length["from"], float(length["nominal"])) == ("face-1", "face-2", 4.375)
+    assert all(row["value_in"] == "" for row in found)
+    places = [float(row["z_in"]) for row in found if row["feature"] == "cylinder-2"]
+    assert len(places) == 3 and all(-4.51 < z < -1.76 for z in places)
+
+
+def test_points_to_touch_lie_on_the_part(tmp_path: Path) -> None:
+    run("new", FINISH, *RADIUS, "--folder", tmp_path / "job", "--measured", "points")
+    part, found = read_part(tmp_path / "job" / "job.toml"), rows(tmp_path / "job" / "touches.csv")
+    points = np.array([[25.4 * float(row[f"nominal_{axis}_in"]) for axis in "xz"] for row in found])
+    assert float(np.max(np.abs(part.profile.locate(points).distance_mm))) < 1e-4
+    assert {row["feature"] for row in found} == set(part.profile.names)
+
+
+def test_names_are_those_of_the_drawing_and_of_the_program_alike(tmp_path: Path) -> None:
+    """PIECS11 from its drawing, and from its program alone: the same features under the same names."""
+    finish = EXAMPLES / "piecs11" / "finish.nc"
+    options = (finish, *RADIUS, "-d", "ge2000t", "--set", "P42=8", "--measured", "points", "--json")
+    drawn = json.loads(run("new", *options, "--drawing", EXAMPLES / "dxf" / "piecs11.dxf", "--folder", tmp_path / "a"))
+    cut = json.loads(run("new", *options, "--folder", tmp_path / "b"))
+    assert drawn["features"] == ["face-1", "cylinder-1", "face-2", "cone-1", "arc-1"]
+    assert set(cut["features"]) <= set(drawn["features"])
+    assert read_part(tmp_path / "a" / "job.toml").profile.names == tuple(drawn["features"])
+
+
+def test_a_job_that_is_there_is_not_written_over(tmp_path: Path) -> None:
+    run("new", FINISH, *RADIUS, "--folder", tmp_path)
+    (tmp_path / "readings.csv").write_text("filled in")
+    (tmp_path / "job.toml").unlink()
+    assert "JOB-EXISTS" in run("new", FINISH, *RADIUS, "--folder", tmp_path, status=3)
+    assert (tmp_path / "readings.csv").read_text() == "filled in" and not (tmp_path / "job.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said", "status"),
+    [
+        ((FINISH,), "--nose-radius-mm", 2),
+        (("finsh.ngc", *RADIUS), "NC-FILE", 3),
+        ((FINISH, "--nose-radius-mm", "30"), "GEO-NARROW", 3),
+        ((FINISH, *RADIUS, "--drawing", "part.pdf"), "GEO-DXF", 3),
+        ((FINISH, *RADIUS, "--drawing", EXAMPLES / "facetst" / "part.dxf"), "GEO-DXF", 3),
+    ],
+)
+def test_what_cannot_be_begun_is_refused_and_nothing_is_written(
+    arguments: tuple[object, ...], said: str, status: int, tmp_path: Path
+) -> None:
+    assert said in run("new", *arguments, "--folder", tmp_path / "job", status=status)
+    assert not (tmp_path / "job").exists()
