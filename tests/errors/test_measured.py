@@ -27,4 +27,6 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_MAPPING: lambda: _read(b"#500=29.991\n", "macro.txt", "[variables.500]\nquantity = 'girth'\n"),
     Code.MSR_VALUE: lambda: _read(b"#500=1.\n", "macro.txt", "[variables.501]\nquantity = 'length'\n", "mm"),
     Code.MSR_NUMBER: lambda: number_in("1,234.5", Path("report.txt"), 7),
+    Code.MSR_TIME: lambda: _read(b"date,nominal [mm],actual [mm]\n03/04/2026,25,25.01\n", "part.csv"),
+    Code.MSR_LIMITS: lambda: _read(b"upper limit [mm];lower limit [mm];actual [mm]\n24,9;25,1;25\n", "part.csv"),
 }

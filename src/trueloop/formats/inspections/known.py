@@ -8,9 +8,17 @@ from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
 from trueloop.formats.inspections.qif import reader as qif
+from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.inspections.text import HINT
 
-KNOWN: Final[tuple[Format, ...]] = (qif.FORMAT, printout.FORMAT, heidenhain.FORMAT, variables.FORMAT, log.FORMAT)
+KNOWN: Final[tuple[Format, ...]] = (
+    qif.FORMAT,
+    printout.FORMAT,
+    heidenhain.FORMAT,
+    variables.FORMAT,
+    log.FORMAT,
+    tables.FORMAT,  # last: any CSV is one
+)
 """In the order in which they are asked: the first that recognises a file reads it."""
 HEAD: Final = 65_536
 
@@ -25,6 +33,8 @@ def read_measured_file(path: Path, stated: Stated) -> MeasuredFile:
     for form in KNOWN:
         if form.recognises(path, head):
             return form.read(path, stated)
+    if stated.mapping is not None:  # headings that nobody knows are known to it
+        return tables.FORMAT.read(path, stated)
     names = ", ".join(form.name for form in KNOWN)
     raise TrueloopError(
         Code.MSR_FORMAT,

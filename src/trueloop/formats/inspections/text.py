@@ -51,7 +51,7 @@ def _likeliest(content: bytes) -> str | None:
         from charset_normalizer import from_bytes
 
         best = from_bytes(content[:200_000], cp_isolation=OTHERS).best()
-        return best.encoding if best is not None else "cp1252"
+        return best.encoding if best is not None and not _only_diameter_signs(content) else "cp1252"
     return None
 
 
@@ -59,6 +59,12 @@ def beginning(head: bytes) -> str:
     """A file's first bytes as text, for recognising it: what is no letter of the encoding stays there as another."""
     marked = next((name for mark, name in MARKS if head.startswith(mark)), "latin-1")
     return head.decode(marked, errors="replace")
+
+
+def _only_diameter_signs(content: bytes) -> bool:
+    """Whether western and central European text of it differ only in Ø and ø, which are Ř and ř in the latter."""
+    western, central = (content[:200_000].decode(name, errors="replace") for name in ("cp1252", "cp1250"))
+    return {one for one, other in zip(western, central, strict=True) if one != other} <= {"Ø", "ø"}
 
 
 def number_in(text: str, path: Path, line: int, column: int | None = None) -> float:

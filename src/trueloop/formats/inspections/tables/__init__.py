@@ -1,0 +1,1 @@
+"""Tables of any columns, CSV or workbook: what their columns mean is a mapping, proposed from the headings."""

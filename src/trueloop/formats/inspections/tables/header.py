@@ -1,0 +1,148 @@
+"""Which row of a table names its columns: the one whose cells are known headings with numbers under them."""
+
+import itertools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from trueloop.formats.inspections.tables.grid import SAMPLE, Row, is_empty
+from trueloop.formats.inspections.tables.headings import ENDS, IN_DOUBT, KNOWN, PARTNERS, plain
+from trueloop.formats.inspections.tables.roles import LENGTHS, Role
+from trueloop.formats.inspections.tables.units import unit_named, without_unit
+from trueloop.formats.inspections.text import NUMBER
+
+BELOW: Final = 12
+"""Rows under a heading that are looked at."""
+PREFIXED: Final = re.compile(rf"(?:[ØøR⌀∅±n]\s*)?(?:{NUMBER.pattern})(?:\s*(?:mm|in|inch|µm|μm|°|\"))?")
+LEAST: Final = 1.6
+"""Score that a row of headings has at least: a length and one more, or a serial number and columns of numbers."""
+BEGINS: Final = re.compile(r"[ØøR⌀∅±n]?\s*[-+−]?[.,]?\d")
+
+
+@dataclass(frozen=True)
+class Header:
+    """The headings: `row` of the last of `rows` rows of them, from 0; unique names, and their plain forms by column."""
+
+    row: int
+    rows: int
+    names: tuple[str, ...]
+    plain: tuple[str, ...]
+    score: float
+
+    @property
+    def title(self) -> int:
+        """How many rows stand above it."""
+        return self.row - self.rows + 1
+
+
+def find_header(rows: Sequence[Row]) -> Header | None:
+    """The row with the best score, the first of equal ones; None where none is a heading."""
+    found = [header for row in range(min(len(rows), SAMPLE)) for header in _candidates(rows, row)]
+    best = max(found, key=lambda header: header.score, default=None)
+    return best if best is not None and best.score >= LEAST else None
+
+
+def score(rows: Sequence[Row]) -> float:
+    """How much the best row looks like headings."""
+    header = find_header(rows)
+    return 0.0 if header is None else header.score
+
+
+def header_at(rows: Sequence[Row], row: int, count: int) -> Header:
+    """The headings in that row and, of two rows of them, the one above."""
+    below = list(rows[row])
+    above = list(rows[row - 1]) if count == 2 and row else []
+    above += [""] * (len(below) - len(above))
+    titles = itertools.accumulate(above, _latest)  # a title over several columns stands in the first
+    texts = [_together(title, low) or high for high, title, low in zip(above, titles, below, strict=False)]
+    plains = tuple(plain(without_unit(text)) for text in texts)
+    return Header(row, count, _unique(texts), plains, _score(rows[row + 1 : row + 1 + BELOW], texts, plains))
+
+
+def number_like(cell: str) -> bool:
+    """Whether a cell is a number, with a symbol before it or a unit after it."""
+    return PREFIXED.fullmatch(cell.replace("−", "-")) is not None
+
+
+def begins_as_number(cell: str) -> bool:
+    """Whether it is meant as a number: also one that cannot be read."""
+    return BEGINS.match(cell) is not None
+
+
+def known(name: str) -> bool:
+    """Whether a plain heading has a meaning."""
+    return name in KNOWN or name in ENDS or name in IN_DOUBT or name in PARTNERS
+
+
+def _candidates(rows: Sequence[Row], row: int) -> list[Header]:
+    texts = [cell for cell in rows[row] if cell]
+    if len(texts) < 2 or sum(map(number_like, texts)) * 2 > len(texts):
+        return []
+    one = header_at(rows, row, 1)
+    two = header_at(rows, row, 2) if row and any(rows[row - 1]) else one
+    return [two] if two.score > one.score else [one]
+
+
+def _latest(last: str, cell: str) -> str:
+    return cell or last
+
+
+def _together(title: str, below: str) -> str:
+    """The heading below, with the title above where only both together are known."""
+    both = f"{title} {below}"
+    if not below or plain(without_unit(below)) in KNOWN or plain(without_unit(both)) not in KNOWN:
+        return below
+    return both
+
+
+def _unique(texts: Sequence[str]) -> tuple[str, ...]:
+    seen: dict[str, int] = {}
+    out = []
+    for place, text in enumerate(texts, 1):
+        name = " ".join(text.split()) or f"#{place}"
+        seen[name] = seen.get(name, 0) + 1
+        out.append(name if seen[name] == 1 else f"{name}#{seen[name]}")
+    return tuple(out)
+
+
+def _score(below: Sequence[Row], texts: Sequence[str], plains: Sequence[str]) -> float:
+    """2 for a length with numbers under it, 1 for other things, a third for unknown columns of numbers."""
+    counted: dict[str, float] = {}
+    filled = sum(map(any, below))
+    for column, name in enumerate(plains):
+        if not name or unit_named(texts[column]):
+            continue
+        cells = [row[column] for row in below if column < len(row) and not is_empty(row[column])]
+        numbers = not filled or sum(map(number_like, cells)) * 2 > len(cells)
+        role = KNOWN[name][0] if name in KNOWN else None
+        if role in LENGTHS or (role is None and known(name)):
+            counted[name] = 2.0 if numbers else 0.4
+        elif role is not None:
+            counted[role] = 1.0 if 2 * len(cells) >= filled else 0.2
+        elif numbers and cells:
+            counted[f" {column}"] = 1 / 6 if number_like(texts[column]) else 1 / 3
+    return sum(counted.values())
+
+
+def is_unit_row(row: Row) -> bool:
+    """Whether a row under the headings holds units, two or more, and nothing else."""
+    cells = [cell for cell in row if not is_empty(cell)]
+    return len(cells) > 1 and all(unit_named(cell) for cell in cells)
+
+
+NUMBERED: Final = re.compile(r"(.*?)\s*(\d+)")
+
+
+def numbered(name: str) -> str | None:
+    """The plain heading without the number it ends with; None where it ends with none."""
+    found = NUMBERED.fullmatch(name)
+    return found[1] if found else None
+
+
+def role_of(name: str, names: Sequence[str]) -> tuple[Role, int] | None:
+    """The role of a plain heading among all of a table, and its rank; None: unknown, or an end that values decide."""
+    if name in IN_DOUBT:
+        found = {role for partner, role in IN_DOUBT[name].items() if partner in names}
+        return (found.pop(), 0) if len(found) == 1 else None
+    return (PARTNERS[name], 0) if name in PARTNERS else KNOWN.get(name)

@@ -1,0 +1,144 @@
+"""The headings by which columns are known, in English and German, and their comparison.
+
+Of two lines for one role the first is the more certain: of two columns for one thing, the one found there is taken.
+"""
+
+import re
+import unicodedata
+from typing import Final
+
+from trueloop.formats.inspections.tables.roles import Role
+
+TABLE: Final = """
+characteristic: characteristic, characteristic name, char name, merkmal, merkmalsname, merkmalsbezeichnung,
+    merkmalbezeichnung, pruefmerkmal, dimension name, dim name, kenngroesse, characteristic id
+characteristic: dimension, dim, name, bezeichnung, description, beschreibung, char, label, measure, masse, mass,
+    item
+characteristic: characteristic no, char no, merkmal nr, merkmalnr, merkmalsnr, balloon, balloon no, bubble, id,
+    pos, position nr
+feature: feature, feature name, feature id, featureid, element, elementname, geometrieelement, formelement,
+    messelement, geometry, geometrie, hole, bohrung
+quantity: quantity, characteristic type, char type, merkmalsart, dimension type, messgroesse, groesse, gd&t, gdt
+quantity: type, typ, art, kind, symbol, axis, achse, ax, idsymbol, property, eigenschaft, control
+nominal: nominal, nom, nominal value, nominal size, nominal dimension, nennmass, nennwert, nenn, soll, sollwert,
+    sollmass, target, target value, theoretical, theo, basic dimension, cad value, drawing value,
+    zeichnungsmass, basic
+actual: actual, act, actual value, actual size, measured, measured value, measured size, meas, ist, istwert,
+    istmass, messwert, gemessen, messergebnis, ist wert, ist mass
+actual: measurement, reading, value, wert, result, ergebnis, data, messung, ablesung
+deviation: deviation, dev, deviation from nominal, abweichung, abw, soll ist, ist soll, soll ist abweichung
+deviation: error, err, difference, diff, differenz, delta, fehler
+upper_limit: upper limit, upper specification limit, upper spec limit, usl, obere grenze, obergrenze, ogw,
+    oberer grenzwert, osg, obere spezifikationsgrenze, oberes grenzmass, hoechstmass, groesstmass, max limit,
+    maximum limit, og, upper lim, high limit, hi limit, obere toleranzgrenze, otg, max size, upper spec
+lower_limit: lower limit, lower specification limit, lower spec limit, lsl, untere grenze, untergrenze, ugw,
+    unterer grenzwert, usg, untere spezifikationsgrenze, unteres grenzmass, mindestmass, kleinstmass, min limit,
+    minimum limit, ug, lower lim, low limit, lo limit, untere toleranzgrenze, utg, min size, lower spec
+upper_tolerance: upper tolerance, upper tol, uppertol, plus tol, plus tolerance, tol plus, obere toleranz,
+    oberes abmass, ob abmass, toleranz oben, tolerance upper, tol upper, tolerance plus, oberes grenzabmass, o
+    tol, oberetoleranz, toltop, toleranz plus, plus toleranz, plus
+lower_tolerance: lower tolerance, lower tol, lowertol, minus tol, minus tolerance, tol minus, untere toleranz,
+    unteres abmass, un abmass, toleranz unten, tolerance lower, tol lower, tolerance minus, unteres grenzabmass,
+    unteretoleranz, tolbottom, toleranz minus, minus toleranz, minus
+tolerance: tolerance, tol, toleranz, plus minus tol, plus minus, plusminus, tol plus minus, toleranzen
+unit: unit, units, uom, einheit, masseinheit, einheiten
+x: x, actual x, x actual, meas x, x meas, x ist, ist x, measured x, x measured, act x, x act, pos x, x pos
+y: y, actual y, y actual, meas y, y meas, y ist, ist y, measured y, y measured, act y, y act, pos y, y pos
+z: z, actual z, z actual, meas z, z meas, z ist, ist z, measured z, z measured, act z, z act, pos z, z pos
+nominal_x: nominal x, x nominal, nom x, x nom, x soll, soll x, x theo, theo x, nominalx
+nominal_y: nominal y, y nominal, nom y, y nom, y soll, soll y, y theo, theo y, nominaly
+nominal_z: nominal z, z nominal, nom z, z nom, z soll, soll z, z theo, theo z, nominalz
+i: i, nx, normal x, normal i, vector i, vec i
+j: j, ny, normal y, normal j, vector j, vec j
+k: k, nz, normal z, normal k, vector k, vec k
+part: part name, partname, part number, part no, part type, teilebezeichnung, teilename, teilenummer,
+    sachnummer, drawing no, drawing number, drawing, zeichnungsnummer, zeichnung, zeichnungs nr, artikel,
+    artikelnummer, artikel nr, teile nr, teilenr, product, produkt
+serial: serial, serial number, serial no, serialno, serialnumber, sn, s n, ser number, ser no, seriennummer,
+    serien nr, seriennr, part serial, part serial number
+serial: part id, piece, piece no, sample, sample no, werkstueck, werkstuecknummer, werkstueck nr, teil nr,
+    teilnr, teil, muster, muster nr, part, stueck, stueck nr, unit no, dmc, partnb
+date: date, datum, messdatum, measurement date, pruefdatum, inspection date, test date
+time: time, timestamp, time stamp, date time, datetime, datum zeit, datum uhrzeit, zeitstempel, uhrzeit, zeit,
+    messzeit, measured at, date and time, measurement time
+operator: operator, bediener, pruefer, messtechniker, inspector, inspected by, geprueft von, operid, user,
+    benutzer
+device: device, gauge, gage, instrument, cmm, geraet, messgeraet, pruefmittel, messmittel, pruefmittel nr, gage
+    id, gauge id, gauge no, measuring device, dme, messmaschine, equipment
+device: machine, maschine
+temperature: temperature, temp, temperatur, part temperature, werkstuecktemperatur, temp c, teiletemperatur
+repeat: repeat, repetition, wiederholung, trial, run, lauf, durchgang, reading no, messung nr, measurement no,
+    run no
+verdict: verdict, n i o i o, i o n i o, status, pass fail, judgement, judgment, bewertung, io nio, ok nok, urteil,
+    in tol, ok,
+    entscheid, go nogo
+"""
+"""Role, and the headings as `plain` makes them; further lines of a role are less certain."""
+EITHER_END: Final = """
+upper: max, maximum, upper, oben, high, hi, ob, oberer, obere
+lower: min, minimum, lower, unten, low, lo, un, unterer, untere
+"""
+"""Headings of limits or of tolerances: the values tell which."""
+IGNORED_NAMES: Final = """
+bemerkung, bemerkungen, comment, comments, dev x, dev y, dev z, dx, dy, dz, err x, err y, err z, exceed, grafik,
+graph, index, kommentar, lfd, lfd nr, no, note, notes, notiz, nr, oot, out of tol, out of tolerance, out tol,
+outtol, remark, remarks, row, trend, ueberschreitung, x abw, x dev, y abw, y dev, z abw, z dev, zeile
+"""
+"""Headings of columns that are not read."""
+IN_DOUBT: Final = {
+    "ut": {"ot": Role.LOWER_TOLERANCE, "lt": Role.UPPER_TOLERANCE},
+    "u tol": {"o tol": Role.LOWER_TOLERANCE, "l tol": Role.UPPER_TOLERANCE},
+    "utol": {"otol": Role.LOWER_TOLERANCE, "ltol": Role.UPPER_TOLERANCE},
+}
+"""German `untere` and English `upper` have one initial: the heading of the other end tells."""
+PARTNERS: Final = {
+    "ot": Role.UPPER_TOLERANCE,
+    "otol": Role.UPPER_TOLERANCE,
+    "lt": Role.LOWER_TOLERANCE,
+    "l tol": Role.LOWER_TOLERANCE,
+    "ltol": Role.LOWER_TOLERANCE,
+}
+UMLAUTS: Final = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue"})
+BRACKETS: Final = re.compile(r"[\[(<{].*?[\])>}]")
+
+
+def plain(heading: str) -> str:
+    """A heading as it is compared: lower case, no brackets, no punctuation, umlauts as two letters, signs as words.
+
+    >>> plain("Nennmaß [mm]"), plain("+TOL"), plain("Tol. -"), plain("Meas_X")
+    ('nennmass', 'plus tol', 'tol minus', 'meas x')
+    """
+    text = unicodedata.normalize("NFKC", heading.replace("±", "+/-")).casefold().translate(UMLAUTS)
+    text = BRACKETS.sub(" ", text).replace("−", "-")
+    text = re.sub(r"\+\s*/?\s*-", " plus minus ", text).replace("+", " plus ")
+    text = re.sub(r"(?<![^\s_.])-(?=\s*tol)|(?<=tol)[\s.]*-(?=\s|$)|^-$", " minus ", text)
+    return re.sub(r"[\s_.:#*/\-–]+", " ", text).strip()
+
+
+def names_in(text: str) -> list[str]:
+    """The names of a list with commas, over several lines.
+
+    >>> names_in('''a, b c,
+    ... d''')
+    ['a', 'b c', 'd']
+    """
+    return [" ".join(name.split()) for name in text.replace("\n", " ").split(",") if name.strip()]
+
+
+def _known() -> dict[str, tuple[Role, int]]:
+    found: dict[str, tuple[Role, int]] = {}
+    ranks: dict[Role, int] = {}
+    for entry in re.split(r"\n(?! )", TABLE.strip()):
+        key, _, names = entry.partition(":")
+        role = Role(key)
+        ranks[role] = ranks.get(role, -1) + 1
+        found |= dict.fromkeys(names_in(names), (role, ranks[role]))
+    return found
+
+
+KNOWN: Final = _known()
+"""Role and rank by the plain heading."""
+ENDS: Final = {
+    name: end for end, _, names in (line.partition(":") for line in EITHER_END.split("\n")) for name in names_in(names)
+}
+IGNORED: Final = frozenset(names_in(IGNORED_NAMES))

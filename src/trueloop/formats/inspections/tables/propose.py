@@ -1,0 +1,213 @@
+"""A mapping proposed from a table's headings, refused where they may mean several things."""
+
+import shlex
+from collections import defaultdict
+from collections.abc import Mapping as Map
+from collections.abc import Sequence
+from typing import Any, Final
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.inspections.tables.grid import Grid, is_empty
+from trueloop.formats.inspections.tables.header import (
+    Header,
+    begins_as_number,
+    find_header,
+    is_unit_row,
+    numbered,
+    role_of,
+)
+from trueloop.formats.inspections.tables.headings import ENDS, IGNORED, IN_DOUBT, KNOWN, names_in, plain
+from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check
+from trueloop.formats.inspections.tables.roles import LIMITS, NUMBERS, POINT, Role
+from trueloop.formats.inspections.text import NUMBER
+
+LOOKED_AT: Final = 200
+"""Rows whose cells tell numbers from texts, and limits from tolerances."""
+REPEATS: Final = frozenset(
+    names_in("messung, measurement, reading, repeat, wiederholung, trial, run, lauf, durchgang, ablesung")
+)
+PARTS: Final = frozenset(name for name, (role, _) in KNOWN.items() if role is Role.SERIAL)
+"""Headings that, with a number after them, are those of repeated readings, or of parts."""
+LABELLED: Final = (Role.NOMINAL, *LIMITS, Role.UNIT)
+Given = Map[str, Sequence[str]]
+"""What a user says of columns: headings by role, or by `parts`, `repeats`, `characteristics`, `ignored`."""
+
+
+def propose(grid: Grid, given: Given | None = None) -> Mapping:
+    """The mapping that the headings say. Raises MSR-MEANING where they leave a choice, or name no actual value."""
+    header = find_header(grid.rows)
+    if header is None:
+        raise _refusal(grid, f"none of its first rows, of {len(grid.rows)}, names columns that are known")
+    if not any(map(any, grid.rows[header.row + 1 :])):
+        raise TrueloopError(
+            Code.MSR_FILE,
+            f"{grid.path.name!r} has 0 rows under its headings",
+            hint="export it again",
+            place=grid.at(header.row),
+        )
+    table = _Table(grid, header, given or {})
+    columns = table.columns()
+    mapping = Mapping(
+        sheet=grid.sheet,
+        separator=grid.separator,  # type: ignore[arg-type]  # pydantic checks it
+        header_row=header.row + 1,
+        header_rows=header.rows,  # type: ignore[arg-type]
+        columns=columns,
+        rows=table.labels(columns),
+    )
+    check(mapping, grid.path)
+    return mapping
+
+
+class _Table:
+    """A table with its headings and what the user says of them."""
+
+    def __init__(self, grid: Grid, header: Header, given: Given) -> None:
+        self.grid, self.header, self.given = grid, header, given
+        self.rows = grid.rows[header.row + 1 : header.row + 1 + LOOKED_AT]
+        self.free = set(range(len(header.names)))
+        for name in (name for names in given.values() for name in names):
+            if name not in header.names:
+                raise _refusal(grid, f"{name!r} is none of its columns: {_listed(header.names)}", header.row)
+            self.free.discard(header.names.index(name))
+
+    def columns(self) -> Columns:
+        """One column for each thing, and several where values of one kind stand side by side."""
+        chosen = {**self._known(), **{key: names[0] for key, names in self.given.items() if key in set(Role)}}
+        several = {key: tuple(names) for key, names in self.given.items() if key not in set(Role)}
+        values = self._several(chosen) if not _has_values(chosen, several) else {}
+        taken = {*chosen.values(), *(name for names in (*several.values(), *values.values()) for name in names)}
+        ignored = tuple(name for k, name in enumerate(self.header.names) if name not in taken and self.cells(k))
+        content: dict[str, Any] = {**chosen, "ignored": ignored, **several, **values}
+        return Columns.model_validate(content)
+
+    def cells(self, column: int) -> list[str]:
+        """What stands under a heading."""
+        return [row[column] for row in self.rows if column < len(row) and not is_empty(row[column])]
+
+    def is_number(self, column: int) -> bool:
+        """Whether most of that are numbers."""
+        cells = self.cells(column)
+        return sum(map(begins_as_number, cells)) * 2 > len(cells) > 0
+
+    def _known(self) -> dict[str, str]:
+        """The headings of one meaning each, of several with one meaning those that say it best."""
+        found: defaultdict[Role, list[tuple[int, int]]] = defaultdict(list)
+        for column in sorted(self.free):
+            role, rank = self._role(column) or (None, 0)
+            fits = self.is_number(column) if role in NUMBERS else bool(self.cells(column))
+            if role is not None and role.value not in self.given and fits:
+                found[role].append((rank, column))
+        return {role.value: self._best(role, cases) for role, cases in found.items()}
+
+    def _best(self, role: Role, cases: Sequence[tuple[int, int]]) -> str:
+        least = min(rank for rank, _ in cases)
+        best = [self.header.names[column] for rank, column in cases if rank == least]
+        if len(best) > 1:
+            hint = f"say which: trueloop measure map {self.grid.path.name} --column {role.value}={best[0]!r}"
+            raise _refusal(
+                self.grid, f"{len(best)} columns may be the {role.value}: {_listed(best)}", self.header.row, hint
+            )
+        return best[0]
+
+    def _role(self, column: int) -> tuple[Role, int] | None:
+        name = self.header.plain[column]
+        if name in IGNORED:
+            return None
+        if name in ENDS:
+            return self._end(column, ENDS[name])
+        if name in IN_DOUBT and role_of(name, self.header.plain) is None:
+            heading = self.header.names[column]
+            raise self._refusal(f"{heading!r} may be upper_tolerance or lower_tolerance", "lower_tolerance", heading)
+        return role_of(name, self.header.plain)
+
+    def _end(self, column: int, end: str) -> tuple[Role, int] | None:
+        """A limit or a tolerance: the values of a limit are near the nominal ones, those of a tolerance near 0."""
+        nominal = next((k for k, name in enumerate(self.header.plain) if role_of(name, ()) in _NOMINALS), None)
+        if nominal is None or not self.is_number(column):
+            return None
+        pairs = [(_number(row[nominal]), _number(row[column])) for row in self.rows if len(row) > max(nominal, column)]
+        known = [(abs(size - value), abs(value)) for size, value in pairs if size and value is not None]
+        limits = sum(near_nominal < near_zero for near_nominal, near_zero in known)
+        if 0 < limits < len(known):
+            raise _refusal(
+                self.grid,
+                f"column {self.header.names[column]!r} holds limits in {limits} of {len(known)} rows",
+                self.header.row,
+            )
+        return Role(f"{end}_{'limit' if limits else 'tolerance'}"), 1
+
+    def _several(self, chosen: dict[str, str]) -> dict[str, tuple[str, ...]]:
+        """Columns of numbers without a meaning of their own: of parts, of repeats, or of characteristics."""
+        plains = self.header.plain
+        free = [
+            k for k in sorted(self.free) if self.header.names[k] not in chosen.values() and plains[k] not in IGNORED
+        ]
+        numbers = [k for k in free if self.is_number(k)]
+        names = tuple(self.header.names[k] for k in numbers)
+        bases = {numbered(plains[k]) for k in numbers}
+        if not numbers or chosen.keys() >= _POINTS:
+            return {}
+        if Role.NOMINAL in chosen:
+            if bases <= PARTS:
+                return {"parts": names}
+            if bases <= REPEATS:
+                return {"repeats": names}
+        elif Role.CHARACTERISTIC not in chosen and (
+            Role.SERIAL in chosen or Role.TIME in chosen or Role.DATE in chosen
+        ):
+            return {"characteristics": names}
+        key = "actual" if len(names) == 1 else "parts"
+        what = "which column is the actual value" if len(names) == 1 else "whether columns are parts or repeats"
+        raise self._refusal(f"its headings do not say {what}: {_listed(names)}", key, names[0])
+
+    def _refusal(self, why: str, key: str, heading: str) -> TrueloopError:
+        hint = f"say which: trueloop measure map {self.grid.path.name} --column {key}={shlex.quote(heading)}"
+        return _refusal(self.grid, why, self.header.row, hint)
+
+    def labels(self, columns: Columns) -> RowLabels:
+        """Rows of nominal values and limits in a table of one row a part."""
+        if not columns.characteristics:
+            return RowLabels()
+        column = self.header.names.index(columns.label or self.header.names[0])
+        found: dict[str, str] = {}
+        for cell in (row[column] for row in self.rows if column < len(row) and row[column]):
+            role, _ = KNOWN.get(plain(cell), (None, 0))
+            if role in LABELLED:
+                found.setdefault(role, cell)
+        return RowLabels.model_validate(found)
+
+
+_NOMINALS: Final = ((Role.NOMINAL, 0),)
+_POINTS: Final = frozenset(POINT)
+
+
+def _has_values(chosen: Map[str, str], several: Map[str, Sequence[str]]) -> bool:
+    if Role.ACTUAL in chosen or {"parts", "repeats", "characteristics"} & several.keys():
+        return True
+    return Role.DEVIATION in chosen and Role.NOMINAL in chosen
+
+
+def first_data_row(grid: Grid, header: Header) -> int:
+    """The first row under the headings and, where there is one, their row of units."""
+    after = header.row + 1
+    return after + 1 if after < len(grid.rows) and is_unit_row(grid.rows[after]) else after
+
+
+def _number(cell: str) -> float | None:
+    return float(cell.replace(",", ".")) if NUMBER.fullmatch(cell) else None
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(map(repr, names[:8])) + (", …" if len(names) > 8 else "")
+
+
+def _refusal(grid: Grid, why: str, row: int | None = None, hint: str = "") -> TrueloopError:
+    place = Place(str(grid.path)) if row is None else grid.at(row)
+    return TrueloopError(
+        Code.MSR_MEANING,
+        f"{grid.path.name!r}: {why}",
+        hint=hint or f"name the columns: trueloop measure map {grid.path.name} --column actual=HEADING",
+        place=place,
+        values={"file": grid.path.name},
+    )

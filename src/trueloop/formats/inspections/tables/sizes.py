@@ -1,0 +1,269 @@
+"""The values of a table as arrays in mm and degrees: actual, nominal and limits, whatever signs and units it has."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.domain.characteristic import Quantity
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.inspections.conventions import Deviation, LowerTolerance, deviation_sign, lower_tolerance_sign
+from trueloop.formats.inspections.measured_file import Remark, Unit
+from trueloop.formats.inspections.quantities import FONT, is_font, quantity_in, quantity_of
+from trueloop.formats.inspections.tables.headings import names_in, plain
+from trueloop.formats.inspections.tables.long import Long
+from trueloop.formats.inspections.tables.mapping import HINT
+from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
+from trueloop.formats.inspections.tables.roles import LENGTHS, Role
+from trueloop.formats.inspections.tables.units import unit_named
+from trueloop.formats.inspections.tables.values import (
+    Numbers,
+    factor_of,
+    no_unit,
+    numbers_of,
+    tolerances_of,
+    unit_of_cells,
+)
+
+NEVER_NEGATIVE: Final = (Quantity.FORM, Quantity.RUNOUT)
+GOOD: Final = frozenset(
+    names_in("ok, pass, passed, io, i o, in, intol, in tol, gut, good, yes, ja, true, accept, accepted, 1")
+)
+BAD: Final = frozenset(
+    names_in(
+        "nok, nio, n i o, fail, failed, out, outol, not ok, n ok, out of tol, schlecht, bad, no, nein, false, ng, 0"
+    )
+)
+SLACK: Final = 1e-9
+SYMBOLS: Final = {"R": Quantity.RADIUS, **dict.fromkeys("Øø⌀∅n", Quantity.DIAMETER)}
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What a table says of each value, (n,) each, nan where it does not: mm, of angles degrees; limits are absolute.
+
+    `rounding` is by how much a stated deviation may differ from actual − nominal because all three were rounded.
+    """
+
+    quantities: Sequence[Quantity]
+    actual: Array
+    nominal: Array
+    lower_limit: Array
+    upper_limit: Array
+    deviation: Array
+    rounding: float
+    good: Array
+    conventions: tuple[Deviation | None, LowerTolerance | None]
+    unit: Unit | None
+    remarks: tuple[Remark, ...] = ()
+
+
+def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
+    """The values. Raises MSR-UNIT, MSR-NUMBER, MSR-LIMITS, and MSR-MEANING where signs cannot be known."""
+    read = {role: numbers_of(texts, long.where(role)) for role, texts in long.texts.items() if role in LENGTHS}
+    row_units = [unit_named(text) for text in long.texts.get(Role.UNIT, ())]
+    quantities, unknown = quantities_of(long, read, row_units)
+    numbers, base = _in_mm(long, read, quantities, row_units, unit)
+    count, nothing = len(long), np.full(len(long), np.nan)
+    actual, nominal, stated = (numbers.get(role, nothing) for role in (Role.ACTUAL, Role.NOMINAL, Role.DEVIATION))
+    rounding = _rounding(long, base)
+    sign = mapping.deviation or deviation_sign(actual, nominal, stated, rounding)
+    deviation = -stated if sign == "nominal - actual" else stated
+    needed = ~np.isnan(stated) & (np.isnan(actual) != np.isnan(nominal))
+    if np.any(needed) and sign is None:
+        raise _unknown(
+            long, Role.DEVIATION, int(np.argmax(needed)), 'deviation = "actual - nominal" or "nominal - actual"'
+        )
+    actual = np.where(np.isnan(actual), nominal + deviation, actual)
+    nominal = np.where(np.isnan(nominal), actual - deviation, nominal)
+    good = np.array([_verdict(text) for text in long.texts.get(Role.VERDICT, ())] or [np.nan] * count)
+    limits = _limits(long, mapping, numbers, quantities, actual, nominal, good)
+    said = (f"{unknown} values are of a quantity that is not known: they are read as other",) if unknown else ()
+    sizes = Sizes(
+        quantities, actual, nominal, limits.lower, limits.upper, stated, rounding, good, (sign, limits.sign), base
+    )
+    return replace(sizes, remarks=(*(Remark(text) for text in said), *limits.remarks))
+
+
+def quantities_of(long: Long, read: Mapping[Role, Numbers], row_units: Sequence[str]) -> tuple[list[Quantity], int]:
+    """What each value is the size of: by its own column, symbol, name or unit; and of how many it is unknown."""
+    count = len(long)
+    stated = long.texts.get(Role.QUANTITY, [""] * count)
+    font = is_font(frozenset(stated))
+    names = zip(
+        long.texts.get(Role.CHARACTERISTIC, [""] * count), long.texts.get(Role.FEATURE, [""] * count), strict=True
+    )
+    symbols = {row: SYMBOLS.get(mark) for role in read for row, mark in read[role].symbols.items()}
+    known: dict[tuple[str, str, str], Quantity | None] = {}
+    out, unknown = [], 0
+    for row, (text, (name, feature)) in enumerate(zip(stated, names, strict=True)):
+        key = text, name, feature
+        if key not in known:
+            said = FONT.get(text) if font and text else quantity_of(text) if text else None
+            known[key] = said or quantity_in(name) or quantity_in(feature)
+        found = known[key] or symbols.get(row)
+        if row_units and row_units[row] in ("°", "deg", "degree", "degrees", "grad", "rad"):
+            found = Quantity.ANGLE
+        unknown += found is None and bool(text)
+        out.append(found or Quantity.OTHER)
+    return out, unknown
+
+
+def _in_mm(
+    long: Long,
+    read: Mapping[Role, Numbers],
+    quantities: Sequence[Quantity],
+    row_units: Sequence[str],
+    unit: Unit | None,
+) -> tuple[dict[Role, Array], Unit | None]:
+    """Every column by its own unit, else by that of the row, else by that of all; and the unit of the actual values."""
+    angle = np.array([quantity is Quantity.ANGLE for quantity in quantities], dtype=bool)
+    out: dict[Role, Array] = {}
+    of_actual: Unit | None = unit
+    for role, numbers in read.items():
+        own = long.units.get(role) or unit_of_cells(long, role, numbers)
+        factors = np.full(len(long), np.nan)
+        for of_angles in (False, True):
+            each = [own] if own else row_units or [unit or ""]
+            table = {name: factor_of(name or unit or "", of_angles) for name in set(each)}
+            if of_angles:
+                table = {name: 1.0 if factor is None else factor for name, factor in table.items()}
+            values = np.array([table[name] if table[name] is not None else np.nan for name in each], dtype=float)
+            factors = np.where(angle == of_angles, values if len(values) > 1 else values[0], factors)
+        missing = ~np.isnan(numbers.values) & np.isnan(factors)
+        if np.any(missing):
+            raise no_unit(long, role, int(np.argmax(missing)), own)
+        out[role] = numbers.values * factors
+        lengths = factors[~angle]
+        if role in (Role.ACTUAL, Role.DEVIATION, Role.X) and len(lengths) and of_actual is None:
+            of_actual = "inch" if lengths[0] == factor_of("inch", False) else "mm"
+    return out, of_actual
+
+
+@dataclass(frozen=True)
+class _Limits:
+    lower: Array
+    upper: Array
+    sign: LowerTolerance | None
+    remarks: tuple[Remark, ...]
+
+
+def _limits(
+    long: Long,
+    mapping: TableMapping,
+    numbers: Mapping[Role, Array],
+    quantities: Sequence[Quantity],
+    actual: Array,
+    nominal: Array,
+    good: Array,
+) -> _Limits:
+    """Absolute limits. A tolerance of form has no lower one."""
+    nothing = np.full(len(long), np.nan)
+    lower, upper = (numbers.get(role, nothing) for role in (Role.LOWER_LIMIT, Role.UPPER_LIMIT))
+    low, high = (numbers.get(role, nothing) for role in (Role.LOWER_TOLERANCE, Role.UPPER_TOLERANCE))
+    remarks = []
+    sign = mapping.lower_tolerance or lower_tolerance_sign(high, low, actual - nominal, good)
+    if sign is None:
+        row = int(np.argmax(~np.isnan(low) & (low != 0)))
+        raise _unknown(long, Role.LOWER_TOLERANCE, row, 'lower_tolerance = "with its sign" or "without its sign"')
+    if sign == "without its sign":
+        low = -low
+        remarks.append(
+            Remark("lower tolerances are printed without their sign: they are taken below the nominal value")
+        )
+    upper = np.where(np.isnan(upper), nominal + high, upper)
+    lower = np.where(np.isnan(lower), nominal + low, lower)
+    zone = np.array([quantity in NEVER_NEGATIVE for quantity in quantities], dtype=bool)
+    if Role.TOLERANCE in long.texts:
+        lower, upper, remark = _of_tolerance(long, nominal, zone, lower, upper)
+        remarks += remark
+    lower = np.where(zone & (lower == 0), np.nan, lower)
+    _require_order(long, lower, upper)
+    outside = (nominal < lower - SLACK) | (nominal > upper + SLACK)
+    if np.any(outside):
+        row = int(np.argmax(outside))
+        zone_in_words = f"[{lower[row]:.6g}, {upper[row]:.6g}] of {nominal[row]:.6g}"
+        text = f"{np.sum(outside)} tolerance zones exclude the nominal value: {zone_in_words}"
+        remarks.append(Remark(text, long.lines[row]))
+    return _Limits(lower, upper, sign if Role.LOWER_TOLERANCE in long.texts else None, tuple(remarks))
+
+
+def _of_tolerance(
+    long: Long, nominal: Array, zone: Array, lower: Array, upper: Array
+) -> tuple[Array, Array, list[Remark]]:
+    """A column of tolerances: `±0.02`; a plain number is the zone of a form, of a size it may be either."""
+    low, high, other = tolerances_of(long.texts[Role.TOLERANCE])
+    unread = []
+    unit = factor_of(long.units.get(Role.TOLERANCE, ""), False) or 1.0
+    for row in other:
+        value = numbers_or_none(long.texts[Role.TOLERANCE][row])
+        if value is not None and zone[row]:
+            high[row] = value
+        else:
+            unread.append(row)
+    zero = np.where(zone & np.isnan(nominal), 0.0, nominal)
+    lower, upper = (
+        np.where(np.isnan(lower), nominal + unit * low, lower),
+        np.where(np.isnan(upper), zero + unit * high, upper),
+    )
+    if not unread:
+        return lower, upper, []
+    text = long.texts[Role.TOLERANCE][unread[0]]
+    return (
+        lower,
+        upper,
+        [Remark(f"{len(unread)} tolerances are not read: {text!r} is neither ±T nor +T/-T", long.lines[unread[0]])],
+    )
+
+
+def numbers_or_none(text: str) -> float | None:
+    """A plain number; None for another text."""
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return None
+
+
+def _require_order(long: Long, lower: Array, upper: Array) -> None:
+    wrong = lower > upper + SLACK
+    if np.any(wrong):
+        row = int(np.argmax(wrong))
+        raise TrueloopError(
+            Code.MSR_LIMITS,
+            f"the lower limit {lower[row]:.6g} is above the upper one, {upper[row]:.6g}",
+            hint="are the columns of the two limits exchanged, or is a sign missing? The mapping says what they are",
+            place=Place(str(long.grid.path), long.lines[row]),
+            values={"lower": float(lower[row]), "upper": float(upper[row])},
+        )
+
+
+def _rounding(long: Long, unit: Unit | None) -> float:
+    """By how much deviation and actual − nominal may differ; a nominal value of few digits is not rounded to them."""
+    actual, nominal, deviation = (_half_digit(long, role, unit) for role in (Role.ACTUAL, Role.NOMINAL, Role.DEVIATION))
+    return deviation + actual + min(actual, nominal)
+
+
+def _half_digit(long: Long, role: Role, unit: Unit | None) -> float:
+    """Half the last digit of a column, in mm; of a workbook, whose numbers are not rounded, what a float loses."""
+    texts = [text for text in long.texts.get(role, ())[:1000] if text]
+    places = max((len(text.replace(",", ".").partition(".")[2]) for text in texts), default=9)
+    factor = factor_of(long.units.get(role) or unit or "mm", False) or 1.0
+    return max(0.5 * 10.0 ** -min(places, 9), 1e-9) * factor
+
+
+def _verdict(text: str) -> float:
+    name = plain(text)
+    return 1.0 if name in GOOD else 0.0 if name in BAD else np.nan
+
+
+def _unknown(long: Long, role: Role, row: int, key: str) -> TrueloopError:
+    name = long.grid.path.name
+    return TrueloopError(
+        Code.MSR_MEANING,
+        f"{name!r} does not say how its {role.replace('_', ' ')} is signed, and its values do not tell",
+        hint=f"say it in its mapping (trueloop measure map {name}): {key}. {HINT}",
+        place=long.place(role, row),
+        values={"file": name},
+    )

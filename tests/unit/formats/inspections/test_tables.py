@@ -1,0 +1,282 @@
+"""Tables of any columns: what stands where, in which unit and with which sign, read from texts written here."""
+
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from tests.support.workbooks import Raw, write_xlsx
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Reading
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+
+GERMAN = """Prüfprotokoll;;;;;;;
+Teilebezeichnung: Welle;;;;;;;
+Seriennummer;4711;;Prüfer:;Müller;;;
+Datum;14.03.2024 10:22;;;;;;
+Einheit: mm;;;;;;;
+
+;;;;Toleranz;;;
+Merkmal;Art;Nennmaß;Istmaß;oben;unten;Abw. [µm];Bemerkung
+D1;Ø;25,000;25,0132;0,050;0,050;13,2;
+L1;Länge;100,0;100,012;0,1;0,1;12,0;gut
+W1;Winkel;45;45,02;0,1;0,1;;
+"""
+
+
+def _read(path: Path, content: str | bytes, name: str = "part.csv", **stated: object) -> MeasuredFile:
+    file = path / name
+    file.write_bytes(content.encode() if isinstance(content, str) else content)
+    return read_measured_file(file, Stated(**stated))  # type: ignore[arg-type]
+
+
+def _one(file: MeasuredFile) -> list[Reading]:
+    (inspection,) = file.inspections
+    return list(inspection.readings)
+
+
+def _refused(path: Path, content: str | bytes, name: str = "part.csv", **stated: object) -> TrueloopError:
+    with pytest.raises(TrueloopError) as refusal:
+        _read(path, content, name, **stated)
+    return refusal.value
+
+
+def test_a_german_record_with_its_headings_in_row_8_under_a_title_over_two_columns(tmp_path: Path) -> None:
+    file = _read(tmp_path, GERMAN)
+    diameter, length, angle = _one(file)
+    assert (diameter.quantity, diameter.actual, diameter.nominal) == (Quantity.DIAMETER, 25.0132, 25.0)
+    assert (diameter.lower_limit, diameter.upper_limit) == (24.95, 25.05)
+    assert (length.quantity, length.actual, length.line) == (Quantity.LENGTH, 100.012, 10)
+    assert (angle.quantity, angle.actual) == (Quantity.ANGLE, 45.02)
+    (one,) = file.inspections
+    assert (one.part.part_type.name, one.part.serial, one.operator) == ("Welle", "4711", "Müller")
+    assert one.measured_at == datetime(2024, 3, 14, 10, 22).astimezone()
+    assert any("without their sign" in remark.text for remark in file.remarks)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252", "latin-1"])
+def test_the_encoding_changes_nothing(tmp_path: Path, encoding: str) -> None:
+    text = GERMAN.replace("\n", "\r\n")
+    assert _one(_read(tmp_path, text.encode(encoding))) == _one(_read(tmp_path, GERMAN))
+
+
+def test_chinese_text_in_gbk(tmp_path: Path) -> None:
+    text = "characteristic,nominal [mm],actual [mm]\n轴承外圆直径测量结果,25,25.01\n端面到基准的长度测量结果,10,10.02\n"
+    assert _one(_read(tmp_path, text.encode("gbk")))[0].characteristic == "轴承外圆直径测量结果"
+
+
+def test_an_inch_heading_makes_millimetres_and_a_micrometre_deviation_is_no_millimetre(tmp_path: Path) -> None:
+    file = _read(
+        tmp_path, "Name,Nominal (in),Actual (in),Dev (in)\nDIA 1,1.0000,1.0010,0.0010\nDIA 2,2.0000,1.9990,-0.0010\n"
+    )
+    first, second = _one(file)
+    assert file.unit == "inch"
+    assert (first.nominal, first.actual) == pytest.approx((25.4, 25.4254))
+    assert second.actual == pytest.approx(50.7746)
+
+
+def test_deviations_counted_the_other_way_are_reported_and_the_actual_value_is_kept(tmp_path: Path) -> None:
+    file = _read(tmp_path, "name;nominal [mm];actual [mm];deviation [mm]\nD1;10;10,02;-0,02\nD2;12;11,99;0,01\n")
+    assert [one.actual for one in _one(file)] == [10.02, 11.99]
+    assert any("2 of 2 deviations are counted the other way" in remark.text for remark in file.remarks)
+
+
+def test_an_actual_value_that_is_missing_follows_from_a_deviation_whose_sign_the_other_rows_tell(
+    tmp_path: Path,
+) -> None:
+    file = _read(tmp_path, "name;nominal [mm];actual [mm];deviation [mm]\nD1;10;10,02;-0,02\nD2;12;;0,01\n")
+    assert _one(file)[1].actual == pytest.approx(11.99)
+    plus = _read(tmp_path, "name;nominal [mm];actual [mm];deviation [mm]\nD1;10;10,02;0,02\nD2;12;;0,01\n")
+    assert _one(plus)[1].actual == pytest.approx(12.01)
+
+
+def test_deviations_alone_are_not_read_until_the_mapping_says_their_sign(tmp_path: Path) -> None:
+    text = "name;nominal [mm];deviation [mm]\nD1;10;0,02\n"
+    error = _refused(tmp_path, text)
+    assert error.code is Code.MSR_MEANING
+    assert "deviation = " in (error.hint or "")
+    mapping = tmp_path / "map.toml"
+    columns = '[columns]\ncharacteristic = "name"\nnominal = "nominal [mm]"\ndeviation = "deviation [mm]"\n'
+    mapping.write_text('deviation = "nominal - actual"\n' + columns)
+    assert _one(_read(tmp_path, text, mapping=mapping))[0].actual == pytest.approx(9.98)
+    mapping.write_text('deviation = "actual - nominal"\n' + columns)
+    assert _one(_read(tmp_path, text, mapping=mapping))[0].actual == pytest.approx(10.02)
+
+
+@pytest.mark.parametrize(
+    ("rows", "limits"),
+    [
+        ("25;0,05;0,05\n30;0,02;0,01", [(24.95, 25.05), (29.99, 30.02)]),
+        ("25;0,05;-0,05\n30;0,02;0,01", [(24.95, 25.05), (30.01, 30.02)]),
+        ("25;0,05;0\n30;0,02;0", [(25.0, 25.05), (30.0, 30.02)]),
+    ],
+)
+def test_lower_tolerances_with_and_without_their_sign(
+    tmp_path: Path, rows: str, limits: list[tuple[float, float]]
+) -> None:
+    text = "Soll [mm];OT [mm];UT [mm];Ist [mm]\n" + "\n".join(f"{row};{row.split(';')[0]}" for row in rows.split("\n"))
+    readings = _one(_read(tmp_path, text))
+    assert [(one.lower_limit, one.upper_limit) for one in readings] == [pytest.approx(pair) for pair in limits]
+
+
+def test_a_lower_tolerance_that_may_be_either_is_decided_by_the_verdicts_or_refused(tmp_path: Path) -> None:
+    head, row = "Soll [mm];OT;UT;Ist;Status\n", "25;0,05;0,02;25,01;{}\n"
+    assert _one(_read(tmp_path, head + row.format("i.O.")))[0].lower_limit == pytest.approx(24.98)
+    assert _one(_read(tmp_path, head + row.format("n.i.O.")))[0].lower_limit == pytest.approx(25.02)
+    assert _refused(tmp_path, head + row.format("")).code is Code.MSR_MEANING
+
+
+def test_headings_max_and_min_are_limits_or_tolerances_by_their_values(tmp_path: Path) -> None:
+    for low, high in (("24,98", "25,05"), ("-0,02", "0,05")):
+        (one,) = _one(_read(tmp_path, f"Name;Soll [mm];Max;Min;Ist\nD1;25;{high};{low};25,01\n", unit="mm"))
+        assert (one.lower_limit, one.upper_limit) == pytest.approx((24.98, 25.05))
+
+
+def test_ut_is_the_lower_tolerance_beside_ot_and_the_upper_one_beside_lt(tmp_path: Path) -> None:
+    german = _read(tmp_path, "Soll;Ist;OT;UT\n25;25,01;0,05;-0,02\n", unit="mm")
+    english = _read(tmp_path, "nominal;actual;UT;LT\n25;25.01;0.05;-0.02\n", unit="mm")
+    assert [(one.lower_limit, one.upper_limit) for one in _one(german)] == [pytest.approx((24.98, 25.05))]
+    assert [(one.lower_limit, one.upper_limit) for one in _one(english)] == [pytest.approx((24.98, 25.05))]
+
+
+def test_parts_side_by_side_and_repeats_side_by_side(tmp_path: Path) -> None:
+    parts = _read(tmp_path, "Merkmal;Soll [mm];Teil 1;Teil 2\nD1;25;25,01;25,02\nD2;30;30,01;\n", unit="mm")
+    assert [(one.part.serial, [r.actual for r in one.readings]) for one in parts.inspections] == [
+        ("Teil 1", [25.01, 30.01]),
+        ("Teil 2", [25.02]),
+    ]
+    assert any("1 of 4 values are not measured" in remark.text for remark in parts.remarks)
+    repeats = _read(tmp_path, "Merkmal;Soll [mm];Messung 1;Messung 2\nD1;25;25,01;25,02\n", unit="mm")
+    assert [(one.repeat, one.actual) for one in _one(repeats)] == [(1, 25.01), (2, 25.02)]
+
+
+def test_one_row_a_part_with_rows_of_nominals_and_limits_and_of_statistics(tmp_path: Path) -> None:
+    text = (
+        "Seriennummer;Durchmesser D1 [mm];Winkel W1 [°]\nNennmaß;25;45\nOGW;25,05;45,5\nUGW;24,95;44,5\n"
+        "A1;25,01;45,1\nA2;25,02;44,9\nMittelwert;25,015;45,0\n"
+    )
+    file = _read(tmp_path, text)
+    assert [one.part.serial for one in file.inspections] == ["A1", "A2"]
+    diameter, angle = file.inspections[1].readings
+    assert (diameter.characteristic, diameter.quantity, diameter.actual) == ("Durchmesser D1", Quantity.DIAMETER, 25.02)
+    assert (diameter.nominal, diameter.lower_limit, diameter.upper_limit) == (25.0, 24.95, 25.05)
+    assert (angle.quantity, angle.actual, angle.nominal) == (Quantity.ANGLE, 44.9, 45.0)
+
+
+def test_points_with_their_normals(tmp_path: Path) -> None:
+    text = "Name,X,Y,Z,Nom X,Nom Y,Nom Z,I,J,K\nP1,1.01,2,3,1,2,3,2,0,0\nP2,1,2,3.5,1,2,3,0,0,-1\n"
+    (inspection,) = _read(tmp_path, text, unit="inch").inspections
+    first, second = inspection.points
+    assert first.measured_mm == pytest.approx((25.654, 50.8, 76.2))
+    assert first.nominal_mm == pytest.approx((25.4, 50.8, 76.2))
+    assert first.outward_normal == (1.0, 0.0, 0.0)
+    assert (second.name, second.outward_normal) == ("P2", (0.0, 0.0, -1.0))
+
+
+def test_letters_of_a_gdt_font_and_symbols_before_numbers(tmp_path: Path) -> None:
+    text = "Name;Type;Nominal [mm];Actual [mm];Tolerance\nA;n;25;25,01;±0,02\nB;c;0;0,004;0,01\nC;j;0;0,01;0,05\n"
+    diameter, flatness, position = _one(_read(tmp_path, text))
+    assert (diameter.quantity, diameter.lower_limit, diameter.upper_limit) == (Quantity.DIAMETER, 24.98, 25.02)
+    assert (flatness.quantity, flatness.lower_limit, flatness.upper_limit) == (Quantity.FORM, None, 0.01)
+    assert position.quantity is Quantity.FORM
+    (one,) = _one(_read(tmp_path, "Name;Nominal;Actual\nB1;Ø25,0 mm;25,01 mm\n"))
+    assert (one.quantity, one.nominal, one.actual) == (Quantity.DIAMETER, 25.0, 25.01)
+
+
+def test_dates_whose_day_and_month_may_be_exchanged_are_refused(tmp_path: Path) -> None:
+    head = "date,nominal [mm],actual [mm]\n"
+    assert _refused(tmp_path, head + "03/04/2026 10:00,25,25.01\n").code is Code.MSR_TIME
+    told = _one(_read(tmp_path, head + "03/04/2026,25,25.01\n03/14/2026 1:30 PM,25,25.01\n"))
+    assert told[0].measured_at == datetime(2026, 3, 4).astimezone()
+    assert told[1].measured_at == datetime(2026, 3, 14, 13, 30).astimezone()
+    assert _one(_read(tmp_path, head + "14/03/2026,25,25.01\n"))[0].measured_at == datetime(2026, 3, 14).astimezone()
+    assert _one(_read(tmp_path, head + "03.04.2026,25,25.01\n"))[0].measured_at == datetime(2026, 4, 3).astimezone()
+    assert _refused(tmp_path, head + "14/03/2026,25,25.01\n03/14/2026,25,25.01\n").code is Code.MSR_TIME
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "line"),
+    [
+        ("name,nominal,actual\nD1,25,25.01\n", Code.MSR_UNIT, 2),
+        ('name,nominal [mm],actual [mm]\nD1,25,"1,234.5"\n', Code.MSR_NUMBER, 2),
+        ("name;Ist [mm];Messwert [mm]\nD1;25;25\n", Code.MSR_MEANING, 1),
+        ("name;upper limit [mm];lower limit [mm];actual [mm]\nD1;24,9;25,1;25\n", Code.MSR_LIMITS, 2),
+        ("name;nominal [mm];actual [mm]\nD1;25;12 apples\n", Code.MSR_NUMBER, 2),
+        ("name;nominal [mm];actual [mm]\n", Code.MSR_FILE, 1),
+        ("alpha;beta\n1;2\n", Code.MSR_MEANING, None),
+    ],
+)
+def test_what_is_refused_and_where(tmp_path: Path, text: str, code: Code, line: int | None) -> None:
+    error = _refused(tmp_path, text)
+    assert (error.code, error.place and error.place.line) == (code, line)
+
+
+def test_a_zone_that_excludes_the_nominal_value_is_reported(tmp_path: Path) -> None:
+    file = _read(tmp_path, "name;nominal [mm];upper limit [mm];lower limit [mm];actual [mm]\nD1;25;25,05;25,02;25,03\n")
+    assert any("1 tolerance zones exclude the nominal" in remark.text for remark in file.remarks)
+
+
+def test_a_mapping_of_another_table_and_one_with_a_column_that_is_missing(tmp_path: Path) -> None:
+    text = "name;nominal [mm];actual [mm]\nD1;25;25,01\n"
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('[columns]\nactual = "actual [mn]"\nnominal = "nominal [mm]"\n')
+    error = _refused(tmp_path, text, mapping=mapping)
+    assert (error.code, error.hint) == (Code.MSR_MAPPING, "did you mean 'actual [mm]'?")
+    mapping.write_text('[columns]\nactual = "Ist"\nnominal = "Soll"\n')
+    assert "another table" in str(_refused(tmp_path, text, mapping=mapping))
+    mapping.write_text('[columns]\nactual = "actual [mm]"\nnominal = "actual [mm]"\n')
+    assert "named 2 times" in str(_refused(tmp_path, text, mapping=mapping))
+
+
+def test_headings_that_moved_down_are_found_by_the_mapping(tmp_path: Path) -> None:
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('header_row = 1\nunit = "mm"\n[columns]\nactual = "wartość"\ncharacteristic = "cecha"\n')
+    text = "raport;;\n;;\ncecha;wartość;uwagi\nD1;25,01;\n"
+    assert [(one.actual, one.line) for one in _one(_read(tmp_path, text, mapping=mapping))] == [(25.01, 4)]
+
+
+def test_a_workbook_of_several_sheets_with_dates_errors_and_merged_cells(tmp_path: Path) -> None:
+    rows: list[list[object]] = [
+        ["Inspection record", None, None, None, None],
+        ["Serial", "Characteristic", "Nominal [mm]", "Actual [mm]", "Time"],
+        ["7", "Diameter 1", 25, 25.01, Raw('s="1"><v>46086.4375</v>')],
+        [None, "Diameter 2", 30, Raw('t="e"><v>#REF!</v>'), None],
+        [None, "Length 3", 10.5, "10,48", None],
+    ]
+    sheets: dict[str, list[list[object]]] = {"Notes": [["written by hand"]], "Results": rows}
+    path = write_xlsx(tmp_path / "part.xlsx", sheets, merged=["A1:E1", "A3:A5"], creator="Erika Mustermann")
+    file = read_measured_file(path, Stated())
+    (inspection,) = file.inspections
+    assert inspection.part.serial == "7"
+    first, length = inspection.readings
+    assert first.measured_at == datetime(2026, 3, 5, 10, 30).astimezone()
+    assert (length.actual, length.line, length.quantity) == (10.48, 5, Quantity.LENGTH)
+    assert any("1 of 3 values are not measured" in remark.text for remark in file.remarks)
+    assert "Mustermann" not in repr(file)
+
+
+def test_two_sheets_with_headings_are_not_chosen_between_and_hidden_ones_do_not_count(tmp_path: Path) -> None:
+    rows: list[list[object]] = [["Name", "Nominal [mm]", "Actual [mm]"], ["D1", 25, 25.01]]
+    path = write_xlsx(tmp_path / "two.xlsx", {"A": rows, "B": rows})
+    with pytest.raises(TrueloopError) as refusal:
+        read_measured_file(path, Stated())
+    assert "2 sheets" in str(refusal.value)
+    hidden = write_xlsx(tmp_path / "hidden.xlsx", {"A": rows, "B": rows}, hidden=["B"])
+    assert _one(read_measured_file(hidden, Stated()))[0].actual == 25.01
+
+
+def test_workbooks_that_would_fill_the_memory_are_refused_before_they_are_opened(tmp_path: Path) -> None:
+    far: list[list[object]] = [["Name", "Nominal [mm]", "Actual [mm]"], [Raw('></c><c r="XFD1048576"><v>1</v>')]]
+    for path, words in (
+        (write_xlsx(tmp_path / "far.xlsx", {"A": far}), "spans"),
+        (write_xlsx(tmp_path / "packed.xlsx", {"A": [["a" * 30_000_000]]}), "times its size"),
+        (write_xlsx(tmp_path / "cut.xlsx", {"A": far}), "damaged"),
+    ):
+        if words == "damaged":
+            path.write_bytes(path.read_bytes()[:600])
+        with pytest.raises(TrueloopError) as refusal:
+            read_measured_file(path, Stated())
+        assert refusal.value.code is Code.MSR_FILE
+        assert words in str(refusal.value)
