@@ -122,6 +122,12 @@ class Code(StrEnum):
     MSR_UNIT = "MSR-UNIT", "an inspection file whose unit of length is not stated, or stated twice", ("file",)
     MSR_MEANING = "MSR-MEANING", "an inspection file that does not say what its numbers are", ("file",)
     MSR_MAPPING = "MSR-MAPPING", "a mapping of an inspection file with a key that is wrong"
+    MSR_PART = "MSR-PART", "an inspection of which too little is on the part", ("matched", "values")
+    MSR_SCALE = "MSR-SCALE", "an inspection that fits the part when it is multiplied", ("factor", "fitting", "values")
+    MSR_LIMITS = "MSR-LIMITS", "limits that are the wrong way round, or exclude the nominal value", ("characteristic",)
+    MSR_PLACES = "MSR-PLACES", "one characteristic with two nominal values or in two places", ("characteristic",)
+    MSR_SERIAL = "MSR-SERIAL", "several parts in one file and none chosen, or one that is not there", ("serials",)
+    MSR_NONE = "MSR-NONE", "inspection files without a reading that says anything of the part's errors"
     MSR_VALUE = "MSR-VALUE", "a value of an inspection file that is missing, there twice or half", ("file",)
 
     # OFS: tool offsets and the tool tables of controls

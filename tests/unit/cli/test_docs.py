@@ -33,6 +33,7 @@ COMMANDS = (
     "probe read",
     "probe calibrate",
     "measure plan",
+    "measure read",
     "offsets read",
     "offsets apply",
     "record show",

@@ -1,0 +1,139 @@
+"""Inspection files read, matched with the features of a job's part, and written as files that a job can name."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from trueloop.domain.inspection import Inspection, Reading, Touch
+from trueloop.errors import Code, Place, Severity, TrueloopError
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.names import feature_names
+from trueloop.formats.measurements.gauged_csv import readings_to_csv
+from trueloop.formats.measurements.touches_csv import touches_to_csv
+from trueloop.formats.outputs import Named, write_all
+from trueloop.geometry.profile import Profile
+from trueloop.jobs.job_files import JobFiles
+from trueloop.report.measured import FileOnPart, OnPart
+from trueloop.turned.readings.match import match_inspection
+from trueloop.turned.readings.matched import MatchedReading
+from trueloop.turned.readings.matches import Axis, Matches
+from trueloop.turned.readings.plausible import check_matches
+from trueloop.turned.touches.touches import Gauging, error_vectors
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Which of a file's inspections are meant: of one serial number, of one run (from 1); None: all."""
+
+    serial: str | None = None
+    run: int | None = None
+
+
+@dataclass(frozen=True)
+class PartOfJob:
+    """A job's part by name, its profile, and the files that were read for it."""
+
+    name: str
+    profile: Profile
+    files: tuple[Path, ...]
+
+
+def read_part_of_job(path: Path) -> PartOfJob:
+    """The part of a job, whose touches need not exist yet. Raises JOB, GEO and NC errors."""
+    files = JobFiles.of(path)
+    return PartOfJob(files.job.part.name, files.profile(), files.sources.files)
+
+
+def read_measured(
+    path: Path, stated: Stated, part: PartOfJob | None = None, chosen: Chosen | None = None, axis: Axis | None = None
+) -> FileOnPart:
+    """A file, and what of it is on the part. Raises MSR errors; what is odd about it on the part are findings."""
+    names = feature_names(stated.mapping)
+    file = read_measured_file(path, stated)
+    inspections = _chosen(file, chosen or Chosen())
+    if part is None:
+        return FileOnPart(file, tuple(OnPart(run, one) for run, one in inspections))
+    found = tuple(_on_part(part.profile, file, run, one, names, axis) for run, one in inspections)
+    return FileOnPart(file, found, part.name, part.profile.names)
+
+
+def _on_part(
+    profile: Profile, file: MeasuredFile, run: int, inspection: Inspection, names: Mapping[str, str], axis: Axis | None
+) -> OnPart:
+    matches = match_inspection(profile, inspection, names, axis)
+    findings = check_matches(profile, inspection, matches, names, axis)
+    return OnPart(run, inspection, matches, tuple(one.in_file(str(file.path)) for one in findings))
+
+
+def _chosen(file: MeasuredFile, chosen: Chosen) -> tuple[tuple[int, Inspection], ...]:
+    """Raises MSR-SERIAL for a serial number or a run that the file has not."""
+    found = list(enumerate(file.inspections, 1))
+    if chosen.serial is not None:
+        found = [(k, one) for k, one in found if one.part.serial == chosen.serial]
+    if chosen.run is not None:
+        found = [(k, one) for k, one in found if k == chosen.run]
+    if not found and (chosen.serial, chosen.run) != (None, None):
+        asked = "" if chosen.serial is None else f" of serial number {chosen.serial!r}"
+        run = "" if chosen.run is None else f" run {chosen.run}"
+        raise _serial_error(file, f"has no inspection{asked}{run}")
+    return tuple(found)
+
+
+def _serial_error(file: MeasuredFile, why: str) -> TrueloopError:
+    serials = [one.part.serial for one in file.inspections]
+    listed = ", ".join(f"{k}: {serial!r}" for k, serial in list(enumerate(serials, 1))[:20])
+    more = "" if len(serials) <= 20 else ", …"
+    return TrueloopError(
+        Code.MSR_SERIAL,
+        f"{file.path.name!r} {why}; its {len(serials)} inspections are {listed}{more}",
+        hint="choose one: --serial NUMBER, or --run N where serial numbers are not stated or are the same",
+        place=Place(str(file.path)),
+        values={"serials": serials[:20]},
+    )
+
+
+def write_measured(files: Sequence[FileOnPart], part: PartOfJob, target: Path, inputs: Collection[Path]) -> list[Path]:
+    """Touches and readings as CSV files: `target`, and where there are both `target` with `-readings` for the second.
+
+    All or none, never over an input. Raises MSR-SERIAL where a file has several inspections, MSR-NONE where nothing
+    was matched, what the findings are about where one is an error, TCH errors for touches that no job could use.
+    """
+    for file in files:
+        if len(file.on_part) > 1:
+            raise _serial_error(file.file, "holds several")
+        for found in (one for on_part in file.on_part for one in on_part.findings):
+            if found.severity is Severity.ERROR:
+                raise found.as_error()
+    on_part = [(one.inspection, one.matches) for file in files for one in file.on_part if one.matches is not None]
+    touches = _touches(part.profile, [matches for _, matches in on_part])
+    readings = [(one, [_of_part(part.profile, m) for m in matches.readings]) for one, matches in on_part]
+    if touches:
+        error_vectors(part.profile, touches, Gauging())
+    contents: list[Named] = [(target.name, touches_to_csv(touches).encode())] if touches else []
+    if any(of_it for _, of_it in readings):
+        name = target.with_stem(f"{target.stem}-readings").name if touches else target.name
+        contents.append((name, readings_to_csv(readings).encode()))
+    if not contents:
+        raise TrueloopError(
+            Code.MSR_NONE,
+            f"0 of {sum(one.count for one, _ in on_part)} values are errors of the part's profile",
+            hint="the table shows what was not matched, and why; a mapping's [features] lists names that differ",
+        )
+    return write_all(target.parent, contents, inputs)
+
+
+def _of_part(profile: Profile, match: MatchedReading) -> Reading:
+    """A reading with the part's own names of its features."""
+    other = "" if match.other_index is None else profile.names[match.other_index]
+    return replace(match.reading, feature=profile.names[match.feature_index], other=other)
+
+
+def _touches(profile: Profile, matches: Sequence[Matches]) -> list[Touch]:
+    """All touches in their order along the profile, as a job's file has them."""
+    found = [one for each in matches for one in each.touches]
+    along = [
+        profile.start_of(one.feature_index) + float(profile.features[one.feature_index].locate(one.touch.nominal_mm)[0])
+        for one in found
+    ]
+    return [found[k].touch for k in sorted(range(len(found)), key=along.__getitem__)]

@@ -1,0 +1,155 @@
+"""Inspection files as they were read, and what of them is on a part: rows of a table, and JSON."""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, replace
+
+from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
+from trueloop.errors import Finding
+from trueloop.formats.inspections.checks import within
+from trueloop.formats.inspections.measured_file import MeasuredFile
+from trueloop.turned.readings.matched import MatchedReading
+from trueloop.turned.readings.matches import MatchedTouch, Matches
+
+
+@dataclass(frozen=True)
+class OnPart:
+    """One inspection of a file, its `run`-th from 1; `matches` and `findings` where a part is given."""
+
+    run: int
+    inspection: Inspection
+    matches: Matches | None = None
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class FileOnPart:
+    """A file, its inspections that are meant, and the part that they were matched with: its name, its features."""
+
+    file: MeasuredFile
+    on_part: tuple[OnPart, ...]
+    part: str = ""
+    features: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ValueRow:
+    """One value. `nominal`, `actual`, `deviation` and limits are in `unit`, of touches the deviation alone, along n.
+
+    `feature` is that of the part where `by` says how it was found ("name" or "geometry", `distance_mm` away), else that
+    of the file; `reason` says why it was not found. `within`: whether it is inside its limits, None without limits.
+    """
+
+    characteristic: str
+    quantity: str
+    feature: str = ""
+    by: str = ""
+    distance_mm: float | None = None
+    nominal: float | None = None
+    actual: float | None = None
+    deviation: float | None = None
+    lower_limit: float | None = None
+    upper_limit: float | None = None
+    within: bool | None = None
+    unit: str = "mm"
+    place_mm: tuple[float, ...] = ()
+    repeat: int = 1
+    line: int | None = None
+    reason: str = ""
+    is_error: bool = True
+    candidates: tuple[str, ...] = ()
+
+
+def rows_of(file: FileOnPart, on_part: OnPart) -> Iterator[ValueRow]:
+    """All values: those that were matched, in order along the part, then the others with the reason."""
+    matches = on_part.matches
+    if matches is None:
+        yield from map(_row, on_part.inspection.values)
+        return
+    found: tuple[MatchedReading | MatchedTouch, ...] = (*matches.readings, *matches.touches)
+    yield from (_matched(file, one) for one in sorted(found, key=lambda one: one.feature_index))
+    for one in matches.left:
+        yield replace(_row(one.value), reason=one.reason, is_error=one.is_error, candidates=one.candidates)
+
+
+def measured_as_dict(files: Iterable[FileOnPart]) -> dict[str, object]:
+    """Everything about files: lengths mm, angles degrees, deviations actual − nominal, x a radius."""
+    return {"files": [_file_as_dict(one) for one in files]}
+
+
+def _file_as_dict(one: FileOnPart) -> dict[str, object]:
+    file = one.file
+    return {
+        "file": str(file.path),
+        "format": file.format,
+        "encoding": file.encoding,
+        "unit": file.unit,
+        "part_of_job": one.part or None,
+        "inspections": [_inspection_as_dict(one, each) for each in one.on_part],
+        "characteristics": [asdict(each) for each in file.characteristics],
+        "remarks": [asdict(each) for each in file.remarks],
+    }
+
+
+def _inspection_as_dict(file: FileOnPart, one: OnPart) -> dict[str, object]:
+    inspection, matches = one.inspection, one.matches
+    moment = inspection.measured_at
+    return {
+        "run": one.run,
+        "part": inspection.part.part_type.name,
+        "serial": inspection.part.serial,
+        "measured": inspection.measured,
+        "count": inspection.count,
+        "measured_at": None if moment is None else moment.isoformat(),
+        "device": inspection.device,
+        "operator": inspection.operator,
+        "frame": inspection.frame,
+        "ball_radius_mm": inspection.ball_radius_mm,
+        "temperatures": dict(inspection.temperatures),
+        "matched": None if matches is None else matches.count,
+        "not_matched": None if matches is None else len(matches.unmatched),
+        "kept": None if matches is None else len(matches.kept),
+        "spindle_axis": None if matches is None else matches.axis,
+        "values": [_finite(asdict(row)) for row in rows_of(file, one)],
+        "findings": [
+            {"severity": f.severity, "code": f.code, "message": f.message, "hint": f.hint, "values": dict(f.values)}
+            for f in one.findings
+        ],
+    }
+
+
+def _finite(row: dict[str, object]) -> dict[str, object]:
+    """JSON has no nan and no infinity: null."""
+    return {key: None if isinstance(one, float) and not math.isfinite(one) else one for key, one in row.items()}
+
+
+def _matched(file: FileOnPart, one: MatchedReading | MatchedTouch) -> ValueRow:
+    name = file.features[one.feature_index]
+    if isinstance(one, MatchedReading) and one.other_index is not None:
+        name = f"{name} to {file.features[one.other_index]}"
+    value = one.reading if isinstance(one, MatchedReading) else one.touch
+    return replace(_row(value), feature=name, by=one.by, distance_mm=one.distance_mm)
+
+
+def _row(value: Reading | Touch | CmmPoint) -> ValueRow:
+    """A value as the file has it."""
+    if isinstance(value, CmmPoint):
+        return ValueRow(value.name, "point", place_mm=value.nominal_mm or value.measured_mm)
+    if isinstance(value, Touch):
+        error_mm, name = value.error_mm, value.feature or ""
+        return ValueRow(value.point, "touch", name, deviation=error_mm, place_mm=value.nominal_mm, line=value.line)
+    return ValueRow(
+        value.characteristic,
+        value.quantity.value,
+        value.feature,
+        nominal=value.nominal,
+        actual=value.actual,
+        deviation=None if value.nominal is None else value.actual - value.nominal,
+        lower_limit=value.lower_limit,
+        upper_limit=value.upper_limit,
+        within=within(value),
+        unit=value.quantity.unit,
+        place_mm=value.place_mm,
+        repeat=value.repeat,
+        line=value.line,
+    )

@@ -1,0 +1,194 @@
+"""An inspection on a turned profile: every value to a feature, by name first, then by geometry; nothing is guessed.
+
+A name is compared without case, blanks and signs, after the user's own list of names. A named feature whose size is
+another is no match. By geometry a size must be that of one feature, or pair of faces (`sizes.py`); where two fit, none
+is taken and both are named.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Inspection, Reading, Touch
+from trueloop.geometry.feature import distance_mm
+from trueloop.geometry.profile import Profile
+from trueloop.turned.readings.matched import By, MatchedReading, feature_named
+from trueloop.turned.readings.matches import Axis, Left, MatchedTouch, Matches
+from trueloop.turned.readings.points import along_and_off, match_points
+from trueloop.turned.readings.sizes import Candidate, candidates, differs_from, is_face, size_of, within_of
+from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM, ON_PROFILE_MM
+
+Outcome: TypeAlias = MatchedReading | MatchedTouch | Left
+
+NO_ERRORS: Final = {
+    Quantity.RUNOUT: "runout repeats with the turn of the part: no error of its profile",
+    Quantity.FORM: "form is no error of one place of the profile",
+    Quantity.POSITION: "a coordinate is no size; only that of a face along the axis is used, where the face is named",
+    Quantity.OTHER: "what it is the size of is not known",
+}
+CENTRED_MM: Final = 1.0
+"""A circle whose centre is further from the axis is no section of a turned part."""
+FACTORS: Final = {2.0: "a radius among diameters?", 0.5: "a diameter among radii?"}
+
+
+def match_inspection(
+    profile: Profile, inspection: Inspection, names: Mapping[str, str] | None = None, axis: Axis | None = None
+) -> Matches:
+    """All values of an inspection on a profile. `names`: the profile's name of a feature, by that in the file.
+
+    `axis` is that of the inspection's frame along the spindle; None: found, z where that fits.
+    """
+    names = names or {}
+    points = match_points(profile, inspection, names, axis)
+    along = points.axis or axis or "z"
+    found: list[Outcome] = [_reading(profile, _named(one, names), inspection, along) for one in inspection.readings]
+    found += [_touch(profile, one, names, inspection.ball_radius_mm) for one in inspection.touches]
+    return Matches(
+        tuple(one for one in found if isinstance(one, MatchedReading)),
+        (*(one for one in found if isinstance(one, MatchedTouch)), *points.touches),
+        (*(one for one in found if isinstance(one, Left)), *points.left),
+        points.axis,
+    )
+
+
+def _named(reading: Reading, names: Mapping[str, str]) -> Reading:
+    """The reading with the profile's names of its features, where the user's list has them."""
+    feature = names.get(reading.feature) or names.get(reading.characteristic) or reading.feature
+    return replace(reading, feature=feature, other=names.get(reading.other, reading.other))
+
+
+def _reading(profile: Profile, reading: Reading, inspection: Inspection, along: Axis) -> Outcome:
+    """A match, or why there is none."""
+    off_mm = 0.0
+    if len(reading.place_mm) == 3:
+        x, y, z = reading.place_mm
+        at_mm, off_mm = along_and_off((x, y, z), along)
+        reading = replace(reading, place_mm=(at_mm,) if inspection.frame == "part" else ())
+    index = feature_named(profile, reading.feature or reading.characteristic)
+    if reading.quantity in NO_ERRORS:
+        return _no_size(profile, reading, index, along)
+    if off_mm > CENTRED_MM:
+        return Left(reading, f"its centre is {off_mm:.3f} mm off the axis: no section of the turned part", (), False)
+    if index is None:
+        return _by_geometry(profile, reading, candidates(profile, reading))
+    if reading.quantity is Quantity.LENGTH:
+        return _named_length(profile, reading, index)
+    return _by_name(profile, reading, index)
+
+
+def _no_size(profile: Profile, reading: Reading, index: int | None, along: Axis) -> Outcome:
+    """A coordinate of a named face along the axis is a touch of its middle: of what is no size, that alone is used."""
+    feature = None if index is None else profile.features[index]
+    if index is None or feature is None or not is_face(feature) or reading.axis != along or not reading.axis:
+        return Left(reading, NO_ERRORS[reading.quantity], (), False)
+    (x, z), s = (feature.start_mm[0] + feature.end_mm[0], feature.start_mm[1]), feature.length_mm / 2
+    differs = abs(size_of(reading) - z)
+    if differs > within_of(reading):
+        return _another(profile, reading, index, z)
+    error_mm = float(feature.outward_normal(s)[1]) * (reading.actual - z)
+    touch = Touch(reading.characteristic, (x / 2, z), feature.name, (x / 2, reading.actual), error_mm, reading.line)
+    return MatchedTouch(touch, index, "name", differs)
+
+
+def _by_name(profile: Profile, reading: Reading, index: int) -> Outcome:
+    """A size of the feature that is named; left where that has no such size, or another."""
+    differs = differs_from(profile, index, reading)
+    if differs is None:
+        name = profile.names[index]
+        return Left(reading, f"{name!r} has no {reading.quantity} of its own: where it was measured is not stated")
+    if differs > within_of(reading):
+        return _another(profile, reading, index, None, differs)
+    return _credible(profile, MatchedReading(reading, index, None, "name", differs))
+
+
+def _named_length(profile: Profile, reading: Reading, index: int) -> Outcome:
+    """A length of a named face: from the other that is named, else from the one face, or zero, whose distance fits."""
+    other = feature_named(profile, reading.other) if reading.other else None
+    if reading.other and other is None:
+        return Left(reading, f"{reading.other!r}, from which it counts, is no feature of the part")
+    of_it = [one for one in candidates(profile, reading) if index in (one.feature_index, one.other_index)]
+    if other is not None:
+        of_it = [one for one in of_it if other in (one.feature_index, one.other_index)]
+    return _by_geometry(profile, reading, [_from(one, index) for one in of_it], "name")
+
+
+def _from(one: Candidate, index: int) -> Candidate:
+    """The same length as one of that feature."""
+    if one.feature_index == index or one.other_index is None:
+        return one
+    return Candidate(index, one.differs, one.feature_index)
+
+
+def _by_geometry(profile: Profile, reading: Reading, fitting: list[Candidate], by: By = "geometry") -> Outcome:
+    if not fitting:
+        return Left(reading, f"no feature has {_size(reading)}{_blunder(profile, reading)}")
+    if len(fitting) > 1:
+        names = tuple(_called(profile, one) for one in fitting)
+        return Left(reading, f"{len(fitting)} features have {_size(reading)}: {', '.join(names)}", names)
+    (one,) = fitting
+    return _credible(profile, MatchedReading(reading, one.feature_index, one.other_index, by, one.differs))
+
+
+def _credible(profile: Profile, one: MatchedReading) -> Outcome:
+    """Left where the actual size is too far from the nominal one to be that of a part that was only to be finished."""
+    reading, nominal = one.reading, one.reading.nominal
+    twice = 2.0 if reading.quantity is Quantity.DIAMETER else 1.0
+    if nominal is None or abs(reading.actual - nominal) <= twice * CREDIBLE_ERROR_MM:
+        return one
+    deviation = f"{reading.actual - nominal:+.4f} {reading.quantity.unit}"
+    limit = f"at most {twice * CREDIBLE_ERROR_MM:g} is credible"
+    return Left(reading, f"it fits {profile.names[one.feature_index]!r}, and deviates by {deviation}: {limit}")
+
+
+def _another(profile: Profile, reading: Reading, index: int, size: float | None, differs: float | None = None) -> Left:
+    """A name whose feature has another size: of another part, or of another place."""
+    own = f"is at {size:.4f} mm" if size is not None else f"differs from it by {differs:.4f} {reading.quantity.unit}"
+    why = f"{profile.names[index]!r} is named, and {_size(reading)} is not its own: it {own}"
+    return Left(reading, why + _blunder(profile, reading))
+
+
+def _blunder(profile: Profile, reading: Reading) -> str:
+    """What a factor of two would explain: said, never applied."""
+    if reading.quantity not in (Quantity.DIAMETER, Quantity.RADIUS):
+        return ""
+    for factor, question in FACTORS.items():
+        nominal = None if reading.nominal is None else reading.nominal * factor
+        if len(candidates(profile, replace(reading, nominal=nominal, actual=reading.actual * factor))) == 1:
+            return f"; {factor:g} times it fits: {question}"
+    return ""
+
+
+def _size(reading: Reading) -> str:
+    kind = "an actual" if reading.nominal is None else "a nominal"
+    at = f" at z {reading.place_mm[-1]:.3f} mm" if reading.place_mm else ""
+    return f"{kind} {reading.quantity} of {size_of(reading):.4f} {reading.quantity.unit}{at}"
+
+
+def _called(profile: Profile, one: Candidate) -> str:
+    name = profile.names[one.feature_index]
+    return name if one.other_index is None else f"{name} to {profile.names[one.other_index]}"
+
+
+def _touch(profile: Profile, touch: Touch, names: Mapping[str, str], ball_mm: float) -> Outcome:
+    """A touch on the feature that it names, else on the nearest; left where it is off the profile.
+
+    Where its error is not stated it is n·(measured − nominal) less the ball.
+    """
+    by: By = "name"
+    index = feature_named(profile, names.get(touch.feature or "", touch.feature or ""))
+    if index is None:
+        by, nearest = "geometry", profile.locate([touch.nominal_mm])
+        index = int(nearest.feature_index[0])
+    off_mm = distance_mm(profile.features[index], touch.nominal_mm)
+    if off_mm > ON_PROFILE_MM:
+        return Left(touch, f"its nominal point is {off_mm:.3f} mm from {profile.names[index]!r}")
+    feature, error_mm = profile.features[index], touch.error_mm
+    if error_mm is None and touch.measured_mm is not None:
+        outward = feature.outward_normal(feature.locate(touch.nominal_mm)[0])
+        error_mm = float(outward @ np.subtract(touch.measured_mm, touch.nominal_mm)) - ball_mm
+    if error_mm is None:
+        return Left(touch, "it has neither a measured point nor an error")
+    return MatchedTouch(replace(touch, feature=feature.name, error_mm=error_mm), index, by, off_mm)

@@ -1,0 +1,123 @@
+"""Which features a size may be of: diameters, radii, lengths and angles, compared with those of a profile."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Reading
+from trueloop.geometry.feature import Arc, Feature, Line, distance_mm
+from trueloop.geometry.profile import Profile
+
+STRAIGHT: Final = 1e-6
+"""A line whose direction has less than this across an axis runs along it: below what coordinates are rounded to."""
+NOMINAL_WITHIN_MM: Final = 0.02
+"""A nominal size is that of a feature within this: twice what a report in hundredths rounds to."""
+ACTUAL_WITHIN_MM: Final = 0.5
+"""An actual size without a nominal value: what a finish cut may have been left on, as a diameter."""
+ANGLE_WITHIN_DEG: Final = 0.05
+"""An angle, by the rounding to a tenth of a degree."""
+ACTUAL_WITHIN_DEG: Final = 1.0
+"""An actual angle without a nominal value."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A feature that a size may be of, and by how much the two differ: mm, of angles degrees."""
+
+    feature_index: int
+    differs: float
+    other_index: int | None = None
+
+
+def is_cylinder(feature: Feature) -> bool:
+    """A line along the axis."""
+    return isinstance(feature, Line) and abs(float(feature.outward_normal(0.0)[1])) < STRAIGHT
+
+
+def is_face(feature: Feature) -> bool:
+    """A line across the axis."""
+    return isinstance(feature, Line) and abs(float(feature.outward_normal(0.0)[0])) < STRAIGHT
+
+
+def angle_deg(feature: Feature) -> float | None:
+    """Between a cone and the axis, 0 to 90 degrees; None for what is no cone."""
+    if not isinstance(feature, Line) or is_cylinder(feature) or is_face(feature):
+        return None
+    normal = feature.outward_normal(0.0)
+    return math.degrees(math.atan2(abs(float(normal[1])), abs(float(normal[0]))))
+
+
+def candidates(profile: Profile, reading: Reading) -> list[Candidate]:
+    """The features that a reading's size fits, the nearest first; none for quantities that are no size of a profile."""
+    size, within = size_of(reading), within_of(reading)
+    found: Iterator[Candidate]
+    if reading.quantity is Quantity.ANGLE:
+        found = _angles(profile, size)
+    elif reading.quantity is Quantity.LENGTH:
+        found = _lengths(profile, size)
+    elif reading.quantity in (Quantity.DIAMETER, Quantity.RADIUS):
+        found = _round(profile, reading, size)
+    else:
+        return []
+    return sorted((one for one in found if one.differs <= within), key=lambda one: one.differs)
+
+
+def within_of(reading: Reading) -> float:
+    """By how much a size may differ from a feature's own: mm, of an angle degrees."""
+    if reading.quantity is Quantity.ANGLE:
+        return ANGLE_WITHIN_DEG if reading.nominal is not None else ACTUAL_WITHIN_DEG
+    return NOMINAL_WITHIN_MM if reading.nominal is not None else ACTUAL_WITHIN_MM
+
+
+def size_of(reading: Reading) -> float:
+    """What is compared with a feature: the nominal value, and the actual one where none is stated."""
+    return reading.actual if reading.nominal is None else reading.nominal
+
+
+def differs_from(profile: Profile, index: int, reading: Reading) -> float | None:
+    """By how much a size differs from that of one feature; None where the feature has no such size of its own."""
+    feature, size = profile.features[index], size_of(reading)
+    if reading.quantity is Quantity.ANGLE:
+        angle = angle_deg(feature)
+        return None if angle is None else abs(size - angle)
+    if reading.quantity in (Quantity.DIAMETER, Quantity.RADIUS):
+        return next((one.differs for one in _round(profile, reading, size) if one.feature_index == index), None)
+    return None
+
+
+def axial_mm(reading: Reading) -> float | None:
+    """Where along the spindle a size was measured; None where that is not stated."""
+    return reading.place_mm[-1] if reading.place_mm else None
+
+
+def _round(profile: Profile, reading: Reading, size: float) -> Iterator[Candidate]:
+    """Diameters and radii. With a place: what lies there; without: cylinders, and arcs by their radius."""
+    twice = 2.0 if reading.quantity is Quantity.DIAMETER else 1.0
+    radius, z = size / twice, axial_mm(reading)
+    for index, feature in enumerate(profile.features):
+        if reading.quantity is Quantity.RADIUS and isinstance(feature, Arc):
+            yield Candidate(index, abs(feature.radius_mm - radius))
+        elif z is not None and not is_face(feature):
+            yield Candidate(index, twice * distance_mm(feature, (radius, z)))
+        elif z is None and is_cylinder(feature):
+            yield Candidate(index, twice * abs(feature.start_mm[0] - radius))
+
+
+def _lengths(profile: Profile, size: float) -> Iterator[Candidate]:
+    """From the part's zero to a face, and between two faces."""
+    faces = [(k, one.start_mm[1]) for k, one in enumerate(profile.features) if is_face(one)]
+    for index, z in faces:
+        if z != 0.0:
+            yield Candidate(index, abs(abs(z) - abs(size)))
+    for (index, z), (other, further) in itertools.combinations(faces, 2):
+        if z != further:
+            yield Candidate(index, abs(abs(further - z) - abs(size)), other)
+
+
+def _angles(profile: Profile, size: float) -> Iterator[Candidate]:
+    for index, feature in enumerate(profile.features):
+        if (angle := angle_deg(feature)) is not None:
+            yield Candidate(index, abs(angle - abs(size)))
