@@ -124,7 +124,7 @@ class Code(StrEnum):
     MSR_MAPPING = "MSR-MAPPING", "a mapping of an inspection file with a key that is wrong"
     MSR_PART = "MSR-PART", "an inspection of which too little is on the part", ("matched", "values")
     MSR_SCALE = "MSR-SCALE", "an inspection that fits the part when it is multiplied", ("factor", "fitting", "values")
-    MSR_LIMITS = "MSR-LIMITS", "limits that are the wrong way round, or exclude the nominal value", ("characteristic",)
+    MSR_EXCLUDED = "MSR-EXCLUDED", "limits that exclude the nominal value, or every value", ("characteristic",)
     MSR_PLACES = "MSR-PLACES", "one characteristic with two nominal values or in two places", ("characteristic",)
     MSR_SERIAL = "MSR-SERIAL", "several parts in one file and none chosen, or one that is not there", ("serials",)
     MSR_NONE = "MSR-NONE", "inspection files without a reading that says anything of the part's errors"

@@ -61,7 +61,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_VALUE: lambda: _read(b"#500=1.\n", "macro.txt", "[variables.501]\nquantity = 'length'\n", "mm"),
     Code.MSR_PART: lambda: _on_shaft(size(30.0), size(7.0), size(9.0)),
     Code.MSR_SCALE: lambda: _on_shaft(size(1.1811), size(0.7874)),
-    Code.MSR_LIMITS: lambda: _check(Reading("D1", Quantity.DIAMETER, 30.0, 30.0, 29.96, 29.98)),
+    Code.MSR_EXCLUDED: lambda: _check(Reading("D1", Quantity.DIAMETER, 30.0, 30.0, 29.96, 29.98)),
     Code.MSR_PLACES: lambda: _on_shaft(size(30.0), size(40.0)),
     Code.MSR_SERIAL: lambda: _on_shaft(part(1), size(30.0), part(2), size(30.0), output="readings.csv"),
     Code.MSR_NONE: lambda: _on_shaft("POSN X0.0 ACTUAL 0.01 DEV 0.01", output="readings.csv"),

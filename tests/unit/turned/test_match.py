@@ -172,9 +172,9 @@ def test_inches_for_millimetres_are_found_by_the_factor_that_makes_them_fit(fact
 
 def test_limits_that_exclude_the_nominal_are_warned_of_and_crossed_ones_are_an_error() -> None:
     size = Reading("D1", D, 30.0, 30.0)
-    assert findings(replace(size, lower_limit=29.96, upper_limit=29.98)) == [(Severity.WARNING, Code.MSR_LIMITS)]
-    assert findings(replace(size, lower_limit=30.01)) == [(Severity.WARNING, Code.MSR_LIMITS)]
-    assert findings(replace(size, lower_limit=30.02, upper_limit=29.98)) == [(Severity.ERROR, Code.MSR_LIMITS)]
+    assert findings(replace(size, lower_limit=29.96, upper_limit=29.98)) == [(Severity.WARNING, Code.MSR_EXCLUDED)]
+    assert findings(replace(size, lower_limit=30.01)) == [(Severity.WARNING, Code.MSR_EXCLUDED)]
+    assert findings(replace(size, lower_limit=30.02, upper_limit=29.98)) == [(Severity.ERROR, Code.MSR_EXCLUDED)]
     assert findings(replace(size, lower_limit=29.98, upper_limit=30.0)) == []
 
 

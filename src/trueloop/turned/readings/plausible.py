@@ -104,7 +104,7 @@ def _limits(readings: tuple[Reading, ...]) -> Iterator[Finding]:
             continue
         yield Finding(
             severity,
-            Code.MSR_LIMITS,
+            Code.MSR_EXCLUDED,
             f"{reading.characteristic!r}: {why} {reading.quantity.unit}",
             "a fit such as f7 excludes its nominal size; else look at the limits' signs, and whether they are relative",
             Place(line=reading.line),
