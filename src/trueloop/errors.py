@@ -114,11 +114,12 @@ class Code(StrEnum):
 
     # MSR: inspection files of gauges, measuring machines and controls
     MSR_FILE = "MSR-FILE", "an inspection file that cannot be read"
+    MSR_COUNTED = "MSR-COUNTED", "an inspection file that counts good and bad instead of sizes", ("file",)
     MSR_SIZE = "MSR-SIZE", "an inspection file that holds more than is read of one file"
     MSR_FORMAT = "MSR-FORMAT", "an inspection file in no known format", ("file",)
     MSR_NUMBER = "MSR-NUMBER", "a value of an inspection file that is no number, or may be two", ("text",)
     MSR_TIME = "MSR-TIME", "a time of an inspection file that is none, or may be two", ("text",)
-    MSR_LIMITS = "MSR-LIMITS", "a lower limit above the upper one", ("lower", "upper")
+    MSR_EXCHANGED = "MSR-EXCHANGED", "a lower limit above the upper one", ("lower", "upper")
     MSR_UNIT = "MSR-UNIT", "an inspection file whose unit of length is not stated, or stated twice", ("file",)
     MSR_MEANING = "MSR-MEANING", "an inspection file that does not say what its numbers are", ("file",)
     MSR_MAPPING = "MSR-MAPPING", "a mapping of an inspection file with a key that is wrong"

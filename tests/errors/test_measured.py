@@ -53,6 +53,7 @@ def part(number: int) -> str:
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_FILE: lambda: read_measured_file(Path("/nowhere/part.dmo"), Stated()),
+    Code.MSR_COUNTED: lambda: _read(b"K1001/1 4711\nK2002/1 cracks\nK2004/1 1\nK0021/1 3\n", "counts.dfq"),
     Code.MSR_SIZE: lambda: _read(b"<QIFDocument>" + b"<a>" * 300, "deep.qif"),
     Code.MSR_FORMAT: lambda: _read(b"Dear colleague,\nthe part is fine.\n", "letter.txt"),
     Code.MSR_UNIT: lambda: _read(b"1 2 3 0 0 0 0 0 0\n", "probe.txt"),
@@ -67,5 +68,5 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_NONE: lambda: _on_shaft("POSN X0.0 ACTUAL 0.01 DEV 0.01", output="readings.csv"),
     Code.MSR_NUMBER: lambda: number_in("1,234.5", Path("report.txt"), 7),
     Code.MSR_TIME: lambda: _read(b"date,nominal [mm],actual [mm]\n03/04/2026,25,25.01\n", "part.csv"),
-    Code.MSR_LIMITS: lambda: _read(b"upper limit [mm];lower limit [mm];actual [mm]\n24,9;25,1;25\n", "part.csv"),
+    Code.MSR_EXCHANGED: lambda: _read(b"upper limit [mm];lower limit [mm];actual [mm]\n24,9;25,1;25\n", "part.csv"),
 }

@@ -18,6 +18,23 @@ ENOUGH: Final = 2
 """One diameter may be exactly nominal by chance."""
 
 
+class Said:
+    """What is said of a file once for all that it applies to: how often each text applies, and where first."""
+
+    def __init__(self) -> None:
+        """Nothing yet."""
+        self._texts: dict[str, tuple[int, int | None]] = {}
+
+    def add(self, text: str, line: int | None, count: int = 1) -> None:
+        """So many more."""
+        before, first = self._texts.get(text, (0, line))
+        self._texts[text] = before + count, first
+
+    def remarks(self) -> tuple[Remark, ...]:
+        """One a text."""
+        return tuple(Remark(f"{text} ({count} in all)", line) for text, (count, line) in self._texts.items())
+
+
 def half_digits(*numbers: str) -> float:
     """By how much a sum of printed numbers may deviate because each was rounded: half of the last digit of each.
 
@@ -116,10 +133,15 @@ def filled_in(inspections: Iterable[Inspection]) -> tuple[Remark, ...]:
 
 
 def _filled_in(inspection: Inspection) -> Remark | None:
-    diameters = [one for one in inspection.readings if one.quantity is Quantity.DIAMETER and one.nominal is not None]
-    if len(diameters) < ENOUGH or any(one.actual != one.nominal for one in diameters):
+    diameters = 0
+    for one in inspection.readings:
+        if one.quantity is Quantity.DIAMETER and one.nominal is not None:
+            if one.actual != one.nominal:
+                return None
+            diameters += 1
+    if diameters < ENOUGH:
         return None
     part = f"part {inspection.part.serial!r}" if inspection.part.serial else "one part"
     return Remark(
-        f"filled in, not measured: all {len(diameters)} diameters of {part} are exactly nominal", diameters[0].line
+        f"filled in, not measured: all {diameters} diameters of {part} are exactly nominal", inspection.readings[0].line
     )

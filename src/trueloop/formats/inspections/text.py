@@ -16,6 +16,9 @@ MARKS: Final = (
 OTHERS: Final = ["cp1252", "cp1250", "gb18030", "cp932"]
 """What such files are written in where it is not UTF-8."""
 NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
+PAIR: Final = re.compile(rb"[\x80-\xff]{2}")
+UNUSED: Final = re.compile(rb"[\x81\x8d\x8f\x90\x9d]")
+"""Single letters outside ASCII among others, `°` or `Ø`, are western: Chinese and Japanese has them in pairs."""
 HINT: Final = "docs/measurements.md lists the formats that are read; other text: save it as CSV in UTF-8"
 
 
@@ -48,6 +51,8 @@ def _likeliest(content: bytes) -> str | None:
     try:
         content.decode("utf-8")
     except UnicodeDecodeError:
+        if not PAIR.search(content) and not UNUSED.search(content):
+            return "cp1252"
         from charset_normalizer import from_bytes
 
         best = from_bytes(content[:200_000], cp_isolation=OTHERS).best()

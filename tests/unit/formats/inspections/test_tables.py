@@ -202,7 +202,7 @@ def test_dates_whose_day_and_month_may_be_exchanged_are_refused(tmp_path: Path) 
         ("name,nominal,actual\nD1,25,25.01\n", Code.MSR_UNIT, 2),
         ('name,nominal [mm],actual [mm]\nD1,25,"1,234.5"\n', Code.MSR_NUMBER, 2),
         ("name;Ist [mm];Messwert [mm]\nD1;25;25\n", Code.MSR_MEANING, 1),
-        ("name;upper limit [mm];lower limit [mm];actual [mm]\nD1;24,9;25,1;25\n", Code.MSR_LIMITS, 2),
+        ("name;upper limit [mm];lower limit [mm];actual [mm]\nD1;24,9;25,1;25\n", Code.MSR_EXCHANGED, 2),
         ("name;nominal [mm];actual [mm]\nD1;25;12 apples\n", Code.MSR_NUMBER, 2),
         ("name;nominal [mm];actual [mm]\n", Code.MSR_FILE, 1),
         ("alpha;beta\n1;2\n", Code.MSR_MEANING, None),

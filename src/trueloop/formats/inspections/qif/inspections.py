@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Values
 from trueloop.domain.part import Part, PartType
-from trueloop.formats.inspections.checks import numbered, within
+from trueloop.formats.inspections.checks import Said, numbered, within
 from trueloop.formats.inspections.qif.plan import Item, Plan
-from trueloop.formats.inspections.qif.results import Result, ResultSet, Said
+from trueloop.formats.inspections.qif.results import Result, ResultSet
 
 NO_PLAN = "results refer to characteristics that are not in this file: no nominal value, no limits"
 

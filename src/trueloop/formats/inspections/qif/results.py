@@ -6,7 +6,7 @@ from typing import Final
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint
-from trueloop.formats.inspections.measured_file import Remark
+from trueloop.formats.inspections.checks import Said
 from trueloop.formats.inspections.qif.elements import Element
 from trueloop.formats.inspections.qif.plan import KINDS, POINTS, kind_of
 from trueloop.formats.inspections.qif.units import Units
@@ -51,23 +51,6 @@ class ResultSet:
     feature_of: dict[str, str] = field(default_factory=dict)
     referred: set[str] = field(default_factory=set)
     held: set[str] = field(default_factory=set)
-
-
-class Said:
-    """What is said of a file once for all its results: how often each text applies, and where first."""
-
-    def __init__(self) -> None:
-        """Nothing yet."""
-        self._texts: dict[str, tuple[int, int]] = {}
-
-    def add(self, text: str, line: int, count: int = 1) -> None:
-        """So many more."""
-        before, first = self._texts.get(text, (0, line))
-        self._texts[text] = before + count, first
-
-    def remarks(self) -> tuple[Remark, ...]:
-        """One a text."""
-        return tuple(Remark(f"{text} ({count} in all)", line) for text, (count, line) in self._texts.items())
 
 
 def take(one: ResultSet, around: str, element: Element, units: Units, said: Said) -> None:

@@ -38,7 +38,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     """The file's inspections, by the mapping that is stated or by the headings.
 
     Raises MSR-MAPPING where the mapping is not of this file, MSR-MEANING where headings leave a choice, MSR-UNIT,
-    MSR-NUMBER, MSR-LIMITS and MSR-TIME for what stands in the cells, MSR-FILE for a file that cannot be read.
+    MSR-NUMBER, MSR-EXCHANGED and MSR-TIME for what stands in the cells, MSR-FILE for a file that cannot be read.
     """
     if stated.mapping is None:
         grid = grid_of(path)

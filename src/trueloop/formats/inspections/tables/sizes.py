@@ -61,7 +61,7 @@ class Sizes:
 
 
 def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
-    """The values. Raises MSR-UNIT, MSR-NUMBER, MSR-LIMITS, and MSR-MEANING where signs cannot be known."""
+    """The values. Raises MSR-UNIT, MSR-NUMBER, MSR-EXCHANGED, and MSR-MEANING where signs cannot be known."""
     read = {role: numbers_of(texts, long.where(role)) for role, texts in long.texts.items() if role in LENGTHS}
     row_units = [unit_named(text) for text in long.texts.get(Role.UNIT, ())]
     quantities, unknown = quantities_of(long, read, row_units)
@@ -231,7 +231,7 @@ def _require_order(long: Long, lower: Array, upper: Array) -> None:
     if np.any(wrong):
         row = int(np.argmax(wrong))
         raise TrueloopError(
-            Code.MSR_LIMITS,
+            Code.MSR_EXCHANGED,
             f"the lower limit {lower[row]:.6g} is above the upper one, {upper[row]:.6g}",
             hint="are the columns of the two limits exchanged, or is a sign missing? The mapping says what they are",
             place=Place(str(long.grid.path), long.lines[row]),
