@@ -117,6 +117,7 @@ class Code(StrEnum):
     MSR_COUNTED = "MSR-COUNTED", "an inspection file that counts good and bad instead of sizes", ("file",)
     MSR_SIZE = "MSR-SIZE", "an inspection file that holds more than is read of one file"
     MSR_FORMAT = "MSR-FORMAT", "an inspection file in no known format", ("file",)
+    MSR_FRAME = "MSR-FRAME", "features of one part in coordinate systems whose relation is not stated", ("statement",)
     MSR_NUMBER = "MSR-NUMBER", "a value of an inspection file that is no number, or may be two", ("text",)
     MSR_TIME = "MSR-TIME", "a time of an inspection file that is none, or may be two", ("text",)
     MSR_EXCHANGED = "MSR-EXCHANGED", "a lower limit above the upper one", ("lower", "upper")

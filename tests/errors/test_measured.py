@@ -66,6 +66,9 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MSR_PLACES: lambda: _on_shaft(size(30.0), size(40.0)),
     Code.MSR_SERIAL: lambda: _on_shaft(part(1), size(30.0), part(2), size(30.0), output="readings.csv"),
     Code.MSR_NONE: lambda: _on_shaft("POSN X0.0 ACTUAL 0.01 DEV 0.01", output="readings.csv"),
+    Code.MSR_FRAME: lambda: _read(
+        b"UNITS/MM,ANGDEC\nFA(A)=FEAT/POINT,CART,1,2,3\nD(1)=TRANS/XORIG,FA(A)\n", "part.dmo"
+    ),
     Code.MSR_NUMBER: lambda: number_in("1,234.5", Path("report.txt"), 7),
     Code.MSR_TIME: lambda: _read(b"date,nominal [mm],actual [mm]\n03/04/2026,25,25.01\n", "part.csv"),
     Code.MSR_EXCHANGED: lambda: _read(b"upper limit [mm];lower limit [mm];actual [mm]\n24,9;25,1;25\n", "part.csv"),

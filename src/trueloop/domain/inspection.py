@@ -54,6 +54,7 @@ class Reading:
     measured_at: datetime | None = None
     temperature_c: float | None = None
     line: int | None = None
+    side: Literal["", "inner", "outer"] = ""
 
 
 @dataclass(frozen=True, slots=True)

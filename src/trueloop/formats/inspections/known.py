@@ -9,6 +9,7 @@ from typing import Final
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
+from trueloop.formats.inspections.dmis import reader as dmis
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
 from trueloop.formats.inspections.qdas import reader as qdas
 from trueloop.formats.inspections.qif import reader as qif
@@ -17,6 +18,7 @@ from trueloop.formats.inspections.text import HINT
 
 KNOWN: Final[tuple[Format, ...]] = (
     qif.FORMAT,
+    dmis.FORMAT,
     qdas.FORMAT,
     printout.FORMAT,
     heidenhain.FORMAT,
