@@ -221,6 +221,8 @@ class Code(StrEnum):
 
     # TOL: tolerances and characteristics
     TOL_TEXT = "TOL-TEXT", "a tolerance that cannot be read", ("tolerance",)
+    TOL_FIT = "TOL-FIT", "a tolerance class that ISO 286 does not have", ("tolerance",)
+    TOL_SIZE = "TOL-SIZE", "a size that a tolerance class or general tolerance is not for", ("tolerance", "nominal_mm")
     TOL_ZONE = (
         "TOL-ZONE",
         "limits without anything between them, or that the profile itself lies outside of",

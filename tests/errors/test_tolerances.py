@@ -27,6 +27,8 @@ def _of_cylinder(keys: str) -> object:
 
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.TOL_TEXT: lambda: _of_cylinder('tolerance = "about right"'),
+    Code.TOL_FIT: lambda: _of_cylinder('tolerance = "h66"'),
+    Code.TOL_SIZE: lambda: _of_cylinder('tolerance = "40 h6"'),
     Code.TOL_ZONE: lambda: _of_cylinder("lower_limit = 1.73\nupper_limit = 1.74"),
     Code.TOL_NOMINAL: lambda: _of_cylinder('nominal = 0.86\ntolerance = "±0.001"'),
     Code.TOL_FEATURE: lambda: _asked('name = "D1"\nquantity = "diameter"\nfeature = "bore"\ntolerance = "±0.001"'),

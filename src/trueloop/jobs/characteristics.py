@@ -1,6 +1,6 @@
 """What a job's drawing asks for: characteristics with their limits, held against the profile."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
@@ -8,18 +8,23 @@ from trueloop.formats.jobs.job import CharacteristicTable, Job
 from trueloop.formats.jobs.profile_of_job import MM_PER
 from trueloop.formats.toml_tables import Located
 from trueloop.geometry.profile import Profile
-from trueloop.tolerances.text import limits_of
-from trueloop.turned.characteristics.nominal import checked, with_nominal
+from trueloop.tolerances import iso2768
+from trueloop.tolerances.text import limits_of, unread
+from trueloop.turned.characteristics.measurand import feature_index
+from trueloop.turned.characteristics.nominal import checked, edge_of, usual, with_nominal
 
 
 def characteristics_of(job: Located[Job], profile: Profile) -> tuple[Characteristic, ...]:
-    """Those of `[[part.characteristic]]`, in their order. Raises TOL errors with the line that they stand in."""
-    mm_per_unit, found = MM_PER[job.model.part.unit], list[Characteristic]()
-    for k, table in enumerate(job.model.part.characteristic):
+    """Those of `[[part.characteristic]]`, then those by `part.general_tolerance`. Raises TOL errors with their line."""
+    part, found = job.model.part, list[Characteristic]()
+    for k, table in enumerate(part.characteristic):
         with job.at("part", "characteristic", k):
-            one = _characteristic(table, profile, mm_per_unit)
+            one = _characteristic(table, profile, MM_PER[part.unit])
             _refuse_twice(one, found)
             found.append(one)
+    if part.general_tolerance is not None:
+        with job.at("part", "general_tolerance"):
+            found += _general(part.general_tolerance, profile, {one.feature for one in found})
     return tuple(found)
 
 
@@ -34,8 +39,24 @@ def _characteristic(table: CharacteristicTable, profile: Profile, mm_per_unit: f
     asked = with_nominal(bare, inside(table.nominal), profile)
     lower, upper = inside(table.lower_limit), inside(table.upper_limit)
     if table.tolerance is not None:
-        lower, upper = limits_of(table.tolerance, asked.nominal, quantity, mm_per_unit)
+        edge = edge_of(profile, feature_index(profile, asked))
+        lower, upper = limits_of(table.tolerance, asked.nominal, quantity, edge, mm_per_unit)
     return checked(asked, lower, upper, table.tolerance or "", profile)
+
+
+def _general(tolerance: str, profile: Profile, toleranced: Collection[str]) -> Iterator[Characteristic]:
+    """By the general tolerance, of features that have no characteristic; sizes below its tables have none."""
+    for index, feature in enumerate(profile.features):
+        bare = usual(feature)
+        if feature.name in toleranced or bare is None:
+            continue
+        asked = with_nominal(bare, None, profile)
+        if asked.nominal < iso2768.LEAST_MM:
+            continue
+        found = iso2768.deviation(tolerance, asked.quantity, asked.nominal, edge_of(profile, index))
+        if found is None:
+            raise unread(tolerance)
+        yield checked(asked, asked.nominal - found, asked.nominal + found, tolerance, profile)
 
 
 def _refuse_twice(one: Characteristic, others: Sequence[Characteristic]) -> None:

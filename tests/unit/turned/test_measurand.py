@@ -1,13 +1,18 @@
 """Sizes as functions of the part error: signs and factors, against shapes displaced by hand."""
 
+import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.unit.turned.shapes import PART
+from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
-from trueloop.geometry.feature import Feature
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.profile import Profile
 from trueloop.turned.characteristics.measurand import Measurand, measurand
 
 TOUCHES = np.array([4, 5, 3, 2, 20])
@@ -58,6 +63,74 @@ def test_what_moves_both_faces_changes_no_length_between_them() -> None:
     assert found.nominal == pytest.approx([10.0])
     assert found.gains @ np.ones(len(found.arc_length_mm)) == pytest.approx([0.0])
     assert found.gains @ of_first == pytest.approx([0.010])  # the one nearer to the free end stands proud
+
+
+def displaced(index: int, error_of: Callable[[Array], Array], s: Array) -> Array:
+    """Points of a feature moved along its normal."""
+    feature = PART.features[index]
+    return feature.point_mm(s) + error_of(s)[:, None] * feature.outward_normal(s)
+
+
+def test_material_left_on_towards_the_wide_end_makes_a_cone_steeper() -> None:
+    """The cone narrows towards the free end; the angle of the line through its displaced points, by their slope."""
+    cone = PART.features[0]
+    found = sizes(Characteristic("A", Quantity.ANGLE, "cone", 0.0))
+    points = displaced(0, lambda s: 0.010 * (1.0 - s / cone.length_mm), np.array([0.0, cone.length_mm]))
+    (dx, dz) = points[1] - points[0]
+    error = 0.010 * (1.0 - found.arc_length_mm / cone.length_mm)
+
+    assert found.nominal[0] == pytest.approx(np.degrees(np.arctan2(22.86, 41.275)))
+    assert (found.nominal + found.gains @ error)[0] == pytest.approx(np.degrees(np.arctan2(-dx, dz)), abs=1e-7)
+    assert np.degrees(np.arctan2(-dx, dz)) > found.nominal[0]
+
+
+def test_a_radius_is_that_of_the_circle_through_the_displaced_arc() -> None:
+    """A convex arc with 10 µm left on is larger by 10 µm; moved as a whole it is not."""
+    asked = Characteristic("R", Quantity.RADIUS, "dome", 0.0)
+    found = sizes(asked)
+    normals = PART.features[4].outward_normal(found.arc_length_mm)
+
+    assert of_constant(asked, 0.010) == pytest.approx([37.094])
+    assert found.gains @ (normals @ np.array([0.02, -0.01])) == pytest.approx([0.0], abs=1e-12)
+
+
+def test_a_concave_radius_with_material_left_on_is_smaller() -> None:
+    fillet = Arc("fillet", (20.0, -30.0), (15.0, -25.0), (20.0, -25.0), -math.pi / 2)
+    part = Profile((fillet,), ())
+    found = measurand(part, Characteristic("R", Quantity.RADIUS, "fillet", 0.0), np.array([9]))
+
+    assert found.nominal + found.gains @ np.full(len(found.arc_length_mm), 0.010) == pytest.approx([4.990])
+
+
+def test_form_is_what_a_line_leaves() -> None:
+    found = sizes(Characteristic("F", Quantity.FORM, "cylinder", 0.0))
+    s = found.arc_length_mm
+
+    assert found.gains @ (0.003 + 0.001 * s) == pytest.approx(np.zeros(len(s)), abs=1e-12)
+    assert np.ptp(found.gains @ (1e-5 * (s - s.mean()) ** 2)) == pytest.approx(1e-5 * np.max((s - s.mean()) ** 2))
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (replace(DIAMETER, feature="face"), "give at_z_mm"),
+        (replace(DIAMETER, feature="cone"), "give at_z_mm"),
+        (replace(DIAMETER, at_z_mm=-10.0), "is not on it"),
+        (replace(DIAMETER, feature="dome", at_z_mm=-0.1), "faces along z"),
+        (replace(LENGTH, feature="cylinder"), "is none"),
+        (replace(LENGTH, other="cone"), "is none"),
+        (replace(LENGTH, other="face"), "second face"),
+        (Characteristic("A", Quantity.ANGLE, "cylinder", 0.0), "no cone"),
+        (Characteristic("R", Quantity.RADIUS, "cone", 0.0), "no arc"),
+        (Characteristic("P", Quantity.POSITION, "cone", 0.0), "not judged"),
+        (Characteristic("N", Quantity.DIAMETER, "bore", 0.0), "does not have"),
+    ],
+)
+def test_what_a_feature_cannot_have_is_refused(asked: Characteristic, words: str) -> None:
+    with pytest.raises(TrueloopError) as refused:
+        sizes(asked)
+    assert refused.value.code in (Code.TOL_PLACE, Code.TOL_FEATURE)
+    assert words in str(refused.value)
 
 
 def _moved(feature: Feature, by_z_mm: float) -> Feature:

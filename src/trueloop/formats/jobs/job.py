@@ -126,6 +126,10 @@ class PartTable(Table):
     """Take the profile from the finish program: the path of the nose centre less the nose radius; under G41 or G42 the
     contour that it is.
     """
+    general_tolerance: str | None = None
+    """`"ISO 2768-m"` (or `f`, `c`, `v`): for every feature without a characteristic, of a cylinder its diameter, of a
+    face its length from z = 0, of a cone its angle, of an arc its radius.
+    """
     characteristic: tuple[CharacteristicTable, ...] = ()
     """What the drawing asks for: `[[part.characteristic]]` below."""
     junctions: dict[str, Literal["corner", "tangent"]] = Field(default_factory=dict)

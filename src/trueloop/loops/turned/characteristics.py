@@ -1,6 +1,7 @@
 """The characteristics of a correction: in or out as measured, and as expected of the next cut."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ from trueloop.turned.characteristics.judging import judged
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+
+TOUCHED_MM: Final = 0.05
+"""A place this close to a touch is the touched one."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ class Corrected:
         after = judged(asked, sizes, self._expected_mm(places), self._next_cut(places))
         if not self.inputs.measured_finished:
             return Judged(asked, None, after)
-        return Judged(asked, judged(asked, sizes, self._measured_mm(places), of_measured_part(places)), after)
+        return Judged(asked, judged(asked, sizes, *self._measured(places)), after)
 
     @property
     def _touches(self) -> NDArray[np.intp]:
@@ -64,9 +68,20 @@ class Corrected:
         nominal, normal = places.nominal_mm, places.outward_normal
         return covariance.with_stated(model_covariance(self.machine, nominal, normal, self.inputs.nose_radius_mm))
 
-    def _measured_mm(self, places: Places) -> Array:
-        """Errors of the part as it was touched: those of the process, commanded ones, and the machine's."""
-        return places.curve_mm + places.shifted_mm(self.matched.measured) + self._cut_in_mm(places)
+    def _measured(self, places: Places) -> tuple[Array, Covariance]:
+        """Errors of the part as it was touched: at a touch what it says, else those of process, program and machine."""
+        error_mm = places.curve_mm + places.shifted_mm(self.matched.measured) + self._cut_in_mm(places)
+        at, touch = self._touched(places)
+        error_mm[at] = self.surface.touches.error_mm[touch]
+        return error_mm, of_measured_part(places).with_measured(at, self.surface.touches.standard_u_mm[touch])
+
+    def _touched(self, places: Places) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Places that were touched, and the touches there; those left out as bad say nothing."""
+        touches = self.surface.touches
+        same = np.equal.outer(places.feature_index, touches.feature_index) & (self.model.weight > 0.0)
+        near = np.abs(np.subtract.outer(places.arc_length_mm, touches.arc_length_mm)) < TOUCHED_MM
+        at, touch = np.nonzero(same & near)
+        return at, touch
 
     def _cut_in_mm(self, places: Places) -> Array:
         """What the machine's errors put into the touched surface, straight from touch to touch of a feature."""

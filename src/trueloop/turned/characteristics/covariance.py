@@ -31,19 +31,28 @@ CurveFunction: TypeAlias = Callable[[ErrorCurve, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Covariance:
-    """Of part errors at n places, (n, n), mm²: `found` from touches, with their degrees of freedom, and `stated`.
-
-    `white` (n,) is what of the diagonal of `found` differs from place to place.
-    """
+    """Of part errors at n places, (n, n), mm²: `found` from touches, with their degrees of freedom, and `stated`."""
 
     found: Array
     stated: Array
-    white: Array
     degrees_of_freedom: int | None
+
+    @property
+    def parts(self) -> tuple[Array, Array]:
+        """Both."""
+        return self.found, self.stated
 
     def with_stated(self, more: Array) -> "Covariance":
         """With a further cause that is stated, (n, n)."""
-        return Covariance(self.found, self.stated + more, self.white, self.degrees_of_freedom)
+        return Covariance(self.found, self.stated + more, self.degrees_of_freedom)
+
+    def with_measured(self, at: NDArray[np.intp], standard_u_mm: Array) -> "Covariance":
+        """With errors at some of the places that were measured there: known by themselves, not from the curve."""
+        found, stated = self.found.copy(), self.stated.copy()
+        for part in (found, stated):
+            part[at, :] = part[:, at] = 0.0
+        stated[at, at] = standard_u_mm**2
+        return Covariance(found, stated, self.degrees_of_freedom)
 
     def of(self, gains: Array) -> tuple[Array, list[int | None]]:
         """Standard uncertainties of sizes with these gains (m, n), and the effective degrees of freedom of each.
@@ -102,8 +111,8 @@ class Places:
 def of_measured_part(places: Places) -> Covariance:
     """Of the errors of the part that was touched: the curve's, and what it scatters by between its touches."""
     found, estimated = _of_curves(places)
-    white = places.each(lambda curve, s: np.full(len(s), curve.repeatability_mm**2))
-    return Covariance(found + np.diag(white), estimated, white, _freedom(places.model))
+    scatter = places.each(lambda curve, s: np.full(len(s), curve.repeatability_mm**2))
+    return Covariance(found + np.diag(scatter), estimated, _freedom(places.model))
 
 
 def of_next_cut(places: Places, unasked: tuple[Shift, ...]) -> Covariance:
@@ -114,9 +123,8 @@ def of_next_cut(places: Places, unasked: tuple[Shift, ...]) -> Covariance:
     own = repeatability * share
     lean = _same_feature(places) * np.outer(one := places.shifted_mm(unasked) / np.sqrt(3.0), one)
     stated = estimated + lean + _whole_cut(places) + _along_cut(places, share)
-    return Covariance(
-        found + np.diag(repeatability**2) + np.outer(own, own), stated, repeatability**2, _freedom(places.model)
-    )
+    process = np.diag(repeatability**2) + np.outer(own, own)
+    return Covariance(found + process, stated, _freedom(places.model))
 
 
 def _freedom(model: ProfileErrorModel) -> int | None:

@@ -1,19 +1,65 @@
 """A characteristic judged from the part errors at its places and their covariance."""
 
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
 from trueloop.arrays import Array
-from trueloop.domain.characteristic import Characteristic
-from trueloop.tolerances.conformance import judge
-from trueloop.tolerances.judged import Judgement
+from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.tolerances.conformance import PROVEN, judge
+from trueloop.tolerances.judged import Judgement, Verdict
 from trueloop.turned.characteristics.covariance import Covariance
 from trueloop.turned.characteristics.measurand import Measurand
 
+DRAWS: Final = 10_000
+"""Parts drawn where several sizes have to be in together: a probability is good to 0.5 %."""
+
 
 def judged(asked: Characteristic, sizes: Measurand, error_mm: Array, covariance: Covariance) -> Judgement:
-    """Every size against the limits: the one that is least likely to be inside speaks for all."""
+    """One size by its distribution; of several, the one least likely to be in, and the probability that all are."""
     values = sizes.nominal + sizes.gains @ error_mm
+    if asked.quantity is Quantity.FORM:
+        return _form(asked, _drawn(values, sizes.gains, covariance))
     standard_u, freedom = covariance.of(sizes.gains)
     each = [
         judge(value, u, known, asked.lower_limit, asked.upper_limit)
         for value, u, known in zip(values.tolist(), standard_u.tolist(), freedom, strict=True)
     ]
-    return min(each, key=lambda one: (one.probability_in, one.margin or 0.0))
+    worst = min(each, key=lambda one: (one.probability_in, one.margin or 0.0))
+    return worst if len(each) == 1 else _together(asked, worst, _drawn(values, sizes.gains, covariance))
+
+
+def _together(asked: Characteristic, worst: Judgement, drawn: Array) -> Judgement:
+    """The worst size with the probability that all are in, and proven in only where that is proven."""
+    low = -np.inf if asked.lower_limit is None else asked.lower_limit
+    high = np.inf if asked.upper_limit is None else asked.upper_limit
+    share = float(np.mean(np.all((drawn >= low) & (drawn <= high), axis=1)))
+    probability = min(share, worst.probability_in)
+    unproven = worst.verdict == "in" and probability < PROVEN
+    return replace(worst, probability_in=probability, verdict="undecided" if unproven else worst.verdict)
+
+
+def _form(asked: Characteristic, drawn: Array) -> Judgement:
+    """The range of what a fitted line or circle leaves: never negative, and so judged by its share alone."""
+    form = np.ptp(drawn, axis=1)
+    upper = np.inf if asked.upper_limit is None else asked.upper_limit
+    share, value = float(np.mean(form <= upper)), float(np.mean(form))
+    verdict: Verdict = "in" if share >= PROVEN else "out" if share <= 1.0 - PROVEN else "undecided"
+    return Judgement(value, float(np.std(form)), None, share, None if np.isinf(upper) else upper - value, verdict)
+
+
+def _drawn(values: Array, gains: Array, covariance: Covariance) -> Array:
+    """Sizes of so many parts, (draws, m), the same in every run: what touches tell by Student's distribution."""
+    rng = np.random.default_rng(0)
+    found, stated = (rng.standard_normal((DRAWS, len(part))) @ _root(part).T for part in covariance.parts)
+    freedom = covariance.degrees_of_freedom
+    if freedom is not None:
+        found *= np.sqrt(freedom / rng.chisquare(freedom, DRAWS))[:, None]
+    return np.asarray(values + (found + stated) @ gains.T)
+
+
+def _root(covariance: Array) -> Array:
+    """R with R Rᵀ = covariance."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -52,11 +52,21 @@ def measurand(profile: Profile, asked: Characteristic, touches: NDArray[np.intp]
     """
     index = feature_index(profile, asked)
     feature = profile.features[index]
-    if asked.quantity is Quantity.DIAMETER:
-        return _diameter(index, feature, asked, int(touches[index]))
-    if asked.quantity is Quantity.LENGTH:
-        return _length(profile, index, asked, touches)
-    raise no_such(asked, f"a {asked.quantity} is not judged of a turned part", "diameter, length, angle, radius, form")
+    count = int(touches[index])
+    match asked.quantity:
+        case Quantity.DIAMETER:
+            return _diameter(index, feature, asked, count)
+        case Quantity.LENGTH:
+            return _length(profile, index, asked, touches)
+        case Quantity.ANGLE:
+            return _angle(index, feature, asked, count)
+        case Quantity.RADIUS:
+            return _radius(index, feature, asked, count)
+        case Quantity.FORM:
+            return _form(index, feature, count)
+        case _:
+            known = "diameter, length, angle, radius and form are"
+            raise no_such(asked, f"a {asked.quantity} of a turned part is not judged", known)
 
 
 def feature_index(profile: Profile, asked: Characteristic, name: str | None = None) -> int:
@@ -87,7 +97,7 @@ def _diameter(index: int, feature: Feature, asked: Characteristic, touches: int)
     if asked.at_z_mm is not None:
         s = np.array([_arc_length_at(feature, asked, asked.at_z_mm)])
     elif cylinder:
-        s = spread(feature, max(touches, LEAST_PLACES))
+        s = np.linspace(0.0, feature.length_mm, max(touches, LEAST_PLACES))
     else:
         raise no_such(asked, "a diameter that changes along it has to have a place", "give at_z_mm")
     normal_x = feature.outward_normal(s)[:, 0]
@@ -118,6 +128,41 @@ def _length(profile: Profile, index: int, asked: Characteristic, touches: NDArra
     row = np.concatenate([sign * gain for sign, gain in zip(signs, gains, strict=False)])
     indices = np.repeat(faces, [len(s) for s in at])
     return Measurand(indices.astype(np.intp), np.concatenate(at), np.array([abs(length)]), row[None, :])
+
+
+def _angle(index: int, feature: Feature, asked: Characteristic, touches: int) -> Measurand:
+    """To the axis, 0 to 90 degrees: half of a cone's own angle."""
+    s = spread(feature, max(touches, LEAST_PLACES))
+    along_x, along_z = feature.tangent(0.0)
+    if not isinstance(feature, Line) or min(abs(along_x), abs(along_z)) < ALONG:
+        raise no_such(asked, "it is no cone", "of a cylinder, ask for diameters at two places; of a face, for its form")
+    slope = (s - s.mean()) / np.sum((s - s.mean()) ** 2)
+    turned = math.copysign(1.0, along_x * along_z)
+    angle = math.degrees(math.atan2(abs(along_x), abs(along_z)))
+    return Measurand(np.full(len(s), index), s, np.array([angle]), np.degrees(turned * slope)[None, :])
+
+
+def _radius(index: int, feature: Feature, asked: Characteristic, touches: int) -> Measurand:
+    """Of the least-squares circle, its centre free."""
+    if not isinstance(feature, Arc):
+        raise no_such(asked, "it is no arc", "of a cylinder or a cone, ask for a diameter")
+    s = spread(feature, max(touches, LEAST_PLACES))
+    row = np.linalg.pinv(_circle(feature, s))[0]
+    return Measurand(np.full(len(s), index), s, np.array([feature.radius_mm]), row[None, :])
+
+
+def _form(index: int, feature: Feature, touches: int) -> Measurand:
+    """What a fitted line, or the circle of an arc, leaves at every place; the form is its range."""
+    s = spread(feature, max(touches, LEAST_PLACES))
+    fitted = _circle(feature, s) if isinstance(feature, Arc) else np.stack([np.ones(len(s)), s], axis=1)
+    left = np.eye(len(s)) - fitted @ np.linalg.pinv(fitted)
+    return Measurand(np.full(len(s), index), s, np.zeros(len(s)), left)
+
+
+def _circle(feature: Arc, s: Array) -> Array:
+    """How the error follows the radius and the centre of a circle, (n, 3)."""
+    convex = math.copysign(1.0, feature.sweep_rad)
+    return np.column_stack([np.full(len(s), convex), feature.outward_normal(s)])
 
 
 def spread(feature: Feature, count: int) -> Array:

@@ -1,5 +1,6 @@
 """Nominals and limits of characteristics held against the profile that the correction aims at."""
 
+import math
 from dataclasses import replace
 from typing import Final
 
@@ -7,8 +8,10 @@ import numpy as np
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.profile import Profile
-from trueloop.turned.characteristics.measurand import measurand
+from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.profile import JunctionKind, Profile
+from trueloop.tolerances.iso2768 import Edge
+from trueloop.turned.characteristics.measurand import ALONG, measurand
 
 SAME: Final = 1e-6
 """mm or degrees: sizes that differ by less are the same, for conversions round."""
@@ -51,6 +54,26 @@ def checked(
             "the middle of the zone and give the drawing's `nominal`",
         )
     return replace(asked, lower_limit=lower, upper_limit=upper, tolerance=tolerance)
+
+
+def usual(feature: Feature) -> Characteristic | None:
+    """What a drawing says of a feature of this shape, without a nominal; None of a face at z = 0."""
+    if isinstance(feature, Arc):
+        quantity = Quantity.RADIUS
+    else:
+        along_x, along_z = np.abs(feature.tangent(0.0)) > ALONG
+        quantity = Quantity.ANGLE if along_x and along_z else Quantity.DIAMETER if along_z else Quantity.LENGTH
+    if quantity is Quantity.LENGTH and abs(feature.start_mm[1]) < SAME:
+        return None
+    return Characteristic(f"{feature.name} {quantity}", quantity, feature.name, 0.0)
+
+
+def edge_of(profile: Profile, index: int) -> Edge:
+    """What general tolerances go by: an edge is broken by a convex arc of up to 90 degrees, tangent at both ends."""
+    feature, last = profile.features[index], len(profile.features) - 1
+    tangent = 0 < index < last and all(j.kind is JunctionKind.TANGENT for j in profile.junctions[index - 1 : index + 1])
+    turns = feature.sweep_rad if isinstance(feature, Arc) else 0.0
+    return Edge(feature.length_mm, tangent and 0.0 < turns <= math.pi / 2 + ALONG)
 
 
 def _zone(asked: Characteristic, why: str, hint: str) -> TrueloopError:
