@@ -21,7 +21,9 @@ SIZED: Final = re.compile(rf"(?:[Øø⌀Φφ]?\s*{NUMBER}\s*)?([A-Za-z]{{1,2}}\s
 WIDTH: Final = re.compile(NUMBER)
 SIZES: Final = (Quantity.DIAMETER, Quantity.LENGTH, Quantity.RADIUS)
 SAME_MM: Final = 1e-6
-HINT: Final = 'write "±0.02", "+0.01/-0.02", a tolerance class such as "h6", "ISO 2768-m", or "0.01" of a form; or give the limits'
+HINT: Final = (
+    'write "±0.02", "+0.01/-0.02", a class such as "h6", "ISO 2768-m", or "0.01" of a form; or give the limits'
+)
 
 
 def limits_of(text: str, nominal: float, quantity: Quantity, edge_of: iso2768.Edge, mm_per_unit: float = 1.0) -> Limits:

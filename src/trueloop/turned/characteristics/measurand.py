@@ -27,6 +27,8 @@ ALONG: Final = 1e-6
 """A tangent's component this small is none: the feature runs along the other axis."""
 FACES: Final = 0.5
 """A size along an axis needs a surface that faces it: 1/n of at most 2."""
+EDGE: Final = 0.02
+"""Share of a feature at either end that has no size of its own: edges are broken."""
 LEAST_PLACES: Final = 7
 """An arc's circle and a straight line are fitted to at least as many places."""
 
@@ -97,7 +99,7 @@ def _diameter(index: int, feature: Feature, asked: Characteristic, touches: int)
     if asked.at_z_mm is not None:
         s = np.array([_arc_length_at(feature, asked, asked.at_z_mm)])
     elif cylinder:
-        s = np.linspace(0.0, feature.length_mm, max(touches, LEAST_PLACES))
+        s = feature.length_mm * np.linspace(EDGE, 1.0 - EDGE, max(touches, LEAST_PLACES))
     else:
         raise no_such(asked, "a diameter that changes along it has to have a place", "give at_z_mm")
     normal_x = feature.outward_normal(s)[:, 0]
