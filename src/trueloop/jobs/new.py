@@ -10,7 +10,6 @@ from typing import Final, Literal
 from trueloop.domain.record import check_uncorrected
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.input_file import FilePath
-from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
 from trueloop.formats.jobs.new_job import NewJob, job_toml
 from trueloop.formats.measurements.touches_csv import empty_touches_csv
 from trueloop.formats.outputs import write_all
@@ -19,11 +18,11 @@ from trueloop.geometry.feature import Arc
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
+from trueloop.jobs.gauge_sheet import GaugeSheet
 from trueloop.loops.turned.commanded import Run, commanded
 from trueloop.nc.program.program import Program, Unit
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.probing.plan import MARGIN_MM, GaugingPoints, Spacing, equally_spaced
-from trueloop.report.turned.touch_sheet import touch_sheet
 from trueloop.turned.readings.plan import gauge_plan
 
 CAD: Final = {".dxf": "dxf", ".step": "step", ".stp": "step", ".igs": "step", ".iges": "step"}
@@ -123,9 +122,8 @@ def _drawing_key(drawing: Path) -> str:
 
 def _gauge_files(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:
     """The file to be filled in and the sheet, by name, and how many places they have."""
-    planned = gauge_plan(profile)
-    csv = gauge_sheet_csv(planned, "inch" if inch else "mm")
-    return {"readings.csv": csv, "sheet.html": touch_sheet(wanted.name, profile, planned, inch)}, len(planned)
+    sheet = GaugeSheet(wanted.name, profile, gauge_plan(profile), inch)
+    return {"readings.csv": sheet.csv, "sheet.html": sheet.page}, len(sheet.planned)
 
 
 def _touches(wanted: Wanted, profile: Profile, inch: bool) -> tuple[dict[str, str], int]:

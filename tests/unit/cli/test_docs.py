@@ -34,6 +34,7 @@ COMMANDS = (
     "probe calibrate",
     "measure plan",
     "measure read",
+    "measure sheet",
     "offsets read",
     "offsets apply",
     "record show",

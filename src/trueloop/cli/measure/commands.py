@@ -4,6 +4,7 @@ import typer
 
 from trueloop.cli.measure.plan import plan
 from trueloop.cli.measure.read import read
+from trueloop.cli.measure.sheet import sheet
 
 app = typer.Typer(
     help="Inspection files of gauges and measuring machines, and plans for them.",
@@ -12,3 +13,4 @@ app = typer.Typer(
 )
 app.command()(plan)
 app.command()(read)
+app.command()(sheet)

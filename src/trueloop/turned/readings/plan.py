@@ -1,6 +1,7 @@
 """What a person can measure of a turned part with a micrometer, a caliper or a depth gauge, and where."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 from trueloop.domain.characteristic import Characteristic, Quantity
@@ -14,21 +15,34 @@ LONG_MM: Final = 60.0
 """A cylinder from this length on is measured in the middle as well: it may be curved."""
 
 
-def gauge_plan(profile: Profile) -> tuple[Characteristic, ...]:
-    """Diameters of the cylinders, at two places each where there is room, and lengths of faces; in the profile's order.
+def gauge_plan(profile: Profile, asked: Sequence[Characteristic] = ()) -> tuple[Characteristic, ...]:
+    """What the drawing asks for and a gauge can read, then diameters of the other cylinders and lengths of other faces.
 
-    Lengths count from the face nearest the free end that looks there, or from the part's zero where there is none.
-    Cones and arcs are left out: a micrometer does not say where on them it touches.
+    A diameter is read at two places where there is room, at three on a long cylinder. Lengths count from the face
+    nearest the free end that looks there, or from the part's zero where there is none. Cones and arcs are left out
+    unless a place on them is asked for: a micrometer does not say where it touches them.
     """
-    datum = _datum(profile)
-    planned: list[Characteristic] = []
+    datum, planned = _datum(profile), list[Characteristic]()
     for feature in profile.features:
+        own = [one for one in asked if one.feature == feature.name]
+        planned += [place for one in own for place in _places_of(one, feature)]
         kind = kind_of(feature)
-        if kind == "cylinder":
+        if kind == "cylinder" and not any(one.quantity is Quantity.DIAMETER for one in own):
             planned += _diameters(feature)
-        elif kind == "face" and feature is not datum:
+        elif kind == "face" and feature is not datum and not any(one.quantity is Quantity.LENGTH for one in own):
             planned.append(_length(feature, datum))
     return tuple(planned)
+
+
+def _places_of(asked: Characteristic, feature: Feature) -> Iterable[Characteristic]:
+    """A diameter that holds everywhere at its places, another size as it is; form is read by no gauge here."""
+    if asked.quantity is Quantity.FORM:
+        return ()
+    if asked.quantity is not Quantity.DIAMETER or asked.at_z_mm is not None:
+        return (asked,)
+    return (
+        replace(asked, name=f"{asked.name} {place.name[-1]}", at_z_mm=place.at_z_mm) for place in _diameters(feature)
+    )
 
 
 def _datum(profile: Profile) -> Feature | None:

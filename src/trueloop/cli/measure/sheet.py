@@ -1,0 +1,25 @@
+"""`trueloop measure sheet`: what a person measures of a job's part, to print and to fill in."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import put
+
+Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job of the part.")]
+Output = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="File to write: .html to print, else CSV.  [default: stdout]"),
+]
+
+
+@guarded
+def sheet(job: Job, output: Output = None) -> None:
+    """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
+    from trueloop.jobs.gauge_sheet import gauge_sheet_of
+
+    planned = gauge_sheet_of(job)
+    page = output is not None and output.suffix.lower() in (".html", ".htm")
+    put(planned.page if page else planned.csv, output, planned.files)

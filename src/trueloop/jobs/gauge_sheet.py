@@ -1,0 +1,47 @@
+"""The sheet of what a person measures of a job's part, for paper and as the file to fill in."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from trueloop.domain.characteristic import Characteristic
+from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
+from trueloop.geometry.profile import Profile
+from trueloop.jobs.characteristics import characteristics_of
+from trueloop.jobs.job_files import JobFiles
+from trueloop.nc.program.unit import unit_of_path
+from trueloop.report.turned.touch_sheet import touch_sheet
+from trueloop.turned.readings.plan import gauge_plan
+
+
+@dataclass(frozen=True)
+class GaugeSheet:
+    """What is to be measured of a part, in its order along the profile; `inch`: lengths are written in inches."""
+
+    part: str
+    profile: Profile
+    planned: tuple[Characteristic, ...]
+    inch: bool
+    files: tuple[Path, ...] = ()
+
+    @property
+    def csv(self) -> str:
+        """The file to fill in, which a job names under `gauging.readings`."""
+        return gauge_sheet_csv(self.planned, "inch" if self.inch else "mm")
+
+    @property
+    def page(self) -> str:
+        """The page to print."""
+        return touch_sheet(self.part, self.profile, self.planned, self.inch)
+
+
+def gauge_sheet_of(path: Path) -> GaugeSheet:
+    """What the job's drawing asks for, and the diameters and lengths of the part besides, in the program's unit.
+
+    Raises JOB, GEO, TOL and NC errors.
+    """
+    files = JobFiles.of(path)
+    program = files.finish_program()
+    profile = files.profile(program)
+    planned = gauge_plan(profile, characteristics_of(files.located, profile))
+    inch = unit_of_path(program.unit, files.run.of(program))["unit"] == "inch"
+    return GaugeSheet(files.job.part.name, profile, planned, inch, (path, *files.sources.files))
