@@ -7,6 +7,7 @@ from trueloop.cli.terminal import wide_console
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import between_cuts_words
 from trueloop.report.style import plain, signed
+from trueloop.report.turned.by_tool import by_tool_lines
 from trueloop.report.turned.characteristics import characteristics_words
 from trueloop.report.turned.composed import composed_words
 from trueloop.report.turned.features import feature_summaries
@@ -30,6 +31,10 @@ def print_summary(correction: Correction, files: Sequence[Path]) -> None:
         before = plain(touched.before_rms_um), signed(touched.before_worst_um)
         after = plain(touched.predicted_rms_um), signed(line.expected_um), plain(line.expanded_u_um)
         table.add_row(line.feature, str(touched.touches), *before, *after, line.correction)
+    answer, *more = by_tool_lines(correction) or [""]
+    if answer:
+        console.print(f"[bold]{_escaped(answer)}[/]")
+        console.print("".join(f"  {_escaped(line)}\n" for line in more))
     console.print(f"[bold]{_escaped(correction.part)}[/], correction {correction.record.id}\n")
     console.print(table)
     console.print(

@@ -19,6 +19,7 @@ from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
 from trueloop.tolerances.judged import Judged
+from trueloop.turned.compensation.by_tool import ByTool
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.lean import unasked_u_mm
@@ -111,8 +112,9 @@ class Correction:
     paths that cut them; `by_offset` says for which features a constant offset takes the place of their error curve,
     `unasked` what their slopes would ask for besides if the nose made the errors. `offsets_program` is None where only
     the contour can be corrected; the notes say why. Where the correction is an offset and there is no such variant, the
-    program is run as given, and `wear`, which is known in every case, is entered at the control. `source_name` is the
-    file name of the given program; `characteristics` are those that the inputs ask for, judged.
+    program is run as given, and `wear`, which is known in every case, is entered at the control. `by_tool` is None
+    where a machine model takes part: no offset can carry the machine's error. `source_name` is the file name of the
+    given program; `characteristics` are those that the inputs ask for, judged.
     """
 
     part: str
@@ -138,6 +140,7 @@ class Correction:
     notes: tuple[str, ...]
     composed: Composed | None = None
     characteristics: tuple[Judged, ...] = ()
+    by_tool: ByTool | None = None
 
     @property
     def left_by_offset_mm(self) -> Array:

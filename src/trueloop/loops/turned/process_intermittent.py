@@ -15,20 +15,23 @@ from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.turned.characteristics import Corrected
 from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, surface_of
+from trueloop.loops.turned.contour_tools import ContourTools, contour_tools
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
 from trueloop.loops.turned.part_on_machine import InMachine, placed
-from trueloop.loops.turned.paths import corrected_paths
+from trueloop.loops.turned.paths import Paths, corrected_paths
 from trueloop.loops.turned.predicted import prediction_at_touches
 from trueloop.loops.turned.programs import write_programs
 from trueloop.loops.turned.provenance import id_of, record_of
 from trueloop.loops.turned.shifts import corrected_shifts, whole_mm
 from trueloop.loops.turned.written import Writing
+from trueloop.turned.compensation.by_tool import ByTool, answer_by_tool
 from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.options import Options
+from trueloop.turned.program.wear import WearOffset
 from trueloop.turned.touches.plausibility import check_loop_sign
 
 
@@ -71,11 +74,13 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     machine = None if inputs.machine is None else placed(inputs.machine, matched)
     surface = _surface(inputs, machine)
     model = _error_model(inputs, matched, surface)
-    decision = _decision(model, matched, inputs.options, inputs.options.by if machine is None else "contour")
+    tools = contour_tools(inputs.program, matched)
+    decision = _decision(model, matched, inputs.options, tools.by(inputs.options.by if machine is None else "contour"))
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, whole_mm(decision), machine)
     programs = write_programs(inputs, writing(inputs, matched), decision, paths)
     prediction = prediction_at_touches(surface.touches, model, decision, shifts, inputs.options.weight)
+    by_tool = None if machine is not None else _by_tool(inputs, model, decision, paths, programs.wear, tools)
     composed = None if machine is None else _composed(machine, surface, model, prediction, inputs.nose_radius_mm)
     if machine is not None:
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
@@ -102,10 +107,11 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         table=correction_table(
             paths.commanded, paths.corrected, decision.offset_mm if decision.by_offset else (0.0, 0.0)
         ),
-        record=record_of(inputs, matched, model, decision, programs, surface.touches, composed),
-        notes=(*(one.words for one in model.suspects), *unchecked, *programs.notes, *matched.notes),
+        record=record_of(inputs, matched, model, decision, programs, surface.touches, composed, by_tool),
+        notes=(*(one.words for one in model.suspects), *unchecked, *tools.notes, *programs.notes, *matched.notes),
         composed=composed,
         characteristics=Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics(),
+        by_tool=by_tool,
     )
 
 
@@ -138,6 +144,15 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         options.weight,
         by,
     )
+
+
+def _by_tool(
+    inputs: Inputs, model: ProfileErrorModel, decision: Decision, paths: Paths, wear: WearOffset, tools: ContourTools
+) -> ByTool:
+    """What each tool gets; features cut before any T word are cut by the tool that gets the offset."""
+    cut_by = [number or wear.tool for number in tools.cut_by]
+    weight, others = inputs.options.weight, [number for number in tools.others if number != wear.tool]
+    return answer_by_tool(inputs.profile, model, decision, weight, paths.commanded, wear, cut_by, others)
 
 
 def writing(inputs: Inputs, matched: Commanded) -> Writing:

@@ -11,6 +11,7 @@ from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
 from trueloop.loops.turned.programs import Programs
 from trueloop.nc.program.unit import recorded_program, unit_of_path
+from trueloop.turned.compensation.by_tool import ByTool
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -30,6 +31,7 @@ def record_of(
     programs: Programs,
     touches: ErrorVectors,
     composed: Composed | None,
+    by_tool: ByTool | None,
 ) -> Record:
     """The record of a correction, complete."""
     known = Tool() if inputs.edge is None else inputs.edge.tool
@@ -43,7 +45,11 @@ def record_of(
         inputs_sha256=dict(inputs.inputs_sha256),
         options=_options(inputs) | {"unit": unit},
         model=_model(model),
-        decision=[decision.x.words, decision.z.words, wording("As a tool offset: {wear}.", wear=programs.wear.words)],
+        decision=[
+            *(decision.x.words, decision.z.words),
+            wording("As a tool offset: {wear}.", wear=programs.wear.words),
+            *(() if by_tool is None else (f"{by_tool.words}.", by_tool.beyond_words, by_tool.moved_words)),
+        ],
         changes=programs.changes,
         components=_components(inputs.profile, touches, composed),
         product=Product.TURNED,

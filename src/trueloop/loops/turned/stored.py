@@ -17,6 +17,7 @@ from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.position_basis import PositionBasis
 from trueloop.machine.model.term import Part, Term
 from trueloop.tolerances.judged import Judged, Judgement
+from trueloop.turned.compensation.by_tool import ByTool, MovedFeature, ToolAnswer
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.decide import AxisDecision, Decision
 from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
@@ -44,6 +45,7 @@ CODEC: Final = values.CODEC.with_more(
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
     *(Judged, Judgement),
+    *(ByTool, MovedFeature, ToolAnswer),
     *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
     *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),
     TurnedCorrection=turned.Correction,

@@ -4,6 +4,7 @@ import math
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import between_cuts_words
+from trueloop.report.turned.by_tool import by_tool_as_dict
 from trueloop.report.turned.characteristics import characteristics_as_dicts
 from trueloop.report.turned.features import FeatureSummary, feature_summaries, worst_of
 from trueloop.report.turned.summary import headline
@@ -28,6 +29,7 @@ def correction_as_dict(correction: Correction) -> dict[str, object]:
         "predicted_is": "a prediction, not a measurement; expanded uncertainties hold 95 %",
         "between_cuts": between_cuts_words(correction.options.between_cuts),
         "components": [vars(one) for one in correction.record.components],
+        "by_tool": by_tool_as_dict(correction),
         "tool_offset": {**correction.wear.as_dict(), "leaves": _left_by_offset(correction)},
         "decision": {"x": correction.decision.x.words, "z": correction.decision.z.words},
         "suspect_touches": [one.as_dict() for one in correction.model.suspects],

@@ -15,6 +15,7 @@ from trueloop.report.program_diff import changed_lines, program_diff
 from trueloop.report.shell import ON_SCREEN, figure_block, html_page
 from trueloop.report.style import Figure, plain
 from trueloop.report.turned import whiskers
+from trueloop.report.turned.by_tool import by_tool_block
 from trueloop.report.turned.composed import composed_section
 from trueloop.report.turned.curves import error_curve
 from trueloop.report.turned.decisions import decisions
@@ -58,6 +59,7 @@ def _head(correction: Correction) -> str:
         f"<h1>{esc(correction.part)}</h1>"
         f"<p class='meta'>Correction <code>{esc(record.id)}</code> · made {esc(record.made_at)} by "
         f"{esc(record.made_by)} · {esc(correction.dialect)} program · trueloop {esc(record.trueloop_version)}</p>"
+        f"{by_tool_block(correction)}"
         f'<p class="verdict"><span class="stamp">Prediction</span>{verdict(correction)}</p>'
         f"<p id='wear'>Tool offset: {esc(offset_words(correction))}{_blocks(correction)}</p>"
         f"{feature_table(correction)}"

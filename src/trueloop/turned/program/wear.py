@@ -41,6 +41,13 @@ class WearOffset:
             "tool {tool}: wear X {x} ({x_is}), Z {z} {unit}", tool=self.tool, x=x, x_is=x_is, z=z, unit=self.unit
         )
 
+    @property
+    def answer(self) -> str:
+        """`T3 wear X −0.024 mm (diameter), Z +0.004`."""
+        x, z = (Signed(value, self.decimals) for value in (self.x, self.z))
+        x_is = wording("diameter") if self.x_is_diameter else wording("radius")
+        return wording("T{tool} wear X {x} {unit} ({x_is}), Z {z}", tool=self.tool, x=x, unit=self.unit, x_is=x_is, z=z)
+
     def number(self, value: float) -> str:
         """A value with its sign and all decimals."""
         return f"{value:+.{self.decimals}f}"
