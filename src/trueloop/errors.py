@@ -145,6 +145,7 @@ class Code(StrEnum):
     OFS_CHANGED = "OFS-CHANGED", "offsets that have changed since the correction was made", ("tool",)
     OFS_TWICE = "OFS-TWICE", "an offset that is in the table already", ("tool", "record")
     OFS_NONE = "OFS-NONE", "a correction that changes no tool offset"
+    OFS_WORDS = "OFS-WORDS", "a control whose words for a tool offset are not known, or not clear", ("control",)
 
     # PRB: probing plans, programs and logs
     PRB_FILE = "PRB-FILE", "a probe file that is missing or wrong"

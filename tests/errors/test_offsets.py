@@ -17,6 +17,7 @@ from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
 from trueloop.formats.tables.tool_tables.tool_table import Unit
 from trueloop.jobs.tool_offsets import apply_offset
+from trueloop.turned.program.wear_words import counted
 
 
 def _read(text: str, name: str = "tool.tbl", unit: Unit | None = "mm") -> object:
@@ -51,6 +52,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.OFS_ROW: partial(_apply, HAAS, name="a.ofs"),
     Code.OFS_CHANGED: partial(_apply, offset=made_at("geometry", "+12.4", "-3.25")),
     Code.OFS_TWICE: partial(_apply, offset=made_at("geometry", "+12.512", "-3.254")),
+    Code.OFS_WORDS: lambda: counted("okuma", None),
     Code.OFS_NONE: partial(_apply, offset=replace(OFFSET, makes_the_correction=False)),
 }
 

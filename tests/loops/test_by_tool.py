@@ -15,8 +15,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.by_tool import by_tool_as_dict, by_tool_block, by_tool_lines
-from trueloop.turned.compensation.by_tool import ByTool, MovedFeature
 from trueloop.turned.options import By
+from trueloop.turned.program.by_tool import ByTool, MovedFeature
 
 ANSWER = "T3 wear X \u22120.024 mm (diameter), Z +0.004"
 PLAIN = "number = 3\nnose_radius_mm = 0.4"

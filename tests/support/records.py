@@ -34,6 +34,7 @@ TURNED = Record(
     tool_offset=ToolOffset(
         *(3, -0.012, 0.004, True, "diameter", "mm", "1" * 64),
         HeldTool("OD", 1, TableRow("tool.tbl", "wear", "-0.1", None, "mm")),
+        *(4, ("G21 G10 P3 U-0.0240 W0.0040",)),
     ),
     inspections=(
         Inspection(
@@ -122,6 +123,8 @@ tool_offsets = st.builds(
     st.sampled_from(["mm", "inch"]),
     digests,
     held,
+    counts,
+    st.lists(names, max_size=2).map(tuple),
 )
 records = st.builds(
     Record,

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put, wide_console
 
 app = typer.Typer(
     help="Tool tables of controls: read, and written with the offset of a correction.",
@@ -14,6 +14,8 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
+Control = Literal["fanuc", "haas", "siemens", "heidenhain", "linuxcnc", "ge2000t", "okuma"]
+"""As `trueloop.turned.program.wear_words` has them; a test compares."""
 UnitOption = Annotated[
     Literal["mm", "inch"] | None,
     typer.Option("--unit", help="Unit of a table that does not say its own.  [default: what the table says]"),
@@ -69,3 +71,24 @@ def apply(
         return
     print_lines([f"Correction {applied.record_id}", *change_words(applied.table, applied.new)])
     typer.echo(f"written: {applied.written}", err=True)
+
+
+@app.command()
+@guarded
+def program(
+    correction: OfCorrection,
+    control: Annotated[
+        Control | None, typer.Option("--control", "-c", help="The control.  [default: the corrected program's]")
+    ] = None,
+    x_is: Annotated[
+        Literal["radius", "diameter"] | None,
+        typer.Option("--x-is", help="How another control than the program's counts offsets on X."),
+    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write.  [default: stdout]")] = None,
+) -> None:
+    """Write the offset of a correction as a small program in the control's own words, to be run once."""
+    from trueloop.jobs.tool_offsets import offset_words
+
+    with busy(f"reading {correction}"):
+        text = offset_words(correction, control, x_is)
+    put(text, output, [correction])

@@ -33,8 +33,9 @@ class ToolOffset:
 
     A tool stands at machine = program + work offset + tool offset: by what is added to its offset, the tool moves.
     `makes_the_correction`: the offset is the correction; else the contour is, and the offset takes its place only by
-    choice. `x_is` says how the control counts its offsets on X, `unit` that of its numbers. `measured_sha256` names the
-    measurements it comes from: what was measured before an offset was changed says nothing of the part after it.
+    choice. `x_is` says how the control counts its offsets on X, `unit` and `decimals` are those of its numbers,
+    `blocks` its own words for the change. `measured_sha256` names the measurements it comes from: what was measured
+    before an offset was changed says nothing of the part after it.
     """
 
     tool: int
@@ -45,4 +46,6 @@ class ToolOffset:
     unit: Literal["mm", "inch"]
     measured_sha256: str = ""
     held: HeldTool = field(default_factory=HeldTool)
+    decimals: int = 4
+    blocks: tuple[str, ...] = ()
     schema: Literal[1] = field(default=1, kw_only=True)

@@ -12,10 +12,13 @@ from trueloop.formats.outputs import write_all
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import NewTable, new_table
-from trueloop.formats.tables.tool_tables.tool_table import ToolTable, Unit
+from trueloop.formats.tables.tool_tables.tool_table import ToolTable, Unit, XIs
 from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.program.dialect import dialect_named
 from trueloop.turned.compensation.limits import check_offset
+from trueloop.turned.program.wear_numbers import WearOffset
+from trueloop.turned.program.wear_words import Control, counted, offset_program
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,19 @@ def apply_offset(correction: Path, table: Path, target: Path, unit: Unit | None 
     new = new_table(read, offset, record.id)
     (written,) = write_all(target.parent, [(target.name, new.content)], [table, correction])
     return Applied(record.id, read, new, written)
+
+
+def offset_words(correction: Path, control: Control | None, x_is: XIs | None = None) -> str:
+    """The offset of a correction as a small program of its own control, or of another.
+
+    `x_is` says how that other one counts offsets on X. Raises REC, JOB and OFS errors.
+    """
+    record, offset = offset_of(correction)
+    own = "" if record.program is None else dialect_named(record.program.dialect).wear_words
+    control = control or own or "heidenhain"
+    counts = (x_is or offset.x_is) if control == own else counted(control, x_is)
+    with in_file(correction):
+        return offset_program(control, WearOffset.of(offset, counts), record.id)
 
 
 def offset_of(correction: Path) -> tuple[Record, ToolOffset]:

@@ -37,6 +37,7 @@ COMMANDS = (
     "measure sheet",
     "offsets read",
     "offsets apply",
+    "offsets program",
     "record show",
     "explain",
     "simulate",

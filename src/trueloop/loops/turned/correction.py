@@ -19,7 +19,6 @@ from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
 from trueloop.tolerances.judged import Judged
-from trueloop.turned.compensation.by_tool import ByTool
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.lean import unasked_u_mm
@@ -30,7 +29,8 @@ from trueloop.turned.error_curve.budget import Budget
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.options import Options
-from trueloop.turned.program.wear import WearOffset
+from trueloop.turned.program.by_tool import ByTool
+from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 

@@ -24,14 +24,14 @@ from trueloop.loops.turned.programs import write_programs
 from trueloop.loops.turned.provenance import id_of, record_of
 from trueloop.loops.turned.shifts import corrected_shifts, whole_mm
 from trueloop.loops.turned.written import Writing
-from trueloop.turned.compensation.by_tool import ByTool, answer_by_tool
 from trueloop.turned.compensation.decide import Decision, decide
 from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
 from trueloop.turned.options import Options
-from trueloop.turned.program.wear import WearOffset
+from trueloop.turned.program.by_tool import ByTool, answer_by_tool
+from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.plausibility import check_loop_sign
 
 

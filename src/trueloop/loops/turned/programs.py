@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from trueloop.domain.record import ChangedWord
+from trueloop.domain.tool_offset import HeldTool
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
@@ -13,7 +14,8 @@ from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import check_offset
 from trueloop.turned.options import Options
-from trueloop.turned.program.wear import WearOffset, offset_number, wear_offset
+from trueloop.turned.program.wear import offset_number, wear_offset
+from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.wording import wording
 
 
@@ -33,7 +35,7 @@ class Programs:
 
 def write_programs(inputs: Inputs, writing: Writing, decision: Decision, paths: Paths) -> Programs:
     """Writes them and reads them back. Raises NC and CMP errors that name the program; CMP-SIZE for a large offset."""
-    wear, notes = _wear(writing, decision, inputs.options, inputs.held.row is not None)
+    wear, notes = _wear(writing, decision, inputs.options, inputs.held)
     if inputs.machine is not None:
         offsets, more = None, _of_machine(inputs.machine)
     else:
@@ -68,16 +70,16 @@ def _of_machine(cut: PartOnMachine) -> list[str]:
     ]
 
 
-def _wear(writing: Writing, decision: Decision, options: Options, held: bool) -> tuple[WearOffset, list[str]]:
+def _wear(writing: Writing, decision: Decision, options: Options, held: HeldTool) -> tuple[WearOffset, list[str]]:
     """The offset as numbers to enter, of the tool that the job names, else that of the program's T word.
 
-    `held`: the job names the tool's row of a table. Raises OFS-TOOL where the program runs with another row.
+    Raises OFS-TOOL where the job names the tool's row of a table and the program runs with another row.
     """
     program, path, cut = writing.program, writing.matched.path, writing.matched.cuts[0].move
     with in_file(program.file):
         own = offset_number(program, path, cut)
     tool = next((number for number in (options.tool, own) if number is not None), 1)
-    if held and own not in (None, tool):
+    if held.row is not None and own not in (None, tool):
         raise _other_row(program, tool, int(own or 0), int(path.line[cut]))
     notes = [] if options.by == "auto" else [_asked_for(options.by)]
     if own is not None and own != tool:
@@ -90,7 +92,7 @@ def _wear(writing: Writing, decision: Decision, options: Options, held: bool) ->
             )
         )
     with in_file(program.file):
-        return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter), notes
+        return wear_offset(program, path, cut, decision.offset_mm, tool, options.offset_is_diameter, held.edge), notes
 
 
 def _asked_for(by: str) -> str:

@@ -11,9 +11,9 @@ from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
 from trueloop.loops.turned.programs import Programs
 from trueloop.nc.program.unit import recorded_program, unit_of_path
-from trueloop.turned.compensation.by_tool import ByTool
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.program.by_tool import ByTool
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import wording
 

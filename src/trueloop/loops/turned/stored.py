@@ -17,7 +17,6 @@ from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.position_basis import PositionBasis
 from trueloop.machine.model.term import Part, Term
 from trueloop.tolerances.judged import Judged, Judgement
-from trueloop.turned.compensation.by_tool import ByTool, MovedFeature, ToolAnswer
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.decide import AxisDecision, Decision
 from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
@@ -36,7 +35,8 @@ from trueloop.turned.fit.choose import ModelChoice
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.spline import EndConditions, Spline
 from trueloop.turned.options import Options
-from trueloop.turned.program.wear import WearOffset
+from trueloop.turned.program.by_tool import ByTool, MovedFeature, ToolAnswer
+from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 CODEC: Final = values.CODEC.with_more(

@@ -28,8 +28,8 @@ class Dialect:
 
     `contour_shift` is what moves a contour by an offset: a shift of its frame, or the update of the tool's offset
     (UPD); empty where neither is known. `one_shift`: G52 and G92 set one and the same shift; elsewhere G92 stays below
-    G52. `wear_words` add to a tool's wear offset; empty where none are known. `offset_x`: whether offsets on X are
-    radii, are always read as words on X are, or as the control is set up.
+    G52. `wear_words`: the control whose words add to a tool's wear offset; empty where none are known. `offset_x`:
+    whether offsets on X are radii, are always read as words on X are, or as the control is set up.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Dialect:
     offset_in_t: bool = False
     contour_shift: Literal["", "G52", "ATRANS", "UPD"] = ""
     one_shift: bool = False
-    wear_words: Literal["", "G10", "G10 L11", "G10 L10", "$TC_DP", "UPD"] = ""
+    wear_words: Literal["", "fanuc", "haas", "linuxcnc", "siemens", "ge2000t"] = ""
     offset_x: Literal["set-up", "radius", "words"] = "set-up"
 
     def step(self, inch: bool) -> float:
@@ -84,19 +84,19 @@ _LATHE: Final[Mapping[str, Any]] = {
 _MILL: Final[Mapping[str, Any]] = {"plane_of_points": True, "contour_shift": "G52"}
 _WRITTEN: Final[Mapping[str, Mapping[str, Any]]] = {
     "ge2000t": {
-        "radius_within_quadrant": True, "offset_in_t": True, "contour_shift": "UPD", "wear_words": "UPD",
+        "radius_within_quadrant": True, "offset_in_t": True, "contour_shift": "UPD", "wear_words": "ge2000t",
     },
     "linuxcnc": {
         **_MILL, "file_ending": ".ngc", "splines": True, "blends_corners": True, "one_shift": True,
-        "wear_words": "G10 L10", "offset_x": "words",
+        "wear_words": "linuxcnc", "offset_x": "words",
     },
-    "fanuc-lathe": {**_LATHE, "wear_words": "G10"},
+    "fanuc-lathe": {**_LATHE, "wear_words": "fanuc"},
     "fanuc-lathe-b": _LATHE,
     "fanuc-mill": _MILL,
-    "haas-lathe": {**_LATHE, "wear_words": "G10 L11"},
+    "haas-lathe": {**_LATHE, "wear_words": "haas"},
     "haas-mill": _MILL,
     "siemens": {
-        "rounds_every_corner": True, "contour_shift": "ATRANS", "wear_words": "$TC_DP", "offset_x": "radius",
+        "rounds_every_corner": True, "contour_shift": "ATRANS", "wear_words": "siemens", "offset_x": "radius",
     },
     "heidenhain": {"klartext": True},
 }  # fmt: skip

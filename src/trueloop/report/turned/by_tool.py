@@ -2,7 +2,7 @@
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc
-from trueloop.turned.compensation.by_tool import ByTool, MovedFeature
+from trueloop.turned.program.by_tool import ByTool, MovedFeature
 from trueloop.units import UM_PER_MM
 
 

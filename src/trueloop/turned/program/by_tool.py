@@ -17,7 +17,7 @@ from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import cut_mm
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
-from trueloop.turned.program.wear import WearOffset
+from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.wording import Um, wording
 
 MOST: Final = 0.5
