@@ -32,6 +32,7 @@ COMMANDS = (
     "probe program",
     "probe read",
     "probe calibrate",
+    "measure map",
     "measure plan",
     "measure read",
     "measure sheet",

@@ -2,6 +2,7 @@
 
 import typer
 
+from trueloop.cli.measure.map import map_columns
 from trueloop.cli.measure.plan import plan
 from trueloop.cli.measure.read import read
 from trueloop.cli.measure.sheet import sheet
@@ -14,3 +15,4 @@ app = typer.Typer(
 app.command()(plan)
 app.command()(read)
 app.command()(sheet)
+app.command("map")(map_columns)

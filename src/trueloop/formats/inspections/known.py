@@ -8,15 +8,20 @@ from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
+from trueloop.formats.inspections import calypso, serial_gauge
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.dmis import reader as dmis
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
+from trueloop.formats.inspections.pc_dmis import reader as pc_dmis
 from trueloop.formats.inspections.qdas import reader as qdas
 from trueloop.formats.inspections.qif import reader as qif
 from trueloop.formats.inspections.tables import read as tables
 from trueloop.formats.inspections.text import HINT
 
 KNOWN: Final[tuple[Format, ...]] = (
+    calypso.FORMAT,
+    pc_dmis.FORMAT,
+    serial_gauge.FORMAT,
     qif.FORMAT,
     dmis.FORMAT,
     qdas.FORMAT,

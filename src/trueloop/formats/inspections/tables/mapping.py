@@ -76,6 +76,11 @@ class Columns(Table):
         """The columns of actual values where there are several."""
         return self.parts or self.repeats or self.characteristics
 
+    @property
+    def has_values(self) -> bool:
+        """Whether the table holds sizes; else it holds points."""
+        return bool(self.values) or self.actual is not None or self.deviation is not None
+
     def all(self) -> Iterator[str]:
         """All headings that the mapping names."""
         yield from self.named().values()

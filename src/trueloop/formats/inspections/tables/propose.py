@@ -104,10 +104,7 @@ class _Table:
         least = min(rank for rank, _ in cases)
         best = [self.header.names[column] for rank, column in cases if rank == least]
         if len(best) > 1:
-            hint = f"say which: trueloop measure map {self.grid.path.name} --column {role.value}={best[0]!r}"
-            raise _refusal(
-                self.grid, f"{len(best)} columns may be the {role.value}: {_listed(best)}", self.header.row, hint
-            )
+            raise self._refusal(f"{len(best)} columns may be the {role.value}: {_listed(best)}", role.value, best[0])
         return best[0]
 
     def _role(self, column: int) -> tuple[Role, int] | None:

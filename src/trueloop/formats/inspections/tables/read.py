@@ -6,17 +6,18 @@ from typing import Final
 
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
+from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.tables.common import Common, title_of, unit_of_headings, unit_of_title
 from trueloop.formats.inspections.tables.grid import Grid, grid_of_text
 from trueloop.formats.inspections.tables.header import Header, find_header, header_at, score
-from trueloop.formats.inspections.tables.long import long_of
+from trueloop.formats.inspections.tables.long import Long, long_of
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.mapping import read_mapping, require_columns
 from trueloop.formats.inspections.tables.points import with_points
 from trueloop.formats.inspections.tables.propose import propose
 from trueloop.formats.inspections.tables.readings import with_readings
 from trueloop.formats.inspections.tables.roles import Role
+from trueloop.formats.inspections.tables.sizes import sizes_of
 from trueloop.formats.inspections.tables.workbook import is_workbook, sheets_of
 from trueloop.formats.inspections.text import beginning, read_decoded
 
@@ -90,7 +91,7 @@ def read_mapped(
     header = _header(grid, mapping, source)
     title = title_of(grid, header)
     long = long_of(grid, header, mapping)
-    unit = mapping.unit or unit_of_title(grid, header) or unit_of_headings(long) or stated.unit
+    unit = _unit(grid, header, long, mapping, stated)
     if not len(long):
         raise TrueloopError(
             Code.MSR_FILE,
@@ -100,9 +101,25 @@ def read_mapped(
         )
     common = Common(long, title, mapping)
     sha256 = sha256_of(grid.path.read_bytes())
-    if mapping.columns.named().keys() & {Role.ACTUAL, Role.DEVIATION} or mapping.columns.values:
+    if mapping.columns.has_values:
         return with_readings(common, unit, sha256, said)
     return with_points(common, unit, sha256, said)
+
+
+def settled(grid: Grid, mapping: TableMapping, stated: Stated) -> TableMapping:
+    """A proposed mapping with the unit and the signs that the file's values tell. Raises as `read`."""
+    header = _header(grid, mapping, None)
+    long = long_of(grid, header, mapping)
+    unit = _unit(grid, header, long, mapping, stated)
+    if mapping.columns.has_values:
+        deviation, lower_tolerance = sizes_of(long, mapping, unit).conventions
+        found = {"deviation": deviation if Role.DEVIATION in long.texts else None, "lower_tolerance": lower_tolerance}
+        mapping = mapping.model_copy(update=found)
+    return mapping.model_copy(update={"unit": unit})
+
+
+def _unit(grid: Grid, header: Header, long: Long, mapping: TableMapping, stated: Stated) -> Unit | None:
+    return mapping.unit or unit_of_title(grid, header) or unit_of_headings(long) or stated.unit
 
 
 def _header(grid: Grid, mapping: TableMapping, source: Path | None) -> Header:

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from trueloop.arrays import Array, Flags
-from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Reading
 from trueloop.formats.inspections.checks import filled_in, numbered, stated_deviations, stated_verdicts
+from trueloop.formats.inspections.described import characteristics_of
 from trueloop.formats.inspections.measured_file import MeasuredFile, Remark, Unit
 from trueloop.formats.inspections.quantities import AXES
 from trueloop.formats.inspections.tables.common import Common
@@ -38,13 +38,13 @@ def with_readings(common: Common, unit: Unit | None, sha256: str, said: Sequence
         encoding=long.grid.encoding,
         unit=sizes.unit,
         inspections=tuple(inspections),
-        characteristics=_characteristics(readings),
+        characteristics=characteristics_of(readings),
         remarks=(*remarks, *filled_in(inspections)),
     )
 
 
 def _readings(common: Common, sizes: Sizes) -> Iterator[Reading]:
-    long, names = common.long, common.mapping.features
+    long = common.long
     count = len(long)
     stated = long.texts.get(Role.QUANTITY, [""] * count)
     features = long.texts.get(Role.FEATURE) or long.texts.get(Role.CHARACTERISTIC) or [""] * count
@@ -54,7 +54,7 @@ def _readings(common: Common, sizes: Sizes) -> Iterator[Reading]:
         sizes.quantities,
         sizes.actual.tolist(),
         *(_or_none(values) for values in (sizes.nominal, sizes.lower_limit, sizes.upper_limit)),
-        [names.get(feature, feature) for feature in features],
+        features,
         [AXES.get(text.lower(), "") for text in stated],
         _places(long, sizes.unit),
         _repeats(long),
@@ -115,15 +115,3 @@ def _compared(sizes: Sizes, readings: Sequence[Reading], stands: Flags) -> Itera
     if not np.all(np.isnan(sizes.good)):
         verdicts = zip(readings, sizes.good.tolist(), stands.tolist(), strict=True)
         yield from stated_verdicts((one, good > 0) for one, good, here in verdicts if here and not math.isnan(good))
-
-
-def _characteristics(readings: Sequence[Reading]) -> tuple[Characteristic, ...]:
-    """What the file asks for, each once."""
-    found: dict[tuple[str, str, str], Characteristic] = {}
-    for one in readings:
-        key = one.characteristic, one.feature, one.axis
-        if one.nominal is not None and key not in found:
-            found[key] = Characteristic(
-                one.characteristic, one.quantity, one.feature, one.nominal, one.lower_limit, one.upper_limit
-            )
-    return tuple(found.values())

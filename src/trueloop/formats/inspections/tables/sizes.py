@@ -10,6 +10,7 @@ from trueloop.arrays import Array
 from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.conventions import Deviation, LowerTolerance, deviation_sign, lower_tolerance_sign
+from trueloop.formats.inspections.described import limits_refusal
 from trueloop.formats.inspections.measured_file import Remark, Unit
 from trueloop.formats.inspections.quantities import FONT, is_font, quantity_in, quantity_of
 from trueloop.formats.inspections.tables.headings import names_in, plain
@@ -230,13 +231,7 @@ def _require_order(long: Long, lower: Array, upper: Array) -> None:
     wrong = lower > upper + SLACK
     if np.any(wrong):
         row = int(np.argmax(wrong))
-        raise TrueloopError(
-            Code.MSR_EXCHANGED,
-            f"the lower limit {lower[row]:.6g} is above the upper one, {upper[row]:.6g}",
-            hint="are the columns of the two limits exchanged, or is a sign missing? The mapping says what they are",
-            place=Place(str(long.grid.path), long.lines[row]),
-            values={"lower": float(lower[row]), "upper": float(upper[row])},
-        )
+        raise limits_refusal(float(lower[row]), float(upper[row]), Place(str(long.grid.path), long.lines[row]))
 
 
 def _rounding(long: Long, unit: Unit | None) -> float:

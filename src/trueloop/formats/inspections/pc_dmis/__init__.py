@@ -1,0 +1,1 @@
+"""PC-DMIS: the text of its reports and of its edit window."""
