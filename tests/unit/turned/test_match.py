@@ -12,8 +12,7 @@ from trueloop.errors import Code, Severity
 from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.readings.match import match_inspection
-from trueloop.turned.readings.matched import MatchedReading
-from trueloop.turned.readings.matches import Left, Matches
+from trueloop.turned.readings.matches import Axis, Left, Matches
 from trueloop.turned.readings.plausible import check_matches
 from trueloop.units import MM_PER_INCH
 
@@ -187,5 +186,17 @@ def test_one_characteristic_with_two_nominal_values_or_in_two_places() -> None:
     assert findings(size, replace(size, place_mm=(-25.0,))) == [(Severity.WARNING, Code.MSR_PLACES)]
 
 
-def test_matching_is_one_of_names_of_types() -> None:
-    assert isinstance(matches(Reading("D1", D, 30.0, 30.0)).readings[0], MatchedReading)
+@pytest.mark.parametrize(
+    ("axis", "place"), [("z", (0.0, 0.0, -18.75)), ("-z", (0.0, 0.0, 18.75)), ("-x", (18.75, 0.0, 0.0))]
+)
+def test_a_circle_lies_along_the_axis_of_its_frame(axis: Axis, place: tuple[float, float, float]) -> None:
+    whole = inspection(Reading("D1", D, 25.0, 25.0, place_mm=place))
+    (match,) = match_inspection(SHAFT, whole, axis=axis).readings
+    assert (SHAFT.names[match.feature_index], match.reading.place_mm) == ("cone", (-18.75,))
+    assert match_inspection(SHAFT, replace(whole, frame="device"), axis=axis).count == 0  # its place is another frame's
+
+
+def test_a_diameter_at_a_place_differs_by_twice_its_distance() -> None:
+    (match,) = matches(Reading("D1", D, 30.0, 30.01, place_mm=(-30.0,))).readings
+    assert match.distance_mm == pytest.approx(0.01)
+    assert "no feature has" in left(Reading("D1", D, 30.0, 30.03, place_mm=(-30.0,))).reason

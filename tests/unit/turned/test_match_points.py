@@ -11,11 +11,20 @@ from hypothesis import strategies as st
 from tests.support.profiles import modbas2
 from trueloop.domain.inspection import CmmPoint, Inspection, Vector
 from trueloop.domain.part import Part, PartType
+from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
+from trueloop.geometry.validate import checked_profile
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, Matches
 
 PROFILE = modbas2()
+SHAFT_CORNER = checked_profile(
+    [
+        Line("a", (10.0, -9.0), (10.0, -5.0)),
+        Line("back", (10.0, -5.0), (12.0, -5.0)),
+        Line("b", (12.0, -5.0), (12.0, 0.0)),
+    ]
+)
 FACE = PROFILE.names.index("face")
 TURNED: dict[Axis, tuple[int, int, int]] = {"z": (0, 1, 2), "x": (1, 2, 0), "y": (2, 0, 1)}
 """Where x (across), y and z (along) of the part go in a frame whose spindle is along that axis."""
@@ -130,3 +139,11 @@ def test_an_error_that_is_not_credible_is_left() -> None:
     found = match_inspection(PROFILE, inspection(touched(1.5, 0.0)))
     assert found.count == 0
     assert all("+1.500 mm" in one.reason for one in found.left)
+
+
+@pytest.mark.parametrize("axis", ["z", "-z", "x", "-x"])
+def test_a_stated_normal_turns_with_its_frame(axis: Axis) -> None:
+    at = corner(SHAFT_CORNER, 1)
+    point = in_frame(CmmPoint(at, at, (0.0, 0.0, -1.0), "corner"), axis)
+    found = match_inspection(SHAFT_CORNER, inspection([point]), axis=axis)
+    assert [one.touch.feature for one in found.touches] == ["back"]

@@ -222,6 +222,12 @@ def test_a_print_out_has_sizes_positions_angles_and_what_is_out(tmp_path: Path) 
     assert readings(read(tmp_path, RENISHAW, unit="inch"))["3 ANG"].actual == 45.1
 
 
+@pytest.mark.parametrize("unit", ["mm", "inch"])
+def test_deviations_that_fit_are_not_reported(tmp_path: Path, unit: str) -> None:
+    file = read(tmp_path, RENISHAW.replace("DEV -0.0010", "DEV 0.0010"), unit=unit)
+    assert not [one.text for one in file.remarks if "deviations" in one.text]
+
+
 def test_a_results_file_has_nominal_points_normals_and_the_ball(tmp_path: Path) -> None:
     nominal, touched = "G800 N1 X10. Y0. Z-5. I2. J0. K0. O0. U0.01 L0.01", "G801 N1 X11.503 Y.0 Z-5. R1.5"
     content = f"START\nTOOLPATH Sleeve\n{nominal}\n{touched}\nEND\n"
