@@ -16,7 +16,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.jobs.job_files import JobFiles
 from trueloop.report.measured import FileOnPart, OnPart
 from trueloop.turned.readings.match import match_inspection
-from trueloop.turned.readings.matched import MatchedReading
+from trueloop.turned.readings.matched import MatchedReading, feature_named
 from trueloop.turned.readings.matches import Axis, Matches
 from trueloop.turned.readings.plausible import check_matches
 from trueloop.turned.touches.touches import Gauging, error_vectors
@@ -54,8 +54,21 @@ def read_measured(
     inspections = _chosen(file, chosen or Chosen())
     if part is None:
         return FileOnPart(file, tuple(OnPart(run, one) for run, one in inspections))
+    _require_features(stated.mapping, names, part)
     found = tuple(_on_part(part.profile, file, run, one, names, axis) for run, one in inspections)
     return FileOnPart(file, found, part.name, part.profile.names)
+
+
+def _require_features(mapping: Path | None, names: Mapping[str, str], part: PartOfJob) -> None:
+    """Raises MSR-MAPPING for a name of the mapping's list that is no feature of the part: it would match nothing."""
+    for name, feature in names.items():
+        if feature_named(part.profile, feature) is None:
+            raise TrueloopError(
+                Code.MSR_MAPPING,
+                f"features.{name!r} is {feature!r}, none of the {len(part.profile.names)} features of the part",
+                hint=f"the part's features are: {', '.join(part.profile.names)}",
+                place=Place(str(mapping)),
+            )
 
 
 def _on_part(

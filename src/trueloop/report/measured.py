@@ -110,7 +110,7 @@ def _inspection_as_dict(file: FileOnPart, one: OnPart) -> dict[str, object]:
         "not_matched": None if matches is None else len(matches.unmatched),
         "kept": None if matches is None else len(matches.kept),
         "spindle_axis": None if matches is None else matches.axis,
-        "values": [_finite(asdict(row)) for row in rows_of(file, one)],
+        "values": [_finite(vars(row)) for row in rows_of(file, one)],
         "findings": [
             {"severity": f.severity, "code": f.code, "message": f.message, "hint": f.hint, "values": dict(f.values)}
             for f in one.findings

@@ -121,6 +121,17 @@ def test_of_several_parts_one_is_chosen(tmp_path: Path, job: Path) -> None:
     assert "has no inspection run 3" in run(*call, "--run", 3, status=3)
 
 
+@pytest.mark.parametrize(
+    ("mapping", "said"),
+    [('[features]\n"1 SIZE D" = "jurnal"\n', "jurnal"), ("[features\n", "TOML"), ('features = "all"\n', "MSR-MAPPING")],
+)
+def test_a_list_of_names_that_is_wrong_is_refused(mapping: str, said: str, tmp_path: Path, job: Path) -> None:
+    names = written(tmp_path, mapping, "names.toml")
+    text = run("measure", "read", written(tmp_path, PRINT), "--unit", "mm", "--job", job, "-m", names, status=3)
+    assert said in text
+    assert "MSR-MAPPING" in text
+
+
 def test_an_output_without_a_job_is_a_wrong_command_line(tmp_path: Path) -> None:
     assert "--job" in run("measure", "read", written(tmp_path, PRINT), "--unit", "mm", "-o", tmp_path / "r", status=2)
 

@@ -7,6 +7,8 @@ from trueloop.report.measured import FileOnPart, OnPart, ValueRow, rows_of
 
 MOST: Final = 200
 """Rows of a table: nobody reads more on a screen."""
+NAMED: Final = 6
+"""Names in a list of values that have one thing in common."""
 VERDICTS: Final = {True: "in", False: "OUT", None: ""}
 
 
@@ -24,8 +26,8 @@ def print_file(file: FileOnPart) -> None:
         print_lines(["", _heading(one)])
         rows = list(rows_of(file, one))
         _print_table([row for row in rows if not row.reason], matched=one.matches is not None)
-        for title, is_error in (("not matched", True), ("no errors of the profile, kept", False)):
-            _print_left(title, [row for row in rows if row.reason and row.is_error is is_error])
+        _print_left([row for row in rows if row.reason and row.is_error])
+        _print_kept([row for row in rows if row.reason and not row.is_error])
         print_lines(one.findings)
     if read.remarks:
         print_lines(["", "remarks:"])
@@ -64,8 +66,11 @@ def _print_table(rows: list[ValueRow], *, matched: bool) -> None:
     for name in numbers:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("")
+    placed = any(row.place_mm for row in rows)
+    if placed:
+        table.add_column("place mm")
     for row in rows[:MOST]:
-        table.add_row(*_cells(row, matched=matched))
+        table.add_row(*_cells(row, matched=matched), *([_place(row)] if placed else []))
     wide_console().print(table)
     if len(rows) > MOST:
         print_lines([f"… and {len(rows) - MOST} more: --json has all"])
@@ -87,12 +92,27 @@ def _number(value: float | None, form: str) -> str:
     return "" if value is None else format(value, form)
 
 
-def _print_left(title: str, rows: list[ValueRow]) -> None:
+def _place(row: ValueRow) -> str:
+    return " ".join(f"{one:.4f}" for one in row.place_mm)
+
+
+def _print_left(rows: list[ValueRow]) -> None:
     if not rows:
         return
-    print_lines(["", f"{title}: {len(rows)}"])
+    print_lines(["", f"not matched: {len(rows)}"])
     for row in rows[:MOST]:
         where = f" (line {row.line})" if row.line else ""
         print_lines([f"  {row.characteristic or row.quantity}{where}: {row.reason}"])
     if len(rows) > MOST:
         print_lines([f"  … and {len(rows) - MOST} more: --json has all"])
+
+
+def _print_kept(rows: list[ValueRow]) -> None:
+    """By reason, for they are many where each circle has its position and its form."""
+    if not rows:
+        return
+    print_lines(["", f"no errors of the profile, kept: {len(rows)}"])
+    for reason in dict.fromkeys(row.reason for row in rows):
+        names = [row.characteristic or row.quantity for row in rows if row.reason == reason]
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        print_lines([f"  {', '.join(names[:NAMED])}{more}: {reason}"])

@@ -1,9 +1,9 @@
 """Points of a measuring machine as touches of a turned part: x is the distance from the axis, z runs along it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final, get_args
+from typing import Final, TypeAlias, get_args
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from trueloop.geometry.profile import Profile
 from trueloop.turned.readings.matched import By, feature_named
 from trueloop.turned.readings.matches import Axis, Left, MatchedTouch
 from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM, ON_PROFILE_MM
+
+Indices: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 AXES: Final[dict[Axis, tuple[int, int, int, float]]] = {
     "z": (2, 0, 1, 1.0),
@@ -125,27 +127,56 @@ def _matched(
 ) -> list[MatchedTouch | Left]:
     nominal, measured, normal = _in_plane(points, axis)
     given = ~np.isnan(nominal[:, 0])
-    plane = _Plane(profile, nominal, measured, normal, given, np.where(given, 0.0, ball_mm), ball_mm)
-    away = np.abs(_distances(profile, plane.places, plane.off_mm))
-    by_distance = np.argsort(away, axis=0, kind="stable")
-    outcomes: list[MatchedTouch | Left] = []
+    places = np.where(given[:, None], nominal, measured)
+    plane = _Plane(profile, places, measured, normal, given, np.where(given, 0.0, ball_mm), ball_mm)
+    away = np.abs(_distances(profile, places, plane.off_mm))
+    nearest, second = _nearest_two(away)
+    near = nearest.copy()
+    by: list[By] = ["geometry"] * len(points)
+    for k, named in _named(profile, points, names):
+        near[k], by[k] = named, "name"
+    distance = away[near, np.arange(len(points))]
+    far = distance > plane.limits
+    behind = away[second, np.arange(len(points))]
+    tied = (near == nearest) & ~far & (behind <= np.minimum(plane.limits, distance + TIED_MM))
+    left: dict[int, Left] = {
+        int(k): plane.far(points[k], int(near[k]), int(k), distance[k]) for k in np.flatnonzero(far)
+    }
+    for k in (int(one) for one in np.flatnonzero(tied) if by[one] == "geometry"):
+        chosen = plane.one_of(k, (int(nearest[k]), int(second[k])), points[k], away[:, k])
+        if isinstance(chosen, Left):
+            left[k] = chosen
+        else:
+            near[k] = chosen
+    return plane.touches(points, near, by, left)
+
+
+def _named(profile: Profile, points: tuple[CmmPoint, ...], names: Mapping[str, str]) -> Iterator[tuple[int, int]]:
+    """The points that name a feature, and which; each name is looked up once."""
+    known: dict[str, int | None] = {"": None}
     for k, point in enumerate(points):
-        named = feature_named(profile, names.get(point.name, point.name)) if point.name else None
-        near = [named] if named is not None else [int(one) for one in by_distance[:2, k]]
-        chosen = plane.one_of(k, near, away[:, k])
-        by: By = "geometry" if named is None else "name"
-        outcomes.append(
-            Left(point, chosen[0], chosen[1]) if isinstance(chosen, tuple) else plane.touch(k, point, chosen, by)
-        )
-    return outcomes
+        if point.name not in known:
+            known[point.name] = feature_named(profile, names.get(point.name, point.name))
+        if (index := known[point.name]) is not None:
+            yield k, index
+
+
+def _nearest_two(away: Array) -> tuple[Indices, Indices]:
+    """The features nearest and next to each point; of a profile of one feature both are that."""
+    order = np.argsort(away, axis=0, kind="stable")
+    return order[0], order[min(1, len(order) - 1)]
 
 
 @dataclass(frozen=True)
 class _Plane:
-    """The points in the plane (x, z); `off_mm`: how far off the surface its place lies if the part has no error."""
+    """The points in the plane (x, z), (n, 2), normals (x, z, around), (n, 3).
+
+    `places` are nominal points, and measured ones where none is `given`; `off_mm`: how far off the surface a place lies
+    if the part has no error.
+    """
 
     profile: Profile
-    nominal: Array
+    places: Array
     measured: Array
     normal: Array
     given: Flags
@@ -153,45 +184,57 @@ class _Plane:
     ball_mm: float
 
     @property
-    def places(self) -> Array:
-        """Nominal points, and measured ones where there are none."""
-        return np.where(self.given[:, None], self.nominal, self.measured)
+    def limits(self) -> Array:
+        """How far a place may be off its feature."""
+        return np.where(self.given, ON_PROFILE_MM, CREDIBLE_ERROR_MM)
 
-    def one_of(self, k: int, near: list[int], away: Array) -> int | tuple[str, tuple[str, ...]]:
-        """The feature that point k is of, of one or the nearest two; or why it is none, and which it may be of."""
+    def far(self, point: CmmPoint, index: int, k: int, away_mm: float) -> Left:
+        """A point whose place is off its feature."""
+        kind = "nominal point" if self.given[k] else "surface touched"
         limit = ON_PROFILE_MM if self.given[k] else CREDIBLE_ERROR_MM
-        if away[near[0]] > limit:
-            kind = "nominal point" if self.given[k] else "surface touched"
-            name = self.profile.names[near[0]]
-            return f"its {kind} is {away[near[0]]:.3f} mm from {name!r}; at most {limit} mm is taken", ()
-        if len(near) == 1 or away[near[1]] > min(limit, away[near[0]] + TIED_MM):
-            return near[0]
-        normals = [self._outward(one, k) for one in near]
+        name = self.profile.names[index]
+        return Left(point, f"its {kind} is {away_mm:.3f} mm from {name!r}; at most {limit} mm is taken")
+
+    def one_of(self, k: int, near: tuple[int, int], point: CmmPoint, away: Array) -> int | Left:
+        """The one of two features that point k is of: by its normal, where theirs differ."""
+        normals = [self._outward(one, self.places[k]) for one in near]
         if float(normals[0] @ normals[1]) > SAME_WAY:
             return near[0]
         facing = [one for one, n in zip(near, normals, strict=True) if float(n @ self.normal[k, :2]) > SAME_WAY]
         if len(facing) == 1:
             return facing[0]
-        names = tuple(self.profile.names[one] for one in near)
-        return (
-            f"it may be of {names[0]!r} or of {names[1]!r}, {away[near[0]]:.3f} mm and {away[near[1]]:.3f} mm off",
-            names,
-        )
+        first, second = (self.profile.names[one] for one in near)
+        why = f"it may be of {first!r} or of {second!r}, {away[near[0]]:.3f} mm and {away[near[1]]:.3f} mm off"
+        return Left(point, why, (first, second))
 
-    def touch(self, k: int, point: CmmPoint, index: int, by: By) -> MatchedTouch | Left:
-        """Point k as a touch of a feature: e = n·(measured − nominal) − ball. Left where that is not credible."""
-        feature = self.profile.features[index]
-        arc_length, distance = (float(one) for one in feature.locate(self.places[k]))
-        nominal = self.nominal[k] if self.given[k] else feature.point_mm(arc_length)
-        outward = feature.outward_normal(arc_length)
-        error_mm = float(outward @ (self.measured[k] - nominal)) - self.ball_mm
-        if abs(error_mm) > CREDIBLE_ERROR_MM:
-            said = f"a part error of {error_mm:+.3f} mm; at most {CREDIBLE_ERROR_MM} mm is credible"
-            return Left(point, f"on {feature.name!r} it has {said}")
-        at, to = ((float(one[0]), float(one[1])) for one in (nominal, self.measured[k]))
-        touch = Touch(point.name, at, feature.name, to, error_mm)
-        return MatchedTouch(touch, index, by, abs(distance - float(self.off_mm[k])))
+    def touches(
+        self, points: tuple[CmmPoint, ...], near: Indices, by: list[By], left: dict[int, Left]
+    ) -> list[MatchedTouch | Left]:
+        """The points as touches: e = n·(measured − nominal) − ball. Left where that is not credible."""
+        nominal, error_mm, away_mm = self.places.copy(), np.zeros(len(points)), np.zeros(len(points))
+        for index, feature in enumerate(self.profile.features):
+            of_it = near == index
+            arc_length, distance = feature.locate(self.places[of_it])
+            foot = np.where(self.given[of_it, None], self.places[of_it], feature.point_mm(arc_length))
+            along = np.einsum("ij,ij->i", feature.outward_normal(arc_length), self.measured[of_it] - foot)
+            nominal[of_it], error_mm[of_it] = foot, along - self.ball_mm
+            away_mm[of_it] = np.abs(distance - self.off_mm[of_it])
+        at, to = nominal.tolist(), self.measured.tolist()
+        outcomes: list[MatchedTouch | Left] = []
+        for k, (point, index, error, away) in enumerate(
+            zip(points, near.tolist(), error_mm.tolist(), away_mm.tolist(), strict=True)
+        ):
+            name = self.profile.names[index]
+            if k in left:
+                outcomes.append(left[k])
+            elif abs(error) > CREDIBLE_ERROR_MM:
+                said = f"a part error of {error:+.3f} mm; at most {CREDIBLE_ERROR_MM} mm is credible"
+                outcomes.append(Left(point, f"on {name!r} it has {said}"))
+            else:
+                touch = Touch(point.name, tuple(at[k]), name, tuple(to[k]), error)
+                outcomes.append(MatchedTouch(touch, index, by[k], away))
+        return outcomes
 
-    def _outward(self, index: int, k: int) -> Array:
+    def _outward(self, index: int, place: Array) -> Array:
         feature = self.profile.features[index]
-        return feature.outward_normal(feature.locate(self.places[k])[0])
+        return feature.outward_normal(feature.locate(place)[0])

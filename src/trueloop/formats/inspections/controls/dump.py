@@ -29,7 +29,7 @@ class Variable:
 
 def bare(line: str) -> str:
     """A line with blanks for its comments."""
-    return COMMENT.sub(lambda found: " " * len(found[0]), line)
+    return COMMENT.sub(lambda found: " " * len(found[0]), line) if "(" in line or ";" in line else line
 
 
 def is_skipped(line: str) -> bool:

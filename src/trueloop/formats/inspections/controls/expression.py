@@ -7,12 +7,15 @@ import re
 from typing import Final
 
 TOKEN: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[-+*/\[\]])")
+PLAIN: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
 DEEPEST: Final = 20
 """No control writes brackets as deep."""
 
 
 def value_of(text: str) -> float | None:
     """The value of an expression; None for what is none, divides by zero or is no finite number."""
+    if PLAIN.fullmatch(text):
+        return float(text)
     tokens = _tokens(text)
     if not tokens:
         return None

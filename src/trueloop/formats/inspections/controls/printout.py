@@ -90,14 +90,14 @@ class _Reader:
 
     def line(self, line: str, number: int) -> None:
         """Takes one line."""
-        if heading := HEADING.fullmatch(line):
+        if point := POINT.fullmatch(line):
+            self._point(point, number)
+        elif heading := HEADING.fullmatch(line):
             if self.components[-1].number != heading[1]:
                 self.components.append(_Component(heading[1]))
             self.feature = heading[2]
         elif row := ROW.fullmatch(line):
             self._row(row, number)
-        elif point := POINT.fullmatch(line):
-            self._point(point, number)
         elif OUT.fullmatch(line) is None and PASSED.fullmatch(line) is None:
             self.remarks.append(Remark(f"not understood: {line.strip()[:60]!r}", number))
 
