@@ -34,7 +34,7 @@ def counted(control: Control, stated: Literal["radius", "diameter"] | None) -> L
         return stated or "radius"
     raise TrueloopError(
         Code.OFS_WORDS,
-        f"{control!r}: whether offsets on X are radii or diameters there is not stated; twice the offset would be wrong",
+        f"{control!r}: whether offsets on X are radii or diameters is not stated; twice the offset would be wrong",
         hint="state it: `--x-is radius` or `--x-is diameter`",
         values={"control": control},
     )
