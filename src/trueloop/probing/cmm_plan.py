@@ -17,27 +17,27 @@ HALF_TURN_DEG = 180.0
 
 
 @dataclass(frozen=True)
-class CmmPlanPoint:
-    """A point to be touched: place and outward normal in the part's frame, mm, z along the part's axis.
+class CmmTouch:
+    """A place to touch: (x, z) and outward normal in the half plane of the profile, x a radius, mm.
 
-    `angle_deg` is the turn about +z from the half plane y = 0, x > 0 in which the profile is drawn.
+    `angle_deg` is where about the part's axis: the turn about +z from the half plane y = 0, x > 0 towards +y.
     """
 
     name: str
     feature: str
-    angle_deg: float
-    nominal_mm: Vector
-    outward_normal: Vector
+    place_mm: Point
+    normal: Point
+    angle_deg: float = 0.0
 
+    @property
+    def nominal_mm(self) -> Vector:
+        """The place in the part's frame, z along its axis."""
+        return turned(self.place_mm, self.angle_deg)
 
-@dataclass(frozen=True)
-class CmmPlan:
-    """The points in order, and the cylinder about the part's axis that holds all of the profile."""
-
-    points: tuple[CmmPlanPoint, ...]
-    largest_radius_mm: float
-    from_z_mm: float
-    to_z_mm: float
+    @property
+    def outward_normal(self) -> Vector:
+        """Its normal there."""
+        return turned(self.normal, self.angle_deg)
 
 
 def cmm_plan(
@@ -47,7 +47,7 @@ def cmm_plan(
     angles_deg: Sequence[float] = (0.0,),
     *,
     diameters: bool = False,
-) -> CmmPlan:
+) -> tuple[CmmTouch, ...]:
     """Every gauging point at every angle; with `diameters` those on cylinders also half a turn further.
 
     A point at one angle alone keeps its name, else the angle is added: `12_180`. Raises TCH-PLAN where no angle, no
@@ -61,10 +61,8 @@ def cmm_plan(
         for angle in angles:
             named = name if len(angles) == 1 else f"{name}_{angle:g}"
             feature = profile.names[int(points.feature_index[k])]
-            planned.append(CmmPlanPoint(named, feature, angle, turned(place, angle), turned(normal, angle)))
-    corners = [corner for feature in profile.features for corner in feature.point_mm(_along(feature.length_mm))]
-    radii, heights = [float(x) for x, _ in corners], [float(z) for _, z in corners]
-    return CmmPlan(tuple(planned), max(radii), min(heights), max(heights))
+            planned.append(CmmTouch(named, feature, place, normal, angle))
+    return tuple(planned)
 
 
 def turned(point: Point, angle_deg: float) -> Vector:
@@ -94,11 +92,6 @@ def _require_different(angles_deg: Sequence[float]) -> None:
             "one or more finite ones, each once",
             hint="name every angle once, 0° is where the profile is drawn",
         )
-
-
-def _along(length_mm: float) -> list[float]:
-    """Arc lengths close enough together for the largest radius of an arc: 1/256 of it rises by 2e-5 of its radius."""
-    return [length_mm * k / 256 for k in range(257)]
 
 
 def _pair(xz: Sequence[float]) -> Point:

@@ -1,11 +1,13 @@
-"""`trueloop measure plan`: a job's gauging points as a list for a measuring machine."""
+"""`trueloop measure plan`: a job's gauging points for a measuring machine, as a list or as a program."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.numbers import positive
 from trueloop.cli.terminal import put
 
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job whose points are to be measured.")]
@@ -16,14 +18,42 @@ Angles = Annotated[
 Diameters = Annotated[
     bool, typer.Option("--diameters", help="Touch cylinders also half a turn further, so that diameters are measured.")
 ]
-Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to write.  [default: the list on stdout]")]
+Output = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", help="File to write: .dms a DMIS program, .csv a list.  [default: list on stdout]"),
+]
+PROGRAMS: Final = (".dms", ".dmi", ".dmis")
+LISTS: Final = (".csv", ".txt")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moves:
+    """How a program leads the ball."""
+
+    ball_radius_mm: Annotated[
+        float, typer.Option("--ball-radius-mm", callback=positive, help="Radius of the ball that the moves are for.")
+    ] = 1.0
+    approach_mm: Annotated[
+        float, typer.Option("--approach-mm", callback=positive, help="How far before the surface a touch begins.")
+    ] = 3.0
+    clearance_mm: Annotated[
+        float, typer.Option("--clearance-mm", callback=positive, help="How far moves between points keep outside.")
+    ] = 10.0
 
 
 @guarded
-def plan(job: Job, angle: Angles = None, diameters: Diameters = False, output: Output = None) -> None:
-    """List where a measuring machine is to touch the part, with normals."""
+def plan(job: Job, moves: Moves, angle: Angles = None, diameters: Diameters = False, output: Output = None) -> None:
+    """List where a measuring machine is to touch the part, with normals, or write a DMIS program that does."""
+    if output is not None and output.suffix.lower() not in (*PROGRAMS, *LISTS):
+        kinds = ", ".join(PROGRAMS), ", ".join(LISTS)
+        raise typer.BadParameter(f"{output.name!r} ends with none of {kinds[0]} (program), {kinds[1]} (list)")
     from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
-    from trueloop.jobs.measuring import read_measuring
+    from trueloop.jobs.measuring import program_of, read_measuring
+    from trueloop.probing.cmm_moves import CmmApproach
 
     measuring = read_measuring(job, angle or (0.0,), diameters=diameters)
-    put(cmm_plan_to_csv(measuring.plan), output, measuring.files)
+    if output is None or output.suffix.lower() in LISTS:
+        put(cmm_plan_to_csv(measuring.touches), output, measuring.files)
+        return
+    approach = CmmApproach(moves.ball_radius_mm, moves.approach_mm, moves.clearance_mm, measuring.allowance_mm)
+    put(program_of(measuring, approach, job.name), output, measuring.files)

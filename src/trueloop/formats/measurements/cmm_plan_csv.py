@@ -2,19 +2,20 @@
 
 import csv
 import io
+from collections.abc import Iterable
 from typing import Final
 
-from trueloop.probing.cmm_plan import CmmPlan
+from trueloop.probing.cmm_plan import CmmTouch
 
 COLUMNS: Final = ("point", "feature", "angle_deg", "x_mm", "y_mm", "z_mm", "normal_x", "normal_y", "normal_z")
 
 
-def cmm_plan_to_csv(plan: CmmPlan) -> str:
+def cmm_plan_to_csv(touches: Iterable[CmmTouch]) -> str:
     """One row a point; lengths to 0.1 µm, normals to 1e-6."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(COLUMNS)
-    for point in plan.points:
+    for point in touches:
         place = [_fixed(value, 4) for value in point.nominal_mm]
         normal = [_fixed(value, 6) for value in point.outward_normal]
         rows.writerow([point.name, point.feature, f"{point.angle_deg:g}", *place, *normal])
