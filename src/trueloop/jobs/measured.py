@@ -109,12 +109,15 @@ def _serial_error(file: MeasuredFile, why: str) -> TrueloopError:
 def write_measured(files: Sequence[FileOnPart], part: PartOfJob, target: Path, inputs: Collection[Path]) -> list[Path]:
     """Touches and readings as CSV files: `target`, and where there are both `target` with `-readings` for the second.
 
-    All or none, never over an input. Raises MSR-SERIAL where a file has several inspections, MSR-NONE where nothing
+    All or none, never over an input. Raises MSR-SERIAL for inspections of several parts or runs, MSR-NONE where nothing
     was matched, what the findings are about where one is an error, TCH errors for touches that no job could use.
     """
+    serials = {one.inspection.part.serial for file in files for one in file.on_part} - {""}
     for file in files:
         if len(file.on_part) > 1:
             raise _serial_error(file.file, "holds several")
+        if len(serials) > 1:
+            raise _serial_error(file.file, f"is not of one part with the others, {len(serials)} serial numbers in all")
         for found in (one for on_part in file.on_part for one in on_part.findings):
             if found.severity is Severity.ERROR:
                 raise found.as_error()

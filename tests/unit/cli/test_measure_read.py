@@ -132,6 +132,15 @@ def test_a_list_of_names_that_is_wrong_is_refused(mapping: str, said: str, tmp_p
     assert "MSR-MAPPING" in text
 
 
+def test_files_of_two_parts_are_not_written_as_one(tmp_path: Path, job: Path) -> None:
+    text = "feature;quantity;serial;actual [mm];nominal [mm]\njournal;diameter;A{};30,01;30\n"
+    first, second = (written(tmp_path, text.format(k), f"part{k}.csv") for k in (1, 2))
+    assert "MSR-SERIAL" in run("measure", "read", first, second, "--job", job, "-o", tmp_path / "r.csv", status=3)
+    same = written(tmp_path, text.format(1).replace("30,01", "30,02"), "again.csv")
+    output_of("measure", "read", first, same, "--job", job, "-o", tmp_path / "r.csv")
+    assert (tmp_path / "r.csv").read_text(encoding="utf-8").count("journal") >= 2
+
+
 def test_an_output_without_a_job_is_a_wrong_command_line(tmp_path: Path) -> None:
     assert "--job" in run("measure", "read", written(tmp_path, PRINT), "--unit", "mm", "-o", tmp_path / "r", status=2)
 

@@ -149,11 +149,13 @@ def test_variables_in_inch_are_millimetres_inside_and_x_of_a_point_is_halved_whe
 def test_siemens_and_heidenhain_variables(tmp_path: Path) -> None:
     mapping = 'unit = "mm"\n[variables."_OVR[4]"]\nquantity = "diameter"\nnominal_in = "_OVR[0]"\n'
     mapping += '[variables.R7]\nquantity = "runout"\n[variables.Q153]\nquantity = "length"\n'
-    file = read(tmp_path, "_OVR[0]=30 ; set\n_OVR[4]=30.012\nR[7]=0.004\nN10 Q153=+12.5\n", mapping)
+    mapping += '[variables.VC1]\nquantity = "form"\n'
+    file = read(tmp_path, "VC1 = .002\n_OVR[0]=30 ; set\n_OVR[4]=30.012\nR[7]=0.004\nN10 Q153=+12.5\n", mapping)
     found = readings(file)
     assert (found["_OVR[4]"].nominal, found["_OVR[4]"].actual) == (30.0, 30.012)
     assert found["R7"].quantity is Quantity.RUNOUT
     assert found["Q153"].actual == 12.5
+    assert found["VC1"].actual == 0.002
 
 
 def test_a_dump_whose_meaning_is_not_stated_is_refused_with_an_example(tmp_path: Path) -> None:
@@ -253,6 +255,18 @@ def test_a_measuring_log_of_heidenhain(tmp_path: Path) -> None:
     assert not [one for one in file.remarks if "deviations" in one.text]
     wrong = read(tmp_path, HEIDENHAIN.replace("Diameter: 0.0259", "Diameter: -0.0259"), unit="mm")
     assert any("counted the other way" in one.text for one in wrong.remarks)
+    german = (
+        HEIDENHAIN.replace("Measuring log from touch probe cycle", "Messprotokoll Tastsystemzyklus")
+        .replace("Nominal values", "Sollwerte")
+        .replace("Given limit values", "Vorgegebene Grenzwerte")
+        .replace("Actual values", "Istwerte")
+        .replace("Deviations", "Abweichungen")
+        .replace("Maximum dimension for hole", "Größtmaß Bohrung")
+        .replace("Minimum dimension for hole", "Kleinstmaß Bohrung")
+        .replace("Diameter", "Durchmesser")
+    )
+    bore = readings(read(tmp_path, german, unit="mm"))["Durchmesser"]
+    assert (bore.quantity, bore.lower_limit, bore.upper_limit) == (Quantity.DIAMETER, 12.0, 12.045)
     moment = file.inspections[0].measured_at
     assert moment is not None
     assert (moment.year, moment.month, moment.day, moment.hour) == (2026, 6, 30, 6)

@@ -1,4 +1,4 @@
-"""The assignments of a dump of variables: `#500=12.3456`, `R1=…`, `_OVR[4]=…`, `Q150=…`."""
+"""The assignments of a dump of variables: `#500=12.3456`, `R1=…`, `_OVR[4]=…`, `Q150=…`, `VC1=…`."""
 
 import re
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.controls.expression import value_of
 from trueloop.formats.inspections.measured_file import Remark
 
-START: Final = re.compile(r"((?:#|\b[RQ])\d+|\b_OV[RI]\[\d+\]|\bR\[\d+\])\s*=\s*", re.IGNORECASE)
+START: Final = re.compile(r"((?:#|\b[RQ]|\bVC)\d+|\b_OV[RI]\[\d+\]|\bR\[\d+\])\s*=\s*", re.IGNORECASE)
 NUMBERED: Final = re.compile(r"\s*/?(?:N\d+\s*)?", re.IGNORECASE)
 COMMENT: Final = re.compile(r"\([^()]*\)|;.*")
 EMPTY: Final = re.compile(r"#0|(?:DATA )?EMPTY|VACANT|NULL|\*+|", re.IGNORECASE)

@@ -46,8 +46,8 @@ SECTIONS: Final = {
     "ende": "end",
 }
 """What a heading of a section begins with."""
-UPPER: Final = re.compile(r"(?:Maximum|Max\.?|Größt|Groesst)\S*\s+", re.I)
-LOWER: Final = re.compile(r"(?:Minimum|Min\.?|Kleinst)\S*\s+", re.I)
+UPPER: Final = re.compile(r"(?:Max|Größt|Groesst)\S*\s+", re.I)
+LOWER: Final = re.compile(r"(?:Min|Kleinst)\S*\s+", re.I)
 AXES: Final[dict[str, Literal["x", "y"]]] = {"reference": "x", "haupt": "x", "minor": "y", "neben": "y"}
 ROW: Final = re.compile(rf"\s*([^:]+?)\s*:\s*({NUMBER.pattern})\s*(?:°|mm|inch)?\s*")
 LAST_DIGIT: Final = 1e-4

@@ -4,8 +4,8 @@
     SIZE D25.0000   ACTUAL 25.0132  TOL 0.0500  DEV 0.0132
               +++++OUT OF TOL+++++ ERROR  0.0032
 
-SIZE is a diameter or a width, D before its nominal value a diameter; POSN a coordinate; ANG an angle in degrees; TOL is
-relative to the nominal value, TOL TP the diameter of a position's zone. The component number counts parts at the
+SIZE is a diameter where D stands before its nominal value, else a width; POSN is a coordinate; ANG an angle in degrees;
+TOL is relative to the nominal value, TOL TP the diameter of a position's zone. The component number counts parts at the
 control: it is no serial number. G800 is a nominal point with its normal and limits, G801 the ball's centre where it was
 touched, with the ball's radius. Read in public sources that write such files; nothing here is from memory but that TOL
 TP is a diameter.
@@ -29,7 +29,7 @@ from trueloop.formats.inspections.text import beginning, read_decoded
 N: Final = r"([-+]?\s*(?:\d+\.?\d*|\.\d+)|NaN)"
 HEADING: Final = re.compile(r"\s*COMPONENT\s+NO\.?\s*(\d+)\s+FEATURE\s+NO\.?\s*(\d+)\s*", re.IGNORECASE)
 ROW: Final = re.compile(
-    rf"\s*(SIZE|POSN|ANG)\s+([DXYZ]?)\s*{N}\s+ACTUAL\s+{N}(?:\s+TOL\s+(TP\s+)?{N})?\s+DEV\s+{N}\s*", re.IGNORECASE
+    rf"\s*(SIZE|POSN|ANG)\s+([A-Z]?)\s*{N}\s+ACTUAL\s+{N}(?:\s+TOL\s+(TP\s+)?{N})?\s+DEV\s+{N}\s*", re.IGNORECASE
 )
 OUT: Final = re.compile(r"\s*\+{2,}\s*(?:ANG\s+)?OUT OF (?:TOL|POS)\s*\+{2,}.*", re.IGNORECASE)
 POINT: Final = re.compile(r"\s*G(800|801)\s+N\s*(\d+)\s+(.*?)\s*", re.IGNORECASE)
@@ -133,7 +133,7 @@ class _Reader:
             return Quantity.ANGLE, 1.0
         if kind == "POSN":
             return Quantity.POSITION, self.mm
-        return (Quantity.DIAMETER if letter == "D" else Quantity.LENGTH), self.mm
+        return {"D": Quantity.DIAMETER, "R": Quantity.RADIUS}.get(letter, Quantity.LENGTH), self.mm
 
     def _point(self, point: re.Match[str], number: int) -> None:
         words = {one[1].upper(): _number(one[2]) for one in WORD.finditer(point[3])}

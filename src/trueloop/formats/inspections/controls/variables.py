@@ -1,4 +1,4 @@
-"""Dumps of a control's variables, Fanuc's and Haas' `#500`, Siemens' `R1` and `_OVR[4]`, Heidenhain's `Q150`.
+"""Dumps of a control's variables, Fanuc's `#500`, Siemens' `R1` and `_OVR[4]`, Heidenhain's `Q150`, Okuma's `VC1`.
 
 What a variable holds is stated by a mapping: no dump says it. Read in a manual: which of `_OVR` holds what depends on
 the cycle. From memory: the layout of the dumps, and the expressions that old Fanuc controls write for a value.
