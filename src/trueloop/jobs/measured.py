@@ -15,7 +15,7 @@ from trueloop.formats.outputs import Named, write_all
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.job_files import JobFiles
 from trueloop.report.measured import FileOnPart, OnPart
-from trueloop.turned.readings.match import match_inspection
+from trueloop.turned.readings.match import features_listed, match_inspection
 from trueloop.turned.readings.matched import MatchedReading, feature_named
 from trueloop.turned.readings.matches import Axis, Matches
 from trueloop.turned.readings.plausible import check_matches
@@ -61,14 +61,15 @@ def read_measured(
 
 def _require_features(mapping: Path | None, names: Mapping[str, str], part: PartOfJob) -> None:
     """Raises MSR-MAPPING for a name of the mapping's list that is no feature of the part: it would match nothing."""
-    for name, feature in names.items():
-        if feature_named(part.profile, feature) is None:
-            raise TrueloopError(
-                Code.MSR_MAPPING,
-                f"features.{name!r} is {feature!r}, none of the {len(part.profile.names)} features of the part",
-                hint=f"the part's features are: {', '.join(part.profile.names)}",
-                place=Place(str(mapping)),
-            )
+    for name, listed in names.items():
+        for feature in filter(None, features_listed(part.profile, listed)):
+            if feature_named(part.profile, feature) is None:
+                raise TrueloopError(
+                    Code.MSR_MAPPING,
+                    f"features.{name!r} is {feature!r}, none of the {len(part.profile.names)} features of the part",
+                    hint=f"the part's features are: {', '.join(part.profile.names)}",
+                    place=Place(str(mapping)),
+                )
 
 
 def _on_part(

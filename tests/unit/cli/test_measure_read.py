@@ -75,15 +75,17 @@ def test_touches_are_written_with_their_errors_and_read_back(tmp_path: Path, job
 
 
 def test_readings_are_written_with_the_parts_names_and_limits(tmp_path: Path, job: Path) -> None:
-    mapping = written(tmp_path, '[features]\n"3 SIZE" = "shoulder"\n', "names.toml")
+    mapping = written(tmp_path, '[features]\n"3 SIZE" = "shoulder from END"\n', "names.toml")
     out = tmp_path / "readings.csv"
     without = PRINT.replace("40.0040   TOL 0.0200   DEV 0.0040", "40.0040   DEV 0.0040")
     output_of("measure", "read", written(tmp_path, without), "--unit", "mm", "-j", job, "-m", mapping, "-o", out)
     with out.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    assert [(row["feature"], row["quantity"], row["value_mm"], row["nominal"], row["upper_limit"]) for row in rows] == [
-        ("journal", "diameter", "30.0232", "30", "30.02"),
-        ("collar", "diameter", "40.0012", "40", "40.02"),
+    keys = ("feature", "from", "quantity", "value_mm", "nominal", "upper_limit")
+    assert [tuple(row[key] for key in keys) for row in rows] == [
+        ("journal", "", "diameter", "30.0232", "30", "30.02"),
+        ("collar", "", "diameter", "40.0012", "40", "40.02"),
+        ("shoulder", "end", "length", "40.004", "40", ""),
     ]
 
 
@@ -123,7 +125,12 @@ def test_of_several_parts_one_is_chosen(tmp_path: Path, job: Path) -> None:
 
 @pytest.mark.parametrize(
     ("mapping", "said"),
-    [('[features]\n"1 SIZE D" = "jurnal"\n', "jurnal"), ("[features\n", "TOML"), ('features = "all"\n', "MSR-MAPPING")],
+    [
+        ('[features]\n"1 SIZE D" = "jurnal"\n', "jurnal"),
+        ('[features]\n"3 SIZE" = "shoulder from and"\n', "'and'"),
+        ("[features\n", "TOML"),
+        ('features = "all"\n', "MSR-MAPPING"),
+    ],
 )
 def test_a_list_of_names_that_is_wrong_is_refused(mapping: str, said: str, tmp_path: Path, job: Path) -> None:
     names = written(tmp_path, mapping, "names.toml")

@@ -29,6 +29,7 @@ NO_ERRORS: Final = {
     Quantity.POSITION: "a coordinate is no size; only that of a face along the axis is used, where the face is named",
     Quantity.OTHER: "what it is the size of is not known",
 }
+FROM: Final = " from "
 CENTRED_MM: Final = 1.0
 """A circle whose centre is further from the axis is no section of a turned part."""
 FACTORS: Final = {2.0: "a radius among diameters?", 0.5: "a diameter among radii?"}
@@ -44,7 +45,9 @@ def match_inspection(
     names = names or {}
     points = match_points(profile, inspection, names, axis)
     along = points.axis or axis or "z"
-    found: list[Outcome] = [_reading(profile, _named(one, names), inspection, along) for one in inspection.readings]
+    found: list[Outcome] = [
+        _reading(profile, _named(profile, one, names), inspection, along) for one in inspection.readings
+    ]
     found += [_touch(profile, one, names, inspection.ball_radius_mm) for one in inspection.touches]
     return Matches(
         tuple(one for one in found if isinstance(one, MatchedReading)),
@@ -54,10 +57,17 @@ def match_inspection(
     )
 
 
-def _named(reading: Reading, names: Mapping[str, str]) -> Reading:
+def _named(profile: Profile, reading: Reading, names: Mapping[str, str]) -> Reading:
     """The reading with the profile's names of its features, where the user's list has them."""
-    feature = names.get(reading.feature) or names.get(reading.characteristic) or reading.feature
-    return replace(reading, feature=feature, other=names.get(reading.other, reading.other))
+    listed = names.get(reading.characteristic) or names.get(reading.feature)
+    feature, other = features_listed(profile, listed) if listed else (reading.feature, "")
+    return replace(reading, feature=feature, other=other or names.get(reading.other, reading.other))
+
+
+def features_listed(profile: Profile, listed: str) -> tuple[str, str]:
+    """What a list of names says of a value: its feature; `A from B`: a length of A, which counts from B."""
+    feature, between, other = listed.partition(FROM)
+    return (feature, other) if between and feature_named(profile, listed) is None else (listed, "")
 
 
 def _reading(profile: Profile, reading: Reading, inspection: Inspection, along: Axis) -> Outcome:

@@ -37,6 +37,8 @@ class VariableTable(Table):
     """`"diameter"`, `"radius"`, `"length"`, `"angle"`, `"runout"`, `"position"`, `"form"`."""
     feature: str = ""
     """The feature that it is a size of."""
+    other: str = ""
+    """With `quantity = "length"`: the feature from which it counts; left out, the part's zero."""
     point: str = ""
     """With `quantity = "position"`: the touch of which it is a coordinate. Coordinates of one point make one touch."""
     axis: Literal["", "x", "y", "z"] = ""
@@ -104,7 +106,7 @@ class Meaning(Table):
     log: LogTable | None = None
     """What the numbers of a log are."""
     features: dict[str, str] = Field(default_factory=dict)
-    """Names in the file that are others than the part's: `"DIAMETER 7" = "journal"`."""
+    """The part's names of features by those in the file, `"DIA 7" = "journal"`, `"LENGTH 2" = "shoulder from end"`."""
 
 
 def meaning_of(stated: Stated) -> Meaning:

@@ -117,6 +117,7 @@ class _Dump:
             lower_limit=scaled(table.lower_limit),
             upper_limit=scaled(table.upper_limit),
             feature=table.feature,
+            other=table.other,
             axis=table.axis,
             place_mm=() if table.z is None else (table.z * self.mm_per_unit,),
             line=line,
