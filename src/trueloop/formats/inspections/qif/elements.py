@@ -33,6 +33,8 @@ WITHIN: Final = {
     "MeasurementDevices",
     "PartSet",
     "AssemblySet",
+    "ComponentSet",
+    "AsmPaths",
     "FeatureNominals",
     "FeatureItems",
     "ToleranceDefinitions",

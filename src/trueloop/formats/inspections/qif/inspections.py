@@ -8,6 +8,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Values
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.checks import Said, numbered, within
+from trueloop.formats.inspections.qif.own import place_in
 from trueloop.formats.inspections.qif.plan import Item, Plan
 from trueloop.formats.inspections.qif.results import Result, ResultSet
 
@@ -19,7 +20,7 @@ class Document:
     """What all results of a document have in common, and where remarks and wrong verdicts are gathered."""
 
     sha256: str
-    part_type: PartType
+    part_types: Mapping[str, PartType]
     plan: Plan
     serials: Mapping[str, str]
     devices: Mapping[str, str]
@@ -70,7 +71,7 @@ def _inspection(
     values: Values = (*numbered(readings), *points)
     unkept = one.unkept if points or not readings else 0
     return Inspection(
-        Part(document.part_type, serial),
+        Part(document.part_types.get(component, document.part_types[""]), serial),
         "readings and CMM points" if readings and points else "readings" if readings else "CMM points",
         document.sha256,
         len(values) + unkept,
@@ -88,6 +89,8 @@ def _reading(result: Result, item: Item | None, one: ResultSet, document: Docume
         item = Item(f"characteristic {result.item or 'of another file'}", Quantity.OTHER)
     plan = document.plan
     features = item.features or tuple(one.feature_of.get(each, "") for each in result.features)
+    feature, other = item.features_in(plan, features)
+    place = plan.places.get(features[0], ()) if len(features) == 1 else place_in(item.kept.get("place", ""))
     reading = Reading(
         item.name,
         item.quantity,
@@ -95,10 +98,10 @@ def _reading(result: Result, item: Item | None, one: ResultSet, document: Docume
         item.nominal,
         item.lower_limit,
         item.upper_limit,
-        feature=plan.feature(features[:1]),
-        other=plan.feature(features[1:]),
+        feature=feature,
+        other=other,
         axis=item.axis,
-        place_mm=plan.places.get(features[0], ()) if len(features) == 1 else (),
+        place_mm=place,
         standard_u=result.standard_u,
         measured_at=result.measured_at,
         line=result.line,

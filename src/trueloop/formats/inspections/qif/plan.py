@@ -10,6 +10,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.inspection import Vector
 from trueloop.formats.inspections.measured_file import Remark
 from trueloop.formats.inspections.qif.elements import Element
+from trueloop.formats.inspections.qif.own import kept_in
 from trueloop.formats.inspections.qif.units import Units
 from trueloop.formats.inspections.text import NUMBER
 
@@ -31,7 +32,14 @@ KINDS: Final = {name: quantity for quantity, names in NAMES.items() for name in 
 KIND: Final = re.compile(r"(\w+?)Characteristic(?:Definition|Nominal|Item|Actual|Measurement)")
 POINTS: Final = ("PointFeature", "EdgePointFeature")
 """How the names of features begin that are single points."""
-AXES: Final[Mapping[str, Literal["x", "y", "z"]]] = {"XAXIS": "x", "YAXIS": "y", "ZAXIS": "z"}
+AXES: Final[Mapping[str, Literal["x", "y", "z"]]] = {
+    "XAXIS": "x",
+    "YAXIS": "y",
+    "ZAXIS": "z",
+    "x": "x",
+    "y": "y",
+    "z": "z",
+}
 ABSOLUTE: Final = {"true": True, "1": True, "false": False, "0": False}
 """`DefinedAsLimit`: whether limits are absolute."""
 NUMBERING: Final = re.compile(
@@ -54,8 +62,15 @@ class Item:
     axis: Literal["", "x", "y", "z"] = ""
     features: tuple[str, ...] = ()
     devices: tuple[str, ...] = ()
+    kept: Mapping[str, str] = field(default_factory=dict)
     numbers: bool = False
     set_only: bool = False
+
+    def features_in(self, plan: "Plan", measured: tuple[str, ...] = ()) -> tuple[str, str]:
+        """The names of its feature and of the one that it counts from: kept, of its features, or of measured ones."""
+        features = self.features or measured
+        feature, other = plan.feature(features[:1]), plan.feature(features[1:])
+        return self.kept.get("feature", feature), self.kept.get("other", other)
 
     def characteristic(self, feature: str, other: str) -> Characteristic | None:
         """As the drawing asks for it; None where a size has no nominal. The ideal of a form or a zone is 0."""
@@ -137,13 +152,13 @@ def _normal(nominal: Element) -> Vector | None:
 
 
 def _item(element: Element, parts: Parts, units: Units, remarks: Counter[str]) -> Item:
-    quantity = KINDS[kind_of(element)]
     nominal = parts.of("CharacteristicNominals", element.first("CharacteristicNominalId"))
     definition = None if nominal is None else _definition(nominal, parts)
     if nominal is None:
         remarks["the nominal that an item refers to is not in this file: no nominal value, no limits"] += 1
     elif definition is None:
         remarks["the definition that a nominal refers to is not in this file: no limits"] += 1
+    quantity = _quantity(element, definition)
     target = None if nominal is None else units.value(nominal.first("TargetValue"), quantity)
     lower, upper, tolerance = _limits(definition, target, quantity, parts, units, remarks)
     name = next(filter(None, (one.words("Name") for one in (element, nominal, definition) if one is not None)), "")
@@ -156,12 +171,25 @@ def _item(element: Element, parts: Parts, units: Units, remarks: Counter[str]) -
         lower,
         upper,
         tolerance,
-        AXES.get(axis, ""),
+        AXES.get(axis, AXES.get(kept_in(element).get("axis", ""), "")),
         tuple(one.text for ids in element.every("FeatureItemIds") for one in ids.parts),
         tuple(one.text for ids in element.every("MeasurementDeviceIds") for one in ids.parts),
-        kind_of(element).startswith("UserDefined") and NUMBERING.search(name) is not None,
+        kept_in(element),
+        _numbers(element, name, definition),
         definition is not None and definition.words("NonTolerance") == "SET",
     )
+
+
+def _quantity(item: Element, definition: Element | None) -> Quantity:
+    """By the kind, or in words where the kind is the user's own."""
+    said = "" if definition is None else definition.words("WhatToMeasure")
+    return Quantity(said) if said in set(Quantity) else KINDS[kind_of(item)]
+
+
+def _numbers(item: Element, name: str, definition: Element | None) -> bool:
+    """Whether a characteristic numbers the parts: by its name, unless what it measures is one of our words."""
+    said = "" if definition is None else definition.words("WhatToMeasure")
+    return kind_of(item).startswith("UserDefined") and said not in set(Quantity) and bool(NUMBERING.search(name))
 
 
 def _definition(nominal: Element, parts: Parts) -> Element | None:

@@ -101,17 +101,28 @@ def _document(read: _Read, plan: Plan) -> Document:
     lists = read.parts.lists
     serials = {key: one.words("SerialNumber") for key, one in lists.get("ActualComponentSet", {}).items()}
     devices = {key: _name(one) for key, one in lists.get("MeasurementDevices", {}).items()}
-    return Document(sha256, _part_type(read), plan, serials, devices, read.said, [])
+    return Document(sha256, _part_types(read), plan, serials, devices, read.said, [])
 
 
-def _part_type(read: _Read) -> PartType:
-    """The one part of the file; of several none, for which of them was measured is not followed."""
-    found = [one for name in ("PartSet", "AssemblySet") for one in read.parts.lists.get(name, {}).values()]
-    if len(found) > 1:
-        read.said.add("the file has several part types: the inspections name none", found[0].line, len(found))
-    if len(found) != 1:
-        return PartType("")
-    return PartType(_name(found[0]), found[0].words("Version"))
+def _part_types(read: _Read) -> dict[str, PartType]:
+    """The part type of each actual component, by its path, component and part; of "" that of a file's only part."""
+    parts = read.parts
+    found = [one for name in ("PartSet", "AssemblySet") for one in parts.lists.get(name, {}).values()]
+    types = {"": _part_type(found[0]) if len(found) == 1 else PartType("")}
+    for identifier, made in parts.lists.get("ActualComponentSet", {}).items():
+        path = parts.of("AsmPaths", made.first("AsmPathId"))
+        last = None if path is None else next(iter([*path.every("Id")][-1:]), None)
+        component = parts.of("ComponentSet", last)
+        part = None if component is None else parts.of("PartSet", component.first("Part", "Id"))
+        if part is not None:
+            types[identifier] = _part_type(part)
+        elif len(found) > 1:
+            read.said.add("parts of a file of several part types do not say of which they are", made.line)
+    return types
+
+
+def _part_type(element: Element) -> PartType:
+    return PartType(_name(element), element.words("Version"))
 
 
 def _name(element: Element) -> str:
@@ -139,10 +150,7 @@ def _of_version(read: _Read) -> tuple[Remark, ...]:
 
 
 def _characteristics(plan: Plan) -> tuple[Characteristic, ...]:
-    every = (
-        item.characteristic(plan.feature(item.features[:1]), plan.feature(item.features[1:]))
-        for item in plan.items.values()
-    )
+    every = (item.characteristic(*item.features_in(plan)) for item in plan.items.values())
     return tuple(one for one in every if one is not None)
 
 

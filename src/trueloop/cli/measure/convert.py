@@ -1,0 +1,33 @@
+"""`trueloop measure convert`: inspection files written as QIF or Q-DAS."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import busy
+
+File = Annotated[Path, typer.Argument(metavar="FILE", help="What a gauge, a measuring machine or a control wrote.")]
+Output = Annotated[Path, typer.Option("--output", "-o", help="File to write: .qif is QIF 3.0, .dfq is Q-DAS.")]
+UnitOf = Annotated[
+    Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
+]
+Mapping = Annotated[
+    Path | None, typer.Option("--mapping", "-m", help="TOML file that says what columns, variables and names mean.")
+]
+
+
+@guarded
+def convert(file: File, output: Output, unit: UnitOf = None, mapping: Mapping = None) -> None:
+    """Write an inspection file in another format: all its parts, in mm and degrees."""
+    from trueloop.formats.inspections.measured_file import Stated
+    from trueloop.jobs.converted import convert as write_converted
+
+    with busy(f"reading {file}"):
+        read = write_converted(file, Stated(unit, mapping), output)
+    for remark in read.remarks:
+        typer.echo(f"{file}{'' if remark.line is None else f':{remark.line}'}: {remark.text}", err=True)
+    values = sum(one.count for one in read.inspections)
+    typer.echo(f"{read.format}: {len(read.inspections)} inspections, {values} values", err=True)
+    typer.echo(f"written: {output}", err=True)

@@ -1,0 +1,36 @@
+"""Inspection files written in another format."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from trueloop.domain.inspection import Inspection
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.qdas.writer import dfq_of
+from trueloop.formats.inspections.qif.writer import qif_of
+from trueloop.formats.outputs import write_all
+
+WRITERS: Final[Mapping[str, Callable[[Sequence[Inspection]], bytes]]] = {".qif": qif_of, ".dfq": dfq_of}
+"""By the ending of a file's name."""
+
+
+def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
+    """Reads an inspection file and writes all its inspections to `target`; gives what was read.
+
+    Raises MSR errors for what cannot be read, MSR-FORMAT for a target of no known ending, OUT errors.
+    """
+    writer = WRITERS.get(target.suffix.lower())
+    if writer is None:
+        raise TrueloopError(
+            Code.MSR_FORMAT,
+            f"{target.name!r} cannot be written: its ending {target.suffix!r} is none of {', '.join(WRITERS)}",
+            hint="name the output .qif or .dfq",
+            place=Place(str(target)),
+            values={"file": target.name},
+        )
+    file = read_measured_file(path, stated)
+    inputs = [path, *([] if stated.mapping is None else [stated.mapping])]
+    write_all(target.parent, [(target.name, lambda: writer(file.inspections))], inputs)
+    return file
