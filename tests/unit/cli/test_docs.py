@@ -33,6 +33,7 @@ COMMANDS = (
     "probe read",
     "probe calibrate",
     "measure map",
+    "measure convert",
     "measure plan",
     "measure read",
     "measure sheet",

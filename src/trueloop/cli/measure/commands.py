@@ -2,6 +2,7 @@
 
 import typer
 
+from trueloop.cli.measure.convert import convert
 from trueloop.cli.measure.map import map_columns
 from trueloop.cli.measure.plan import plan
 from trueloop.cli.measure.read import read
@@ -12,6 +13,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
+app.command()(convert)
 app.command()(plan)
 app.command()(read)
 app.command()(sheet)

@@ -167,7 +167,7 @@ def test_what_is_no_measured_size_is_left_out_and_reported(folder: Path) -> None
     assert found.inspections[0].part.serial == "7", "nothing else numbers the part"
     said = " ".join(remark.text for remark in found.remarks)
     for words in (
-        "verdict and no value",
+        "no value but a verdict, PASS",
         "'Part Number' numbers the parts",
         "set to their nominal",
         "no lengths or angles",
@@ -206,6 +206,25 @@ def test_points_of_a_set_have_their_feature_and_ball(folder: Path) -> None:
     assert first.measured_mm == pytest.approx((25.4, 50.8, 3.01 * 25.4))
     assert first.nominal_mm == pytest.approx((25.4, 50.8, 76.2)) and first.outward_normal == (0.0, 0.0, 1.0)
     assert any("'72'" in remark.text for remark in found.remarks)
+
+
+@pytest.mark.parametrize(
+    ("points", "kept", "says"),
+    [
+        ('count="2"><Points>1 2 3 4 5 6</Points>', 2, ""),
+        ("><Points>1 2 3</Points>", 1, ""),
+        ('count="2"><Points>1 2 3 4 5</Points>', 0, "count of coordinates"),
+        ('count="2"><PointsBinary>AAAA</PointsBinary>', 0, "binary"),
+        (f'count="500001"><Points>{"1 2 3 " * 500_001}</Points>', 0, "counted, not kept"),
+    ],
+)
+def test_points_that_cannot_be_kept_are_reported(folder: Path, points: str, kept: int, says: str) -> None:
+    sets = f'<MeasuredPointSets><MeasuredPointSet id="70" {points}</MeasuredPointSet></MeasuredPointSets>'
+    found = _read(folder, document(results(measured("3", "10.01"), before=sets), characteristics=[characteristic(1)]))
+    (inspection,) = found.inspections
+    assert len(inspection.points) == kept and len(inspection.readings) == 1
+    assert inspection.count == 1 + (500_001 if "not kept" in says else kept)
+    assert [says in remark.text for remark in found.remarks] == ([True] if says else [])
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "latin-1", "utf-8-sig", "gb18030"])

@@ -38,7 +38,10 @@ def inspections_of(one: ResultSet, document: Document) -> Iterator[Inspection]:
         by_component[result.component or default].append(result)
     radius, points = _points(one, document)
     for number, component in enumerate(by_component or {default: []}):
-        yield _inspection(one, component, by_component[component], () if number else points, radius, document)
+        of_set = ((), 0) if number else (points, one.unkept)
+        inspection = _inspection(one, component, by_component[component], *of_set, radius, document)
+        if inspection.count:
+            yield inspection
 
 
 def _inspection(
@@ -46,6 +49,7 @@ def _inspection(
     component: str,
     results: Iterable[Result],
     points: tuple[CmmPoint, ...],
+    unkept: int,
     radius: float,
     document: Document,
 ) -> Inspection:
@@ -69,7 +73,6 @@ def _inspection(
     serial = serial or (numbers.pop() if len(numbers) == 1 else "")
     times = (reading.measured_at for reading in readings if reading.measured_at is not None)
     values: Values = (*numbered(readings), *points)
-    unkept = one.unkept if points or not readings else 0
     return Inspection(
         Part(document.part_types.get(component, document.part_types[""]), serial),
         "readings and CMM points" if readings and points else "readings" if readings else "CMM points",

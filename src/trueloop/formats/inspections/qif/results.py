@@ -87,7 +87,8 @@ def _result(element: Element, units: Units, said: Said) -> Result | None:
         said.add(f"results of {element.name} are no lengths or angles: left out", element.line)
         return None
     if value is None or not value.text:
-        said.add("results have a verdict and no value: left out", element.line)
+        verdict = element.words("Status", "CharacteristicStatusEnum") or "none"
+        said.add(f"results have no value but a verdict, {verdict}: left out", element.line)
         return None
     number = units.value(value, KINDS[kind])
     if number is None:
@@ -134,17 +135,17 @@ def _take_points(one: ResultSet, element: Element, units: Units, said: Said) -> 
     if points is None:
         said.add("point sets are binary or empty: left out", element.line)
         return
-    count = element.attributes.get("count", "")
-    kept = sum(map(len, one.points.values()))
-    if points.cut or kept * 3 + points.text.count(" ") > MAX_POINTS * 3:
-        one.unkept += int(count) if count.isdecimal() else 0
+    stated, words = element.attributes.get("count", ""), points.text.split()
+    count = int(stated) if stated.isdecimal() else len(words) // 3
+    if points.cut or sum(map(len, one.points.values())) + len(words) // 3 > MAX_POINTS:
+        one.unkept += count
         said.add(f"point sets beyond {MAX_POINTS} points are counted, not kept", element.line)
         return
-    factor = units.factor(points, Quantity.POSITION) or 1.0
-    numbers = [factor * number_in(word, units.path, points.line) for word in points.text.split()]
-    if len(numbers) % 3 or (count.isdecimal() and len(numbers) != 3 * int(count)):
+    if len(words) != 3 * count:
         said.add("point sets do not hold the count of coordinates that they state: left out", element.line)
         return
+    factor = units.factor(points, Quantity.POSITION) or 1.0
+    numbers = [factor * number_in(word, units.path, points.line) for word in words]
     radius = 0.0
     if element.words("Compensated") == "false":
         radius = units.value(element.first("ProbeRadius"), Quantity.RADIUS) or 0.0
