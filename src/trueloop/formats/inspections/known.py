@@ -8,7 +8,7 @@ from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
-from trueloop.formats.inspections import calypso, serial_gauge
+from trueloop.formats.inspections import calypso, plate, serial_gauge
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.dmis import reader as dmis
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
@@ -22,6 +22,7 @@ KNOWN: Final[tuple[Format, ...]] = (
     calypso.FORMAT,
     pc_dmis.FORMAT,
     serial_gauge.FORMAT,
+    plate.FORMAT,
     qif.FORMAT,
     dmis.FORMAT,
     qdas.FORMAT,

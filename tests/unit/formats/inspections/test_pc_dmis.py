@@ -96,6 +96,8 @@ A      45.000      0.500      0.500     45.100      0.100      0.000
 def test_without_the_column_of_measured_values_the_deviation_says_them(tmp_path: Path) -> None:
     text = "DIM A= LOCATION OF CIRCLE C1 UNITS=MM\nAX  NOMINAL   DEV\nD  25.000  -0.010\n"
     assert _readings(_read(tmp_path, text))["A.D"].actual == pytest.approx(24.99)
+    text = "DIM A= LOCATION OF CIRCLE C1 UNITS=MM\nAX  MEAS   DEV\nD  25.000  -0.010\n"
+    assert _readings(_read(tmp_path, text))["A.D"].nominal == pytest.approx(25.01)
 
 
 def test_several_runs_and_a_printed_report_that_names_dimensions_with_their_unit(tmp_path: Path) -> None:
@@ -127,3 +129,9 @@ def test_dates_that_may_be_two_leave_the_runs_without_a_time(tmp_path: Path) -> 
     file = _read(tmp_path, HEADER.format(17, "3/4/2026") + LOCATION)
     assert file.inspections[0].measured_at is None
     assert "no time" in file.remarks[0].text
+
+
+def test_a_row_that_is_only_a_graph_is_no_value(tmp_path: Path) -> None:
+    file = _read(tmp_path, LOCATION.replace("END OF", "----#----\nEND OF"))
+    assert file.inspections[0].count == 2
+    assert "1 lines under headings are not understood" in file.remarks[0].text

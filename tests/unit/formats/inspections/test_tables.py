@@ -92,6 +92,20 @@ def test_an_actual_value_that_is_missing_follows_from_a_deviation_whose_sign_the
     assert _one(plus)[1].actual == pytest.approx(12.01)
 
 
+def test_a_nominal_value_that_is_missing_follows_from_the_deviation(tmp_path: Path) -> None:
+    file = _read(tmp_path, "name;nominal [mm];actual [mm];deviation [mm]\nD1;10;10,02;0,02\nD2;;12,03;0,01\n")
+    assert _one(file)[1].nominal == pytest.approx(12.02)
+
+
+def test_tolerances_and_deviations_in_micrometres_beside_millimetres(tmp_path: Path) -> None:
+    text = "name;nominal [mm];actual [mm];dev [µm];OT [µm];UT [µm]\nD1;10;10,002;2;15;-5\nD2;20;;-4;15;-5\n"
+    file = _read(tmp_path, text)
+    first, second = _one(file)
+    assert (first.lower_limit, first.upper_limit) == pytest.approx((9.995, 10.015))
+    assert second.actual == pytest.approx(19.996)
+    assert not [remark for remark in file.remarks if "deviations" in remark.text]
+
+
 def test_deviations_alone_are_not_read_until_the_mapping_says_their_sign(tmp_path: Path) -> None:
     text = "name;nominal [mm];deviation [mm]\nD1;10;0,02\n"
     error = _refused(tmp_path, text)
@@ -255,6 +269,7 @@ def test_a_workbook_of_several_sheets_with_dates_errors_and_merged_cells(tmp_pat
     assert (length.actual, length.line, length.quantity) == (10.48, 5, Quantity.LENGTH)
     assert any("1 of 3 values are not measured" in remark.text for remark in file.remarks)
     assert "Mustermann" not in repr(file)
+    assert file.encoding == "xlsx"
 
 
 def test_two_sheets_with_headings_are_not_chosen_between_and_hidden_ones_do_not_count(tmp_path: Path) -> None:

@@ -148,7 +148,7 @@ def _cells(columns: Sequence[tuple[str, int]], tokens: Sequence[tuple[str, int]]
 
     None: two would stand under one heading, or the row is none of an axis.
     """
-    if not re.fullmatch(r"[A-Z]{1,3}\d?", tokens[0][0], re.IGNORECASE) or len(tokens) < 2:
+    if len(tokens) < 2 or not re.fullmatch(r"[A-Z]{1,3}\d?", tokens[0][0], re.IGNORECASE):
         return None
     if len(tokens) == len(columns):
         return {name: word for (name, _), (word, _) in zip(columns, tokens, strict=True)}

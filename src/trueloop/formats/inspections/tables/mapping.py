@@ -129,26 +129,34 @@ def read_mapping(path: Path) -> Mapping:
     return mapping
 
 
-def check(mapping: Mapping, path: Path) -> None:
-    """Raises MSR-MAPPING where a column has two meanings, one thing two columns, or there is no value at all."""
+def check(mapping: Mapping, path: Path, code: Code = Code.MSR_MAPPING) -> None:
+    """Raises `code` where a column has two meanings, one thing two columns, or there is no value at all."""
     columns, named = mapping.columns, mapping.columns.named()
     twice = [name for name, count in Counter(columns.all()).items() if count > 1]
     if twice:
         raise refusal(
-            path, f"column {twice[0]!r} is named {Counter(columns.all())[twice[0]]} times", "one column, one meaning"
+            code,
+            path,
+            f"column {twice[0]!r} is named {Counter(columns.all())[twice[0]]} times",
+            "one column, one meaning",
         )
     for one, other in PAIRS:
         if one in named and other in named:
-            raise refusal(path, f"{one} and {other} are 2 columns for one limit", "keep one of them")
+            raise refusal(code, path, f"{one} and {other} are 2 columns for one limit", "keep one of them")
     several = [name for name in ("parts", "repeats", "characteristics") if getattr(columns, name)]
     if Role.ACTUAL in named:
         several.append("actual")
     if len(several) > 1:
         raise refusal(
-            path, f"{' and '.join(several)} are {len(several)} ways to name the actual values", "keep one of them"
+            code, path, f"{' and '.join(several)} are {len(several)} ways to name the actual values", "keep one of them"
         )
     if not several and not {Role.DEVIATION, Role.NOMINAL} <= named.keys() and not set(POINT) <= named.keys():
-        raise refusal(path, "0 columns hold actual values", 'columns.actual = "HEADING", or parts, or characteristics')
+        raise refusal(
+            code,
+            path,
+            "0 columns hold actual values",
+            'name one: actual = "HEADING" under [columns], or --column actual=HEADING',
+        )
 
 
 def require_columns(mapping: Mapping, names: tuple[str, ...], place: Place, mapping_path: Path | None) -> None:
@@ -169,9 +177,10 @@ def require_columns(mapping: Mapping, names: tuple[str, ...], place: Place, mapp
     )
 
 
-def refusal(path: Path, why: str, hint: str) -> TrueloopError:
-    """The refusal of a mapping."""
-    return TrueloopError(Code.MSR_MAPPING, why, hint=hint, place=Place(str(path)))
+def refusal(code: Code, path: Path, why: str, hint: str) -> TrueloopError:
+    """The refusal of a mapping, or of headings that make none."""
+    values = {"file": path.name} if code.values else {}
+    return TrueloopError(code, why, hint=hint, place=Place(str(path)), values=values)
 
 
 def toml_of(mapping: Mapping, title: str) -> str:

@@ -55,7 +55,7 @@ def propose(grid: Grid, given: Given | None = None) -> Mapping:
         columns=columns,
         rows=table.labels(columns),
     )
-    check(mapping, grid.path)
+    check(mapping, grid.path, Code.MSR_MEANING)
     return mapping
 
 

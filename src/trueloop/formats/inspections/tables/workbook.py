@@ -8,6 +8,7 @@ import datetime
 import io
 import re
 import zipfile
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -62,7 +63,13 @@ def sheets_of(path: Path) -> dict[str, Grid]:
             raise
         raise _refusal(path, "cannot be read as a workbook: it is damaged") from error
     return {
-        name: Grid(path, [[text_of(cell) for cell in row] for row in rows], range(1, len(rows) + 1), sheet=name)
+        name: Grid(
+            path,
+            [[text_of(cell) for cell in row] for row in rows],
+            range(1, len(rows) + 1),
+            path.suffix[1:].lower(),
+            sheet=name,
+        )
         for name, rows in cells.items()
     }
 
@@ -106,7 +113,7 @@ def _require_harmless(content: bytes, path: Path) -> None:
             for one in files:
                 if "/worksheets/" in one.filename or one.filename == "content.xml":
                     _require_small(archive.read(one), path)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, EOFError) as error:
+    except (zipfile.BadZipFile, zlib.error, RuntimeError, OSError, EOFError, ValueError) as error:
         raise _refusal(path, f"is a damaged workbook: {error}") from error
 
 
