@@ -1,4 +1,4 @@
-"""What the documentation says of keys of TOML files, written from the code: tables of keys, JSON schemas.
+"""What the documentation says of keys of TOML files and of JSON, written from the code: tables of keys, schemas.
 
     python -m scripts.key_tables
 
@@ -9,7 +9,7 @@ import json
 import re
 from enum import Enum
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
@@ -17,6 +17,8 @@ from pydantic.fields import FieldInfo
 from trueloop.domain.option import unit_of
 from trueloop.formats.jobs import job, probe_toml, surface_job
 from trueloop.formats.toml_tables import In
+from trueloop.report.shape import Shape
+from trueloop.report.turned.shapes import CorrectionShape
 
 DOCS: Final = Path(__file__).parents[1] / "docs"
 TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
@@ -31,6 +33,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[compensation.features.NAME]": job.FeatureFitTable,
         "[machine]": job.MachineTable,
         "[output]": job.OutputTable,
+        "[report]": job.ReportTable,
     },
     "probing.md": {
         "[stylus]": probe_toml.StylusTable,
@@ -54,6 +57,7 @@ SCHEMAS: Final[dict[str, type[BaseModel]]] = {
     "job.schema.json": job.Job,
     "probe.schema.json": probe_toml.ProbeFile,
     "surface.schema.json": surface_job.SurfaceJobFile,
+    "correction.schema.json": CorrectionShape,
 }
 HEAD: Final = "| Key | Unit | Default | Meaning |\n|---|---|---|---|\n"
 
@@ -77,7 +81,8 @@ def key_table(model: type[BaseModel]) -> str:
 def schema(name: str) -> str:
     """A JSON schema, by which editors complete and check a file."""
     draft = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return json.dumps(draft | SCHEMAS[name].model_json_schema(), indent=1, ensure_ascii=False) + "\n"
+    mode: Literal["validation", "serialization"] = "serialization" if issubclass(SCHEMAS[name], Shape) else "validation"
+    return json.dumps(draft | SCHEMAS[name].model_json_schema(mode=mode), indent=1, ensure_ascii=False) + "\n"
 
 
 def _row(key: str, field: FieldInfo) -> str:

@@ -343,6 +343,8 @@ class Code(StrEnum):
     OUT_FOLDER = "OUT-FOLDER", "a folder or file that cannot be written"
     OUT_INPUT = "OUT-INPUT", "an output that would overwrite an input", ("file", "input")
     OUT_TWICE = "OUT-TWICE", "two results of one name", ("file",)
+    OUT_BROWSER = "OUT-BROWSER", "a PDF that no browser is there to print", ("browser",)
+    OUT_PDF = "OUT-PDF", "a PDF that the browser did not print", ("browser",)
     OUT_FIGURE = "OUT-FIGURE", "a figure that cannot be shown: Plotly is not installed"
 
 

@@ -55,6 +55,11 @@ def wording(template: str, **values: object) -> Wording:
     return said
 
 
+def listed(texts: Sequence[str]) -> str:
+    """Texts joined by semicolons, each of which can still be said otherwise."""
+    return reduce(lambda first, more: wording("{first}; {more}", first=first, more=more), texts)
+
+
 def all_of(names: Sequence[str]) -> str:
     """Names joined by "and"."""
     return reduce(lambda first, second: wording("{first} and {second}", first=first, second=second), names)

@@ -1,5 +1,6 @@
 """Every way in which outputs are refused."""
 
+import os
 import sys
 import tempfile
 import unittest.mock
@@ -9,6 +10,7 @@ from pathlib import Path
 from trueloop.errors import Code
 from trueloop.formats.outputs import write_all
 from trueloop.report.notebook import shown
+from trueloop.report.pdf import as_pdf
 
 
 def _over_an_input() -> None:
@@ -32,9 +34,22 @@ def _without_plotly() -> None:
         shown({})
 
 
+def _without_a_browser() -> None:
+    with unittest.mock.patch.dict(os.environ, {"TRUELOOP_BROWSER": "no-browser-of-this-name"}):
+        as_pdf("<p>page</p>")
+
+
+def _browser_that_prints_nothing() -> None:
+    """A program that ends without a word."""
+    with unittest.mock.patch.dict(os.environ, {"TRUELOOP_BROWSER": "true"}):
+        as_pdf("<p>page</p>")
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.OUT_INPUT: _over_an_input,
     Code.OUT_FOLDER: _into_a_file,
     Code.OUT_TWICE: _twice,
     Code.OUT_FIGURE: _without_plotly,
+    Code.OUT_BROWSER: _without_a_browser,
+    Code.OUT_PDF: _browser_that_prints_nothing,
 }

@@ -54,7 +54,9 @@ def test_nothing_that_looks_like_a_corrected_program_is_written(tmp_path: Path) 
     assert (
         "tool 3: wear X \u22120.024 (diameter), Z +0.004 mm (enter it at the control once, then run finish.nc" in told
     )
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["record.json", "report.html", "table.csv"]
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        "record.json", "report.html", "report.json", "table.csv",
+    ]  # fmt: skip
     answer = json.loads(invoke("compensate", tmp_path / "job.toml", "-o", tmp_path / "out", "--json", status=0).stdout)
     assert (answer["tool_offset"]["x"], answer["tool_offset"]["z"]) == (-0.024, 0.004)
     assert answer["program_to_run"] == "finish.nc"

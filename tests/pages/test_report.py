@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 
@@ -47,7 +48,7 @@ def said(trace: Trace) -> list[str]:
 
 
 ACT = """<script>
-const svg = document.querySelector("#before-after svg");
+const svg = document.querySelector("#before-after .wide svg");
 const mark = svg.querySelector("circle[data-tip]");
 const box = mark.getBoundingClientRect();
 const at = (name, x, y) =>
@@ -92,5 +93,5 @@ def test_the_table_and_the_csv_are_the_data(pages: dict[str, Path]) -> None:
     for cells, row in zip(rows, touch_rows(correction), strict=True):
         assert (cells[0], re.sub(r" <abbr.*", "", cells[1])) == (row.feature, row.point)
         assert float(cells[5].replace("−", "-")) == pytest.approx(row.error_before_um, abs=0.0501)
-    (text,) = re.findall(r'<pre id="csv">(.*?)</pre>', dom, re.DOTALL)
-    assert unescape(text).split() == touches_csv(correction).split()
+    (text,) = re.findall(r'href="data:text/csv;charset=utf-8,([^"]*)"', dom)
+    assert unquote(text) == touches_csv(correction)

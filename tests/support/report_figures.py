@@ -1,4 +1,4 @@
-"""Every figure of a report, as it is drawn at its widest."""
+"""Every figure of a report, as it is drawn for a screen and for a telephone."""
 
 from collections.abc import Iterator
 
@@ -6,12 +6,14 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.report.style import Figure
 from trueloop.report.turned import whiskers
 from trueloop.report.turned.curves import error_curve
+from trueloop.report.turned.page import WIDTHS
 
 
 def figures(correction: Correction) -> Iterator[Figure]:
-    """Both views of the part, and a curve for each feature with two touches or more."""
-    yield whiskers.before_and_after(correction)
-    yield whiskers.after_enlarged(correction)
-    for i in range(len(correction.profile.features)):
-        if len(correction.touches.of_feature(i)) > 1:
-            yield error_curve(correction, i)
+    """Both views of the part, and a curve for each feature with two touches or more; each in two widths."""
+    for width in WIDTHS.values():
+        yield whiskers.before_and_after(correction, width)
+        yield whiskers.after_enlarged(correction, width)
+        for i in range(len(correction.profile.features)):
+            if len(correction.touches.of_feature(i)) > 1:
+                yield error_curve(correction, i, width)

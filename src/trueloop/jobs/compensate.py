@@ -2,7 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Final
 
+from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
@@ -11,36 +13,53 @@ from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.turned import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.report.turned.page import page
+from trueloop.report.pdf import as_pdf
+from trueloop.report.texts.texts import Texts
+from trueloop.report.turned.correction_json import json_text
+from trueloop.report.turned.page import page as page_of
+
+METRIC: Final = PageOptions(unit="mm")
 
 
-def compensate_job(job: FilePath, output: FilePath | None = None) -> tuple[Correction, list[Path]]:
+def compensate_job(
+    job: FilePath,
+    output: FilePath | None = None,
+    *,
+    language: Language | None = None,
+    unit: LengthUnit | None = None,
+    pdf: bool = False,
+) -> tuple[Correction, list[Path]]:
     """The correction of a job and the files written: into `output`, or the folder that the job names; all or none.
+
+    `language` and `unit` of the page, where they are not to be the job's; `pdf`: the page as PDF besides.
 
     Raises what reading and correcting refuse, and OUT errors.
 
     >>> correction, files = trueloop.compensate_job(trueloop.example("modbas2/job.toml"), "out")
     >>> [file.name for file in files]
-    ['corrected.nc', 'offsets.nc', 'table.csv', 'report.html', 'record.json']
+    ['corrected.nc', 'offsets.nc', 'table.csv', 'report.html', 'report.json', 'record.json']
     """
     read = read_job(job)
     correction = compensate(read.inputs)
     folder = Path(output or _from_here(read.output_folder))
-    contents = {**_new_table(read.tool_table, correction), **outputs_of(correction)}
+    options = PageOptions(language or read.page.language, unit or read.page.unit)
+    contents = {**_new_table(read.tool_table, correction), **outputs_of(correction, options, pdf)}
     return correction, write_all(folder, contents.items(), read.files)
 
 
-def write_correction(correction: Correction, folder: FilePath, inputs: Iterable[Path] = ()) -> list[Path]:
-    """Writes programs, table, report and record into a folder: all or none.
+def write_correction(
+    correction: Correction, folder: FilePath, inputs: Iterable[Path] = (), page: PageOptions = METRIC, pdf: bool = False
+) -> list[Path]:
+    """Writes programs, table, report and record into a folder: all or none. `page`: how the report is shown.
 
     `inputs` are files that must not be overwritten, those that the correction was made from. Raises OUT errors.
 
     >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
     >>> correction = trueloop.compensate(replace(job.inputs, options=trueloop.Options(weight=0.5)))
     >>> len(trueloop.write_correction(correction, "half", job.files))
-    5
+    6
     """
-    return write_all(Path(folder), outputs_of(correction).items(), inputs)
+    return write_all(Path(folder), outputs_of(correction, page, pdf).items(), inputs)
 
 
 def _new_table(table: ToolTable | None, correction: Correction) -> Mapping[str, bytes | None]:
@@ -59,12 +78,16 @@ def _from_here(folder: Path) -> Path:
     return resolved.relative_to(Path.cwd()) if resolved.is_relative_to(Path.cwd()) else resolved
 
 
-def outputs_of(correction: Correction) -> Mapping[str, bytes | None]:
+def outputs_of(correction: Correction, options: PageOptions = METRIC, pdf: bool = False) -> Mapping[str, bytes | None]:
     """File name to bytes, None for one that there shall not be. The record comes last: then its set is complete."""
+    program = correction.record.program
+    html = page_of(correction, Texts.of(options, None if program is None else program.unit))
     return {
         correction.corrected_name: None if correction.runs_as_given else correction.corrected_program,
         correction.offsets_name: correction.offsets_program,
         "table.csv": table_to_csv(correction.table),
-        "report.html": page(correction).encode(),
+        "report.html": html.encode(),
+        "report.pdf": as_pdf(html) if pdf else None,
+        "report.json": json_text(correction).encode(),
         "record.json": correction.record.to_json().encode(),
     }

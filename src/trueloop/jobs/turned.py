@@ -1,11 +1,12 @@
 """A turned part's job and the files it names, read into the values that the loop works on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
 from trueloop.domain.limits import Limits
 from trueloop.domain.machine import Machine
+from trueloop.domain.page_options import PageOptions
 from trueloop.domain.tool import Edge, Tool
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
@@ -36,13 +37,14 @@ from trueloop.wording import wording
 class ReadJob:
     """A job as values, the files it was read from, and the folder for what comes of it.
 
-    `tool_table` is the control's, where the job names it.
+    `tool_table` is the control's, where the job names it; `page` says how the report is shown.
     """
 
     inputs: Inputs
     files: tuple[Path, ...]
     output_folder: Path
     tool_table: ToolTable | None = None
+    page: PageOptions = field(default_factory=PageOptions)
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ def read_job(path: FilePath) -> ReadJob:
         characteristics=characteristics_of(files.located, profile),
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
     )
-    return ReadJob(inputs, sources.files, path.parent / job.output.folder, table)
+    return ReadJob(inputs, sources.files, path.parent / job.output.folder, table, options_from(PageOptions, job))
 
 
 def _machine_tool(job: Job) -> Machine | None:

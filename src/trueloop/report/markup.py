@@ -1,7 +1,11 @@
 """Small pieces of HTML. Text given by a user goes through `esc`, everywhere and once."""
 
 import html
+import re
 from collections.abc import Iterable, Sequence
+from typing import Final
+
+TAG: Final = re.compile(r"<[^>]*>|&shy;")
 
 
 def esc(text: object) -> str:
@@ -9,17 +13,41 @@ def esc(text: object) -> str:
     return html.escape(str(text))
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: Iterable[int] = (0,), name: str = "") -> str:
-    """A table of cells that are HTML already; the columns in `words` are set left, all others right as numbers."""
-    kinds = ["" if i in set(words) else ' class="n"' for i in range(len(head))]
+TOGETHER: Final = 24
+"""Rows of a table that is not broken across pages."""
 
-    def row(cells: Sequence[str], tag: str) -> str:
-        return "".join(f"<{tag}{kind}>{cell}</{tag}>" for kind, cell in zip(kinds, cells, strict=True))
 
-    body = "".join(f"<tr>{row(cells, 'td')}</tr>" for cells in rows)
+def table(
+    head: Sequence[str], rows: Iterable[Sequence[str]], words: Iterable[int] = (0,), name: str = "", stacks: bool = True
+) -> str:
+    """A table of cells that are HTML already; the columns in `words` are set left, all others right as numbers.
+
+    Where the window is narrow, each row of a table that `stacks` becomes a list of headings and values.
+    """
+    left, content = set(words), list(rows)
+    kinds = ["" if i in left else " class=n" for i in range(len(head))]
+    labels = [f' data-label="{TAG.sub(" ", one)}"' if stacks else "" for one in head]
+    header = "".join(f"<th scope=col{kind}>{cell}</th>" for kind, cell in zip(kinds, head, strict=True))
+
+    def row(cells: Sequence[str]) -> str:
+        columns = zip(kinds, labels, cells, strict=True)
+        return f"<tr>{''.join(f'<td{kind}{label}>{cell}</td>' for kind, label, cell in columns)}</tr>"
+
     identity = f' id="{name}"' if name else ""
-    header = f"<thead><tr>{row(head, 'th')}</tr></thead>"
-    return f'<div class="scroll"><table{identity}>{header}<tbody>{body}</tbody></table></div>'
+    outer = "scroll" + " short" * (len(content) <= TOGETHER) + " stack" * stacks
+    body = "".join(map(row, content))
+    return f'<div class="{outer}"><table{identity}><thead><tr>{header}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def fields(rows: Iterable[tuple[str, str]]) -> str:
+    """Names with their values, which are HTML already; a dash where a value is not stated."""
+    pairs = "".join(f"<div><dt>{name}</dt><dd>{value or '–'}</dd></div>" for name, value in rows)
+    return f'<dl class="fields">{pairs}</dl>'
+
+
+def text_of(content: str) -> str:
+    """What HTML says, without its tags."""
+    return TAG.sub("", content)
 
 
 def items(texts: Iterable[str]) -> str:

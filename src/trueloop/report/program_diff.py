@@ -1,34 +1,79 @@
 """What was changed in a program, line by line: the source's lines crossed out, the corrected ones below them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from difflib import SequenceMatcher
-from typing import Final
+from html import unescape
+from itertools import groupby
+from typing import Final, Literal
 
-from trueloop.report.markup import esc
+from trueloop.report.markup import esc, text_of
+from trueloop.report.texts.texts import ENGLISH, Texts
 
 FOLD_FROM: Final = 8
 """New lines in one place from which on the middle ones are folded away: an arc written as many moves."""
 SHOWN_BEFORE_FOLD: Final = 3
+SHOWN: Final = 800
+"""Lines of a diff that a page shows: it is to stay small enough to be sent by mail."""
 ALIKE: Final = 0.6
 """Share of common characters from which on a line counts as another's new version."""
 WORDS: Final = re.compile(r"\s+|[A-Za-z_]+|[\d.]+|.")
+SIGNS: Final = {"old": "−", "new": "+", "same": " "}
 
 
-def program_diff(source: bytes, corrected: bytes) -> str:
-    """The changed lines with one line around them; the changed stretch of a line that was replaced is marked."""
+@dataclass(frozen=True)
+class DiffLine:
+    """A line of a diff: number and content, which is HTML with the changed words marked.
+
+    An old line has its number in the source, a new one in the corrected program, one that is the same in the source.
+    """
+
+    kind: Literal["same", "old", "new"]
+    number: int
+    content: str
+
+    @property
+    def text(self) -> str:
+        """The line itself."""
+        return unescape(text_of(self.content))
+
+    @property
+    def comes_alone(self) -> bool:
+        """New, and no version of an old line."""
+        return self.kind == "new" and "<ins>" not in self.content
+
+
+def program_diff(source: bytes, corrected: bytes, say: Texts = ENGLISH) -> str:
+    """The changed lines with one line around them; the changed stretch of a line that was replaced is marked (HTML).
+
+    Of more than `SHOWN` lines the rest is counted.
+    """
+    hunks = diff(source, corrected)
+    if not hunks:
+        return f"<p>{say('No line differs from the source program.')}</p>"
+    blocks, left = [], SHOWN
+    for lines in hunks:
+        if shown := lines[: max(left, 0)]:
+            blocks.append(f'<div class="hunk">{_folded(shown, say)}</div>')
+        left -= len(lines)
+    rest = say("{n} more lines are not shown here: compare the two files.", n=-left) if left < 0 else ""
+    return f'<div class="diff">{"".join(blocks)}</div>' + (f"<p>{rest}</p>" if rest else "")
+
+
+def diff(source: bytes, corrected: bytes) -> list[list[DiffLine]]:
+    """The changed lines, place by place, each place with one line around it."""
     before, after = _lines(source), _lines(corrected)
-    groups = SequenceMatcher(None, before, after).get_grouped_opcodes(1)
     hunks = []
-    for group in groups:
-        rows: list[str] = []
+    for group in SequenceMatcher(None, before, after).get_grouped_opcodes(1):
+        lines: list[DiffLine] = []
         for tag, i, i_end, j, j_end in group:
             if tag == "equal":
-                rows += [_row("", i + k + 1, esc(line)) for k, line in enumerate(before[i:i_end])]
+                lines += _whole("same", before[i:i_end], i + 1)
             else:
-                rows += _changed(before[i:i_end], i + 1, after[j:j_end], j + 1)
-        hunks.append(f'<div class="hunk">{"".join(rows)}</div>')
-    return f'<div class="diff">{"".join(hunks)}</div>' if hunks else "<p>No line differs from the source program.</p>"
+                lines += _changed(before[i:i_end], i + 1, after[j:j_end], j + 1)
+        hunks.append(lines)
+    return hunks
 
 
 def changed_lines(source: bytes, corrected: bytes) -> tuple[int, int]:
@@ -38,16 +83,19 @@ def changed_lines(source: bytes, corrected: bytes) -> tuple[int, int]:
     return sum(i_end - i for _, i, i_end, _, _ in changed), sum(j_end - j for _, _, _, j, j_end in changed)
 
 
-def _changed(old: Sequence[str], old_number: int, new: Sequence[str], new_number: int) -> list[str]:
+def _changed(old: Sequence[str], old_number: int, new: Sequence[str], new_number: int) -> Iterator[DiffLine]:
     """Line under line where both versions begin and end alike; between, what is left of the old and of the new."""
     first = _alike_from_start(old, new)
     last = _alike_from_start(old[first:][::-1], new[first:][::-1])
     old_end, new_end = len(old) - last, len(new) - last
-    gone = [_row("old", old_number + i, esc(old[i])) for i in range(first, old_end)]
-    come = [_row("new", new_number + j, esc(new[j])) for j in range(first, new_end)]
-    above = _pairs(old[:first], old_number, new[:first], new_number)
-    below = _pairs(old[old_end:], old_number + old_end, new[new_end:], new_number + new_end)
-    return [*above, *gone, *_folded(come), *below]
+    yield from _pairs(old[:first], old_number, new[:first], new_number)
+    yield from _whole("old", old[first:old_end], old_number + first)
+    yield from _whole("new", new[first:new_end], new_number + first)
+    yield from _pairs(old[old_end:], old_number + old_end, new[new_end:], new_number + new_end)
+
+
+def _whole(kind: Literal["same", "old", "new"], lines: Sequence[str], number: int) -> Iterator[DiffLine]:
+    return (DiffLine(kind, number + k, esc(line)) for k, line in enumerate(lines))
 
 
 def _alike_from_start(old: Sequence[str], new: Sequence[str]) -> int:
@@ -56,20 +104,26 @@ def _alike_from_start(old: Sequence[str], new: Sequence[str]) -> int:
     return next((k for k, (a, b) in pairs if SequenceMatcher(None, a, b).ratio() < ALIKE), min(len(old), len(new)))
 
 
-def _pairs(old: Sequence[str], old_number: int, new: Sequence[str], new_number: int) -> list[str]:
-    rows = []
+def _pairs(old: Sequence[str], old_number: int, new: Sequence[str], new_number: int) -> Iterator[DiffLine]:
     for k, (a, b) in enumerate(zip(old, new, strict=True)):
         was, became = _marked(a, b)
-        rows += [_row("old", old_number + k, was), _row("new", new_number + k, became)]
-    return rows
+        yield DiffLine("old", old_number + k, was)
+        yield DiffLine("new", new_number + k, became)
 
 
-def _folded(rows: list[str]) -> list[str]:
-    if len(rows) < FOLD_FROM:
-        return rows
-    hidden = rows[SHOWN_BEFORE_FOLD:-1]
-    fold = f"<details><summary>{len(hidden)} more lines</summary>{''.join(hidden)}</details>"
-    return [*rows[:SHOWN_BEFORE_FOLD], fold, rows[-1]]
+def _folded(lines: Sequence[DiffLine], say: Texts) -> str:
+    """Lines with the middle of every long run of new ones folded away; on paper it is unfolded."""
+    parts = []
+    for comes, run in groupby(lines, lambda line: line.comes_alone):
+        rows = [_row(line) for line in run]
+        if not comes or len(rows) < FOLD_FROM:
+            parts += rows
+            continue
+        hidden = rows[SHOWN_BEFORE_FOLD:-1]
+        label = f"<label><input type='checkbox'>{say('{n} more lines', n=len(hidden))}</label>"
+        fold = f"<div class='fold'>{label}<div class='folded'>{''.join(hidden)}</div></div>"
+        parts += [*rows[:SHOWN_BEFORE_FOLD], fold, rows[-1]]
+    return "".join(parts)
 
 
 def _marked(old: str, new: str) -> tuple[str, str]:
@@ -83,9 +137,10 @@ def _marked(old: str, new: str) -> tuple[str, str]:
     return was, became
 
 
-def _row(kind: str, number: int, line: str) -> str:
-    sign = {"old": "−", "new": "+"}.get(kind, " ")
-    return f'<div class="line {kind}"><b>{number}</b><i>{sign}</i><code>{line}</code></div>'
+def _row(line: DiffLine) -> str:
+    kind = "" if line.kind == "same" else line.kind
+    code = f"<code>{line.content}</code>"
+    return f'<div class="line {kind}"><b>{line.number}</b><i>{SIGNS[line.kind]}</i>{code}</div>'
 
 
 def _lines(program: bytes) -> list[str]:

@@ -5,12 +5,12 @@ outlines, symmetric error bars), one x axis, one or more y axes stacked by their
 specification is escaped already; of tags only <b> is meant.
 """
 
-import math
 import re
 from dataclasses import dataclass
 from typing import Any, Final
 
-from trueloop.report.style import MINUS, Figure, Trace
+from trueloop.report import style
+from trueloop.report.style import Figure, Trace
 
 DASHES: Final = {"solid": "", "dash": "7 5", "dot": "2 4", "dashdot": "9 4 2 4"}
 SAID: Final = 60
@@ -45,7 +45,8 @@ def svg(figure: Figure, title: str) -> str:
     layout = figure["layout"]
     width, height, font = layout["width"], layout["height"], layout["font"]
     panels = _panels(layout)
-    body = [part for panel in panels.values() for part in _axes(panel)]
+    decimal = layout.get("separators", ".,")[0]
+    body = [part for panel in panels.values() for part in _axes(panel, decimal)]
     for name, panel in panels.items():
         traces = [trace for trace in figure["data"] if trace.get("yaxis", "y") == name]
         body.append(_clipped(panel, [part for trace in traces for part in _trace(trace, panel)]))
@@ -89,19 +90,19 @@ def _to_equal_scale(panel: Panel) -> Panel:
     return Panel(panel.xaxis, panel.yaxis, left, top, width, height)
 
 
-def _axes(panel: Panel) -> list[str]:
+def _axes(panel: Panel, decimal: str) -> list[str]:
     right, bottom = panel.left + panel.width, panel.top + panel.height
     parts = []
-    for value in _ticks(panel.yaxis):
+    for value, words in _ticks(panel.yaxis, decimal):
         y = panel.y(value)
         parts.append(_stroke([(panel.left - 5, y), (right, y)], panel.yaxis["gridcolor"], 1))
-        parts.append(_text(panel.left - 9, y, _number(value), "end"))
+        parts.append(_text(panel.left - 9, y, words, "end"))
     shows_x = panel.yaxis.get("domain", [0.0])[0] == 0.0
-    for value in _ticks(panel.xaxis):
+    for value, words in _ticks(panel.xaxis, decimal):
         x = panel.x(value)
         parts.append(_stroke([(x, panel.top), (x, bottom + 5 * shows_x)], panel.xaxis["gridcolor"], 1))
         if shows_x:
-            parts.append(_text(x, bottom + 16, _number(value), "middle"))
+            parts.append(_text(x, bottom + 16, words, "middle"))
     if panel.yaxis.get("zeroline", True) and panel.yaxis["range"][0] < 0 < panel.yaxis["range"][1]:
         parts.append(_stroke([(panel.left, panel.y(0)), (right, panel.y(0))], panel.yaxis["zerolinecolor"], 1.5))
     parts.append(_stroke([(panel.left, panel.top), (panel.left, bottom), (right, bottom)], panel.xaxis["linecolor"], 1))
@@ -112,13 +113,11 @@ def _axes(panel: Panel) -> list[str]:
     return [*parts, _text(panel.left - 46, middle, panel.yaxis["title"]["text"], "middle", turned)]
 
 
-def _ticks(axis: dict[str, Any]) -> list[float]:
-    (low, high), step = axis["range"], axis["dtick"]
-    return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-
-
-def _number(value: float) -> str:
-    return f"{round(value, 9):g}".replace("-", MINUS) if abs(value) > 1e-9 else "0"
+def _ticks(axis: dict[str, Any], decimal: str) -> list[tuple[float, str]]:
+    """Places of the ticks and what stands at them: as the axis lists them, else at its round steps."""
+    if "tickvals" in axis:
+        return list(zip(axis["tickvals"], axis["ticktext"], strict=True))
+    return [(value, style.tick(value, decimal)) for value in style.round_ticks(axis["range"], axis["dtick"])]
 
 
 def _trace(trace: Trace, panel: Panel) -> list[str]:

@@ -6,7 +6,7 @@ because Plotly reads tags and entities in it.
 
 import html
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import Any, Final, TypeAlias
 
@@ -68,6 +68,17 @@ def round_step(span: float, about: int) -> float:
     return next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= raw * (1 - 1e-9))
 
 
+def round_ticks(ends: Sequence[float], step: float) -> list[float]:
+    """The multiples of a step within a range."""
+    low, high = ends
+    return [k * step for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+
+
+def tick(value: float, decimal: str = ".") -> str:
+    """A number at a tick."""
+    return f"{round(value, 9):g}".replace("-", MINUS).replace(".", decimal) if abs(value) > 1e-9 else "0"
+
+
 def axis(title: str, low: float, high: float, about: int = 8, **more: Any) -> dict[str, Any]:
     """An axis with its range and round ticks stated, so that every renderer shows the same."""
     return {
@@ -90,6 +101,21 @@ def padded(values: Iterable[float], share: float = 0.1, least: float = 1.0) -> t
     low, high = min(seen), max(seen)
     pad = share * max(high - low, least)
     return low - pad, high + pad
+
+
+def scaled(drawn: dict[str, Any], x: float, y: float) -> dict[str, Any]:
+    """A trace or a note with its coordinates, and its error bars, in other units."""
+    if x == y == 1.0:
+        return drawn
+    other = drawn | {"x": _times(drawn["x"], x), "y": _times(drawn["y"], y)}
+    bars = drawn.get("error_y")
+    return other if bars is None else other | {"error_y": bars | {"array": _times(bars["array"], y)}}
+
+
+def _times(values: Any, factor: float) -> Any:
+    if isinstance(values, list):
+        return [None if value is None else value * factor for value in values]
+    return values * factor
 
 
 def layout(width: int, height: int, **more: Any) -> dict[str, Any]:

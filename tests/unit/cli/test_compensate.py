@@ -21,7 +21,7 @@ from trueloop.loops.turned.process_intermittent import compensate
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 JOB = EXAMPLES / "modbas2" / "job.toml"
-FILES = ["corrected.nc", "offsets.nc", "table.csv", "report.html", "record.json"]
+FILES = ["corrected.nc", "offsets.nc", "table.csv", "report.html", "report.json", "record.json"]
 
 
 def _run(*arguments: str) -> Result:
@@ -71,8 +71,8 @@ def test_the_summary_has_a_line_a_feature_and_calls_a_prediction_one(output: Pat
     )
     assert any(line.startswith("+ is material left on. Predicted: ") for line in lines)
     assert f"- {correction.decision.x.words}" in lines
-    assert lines[-6] == "Run corrected.nc. Written:"
-    assert lines[-5:] == [f"  {output / name}" for name in FILES]
+    assert lines[-7] == "Run corrected.nc. Written:"
+    assert lines[-6:] == [f"  {output / name}" for name in FILES]
 
 
 def test_json_says_the_same_to_machines(output: Path, correction: Correction) -> None:
@@ -105,7 +105,7 @@ def test_the_output_folder_of_the_job_is_relative_to_the_job(tmp_path: Path, mon
 def test_programs_keep_the_ending_of_their_source(tmp_path: Path) -> None:
     _run("compensate", str(EXAMPLES / "linuxcnc" / "job.toml"), "-o", str(tmp_path))
     assert {path.name for path in tmp_path.iterdir()} == {
-        "corrected.ngc", "offsets.ngc", "table.csv", "report.html", "record.json"
+        "corrected.ngc", "offsets.ngc", "table.csv", "report.html", "report.json", "record.json"
     }  # fmt: skip
     told = set(re.findall(r"(?:corrected|offsets)\.\w+", (tmp_path / "report.html").read_text()))
     assert told == {"corrected.ngc", "offsets.ngc"}

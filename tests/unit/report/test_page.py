@@ -63,7 +63,7 @@ def renamed(correction: Correction, name: str) -> Correction:
 
 def test_every_section_is_there(modbas2_page: Outline) -> None:
     assert {"part", "curves", "meet", "program", "why", "numbers", "origin"} <= set(modbas2_page.ids)
-    assert {"features", "junctions", "touches", "inputs", "options", "csv"} <= set(modbas2_page.ids)
+    assert {"features", "junctions", "touches", "inputs", "options"} <= set(modbas2_page.ids)
 
 
 def test_the_head_says_what_to_cut_with_and_that_it_is_a_prediction(modbas2_page: Outline) -> None:
@@ -112,7 +112,7 @@ def test_nothing_comes_from_outside(modbas2_page: Outline) -> None:
 def test_pictures_stand_in_the_page_without_scripts(modbas2_page: Outline) -> None:
     html = page(example_correction("modbas2"))
     drawn = list(figures(example_correction("modbas2")))
-    assert html.count('<svg class="still"') == len(drawn) == 5
+    assert html.count('<svg class="still"') == len(drawn) == 10
     touches = example_correction("modbas2").touches
     assert all(html.count(f"point {name}\n") >= 2 for name in touches.point)  # in the drawing, and on its curve
     assert len(html.encode()) < 400_000  # a page is sent by mail, and opens on a telephone

@@ -35,7 +35,7 @@ def test_an_arc_written_as_many_moves_is_folded_and_its_neighbours_stay_paired()
     lines[2:3] = moves
     lines[1], lines[-2] = lines[1].replace(b"1.76", b"1.77"), lines[-2] + b"5"
     html = program_diff(SOURCE, b"\n".join(lines))
-    assert "<summary>8 more lines</summary>" in html
+    assert "8 more lines</label><div class='folded'>" in html
     assert "Z-<ins>1.77</ins>" in html
     assert changed_lines(SOURCE, b"\n".join(lines)) == (3, 14)
     for move in moves:

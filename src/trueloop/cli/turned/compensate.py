@@ -1,5 +1,6 @@
 """`trueloop compensate`: a job file in; programs, table, record and report out."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -7,11 +8,27 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.domain.page_options import Language, LengthUnit
+
+
+@dataclass(frozen=True, kw_only=True)
+class PageChoice:
+    """How the report is shown, where that is not to be the job's choice."""
+
+    language: Annotated[
+        Language | None, typer.Option("--language", help="Of the report.  [default: report.language of the job]")
+    ] = None
+    unit: Annotated[
+        LengthUnit | None,
+        typer.Option("--unit", help="Of the report.  [default: report.unit of the job, else the program's]"),
+    ] = None
+    pdf: Annotated[bool, typer.Option("--pdf", help="Print report.pdf besides, by Chromium or Chrome.")] = False
 
 
 @guarded
 def compensate(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file; docs/job-file.md explains its keys.")],
+    page: PageChoice,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
     ] = None,
@@ -19,19 +36,20 @@ def compensate(
 ) -> None:
     """Correct a finish program by the touches taken after the semi-finish cut.
 
-    Writes corrected.nc, offsets.nc, table.csv, record.json and report.html: all, or none when anything is wrong.
+    Writes corrected.nc, offsets.nc, table.csv, record.json, report.html and report.json: all, or none when anything is
+    wrong.
     """
-    run_job(job, output, as_json)
+    run_job(job, output, page, as_json)
 
 
-def run_job(path: Path, output: Path | None, as_json: bool) -> None:
+def run_job(path: Path, output: Path | None, page: PageChoice, as_json: bool) -> None:
     """Corrects as the job says and prints what was done."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.summary import print_summary
         from trueloop.jobs.compensate import compensate_job
         from trueloop.report.turned.correction_json import correction_as_dict
 
-        correction, files = compensate_job(path, output)
+        correction, files = compensate_job(path, output, language=page.language, unit=page.unit, pdf=page.pdf)
     if as_json:
         print_json({**correction_as_dict(correction), "files": [str(file) for file in files]})
     else:

@@ -7,7 +7,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson
-from trueloop.cli.turned.compensate import run_job
+from trueloop.cli.turned.compensate import PageChoice, run_job
 from trueloop.formats.examples import example
 
 Part = Literal["facetst", "modbas2", "piecs11"]
@@ -16,6 +16,7 @@ Part = Literal["facetst", "modbas2", "piecs11"]
 
 @guarded
 def demo(
+    page: PageChoice,
     part: Annotated[Part, typer.Argument(help="Which part.")] = "modbas2",
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: out/PART]")
@@ -23,4 +24,4 @@ def demo(
     as_json: AsJson = False,
 ) -> None:
     """Run a ready job: a part that NIST measured in the 1990s, from its touches to a corrected program."""
-    run_job(example(f"{part}/job.toml"), output or Path("out") / part, as_json)
+    run_job(example(f"{part}/job.toml"), output or Path("out") / part, page, as_json)

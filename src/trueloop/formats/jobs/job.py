@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trueloop.domain.limits import Limits
+from trueloop.domain.page_options import PageOptions
 from trueloop.errors import Code
 from trueloop.formats.option_tables import options_from, with_options
 from trueloop.formats.toml_tables import (
@@ -350,6 +351,11 @@ class OutputTable(Table):
     """Where the results go."""
 
 
+@with_options("report", PageOptions)
+class ReportTable(Table):
+    """How the page of the results is shown."""
+
+
 class Job(Table):
     """A whole job file."""
 
@@ -360,6 +366,7 @@ class Job(Table):
     compensation: CompensationTable = CompensationTable()
     machine: MachineTable | None = None
     output: OutputTable = OutputTable()
+    report: ReportTable = ReportTable()
 
     @model_validator(mode="after")
     def _contour_for_the_machine(self) -> "Job":

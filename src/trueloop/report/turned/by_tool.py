@@ -2,6 +2,7 @@
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.turned.program.by_tool import ByTool, MovedFeature
 from trueloop.units import UM_PER_MM
 
@@ -12,9 +13,9 @@ def by_tool_lines(correction: Correction) -> list[str]:
     return [of.words, of.beyond_words, of.moved_words] if of is not None and of.comes_first else []
 
 
-def by_tool_block(correction: Correction) -> str:
+def by_tool_block(correction: Correction, say: Texts = ENGLISH) -> str:
     """The same for the page (HTML); nothing where no offset comes first."""
-    lines = by_tool_lines(correction)
+    lines = [say.note(line) for line in by_tool_lines(correction)]
     if not lines:
         return ""
     answer, *more = (esc(line) for line in lines)

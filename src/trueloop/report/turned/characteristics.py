@@ -2,9 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import Final
 
 from trueloop.domain.characteristic import Characteristic
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.tolerances.judged import Judged, Judgement
+from trueloop.wording import wording
+
+VERDICTS: Final = {"in": wording("in"), "out": wording("out"), "undecided": wording("undecided")}
 
 
 def characteristics_as_dicts(judged: Sequence[Judged]) -> list[dict[str, object]]:
@@ -12,17 +17,21 @@ def characteristics_as_dicts(judged: Sequence[Judged]) -> list[dict[str, object]
     return [{**_asked(one.characteristic), "before": _of(one.before), "after": _of(one.after)} for one in judged]
 
 
-def characteristics_words(judged: Sequence[Judged]) -> list[str]:
+def characteristics_words(judged: Sequence[Judged], say: Texts = ENGLISH) -> list[str]:
     """How many are in and out, before and expected after, and which is the tightest; nothing without any."""
     if not judged:
         return []
     before = [one.before for one in judged if one.before is not None]
     tightest = tightest_of(judged)
-    words = [f"As measured: {_counted(before)}."] if before else []
+    words = [say("As measured: {counts}.", counts=_counted(before, say))] if before else []
     return [
         *words,
-        f"Expected after the next cut: {_counted([one.after for one in judged])}.",
-        f"Tightest: {tightest.characteristic.name}, in with a probability of {share(tightest.after.probability_in)}.",
+        say("Expected after the next cut: {counts}.", counts=_counted([one.after for one in judged], say)),
+        say(
+            "Tightest: {name}, in with a probability of {probability}.",
+            name=tightest.characteristic.name,
+            probability=share(tightest.after.probability_in, say),
+        ),
     ]
 
 
@@ -31,17 +40,21 @@ def tightest_of(judged: Sequence[Judged]) -> Judged:
     return min(judged, key=lambda one: one.after.probability_in)
 
 
-def share(probability: float) -> str:
+def share(probability: float, say: Texts = ENGLISH) -> str:
     """A probability in per cent, never 100 % of what is not certain."""
     if 0.9995 < probability < 1.0:
-        return "over 99.9 %"
-    return "under 0.1 %" if 0.0 < probability < 0.0005 else f"{100.0 * probability:.1f} %"
+        return say("over {percent:.1f} %", percent=99.9)
+    if 0.0 < probability < 0.0005:
+        return say("under {percent:.1f} %", percent=0.1)
+    return say("{percent:.1f} %", percent=100.0 * probability)
 
 
-def _counted(judgements: Sequence[Judgement]) -> str:
+def _counted(judgements: Sequence[Judgement], say: Texts) -> str:
     counts = {kind: sum(one.verdict == kind for one in judgements) for kind in ("in", "out", "undecided")}
-    found = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
-    return f"{found} of {len(judgements)} characteristic{'' if len(judgements) == 1 else 's'}"
+    found = ", ".join(f"{count} {say.note(VERDICTS[kind])}" for kind, count in counts.items() if count)
+    if len(judgements) == 1:
+        return say("{counts} of 1 characteristic", counts=found)
+    return say("{counts} of {n} characteristics", counts=found, n=len(judgements))
 
 
 def _asked(one: Characteristic) -> dict[str, object]:

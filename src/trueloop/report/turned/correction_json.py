@@ -1,15 +1,41 @@
-"""A correction as JSON: what the command line prints and a service answers."""
+"""A correction as JSON: all that its page says, for machines. The shapes are those of `shapes.py`."""
 
+import json
 import math
+from collections.abc import Iterator
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import between_cuts_words
+from trueloop.report.program_diff import changed_lines, diff
 from trueloop.report.turned.by_tool import by_tool_as_dict
 from trueloop.report.turned.characteristics import characteristics_as_dicts
 from trueloop.report.turned.features import FeatureSummary, feature_summaries, worst_of
+from trueloop.report.turned.header import header
+from trueloop.report.turned.shapes import (
+    AxesShape,
+    ByToolShape,
+    CharacteristicShape,
+    ComponentShape,
+    CorrectionShape,
+    FeatureShape,
+    JunctionShape,
+    LeftShape,
+    LineShape,
+    OffsetShape,
+    ProgramShape,
+    SuspectShape,
+    TouchShape,
+)
 from trueloop.report.turned.summary import headline
+from trueloop.report.turned.touch_table import touch_rows
 from trueloop.statistics import rms
+from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.units import UM_PER_MM
+
+
+def json_text(correction: Correction) -> str:
+    """The file `report.json`."""
+    return json.dumps(correction_as_dict(correction), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def correction_as_dict(correction: Correction) -> dict[str, object]:
@@ -19,46 +45,106 @@ def correction_as_dict(correction: Correction) -> dict[str, object]:
     >>> trueloop.correction_as_dict(trueloop.compensate(job.inputs))["program_to_run"]
     'corrected.nc'
     """
-    return {
-        "part": correction.part,
-        "record_id": correction.record.id,
-        "program_to_run": correction.name_to_run,
-        "features": [_feature(summary) for summary in feature_summaries(correction)],
-        "headline": headline(correction),
-        "characteristics": characteristics_as_dicts(correction.characteristics),
-        "predicted_is": "a prediction, not a measurement; expanded uncertainties hold 95 %",
-        "between_cuts": between_cuts_words(correction.options.between_cuts),
-        "components": [vars(one) for one in correction.record.components],
-        "by_tool": by_tool_as_dict(correction),
-        "tool_offset": {**correction.wear.as_dict(), "leaves": _left_by_offset(correction)},
-        "decision": {"x": correction.decision.x.words, "z": correction.decision.z.words},
-        "suspect_touches": [one.as_dict() for one in correction.model.suspects],
-        "notes": list(correction.notes),
-    }
+    return _shape(correction).model_dump(mode="json")
 
 
-def _feature(of: FeatureSummary) -> dict[str, object]:
-    """`predicted_worst_um` and `predicted_expanded_u_um` are those along a feature without touches."""
+def _shape(correction: Correction) -> CorrectionShape:
+    model, record, decision = correction.model, correction.record, correction.decision
+    judged, by_tool = characteristics_as_dicts(correction.characteristics), by_tool_as_dict(correction)
+    return CorrectionShape(
+        header=header(record),
+        part=correction.part,
+        record_id=record.id,
+        program_to_run=correction.name_to_run,
+        headline=headline(correction),
+        characteristics=[CharacteristicShape.model_validate(one) for one in judged],
+        features=[_feature(summary) for summary in feature_summaries(correction)],
+        predicted_is="a prediction, not a measurement; expanded uncertainties hold 95 %",
+        between_cuts=between_cuts_words(correction.options.between_cuts),
+        components=[ComponentShape(**vars(one)) for one in record.components],
+        by_tool=None if by_tool is None else ByToolShape.model_validate(by_tool),
+        tool_offset=OffsetShape.model_validate(
+            {**correction.wear.as_dict(), "leaves": list(_left_by_offset(correction))}
+        ),
+        decision=AxesShape(x=decision.x.words, z=decision.z.words),
+        suspect_touches=[SuspectShape.model_validate(one.as_dict()) for one in model.suspects],
+        notes=list(correction.notes),
+        model_notes=list(model.notes),
+        scatter_um=model.scatter_mm * UM_PER_MM,
+        degrees_of_freedom=model.degrees_of_freedom,
+        coverage_factor=coverage_factor(model.degrees_of_freedom or None),
+        touches=list(_touches(correction)),
+        junctions=list(_junctions(correction)),
+        programs=list(_programs(correction)),
+        inputs_sha256=record.inputs_sha256,
+        options=record.options,
+    )
+
+
+def _feature(of: FeatureSummary) -> FeatureShape:
     at_touches = of.figures
-    return {
-        "feature": of.feature,
-        "touches": at_touches.touches,
-        "correction": of.correction,
-        "before_rms_um": _known(at_touches.before_rms_um),
-        "before_worst_um": _known(at_touches.before_worst_um),
-        "predicted_rms_um": _known(at_touches.predicted_rms_um),
-        "predicted_worst_um": _known(of.expected_um),
-        "predicted_expanded_u_um": _known(of.expanded_u_um),
-        "expected": of.expected,
-        "standard_u_um": of.standard_u_um,
-    }
+    return FeatureShape(
+        feature=of.feature,
+        touches=at_touches.touches,
+        correction=of.correction,
+        before_rms_um=_known(at_touches.before_rms_um),
+        before_worst_um=_known(at_touches.before_worst_um),
+        predicted_rms_um=_known(at_touches.predicted_rms_um),
+        predicted_worst_um=_known(of.expected_um),
+        predicted_expanded_u_um=_known(of.expanded_u_um),
+        left_out_rms_um=_known(at_touches.left_out_rms_um),
+        expected=of.expected,
+        standard_u_um=of.standard_u_um,
+    )
 
 
-def _left_by_offset(correction: Correction) -> list[dict[str, object]]:
-    """What the tool offset alone would leave at each feature's touches, µm."""
+def _touches(correction: Correction) -> Iterator[TouchShape]:
+    for row in touch_rows(correction):
+        given = row._asdict()
+        unsure = {name: _known(given[name]) for name in ("leave_one_out_um", "probability_bad")}
+        yield TouchShape.model_validate({**given, **unsure})
+
+
+def _junctions(correction: Correction) -> Iterator[JunctionShape]:
+    names = correction.profile.names
+    for one in correction.model.junctions:
+        x_um, z_um = (length * UM_PER_MM for length in one.displacement_mm)
+        yield JunctionShape(
+            before=None if one.before is None else names[one.before],
+            after=None if one.after is None else names[one.after],
+            kind=None if one.kind is None else str(one.kind),
+            error_before_um=None if one.error_before_mm is None else one.error_before_mm * UM_PER_MM,
+            error_after_um=None if one.error_after_mm is None else one.error_after_mm * UM_PER_MM,
+            displacement_x_um=x_um,
+            displacement_z_um=z_um,
+            note=one.note,
+        )
+
+
+def _programs(correction: Correction) -> Iterator[ProgramShape]:
+    """Those that the page shows: the corrected one, and the variant that changes tool offsets alone."""
+    source = correction.source_program
+    corrected = None if correction.decision.by_offset else correction.corrected_program
+    for name, program in (
+        (correction.corrected_name, corrected),
+        (correction.offsets_name, correction.offsets_program),
+    ):
+        if program is not None:
+            gone, come = changed_lines(source, program)
+            lines = [
+                [LineShape(kind=line.kind, number=line.number, text=line.text) for line in hunk]
+                for hunk in diff(source, program)
+            ]
+            yield ProgramShape(name=name, lines_gone=gone, lines_new=come, diff=lines)
+
+
+def _left_by_offset(correction: Correction) -> Iterator[LeftShape]:
+    """What the tool offset alone would leave at each feature's touches."""
     left_um = correction.left_by_offset_mm * UM_PER_MM
-    rows = [(name, left_um[correction.touches.of_feature(i)]) for i, name in enumerate(correction.profile.names)]
-    return [{"feature": name, "rms_um": rms(left), "worst_um": worst_of(left)} for name, left in rows if len(left)]
+    for i, name in enumerate(correction.profile.names):
+        left = left_um[correction.touches.of_feature(i)]
+        if len(left):
+            yield LeftShape(feature=name, rms_um=rms(left), worst_um=worst_of(left))
 
 
 def _known(value: float) -> float | None:

@@ -8,6 +8,7 @@ from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.report import style
 from trueloop.report.style import Figure, Trace
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.units import UM_PER_MM
@@ -18,7 +19,7 @@ LOWER: Final = (0.0, 0.3)
 CLEAR_OF_ENDS: Final = 0.02
 
 
-def error_curve(correction: Correction, index: int, width: int = 980) -> Figure:
+def error_curve(correction: Correction, index: int, width: int = 980, say: Texts = ENGLISH) -> Figure:
     """Feature `index` over its arc length from the chuck end, errors in µm, positive = material left on.
 
     Errors are those of the process: measured less what the semi-finish program commanded on purpose.
@@ -36,101 +37,128 @@ def error_curve(correction: Correction, index: int, width: int = 980) -> Figure:
     s = correction.touches.arc_length_mm[rows]
     along = np.linspace(0.0, curve.length_mm, SAMPLES)
     value, half_band = curve.value_mm(along) * UM_PER_MM, curve.half_band_mm(along) * UM_PER_MM
-    touches = _touches(correction, rows, s)
-    after = _after(correction, index, s, along)
+    touches = _touches(correction, rows, s, say)
+    after = _after(correction, index, s, along, say)
     upper_seen = [*(value + half_band), *(value - half_band), *_reach(touches)]
     lower_seen = [y for trace in after for y in _reach(trace)]
     margin = CLEAR_OF_ENDS * curve.length_mm
-    ends, notes = _end_conditions(curve)
+    ends, notes = _end_conditions(curve, say)
+    data = [_band(along, value, half_band, say), _fit(along, value, say), *_knots(curve, say), *ends, touches, *after]
+    scale = say.per_mm, say.per_um
+    drawn = {"data": [style.scaled(trace, *scale) for trace in data]}
     layout = style.layout(
         width,
         430,
-        xaxis=style.axis("arc length from the chuck end (mm)", -margin, curve.length_mm + margin, width // 100)
+        xaxis=style.axis(
+            say("arc length from the chuck end ({mm})"),
+            -margin * say.per_mm,
+            (curve.length_mm + margin) * say.per_mm,
+            width // 100,
+        )
         | {"anchor": "y2", "zeroline": False},
-        yaxis=style.axis("error (µm)", *style.padded(upper_seen), 6, domain=list(UPPER)),
-        yaxis2=style.axis("after (µm)", *style.padded(lower_seen), 5, domain=list(LOWER)),
-        annotations=notes,
+        yaxis=style.axis(say("error ({um})"), *_range(upper_seen, say), 6, domain=list(UPPER)),
+        yaxis2=style.axis(say("after ({um})"), *_range(lower_seen, say), 5, domain=list(LOWER)),
+        annotations=[style.scaled(note, *scale) for note in notes],
+        separators=say.separators,
     )
-    data = [_band(along, value, half_band), _fit(along, value), *_knots(curve), *ends, touches, *after]
-    return {"data": data, "layout": layout}
+    return drawn | {"layout": layout}
 
 
-def _band(along: Array, value: Array, half_band: Array) -> Trace:
+def _range(seen_um: list[float], say: Texts) -> tuple[float, float]:
+    low, high = style.padded(seen_um)
+    return low * say.per_um, high * say.per_um
+
+
+def _band(along: Array, value: Array, half_band: Array, say: Texts) -> Trace:
     both_ways = np.concatenate([along, along[::-1]]).tolist()
     outline = np.concatenate([value + half_band, (value - half_band)[::-1]]).tolist()
-    return style.area(both_ways, outline, style.BAND, name="95 % band")
+    return style.area(both_ways, outline, style.BAND, name=say("95 % band"))
 
 
-def _fit(along: Array, value: Array) -> Trace:
-    fit = style.lines(along.tolist(), value.tolist(), style.INK, 2, name="fitted curve")
-    hover = [f"fitted {style.signed(e)} µm at {style.plain(s, 2)} mm" for s, e in zip(along, value, strict=True)]
+def _fit(along: Array, value: Array, say: Texts) -> Trace:
+    fit = style.lines(along.tolist(), value.tolist(), style.INK, 2, name=say("fitted curve"))
+    hover = [
+        say("fitted {error} {um} at {s} {mm}", error=say.error(e), s=say.mm(s, 2))
+        for s, e in zip(along.tolist(), value.tolist(), strict=True)
+    ]
     return fit | {"hoverinfo": "text", "hovertext": hover}
 
 
-def _touches(correction: Correction, rows: Any, s: Array) -> Trace:
+def _touches(correction: Correction, rows: Any, s: Array, say: Texts) -> Trace:
     """Filled circles, red and blue by sign, with ±U of gauging."""
     touches = correction.model.vectors
     error = touches.error_mm[rows] * UM_PER_MM
     k = coverage_factor()
     u = k * touches.standard_u_mm[rows] * UM_PER_MM
     hover = [
-        f"point {style.label(touches.point[i])}<br>error {style.signed(e)} ± {style.plain(w)} µm (k = {k:.2f})"
+        say(
+            "point {point}<br>error {error} ± {u} {um} (k = {k:.2f})",
+            point=style.label(touches.point[i]),
+            error=say.error(e),
+            u=say.size(w),
+            k=k,
+        )
         for i, e, w in zip(rows, error, u, strict=True)
     ]
     colours = [style.colour_of(e) for e in error]
     return style.dots(s.tolist(), error.tolist(), hover, color=colours, size=8) | {
-        "name": "touches",
+        "name": say("touches"),
         "error_y": {"type": "data", "array": u.tolist(), "color": style.INK, "thickness": 1.2, "width": 3},
     }
 
 
-def _knots(curve: ErrorCurve) -> list[Trace]:
+def _knots(curve: ErrorCurve, say: Texts) -> list[Trace]:
     """Triangles on the zero line."""
     knots = curve.knots_mm.tolist()
-    hover = [f"knot at {style.plain(s, 2)} mm" for s in knots]
+    hover = [say("knot at {s} {mm}", s=say.mm(s, 2)) for s in knots]
     traces = style.dots(knots, [0.0] * len(knots), hover, color=style.SOFT, symbol="triangle-up", size=9)
-    return [traces | {"name": "knots"}] if knots else []
+    return [traces | {"name": say("knots")}] if knots else []
 
 
-def _end_conditions(curve: ErrorCurve) -> tuple[list[Trace], list[dict[str, Any]]]:
+def _end_conditions(curve: ErrorCurve, say: Texts) -> tuple[list[Trace], list[dict[str, Any]]]:
     """A square at each end of the feature whose value or slope was prescribed, with what was."""
     conditions, traces, notes = curve.conditions, [], []
     for s, value, slope, anchor in (
         (0.0, conditions.start_value_mm, conditions.start_slope, "left"),
         (curve.length_mm, conditions.end_value_mm, conditions.end_slope, "right"),
     ):
-        held = [name for name, number in (("value", value), ("slope", slope)) if number is not None]
-        if held:
-            words = f"{' and '.join(held)} prescribed"
+        if value is not None or slope is not None:
+            words = _prescribed(value is not None, slope is not None, say)
             y = float(curve.value_mm(s)[0]) * UM_PER_MM
             traces.append(
                 style.dots([s], [y], [words], color=style.INK, symbol="square-open", size=11)
-                | {"name": "end condition"}
+                | {"name": say("end condition")}
             )
             gap = (0.03 if anchor == "left" else -0.03) * curve.length_mm
             notes.append(style.note(s + gap, y, words, xanchor=anchor, font={"size": 11}))
     return traces, notes
 
 
-def _after(correction: Correction, index: int, s: Array, along: Array) -> list[Trace]:
+def _prescribed(value: bool, slope: bool, say: Texts) -> str:
+    if value and slope:
+        return say("value and slope prescribed")
+    return say("value prescribed") if value else say("slope prescribed")
+
+
+def _after(correction: Correction, index: int, s: Array, along: Array, say: Texts) -> list[Trace]:
     """Lower panel: band of the next cut's error, what is left of each touch, and the same left out of the fit."""
     touches, prediction = correction.touches, correction.prediction
     rows = touches.of_feature(index)
     spread = correction.next_cut(index, along).expanded_u_mm * UM_PER_MM
-    band = _band(along, np.zeros_like(along), spread) | {"name": "next cut, ±U"}
+    band = _band(along, np.zeros_like(along), spread, say) | {"name": say("next cut, ±U")}
     traces = [band | {"yaxis": "y2"}]
     for name, errors, marker in (
         (
-            "left out of the fit",
+            say("left out of the fit"),
             prediction.leave_one_out_mm,
             {"symbol": "diamond-open", "color": style.SOFT, "size": 9},
         ),
-        ("predicted after", prediction.after_mm, {"symbol": "circle", "color": style.AFTER, "size": 7}),
+        (say("predicted after"), prediction.after_mm, {"symbol": "circle", "color": style.AFTER, "size": 7}),
     ):
         error = errors[rows] * UM_PER_MM
         known = np.isfinite(error)
         hover = [
-            f"point {style.label(touches.point[i])}<br>{name} {style.signed(e)} µm"
+            say("point {point}", point=style.label(touches.point[i])) + f"<br>{name} {say.error(e)} {say.um}"
             for i, e in zip(rows[known], error[known], strict=True)
         ]
         dots = style.dots(s[known].tolist(), error[known].tolist(), hover, **marker)

@@ -6,24 +6,27 @@ import numpy as np
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc, items
-from trueloop.report.style import plain, signed
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
 
 SAMPLES = 101
 RESOLVED_UM = 0.1
 
 
-def decisions(correction: Correction) -> str:
+def decisions(correction: Correction, say: Texts = ENGLISH) -> str:
     """Offset or contour, the curves' models, what was commanded, weight, limits, and the loop's own notes (HTML)."""
     axes = (correction.decision.x.words, correction.decision.z.words)
     program = (commanded_words(correction), weight_words(correction), limit_words(correction), *correction.notes)
     groups = {
-        "Offset or contour": dict.fromkeys((*axes, *correction.record.decision)),
-        "Error curves": correction.model.notes,
-        "Program and limits": program,
+        say("Offset or contour"): dict.fromkeys((*axes, *correction.record.decision)),
+        say("Error curves"): correction.model.notes,
+        say("Program and limits"): program,
     }
-    return "".join(f"<h3>{heading}</h3>{items(map(esc, words))}" for heading, words in groups.items())
+    return "".join(
+        f"<h3>{heading}</h3>{items(esc(say.note(one)) for one in words)}" for heading, words in groups.items()
+    )
 
 
 def commanded_words(correction: Correction) -> str:
@@ -31,30 +34,39 @@ def commanded_words(correction: Correction) -> str:
     commanded_um = correction.commanded_mm * UM_PER_MM
     worst = int(np.argmax(np.abs(commanded_um)))
     if abs(commanded_um[worst]) < RESOLVED_UM:
-        return "The programmed contour is the nominal one: all of the measured error is the process's."
-    return (
-        "The program that cut the measured surface deviates from the nominal by up to "
-        f"{signed(commanded_um[worst])} µm (point {correction.touches.point[worst]}). "
-        "The touches contain that; error curves and predictions do not."
+        return wording("The programmed contour is the nominal one: all of the measured error is the process's.")
+    return wording(
+        "The program that cut the measured surface deviates from the nominal by up to {off} (point {point}). The "
+        "touches contain that; error curves and predictions do not.",
+        off=Um(float(correction.commanded_mm[worst]), "+.1f"),
+        point=correction.touches.point[worst],
     )
 
 
 def weight_words(correction: Correction) -> str:
     """What share of the error is taken out."""
     weight = correction.options.weight
-    share = "all of it" if weight == 1 else f"{weight:.0%} of it, the rest stays for the next part"
-    return f"Weight {weight:g}: of the fitted process error the correction takes out {share}."
+    some = wording("{percent:.0f} % of it, the rest stays for the next part", percent=100.0 * weight)
+    return wording(
+        "Weight {weight:g}: of the fitted process error the correction takes out {share}.",
+        weight=float(weight),
+        share=wording("all of it") if weight == 1 else some,
+    )
 
 
 def limit_words(correction: Correction) -> str:
     """The limits, and how near the correction came to the one on size."""
     limits = correction.options.limits
     peak_um, feature = _peak_um(correction.corrected)
-    return (
-        f"The contour moves by at most {plain(abs(peak_um))} µm ({feature}); accepted are "
-        f"{limits.correction_mm * UM_PER_MM:g} µm, a slope of {limits.slope * UM_PER_MM:g} µm/mm and touches no older "
-        f"than {limits.age_hours:g} h. Curves are written within "
-        f"{correction.options.chord_tolerance_mm * UM_PER_MM:g} µm."
+    return wording(
+        "The contour moves by at most {peak} ({feature}); accepted are {most}, a slope of {slope:g} µm/mm and touches "
+        "no older than {age:g} h. Curves are written within {chord}.",
+        peak=Um(abs(peak_um) / UM_PER_MM),
+        feature=feature,
+        most=Um(limits.correction_mm, "g"),
+        slope=float(limits.slope * UM_PER_MM),
+        age=float(limits.age_hours),
+        chord=Um(correction.options.chord_tolerance_mm, "g"),
     )
 
 

@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import Outcome, causes_um, outcomes
-from trueloop.report.style import plain, signed
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.statistics import rms
 from trueloop.units import UM_PER_MM
+from trueloop.wording import wording
 
 STAYS_MM = 5e-5
 """A cut that moves by less stays where it is."""
@@ -49,7 +50,7 @@ class FeatureSummary:
     standard_u_um: dict[str, float]
 
 
-def feature_summaries(correction: Correction) -> list[FeatureSummary]:
+def feature_summaries(correction: Correction, say: Texts = ENGLISH) -> list[FeatureSummary]:
     """One for each feature of the profile, in its order.
 
     >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
@@ -59,17 +60,17 @@ def feature_summaries(correction: Correction) -> list[FeatureSummary]:
     small-cylinder 0.0 ± 7.9 µm
     dome +2.9 ± 8.0 µm
     """
-    return [_summary(correction, outcome) for outcome in outcomes(correction)]
+    return [_summary(correction, outcome, say) for outcome in outcomes(correction)]
 
 
-def _summary(correction: Correction, outcome: Outcome) -> FeatureSummary:
+def _summary(correction: Correction, outcome: Outcome, say: Texts) -> FeatureSummary:
     return FeatureSummary(
         feature=correction.profile.names[outcome.index],
         figures=touch_figures(correction, correction.touches.of_feature(outcome.index)),
-        correction=kind_of_correction(correction, outcome.index),
+        correction=say.note(kind_of_correction(correction, outcome.index)),
         expected_um=outcome.expected_mm * UM_PER_MM,
         expanded_u_um=outcome.expanded_u_mm * UM_PER_MM,
-        expected=_expected_words(correction, outcome),
+        expected=_expected_words(correction, outcome, say),
         standard_u_um=causes_um(outcome.budget),
     )
 
@@ -94,25 +95,27 @@ def kind_of_correction(correction: Correction, index: int) -> str:
     curve = correction.model.curves[index]
     touches = len(correction.touches.of_feature(index))
     if _is_left(correction, index):
-        return "not touched: left as programmed"
+        return wording("not touched: left as programmed")
     if correction.by_offset[index]:
-        return "constant offset"
+        return wording("constant offset")
     if touches == 0:
-        return "not touched: estimated"
+        return wording("not touched: estimated")
     if curve.spline.degree == 0:
-        return "one touch: constant" if touches == 1 else "constant"
+        return wording("one touch: constant") if touches == 1 else wording("constant")
     if curve.spline.degree == 1:
-        return "straight line: size and taper"
+        return wording("straight line: size and taper")
     knots = len(curve.knots_mm)
-    return f"{('', '', 'parabola', 'cubic spline')[curve.spline.degree]}, {knots} knot{'' if knots == 1 else 's'}"
+    shape = wording("parabola") if curve.spline.degree == 2 else wording("cubic spline")
+    counted = wording("one knot") if knots == 1 else wording("{n} knots", n=knots)
+    return wording("{curve}, {knots}", curve=shape, knots=counted)
 
 
-def _expected_words(correction: Correction, outcome: Outcome) -> str:
-    """Expected error and its expanded uncertainty in µm; a feature that is left as programmed is called so."""
-    u = plain(outcome.expanded_u_mm * UM_PER_MM)
+def _expected_words(correction: Correction, outcome: Outcome, say: Texts) -> str:
+    """Expected error and its expanded uncertainty; a feature that is left as programmed is called so."""
+    u = say.size(outcome.expanded_u_mm * UM_PER_MM)
     if _is_left(correction, outcome.index):
-        return f"left as programmed ± {u} µm"
-    return f"{signed(outcome.expected_mm * UM_PER_MM)} ± {u} µm"
+        return say("left as programmed ± {u} {um}", u=u)
+    return f"{say.error(outcome.expected_mm * UM_PER_MM)} ± {u} {say.um}"
 
 
 def _is_left(correction: Correction, index: int) -> bool:

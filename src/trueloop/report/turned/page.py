@@ -1,72 +1,70 @@
 """The report: one HTML file that needs nothing else, neither a network nor, for its words and pictures, scripts.
 
-Figures are Plotly specifications, drawn as pictures (SVG). A script adds what only a screen can do: values when pointed
-at, and a closer look.
+For a quality manager first: what was corrected, whether it will be in tolerance, what to run; then how it is known.
+Figures are Plotly specifications, drawn as pictures (SVG), once for a screen or paper and once for a telephone. A
+script adds what only a screen can do: values when pointed at, and a closer look.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Final
 from urllib.parse import quote
 
-from trueloop.geometry.feature import Line
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc, section, table
 from trueloop.report.program_diff import changed_lines, program_diff
-from trueloop.report.shell import ON_SCREEN, figure_block, html_page
-from trueloop.report.style import Figure, plain
+from trueloop.report.shell import figure_block, html_page, on_screen
+from trueloop.report.style import Figure
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned import whiskers
 from trueloop.report.turned.by_tool import by_tool_block
+from trueloop.report.turned.characteristic_table import characteristic_table
 from trueloop.report.turned.composed import composed_section
 from trueloop.report.turned.curves import error_curve
 from trueloop.report.turned.decisions import decisions
 from trueloop.report.turned.features import kind_of_correction
+from trueloop.report.turned.header import header, header_fields
 from trueloop.report.turned.junctions import junctions
+from trueloop.report.turned.part_drawing import times
 from trueloop.report.turned.summary import feature_table, offset_words, verdict
 from trueloop.report.turned.touch_table import touches_csv, touches_table
 from trueloop.report.turned.uncertainty import uncertainty
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.units import UM_PER_MM
 
-FULL_WIDTH: Final = 980
-HALF_WIDTH: Final = 480
-SIGN: Final = (
-    "Errors are along the outward normal of the nominal profile: <b class='on'>+ is material left on</b> (red), "
-    "<b class='off'>− is too much taken</b> (blue). x is a radius. u is one standard uncertainty; "
-)
+WIDTHS: Final = {"wide": whiskers.WIDTH, "narrow": whiskers.NARROW}
+"""Of every figure, by the class that a window's width shows."""
 
 
-def page(correction: Correction) -> str:
+def page(correction: Correction, say: Texts = ENGLISH) -> str:
     """The whole report of one correction as HTML."""
-    title = f"{esc(correction.part)} – correction {esc(correction.record.id)}"
+    title = say("{part} – correction {record}", part=esc(correction.part), record=esc(correction.record.id))
     sections = (
-        _part(correction),
-        _curves(correction),
-        section("uncertainty", "Uncertainty", uncertainty(correction)),
-        section("meet", "Junctions", junctions(correction)),
-        _program(correction),
-        section("why", "Decisions", decisions(correction)),
-        composed_section(correction),
-        _numbers(correction),
-        _origin(correction),
+        _part(correction, say),
+        section("program", say("Changes to the program"), *_program(correction, say)),
+        _curves(correction, say),
+        section("uncertainty", say("Uncertainty"), uncertainty(correction, say)),
+        section("meet", say("Junctions"), junctions(correction, say)),
+        section("why", say("Decisions"), decisions(correction, say)),
+        composed_section(correction, say),
+        _numbers(correction, say),
+        _origin(correction, say),
     )
-    return html_page(title, _head(correction) + "".join(sections))
+    return html_page(title, _head(correction, say) + "".join(sections), language=say.language)
 
 
-def _head(correction: Correction) -> str:
-    record = correction.record
+def _head(correction: Correction, say: Texts) -> str:
+    kicker = say("trueloop · correction of a finish cut from the touches after semi-finishing")
+    offset = say("Tool offset: {offset}", offset=esc(offset_words(correction, say)))
     return (
-        '<header><p class="kicker">trueloop · correction of a finish cut from the touches after semi-finishing</p>'
-        f"<h1>{esc(correction.part)}</h1>"
-        f"<p class='meta'>Correction <code>{esc(record.id)}</code> · made {esc(record.made_at)} by "
-        f"{esc(record.made_by)} · {esc(correction.dialect)} program · trueloop {esc(record.trueloop_version)}</p>"
-        f"{by_tool_block(correction)}"
-        f'<p class="verdict"><span class="stamp">Prediction</span>{verdict(correction)}</p>'
-        f"<p id='wear'>Tool offset: {esc(offset_words(correction))}{_blocks(correction)}</p>"
-        f"{feature_table(correction)}"
-        "<p class='note'>Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, with U "
-        "(<a href='#uncertainty'>what it holds</a>). Left out: each touch predicted from all others; what a place "
-        "between the touches may expect.</p>"
-        f"<p class='note'>{SIGN}{_expanded(correction)}</p>{ON_SCREEN}</header>"
+        f'<header><p class="kicker">{kicker}</p><h1>{esc(correction.part)}</h1>'
+        f"{header_fields(header(correction.record), say)}</header>"
+        f'<p class="verdict"><span class="stamp">{say("Prediction")}</span>{verdict(correction, say)}</p>'
+        + section("tolerances", say("Tolerances"), characteristic_table(correction.characteristics, say))
+        + section(
+            "run", say("What to run"), by_tool_block(correction, say), f"<p id='wear'>{offset}{_blocks(correction)}</p>"
+        )
+        + section("errors", say("Errors of the features"), feature_table(correction, say), _legend(correction, say))
     )
 
 
@@ -75,109 +73,132 @@ def _blocks(correction: Correction) -> str:
     return "".join(f"<br><code>{esc(block)}</code>" for block in correction.wear.blocks)
 
 
-def _expanded(correction: Correction) -> str:
+def _legend(correction: Correction, say: Texts) -> str:
+    """What the table's columns and signs mean."""
+    columns = say(
+        "Before: measured after the semi-finish cut. After: <b>predicted</b>, not measured, with U "
+        "(<a href='#uncertainty'>what it holds</a>). Left out: each touch predicted from all others; what a place "
+        "between the touches may expect."
+    )
+    signs = say(
+        "Errors are along the outward normal of the nominal profile: <b class='on'>+ is material left on</b> (red), "
+        "<b class='off'>− is too much taken</b> (blue). x is a radius. u is one standard uncertainty; "
+    )
+    return f"<p class='note'>{columns}</p><p class='note'>{signs}{_expanded(correction, say)}</p>{on_screen(say)}"
+
+
+def _expanded(correction: Correction, say: Texts) -> str:
     """What ± and U are."""
     spare = correction.model.degrees_of_freedom
-    known = f"Student’s distribution for {spare} spare touches" if spare else "no touch is spare, so from gauging alone"
-    return (
-        f"± and U hold 95 %: k u, with k = {coverage_factor(spare or None):.2f} for what is fitted or scatters "
-        f"({known}) and k = {coverage_factor():.2f} for what was gauged or is stated beforehand, root of squares."
+    known = (
+        say("Student’s distribution for {n} spare touches", n=spare)
+        if spare
+        else say("no touch is spare, so from gauging alone")
+    )
+    return say(
+        "± and U hold 95 %: k u, with k = {fitted:.2f} for what is fitted or scatters ({known}) and k = {stated:.2f} "
+        "for what was gauged or is stated beforehand, root of squares.",
+        fitted=coverage_factor(spare or None),
+        known=known,
+        stated=coverage_factor(),
     )
 
 
-def _part(correction: Correction) -> str:
-    both = whiskers.before_and_after(correction)
-    enlarged = whiskers.after_enlarged(correction)
-    return section(
-        "part",
-        "The part",
-        figure_block(
-            "before-after", both, f"Errors × {_times(both)}: above the spindle axis as measured, below as predicted."
-        ),
-        figure_block("after", enlarged, f"Predicted errors × {_times(enlarged)}, with U in grey."),
-    )
+def _part(correction: Correction, say: Texts) -> str:
+    def both(width: int) -> Figure:
+        return whiskers.before_and_after(correction, width, say)
+
+    def enlarged(width: int) -> Figure:
+        return whiskers.after_enlarged(correction, width, say)
+
+    above = say("Errors × {times}: above the spindle axis as measured, below as predicted.", times=_times(both, say))
+    after = say("Predicted errors × {times}, with U in grey.", times=_times(enlarged, say))
+    return section("part", say("The part"), _figure("before-after", both, above), _figure("after", enlarged, after))
 
 
-def _times(figure: Figure) -> str:
-    return f"{figure['layout']['meta']['magnification']:,.0f}".replace(",", "\u202f")
+def _figure(name: str, drawn: Callable[[int], Figure], caption: str) -> str:
+    """A figure as wide as the page, and as wide as a telephone."""
+    return figure_block(name, {shown: drawn(width) for shown, width in WIDTHS.items()}, caption)
 
 
-def _curves(correction: Correction) -> str:
-    """A figure a feature with two touches or more, arcs wide and lines side by side; a line for the others."""
+def _times(drawn: Callable[[int], Figure], say: Texts) -> str:
+    return times(drawn(whiskers.WIDTH)["layout"]["meta"]["magnification"], say)
+
+
+def _curves(correction: Correction, say: Texts) -> str:
+    """A figure a feature with two touches or more; a line for the others."""
     drawn, undrawn = [], []
     for i, feature in enumerate(correction.profile.features):
-        caption = f"<b>{esc(feature.name)}</b>: {kind_of_correction(correction, i)}"
+        caption = f"<b>{esc(feature.name)}</b>: {esc(say.note(kind_of_correction(correction, i)))}"
         if _has_curve(correction, i):
-            width = HALF_WIDTH if isinstance(feature, Line) else FULL_WIDTH
-            drawn.append(
-                figure_block(f"curve-{i}", error_curve(correction, i, width), caption, small=width == HALF_WIDTH)
-            )
+            drawn.append(_figure(f"curve-{i}", partial(error_curve, correction, i, say=say), caption))
         else:
             undrawn.append(caption)
-    legend = (
-        "<p class='note'>Upper panel: touches with ±U, fitted curve, its 95 % band (Student), ▲ knots, □ prescribed "
-        "ends. Lower panel, own scale: ● predicted after, ◇ the touch predicted without itself, grey: ±U of the next "
-        "cut.</p>"
+    legend = say(
+        "Upper panel: touches with ±U, fitted curve, its 95 % band (Student), ▲ knots, □ prescribed ends. Lower panel, "
+        "own scale: ● predicted after, ◇ the touch predicted without itself, grey: ±U of the next cut."
     )
-    rest = f"<p>Without a figure: {'; '.join(undrawn)}. <a href='#why'>Decisions</a> says why.</p>" if undrawn else ""
-    return section("curves", "Error curves", legend, f'<div class="figures">{"".join(drawn)}</div>', rest)
-
-
-def _program(correction: Correction) -> str:
-    """The changes of the program to finish with, and of the variant that changes tool offsets only."""
-    source, decision = correction.source_program, correction.decision
-    parts = []
-    if not decision.by_offset:
-        name = f"<code>{esc(correction.corrected_name)}</code>"
-        gone, come = changed_lines(source, correction.corrected_program)
-        parts.append(f"<p>{name}: {come} lines in the place of {gone}, all others as they were.</p>")
-        parts.append(program_diff(source, correction.corrected_program))
-    if correction.offsets_program is None:
-        return section("program", "Changes to the program", *parts)
-    left = plain(max(decision.x.largest_left_mm, decision.z.largest_left_mm) * UM_PER_MM)
-    parts.append(
-        f"<p><code>{esc(correction.offsets_name)}</code>: tool offsets alone, coordinates as they were; "
-        f"it leaves up to {left} µm.</p>"
-    )
-    parts.append(program_diff(source, correction.offsets_program))
-    return section("program", "Changes to the program", *parts)
-
-
-def _numbers(correction: Correction) -> str:
-    text = touches_csv(correction)
-    file = esc(f"touches-{correction.record.id}.csv")
+    rest = say(
+        "Without a figure: {features}. <a href='#why'>Decisions</a> says why.", features="; ".join(undrawn)
+    )  # fmt: skip
+    figures = f'<div class="figures">{"".join(drawn)}</div>'
     return section(
-        "numbers",
-        "Numbers",
-        touches_table(correction),
-        f'<p class="button"><a download="{file}" href="data:text/csv;charset=utf-8,{quote(text)}">'
-        "Download as CSV</a></p>",
-        f"<details><summary>The same as CSV text</summary><pre id='csv'>{esc(text)}</pre></details>",
+        "curves", say("Error curves"), f"<p class='note'>{legend}</p>", figures, f"<p>{rest}</p>" if undrawn else ""
     )
-
-
-def _origin(correction: Correction) -> str:
-    record = correction.record
-    inputs = [(esc(name), f"<code class='hash'>{esc(digest)}</code>") for name, digest in record.inputs_sha256.items()]
-    options = [(esc(name), esc(value)) for name, value in _flat(record.options)]
-    return section(
-        "origin",
-        "Made from",
-        table(("input", "SHA-256"), inputs, words=(0, 1), name="inputs"),
-        table(("option", "value"), options, words=(0, 1), name="options"),
-        f"<p class='note'>trueloop {esc(record.trueloop_version)}. The record of this id names every changed word.</p>",
-    )
-
-
-def _flat(options: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Options that are tables of options in turn, with dotted names; what was left open is said to be chosen."""
-    for name, value in options.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield prefix + name, "chosen by trueloop" if value is None else value
 
 
 def _has_curve(correction: Correction, index: int) -> bool:
     """One touch makes a constant: no picture tells more of it than its number."""
     return len(correction.touches.of_feature(index)) > 1
+
+
+def _program(correction: Correction, say: Texts) -> Iterator[str]:
+    """The changes of the program to finish with, and of the variant that changes tool offsets only."""
+    source, decision = correction.source_program, correction.decision
+    if not decision.by_offset:
+        name = f"<code>{esc(correction.corrected_name)}</code>"
+        gone, come = changed_lines(source, correction.corrected_program)
+        counted = say("{n} lines in the place of {gone}, all others as they were.", n=come, gone=gone)
+        yield f"<p>{name}: {counted}</p>"
+        yield program_diff(source, correction.corrected_program, say)
+    if correction.offsets_program is None:
+        return
+    alone = say(
+        "<code>{program}</code>: tool offsets alone, coordinates as they were; it leaves up to {left} {um}.",
+        program=esc(correction.offsets_name),
+        left=say.size(max(decision.x.largest_left_mm, decision.z.largest_left_mm) * UM_PER_MM),
+    )
+    yield f"<p>{alone}</p>"
+    yield program_diff(source, correction.offsets_program, say)
+
+
+def _numbers(correction: Correction, say: Texts) -> str:
+    file = esc(f"touches-{correction.record.id}.csv")
+    csv = quote(touches_csv(correction))
+    button = f'<a download="{file}" href="data:text/csv;charset=utf-8,{csv}">{say("Download as CSV")}</a>'
+    return section("numbers", say("Numbers"), touches_table(correction, say), f'<p class="button">{button}</p>')
+
+
+def _origin(correction: Correction, say: Texts) -> str:
+    record = correction.record
+    inputs = [(esc(name), f"<code class='hash'>{esc(digest)}</code>") for name, digest in record.inputs_sha256.items()]
+    options = [(esc(name), esc(say.value(value))) for name, value in flat(record.options, say)]
+    version = say(
+        "trueloop {version}. The record of this id names every changed word.", version=esc(record.trueloop_version)
+    )
+    return section(
+        "origin",
+        say("Made from"),
+        table((say("input"), "SHA-256"), inputs, words=(0, 1), name="inputs", stacks=False),
+        table((say("option"), say("value")), options, words=(0, 1), name="options", stacks=False),
+        f"<p class='note'>{version}</p>",
+    )
+
+
+def flat(options: Mapping[str, object], say: Texts, prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Options that are tables of options in turn, with dotted names; what was left open is said to be chosen."""
+    for name, value in options.items():
+        if isinstance(value, Mapping):
+            yield from flat(value, say, f"{prefix}{name}.")
+        else:
+            yield prefix + name, say("chosen by trueloop") if value is None else value

@@ -5,7 +5,7 @@ z runs to the right and x, a radius, up; coordinates are mm.
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -14,8 +14,16 @@ from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile
 from trueloop.report import style
 from trueloop.report.style import Trace
+from trueloop.report.texts.texts import Texts
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
+
+CHARACTER_PX: Final = 7.5
+"""Width of a character in the figures' type; capitals are wider, most letters narrower."""
+LINE_PX: Final = 16
+BESIDE_PX: Final = 12
+DEEP_PX: Final = 32
+"""How far a feature's name is from its line: beside a face, below other features."""
 
 
 def outline_mm(profile: Profile) -> Array:
@@ -38,23 +46,49 @@ def material(outline: Array) -> list[Trace]:
     ]
 
 
-def feature_names(profile: Profile, touches: ErrorVectors, inward_mm: Array) -> list[dict[str, Any]]:
-    """Each feature's name inside the material, where the feature is long enough to carry one.
+def feature_names(profile: Profile, touches: ErrorVectors, inward_mm: Array, mm_per_px: float) -> list[dict[str, Any]]:
+    """Each feature's name inside the material, where the feature is long enough to carry one and no other name is.
 
     It stands between two touches, and deeper than their whiskers reach: `inward_mm` of shape (n,).
     """
     diagonal = diagonal_mm(profile)
-    notes = []
+    notes: list[dict[str, Any]] = []
+    taken: list[Box] = []
     for i, feature in enumerate(profile.features):
         if feature.length_mm > 0.1 * diagonal:
             rows = touches.of_feature(i)
             s = _widest_gap(touches.arc_length_mm[rows], feature.length_mm)
             faces_z = float(feature.outward_normal(s)[1]) > 0.9
-            deep = 0.015 * diagonal if faces_z else 0.04 * diagonal + float(np.max(inward_mm[rows], initial=0.0))
+            deep = BESIDE_PX * mm_per_px if faces_z else DEEP_PX * mm_per_px + np.max(inward_mm[rows], initial=0.0)
             at = feature.point_mm(s) - deep * feature.outward_normal(s)
             anchor = {"xanchor": "right" if faces_z else "center", "font": {"color": style.INK}}
-            notes.append(style.note(float(at[1]), float(at[0]), style.label(feature.name), **anchor))
+            box = Box.of_text(feature.name, float(at[1]), float(at[0]), faces_z, mm_per_px)
+            if box.bottom > 0.0 and not any(box.meets(other) for other in taken):
+                taken.append(box)
+                notes.append(style.note(float(at[1]), float(at[0]), style.label(feature.name), **anchor))
     return notes
+
+
+@dataclass(frozen=True)
+class Box:
+    """What a text covers, in mm of the axes."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+    @classmethod
+    def of_text(cls, text: str, z: float, x: float, ends_there: bool, mm_per_px: float) -> "Box":
+        """About its middle, or to the left of its end."""
+        width, height = CHARACTER_PX * len(text) * mm_per_px, LINE_PX * mm_per_px
+        right = z if ends_there else z + width / 2
+        return cls(right - width, right, x - height / 2, x + height / 2)
+
+    def meets(self, other: "Box") -> bool:
+        """Whether both cover some place."""
+        apart = self.right < other.left or other.right < self.left or self.top < other.bottom or other.top < self.bottom
+        return not apart
 
 
 def _widest_gap(arc_length_mm: Array, length_mm: float) -> float:
@@ -79,11 +113,12 @@ def round_down(value: float) -> float:
 
 @dataclass(frozen=True)
 class Strip:
-    """The free strip along the top of the picture and its lowest line, in mm of the axes."""
+    """The free strip along the top of the picture, so many `lines` high, and its lowest line, in mm of the axes."""
 
     z_range: tuple[float, float]
     x_range: tuple[float, float]
     mm_per_px: float
+    lines: int
 
     @property
     def left(self) -> float:
@@ -105,22 +140,33 @@ class Strip:
         return self.x_range[1] - (16 + 19 * number) * self.mm_per_px
 
 
-def scale_bars(strip: Strip, magnified: float) -> tuple[list[Trace], list[dict[str, Any]]]:
+LONGEST_BAR_PX: Final = 120
+BARS_APART_PX: Final = 170
+
+
+def times(magnified: float, say: Texts) -> str:
+    """A magnification, thousands apart."""
+    return f"{magnified:,.0f}".replace(",", "\u202f") if magnified >= 1.0 else say.spelled(f"{magnified:g}")
+
+
+def scale_bars(strip: Strip, magnified: float, say: Texts) -> tuple[list[Trace], list[dict[str, Any]]]:
     """In the top strip: a bar for the part in mm and one for the errors in µm."""
-    longest_mm = 120 * strip.mm_per_px
-    part_mm, error_um = round_down(longest_mm), round_down(longest_mm / magnified * UM_PER_MM)
-    at = strip.line(1)
+    longest_mm = LONGEST_BAR_PX * strip.mm_per_px
+    part = round_down(longest_mm * say.per_mm)
+    error = round_down(longest_mm / magnified * UM_PER_MM * say.per_um)
+    above = strip.lines - 2
+    at = strip.line(above + 1)
     bars, notes = [], []
     for right, length_mm, words in (
-        (strip.right, part_mm, f"part {part_mm:g} mm"),
+        (strip.right, part / say.per_mm, say("part {length} {mm}", length=say.spelled(f"{part:g}"))),
         (
-            strip.right - 170 * strip.mm_per_px,
-            error_um / UM_PER_MM * magnified,
-            f"error {error_um:g} µm (× {magnified:,.0f})",
+            strip.right - BARS_APART_PX * strip.mm_per_px,
+            error / say.per_um / UM_PER_MM * magnified,
+            say("error {error} {um} (× {times})", error=say.spelled(f"{error:g}"), times=times(magnified, say)),
         ),
     ):
         bars.append(style.lines([right - length_mm, right], [at, at], style.INK, 3))
-        notes.append(style.note(right, strip.line(0), words, xanchor="right", font={"color": style.INK}))
+        notes.append(style.note(right, strip.line(above), words, xanchor="right", font={"color": style.INK}))
     return bars, notes
 
 

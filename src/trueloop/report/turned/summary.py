@@ -6,72 +6,90 @@ import numpy as np
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc, table
-from trueloop.report.style import plain, signed
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.features import TouchFigures, feature_summaries, touch_figures, worst_of
 from trueloop.units import UM_PER_MM
 
-HEADINGS = (
-    "feature", "touches", "before<br>RMS µm", "before<br>worst µm", "after<br>RMS µm", "after<br>worst µm",
-    "left out<br>RMS µm", "largest U<br>µm", "correction",
-)  # fmt: skip
 
-
-def verdict(correction: Correction) -> str:
+def verdict(correction: Correction, say: Texts = ENGLISH) -> str:
     """What to cut with and what to expect: at the touches, and of features without any (HTML)."""
-    expected, point, feature = _worst_touch(correction)
-    return (
-        f"Finish with <code>{esc(correction.name_to_run)}</code>: the worst error is expected to be "
-        f"<strong>{expected} µm</strong> at point {esc(point)} on {esc(feature)} "
-        f"(worst measured before: {signed(worst_of(correction.prediction.before_mm) * UM_PER_MM)} µm)."
-        + "".join(f" {esc(words)}" for words in _untouched_words(correction))
-    )
+    expected, point, feature = _worst_touch(correction, say)
+    before_um = worst_of(correction.prediction.before_mm) * UM_PER_MM
+    return say(
+        "Finish with <code>{program}</code>: the worst error is expected to be <strong>{expected} {um}</strong> at "
+        "point {point} on {feature} (worst measured before: {before} {um}).",
+        program=esc(correction.name_to_run),
+        expected=expected,
+        point=esc(point),
+        feature=esc(feature),
+        before=say.error(before_um),
+    ) + "".join(f" {esc(words)}" for words in _untouched_words(correction, say))
 
 
-def headline(correction: Correction) -> str:
+def headline(correction: Correction, say: Texts = ENGLISH) -> str:
     """What to expect, as plain text: the worst touch, the widest uncertainty, and features without a touch."""
-    expected, point, feature = _worst_touch(correction)
-    first = f"Worst expected error at a touch: {expected} µm, at point {point} on {feature}."
-    return " ".join([first, *_untouched_words(correction)])
+    expected, point, feature = _worst_touch(correction, say)
+    first = say(
+        "Worst expected error at a touch: {expected} {um}, at point {point} on {feature}.",
+        expected=expected,
+        point=point,
+        feature=feature,
+    )
+    return " ".join([first, *_untouched_words(correction, say)])
 
 
-def _worst_touch(correction: Correction) -> tuple[str, str, str]:
-    """The touch with the largest expected error: that with U in µm, its point, its feature."""
+def _worst_touch(correction: Correction, say: Texts) -> tuple[str, str, str]:
+    """The touch with the largest expected error: that with U, its point, its feature."""
     touches, prediction = correction.touches, correction.prediction
     k = int(np.argmax(np.abs(prediction.after_mm)))
     after, u = prediction.after_mm[k] * UM_PER_MM, prediction.expanded_u_mm[k] * UM_PER_MM
-    return f"{signed(after)} ± {plain(u)}", touches.point[k], correction.profile.names[touches.feature_index[k]]
+    return f"{say.error(after)} ± {say.size(u)}", touches.point[k], correction.profile.names[touches.feature_index[k]]
 
 
-def _untouched_words(correction: Correction) -> Iterator[str]:
+def _untouched_words(correction: Correction, say: Texts) -> Iterator[str]:
     """A sentence on the features without a touch: what is expected of each, and how sure that is."""
-    untouched = [f"{one.feature} {one.expected}" for one in feature_summaries(correction) if not one.figures.touches]
+    summaries = feature_summaries(correction, say)
+    untouched = [f"{one.feature} {one.expected}" for one in summaries if not one.figures.touches]
     if untouched:
-        yield f"Without a touch: {'; '.join(untouched)}."
+        yield say("Without a touch: {features}.", features="; ".join(untouched))
 
 
-def offset_words(correction: Correction) -> str:
+def offset_words(correction: Correction, say: Texts = ENGLISH) -> str:
     """The tool offset as numbers to enter, what it stands for, and what it leaves."""
     left_um = correction.left_by_offset_mm * UM_PER_MM
     worst = int(np.argmax(np.abs(left_um)))
-    feature = correction.profile.names[correction.touches.feature_index[worst]]
     use = (
-        f"enter it at the control once, then run {correction.source_name} as it is"
+        say("enter it at the control once, then run {program} as it is", program=correction.source_name)
         if correction.runs_as_given
-        else f"instead of {correction.name_to_run}, not with it"
+        else say("instead of {program}, not with it", program=correction.name_to_run)
     )
-    return f"{correction.wear.words} ({use}; leaves up to {plain(abs(left_um[worst]))} µm, on {feature})"
+    return say(
+        "{wear} ({use}; leaves up to {left} {um}, on {feature})",
+        wear=correction.wear.words,
+        use=use,
+        left=say.size(abs(left_um[worst])),
+        feature=correction.profile.names[correction.touches.feature_index[worst]],
+    )
 
 
-def feature_table(correction: Correction) -> str:
+def feature_table(correction: Correction, say: Texts = ENGLISH) -> str:
     """A row a feature and one for all touches together."""
-    rows = [_row(one.feature, one.figures, one.expanded_u_um, one.correction) for one in feature_summaries(correction)]
+    headings = (
+        say("feature"), say("touches"), say("before<br>RMS {um}"), say("before<br>worst {um}"),
+        say("after<br>RMS {um}"), say("after<br>worst {um}"), say("left out<br>RMS {um}"),
+        say("largest U<br>{um}"), say("correction"),
+    )  # fmt: skip
+    summaries = feature_summaries(correction, say)
+    rows = [_row(one.feature, one.figures, one.expanded_u_um, one.correction, say) for one in summaries]
     every = touch_figures(correction, np.arange(len(correction.touches.point)))
     widest_um = float(np.max(correction.prediction.expanded_u_mm)) * UM_PER_MM
-    return table(HEADINGS, [*rows, _row("all touches", every, widest_um, "")], words=(0, 8), name="features")
+    last = _row(say("all touches"), every, widest_um, "", say)
+    return table(headings, [*rows, last], words=(0, 8), name="features")
 
 
-def _row(name: str, of: TouchFigures, u_um: float, kind: str) -> list[str]:
+def _row(name: str, of: TouchFigures, u_um: float, kind: str, say: Texts) -> list[str]:
     return [
-        esc(name), str(of.touches), plain(of.before_rms_um), signed(of.before_worst_um), plain(of.predicted_rms_um),
-        signed(of.predicted_worst_um), plain(of.left_out_rms_um), plain(u_um), kind,
+        esc(name), str(of.touches), say.size(of.before_rms_um), say.error(of.before_worst_um),
+        say.size(of.predicted_rms_um), say.error(of.predicted_worst_um), say.size(of.left_out_rms_um), say.size(u_um),
+        esc(kind),
     ]  # fmt: skip

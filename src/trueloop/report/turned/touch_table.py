@@ -9,7 +9,7 @@ import numpy as np
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.markup import esc, table
-from trueloop.report.style import plain, signed
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.units import UM_PER_MM
 
 
@@ -36,10 +36,6 @@ class TouchRow(NamedTuple):
     probability_bad: float
 
 
-HEADINGS: Final = (
-    "feature", "point", "x, radius<br>mm", "z<br>mm", "arc length<br>mm", "before<br>µm", "u gauging<br>µm",
-    "fitted<br>µm", "after<br>µm", "left out<br>µm", "u after<br>µm", "weight",
-)  # fmt: skip
 MM: Final = 4
 UM: Final = 2
 
@@ -84,31 +80,38 @@ def touches_csv(correction: Correction) -> str:
     return text.getvalue()
 
 
-def touches_table(correction: Correction) -> str:
+def touches_table(correction: Correction, say: Texts = ENGLISH) -> str:
     """The rows as HTML, errors to 0.1 µm."""
+    headings = (
+        say("feature"), say("point"), say("x, radius<br>{mm}"), say("z<br>{mm}"), say("arc length<br>{mm}"),
+        say("before<br>{um}"), say("u gauging<br>{um}"), say("fitted<br>{um}"), say("after<br>{um}"),
+        say("left out<br>{um}"), say("u after<br>{um}"), say("weight"),
+    )  # fmt: skip
+    from_here = f' <abbr title="{say("the part&#39;s z was taken from here")}">{say("z ref.")}</abbr>'
     rows = []
     for row, reference in zip(touch_rows(correction), correction.touches.at_reference, strict=True):
-        mark = ' <abbr title="the part\'s z was taken from here">z ref.</abbr>' if reference else ""
+        mark = from_here if reference else ""
         lengths = (row.nominal_x_mm, row.nominal_z_mm, row.arc_length_mm)
         rows.append(
             [
                 esc(row.feature),
                 esc(row.point) + mark,
-                *(plain(value, 3) for value in lengths),
-                signed(row.error_before_um),
-                plain(row.gauging_standard_u_um, 2),
-                signed(row.fitted_um),
-                signed(row.predicted_after_um),
-                signed(row.leave_one_out_um),
-                plain(row.predicted_standard_u_um, 2),
-                _weight(row),
+                *(say.mm(value) for value in lengths),
+                say.error(row.error_before_um),
+                say.size(row.gauging_standard_u_um, 2),
+                say.error(row.fitted_um),
+                say.error(row.predicted_after_um),
+                say.error(row.leave_one_out_um),
+                say.size(row.predicted_standard_u_um, 2),
+                _weight(row, say),
             ]
         )
-    return table(HEADINGS, rows, words=(0, 1), name="touches")
+    return table(headings, rows, words=(0, 1), name="touches", stacks=False)
 
 
-def _weight(row: TouchRow) -> str:
+def _weight(row: TouchRow, say: Texts) -> str:
     """Weight in the fit, and how likely a touch is bad that the others contradict (HTML)."""
     if math.isnan(row.probability_bad):
-        return plain(row.weight, 0)
-    return f"<strong>{plain(row.weight, 0)}</strong> (bad: {100.0 * row.probability_bad:.1f} %)"
+        return say.number(row.weight, 0)
+    bad = say("(bad: {percent:.1f} %)", percent=100.0 * row.probability_bad)
+    return f"<strong>{say.number(row.weight, 0)}</strong> {bad}"

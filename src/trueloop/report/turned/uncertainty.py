@@ -4,25 +4,26 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import Outcome, between_cuts_words, causes_um, outcomes
 from trueloop.report.markup import esc, table
 from trueloop.report.style import plain
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.units import UM_PER_MM
 
-HEADINGS = (
-    "feature", "probe", "curve", "process", "between cuts,<br>whole cut", "between cuts,<br>along the cut", "no touch",
-    "U (95 %)",
-)  # fmt: skip
-COLUMNS = (
-    "Standard uncertainties of the finished part's error in µm, at the place of the feature where U is largest. Probe: "
-    "its repeatability, in the fitted curve. Curve: the scatter of the touched cut, in the fitted curve. Process: the "
-    "scatter of the finish cut by itself. Between cuts: what the finish cut does otherwise than the semi-finish cut, "
-    "which the touches of one part cannot show. No touch: of an error that was estimated from other features."
-)
 
-
-def uncertainty(correction: Correction) -> str:
+def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
     """The budget of every feature, what its columns mean, and where the figures between cuts come from (HTML)."""
-    rows = [_row(correction, one) for one in outcomes(correction)]
-    words = esc(between_cuts_words(correction.options.between_cuts))
-    return f"{table(HEADINGS, rows, words=(0,), name='budget')}<p>{words}</p><p class='note'>{COLUMNS}</p>"
+    headings = (
+        say("feature"), say("probe"), say("curve"), say("process"), say("between cuts,<br>whole cut"),
+        say("between cuts,<br>along the cut"), say("no touch"), say("U (95 %)"),
+    )  # fmt: skip
+    columns = say(
+        "Standard uncertainties of the finished part's error in {um}, at the place of the feature where U is largest. "
+        "Probe: its repeatability, in the fitted curve. Curve: the scatter of the touched cut, in the fitted curve. "
+        "Process: the scatter of the finish cut by itself. Between cuts: what the finish cut does otherwise than the "
+        "semi-finish cut, which the touches of one part cannot show. No touch: of an error that was estimated from "
+        "other features."
+    )
+    rows = [_row(correction, one, say) for one in outcomes(correction)]
+    words = esc(say.note(between_cuts_words(correction.options.between_cuts)))
+    return f"{table(headings, rows, words=(0,), name='budget')}<p>{words}</p><p class='note'>{columns}</p>"
 
 
 def budget_words(correction: Correction) -> str:
@@ -32,6 +33,6 @@ def budget_words(correction: Correction) -> str:
     return f"Uncertainty budget, largest standard uncertainties in µm: {largest}."
 
 
-def _row(correction: Correction, outcome: Outcome) -> list[str]:
-    causes = [plain(um) for um in causes_um(outcome.budget).values()]
-    return [esc(correction.profile.names[outcome.index]), *causes, plain(outcome.expanded_u_mm * UM_PER_MM)]
+def _row(correction: Correction, outcome: Outcome, say: Texts) -> list[str]:
+    causes = [say.size(um) for um in causes_um(outcome.budget).values()]
+    return [esc(correction.profile.names[outcome.index]), *causes, say.size(outcome.expanded_u_mm * UM_PER_MM)]

@@ -14,7 +14,9 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction
 from trueloop.report import style
 from trueloop.report.style import Figure, Trace
+from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.part_drawing import (
+    CHARACTER_PX,
     Strip,
     diagonal_mm,
     feature_names,
@@ -28,10 +30,17 @@ from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.units import UM_PER_MM
 
 WIDTH: Final = 980
-HEIGHT_WITHIN: Final = (360, 940)
+NARROW: Final = 480
+"""Width on a telephone."""
+HIGHEST: Final = 0.96
+"""The picture's height, at most, over its width."""
 FRAME: Final = (80, 82)
 """Pixels of width and height that axes and margins take."""
-PLOT_WIDTH: Final = WIDTH - FRAME[0]
+LINE_PX: Final = 19
+WIDE_LINES: Final = 2
+"""Lines of words at the top; a narrow picture has the bars below them."""
+NAME_GAP_PX: Final = 20
+"""From a whisker to its point's name, and between names."""
 LONGEST_SHARE: Final = 0.12
 """The longest whisker's part of the profile's diagonal, at most."""
 
@@ -59,7 +68,7 @@ class Half:
         return self.expanded_u_mm * self.draws_u
 
 
-def before_and_after(correction: Correction) -> Figure:
+def before_and_after(correction: Correction, width: int = WIDTH, say: Texts = ENGLISH) -> Figure:
     """Above the axis the measured errors, below it the predicted ones, at the same magnification.
 
     >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
@@ -69,13 +78,15 @@ def before_and_after(correction: Correction) -> Figure:
     """
     touches, prediction = correction.touches, correction.prediction
     halves = (
-        Half("Before: measured", "measured", prediction.before_mm, coverage_factor() * touches.standard_u_mm, 1),
-        Half("After: predicted", "predicted", *_predicted(prediction), -1),
+        Half(
+            say("Before: measured"), say("measured"), prediction.before_mm, coverage_factor() * touches.standard_u_mm, 1
+        ),
+        Half(say("After: predicted"), say("predicted"), *_predicted(prediction), -1),
     )
-    return _figure(correction, halves, magnification(correction.profile, prediction.before_mm))
+    return _figure(correction, halves, magnification(correction.profile, prediction.before_mm), width, say)
 
 
-def after_enlarged(correction: Correction) -> Figure:
+def after_enlarged(correction: Correction, width: int = WIDTH, say: Texts = ENGLISH) -> Figure:
     """The predicted errors alone, at a magnification of their own, each with its expanded uncertainty.
 
     >>> job = trueloop.read_job(trueloop.example("modbas2/job.toml"))
@@ -84,9 +95,10 @@ def after_enlarged(correction: Correction) -> Figure:
     2000.0
     """
     prediction = correction.prediction
-    heading = "After: predicted, enlarged"
-    half = Half(heading, "predicted", *_predicted(prediction), 1, draws_u=True)
-    return _figure(correction, (half,), magnification(correction.profile, np.abs(half.error_mm) + half.spread_mm))
+    heading = say("After: predicted, enlarged")
+    half = Half(heading, say("predicted"), *_predicted(prediction), 1, draws_u=True)
+    largest = magnification(correction.profile, np.abs(half.error_mm) + half.spread_mm)
+    return _figure(correction, (half,), largest, width, say)
 
 
 def _predicted(prediction: Prediction) -> tuple[Array, Array]:
@@ -99,28 +111,41 @@ def magnification(profile: Profile, error_mm: Array) -> float:
     return round_down(LONGEST_SHARE * diagonal_mm(profile) / longest)
 
 
-def _figure(correction: Correction, halves: tuple[Half, ...], magnified: float) -> Figure:
+def _figure(correction: Correction, halves: tuple[Half, ...], magnified: float, width: int, say: Texts) -> Figure:
     profile = correction.profile
     outline = outline_mm(profile)
+    strip = _strip(outline, correction, halves, magnified, width)
     traces = material(outline)
     for half in halves:
-        traces += [*_uncertainty(correction, half, magnified), *_whiskers(correction, half, magnified)]
-    z_range, x_range = _ranges(outline, correction, halves, magnified)
-    z_span, x_span = z_range[1] - z_range[0], x_range[1] - x_range[0]
-    height = round(min(max(PLOT_WIDTH * x_span / z_span + FRAME[1], HEIGHT_WITHIN[0]), HEIGHT_WITHIN[1]))
-    strip = Strip(z_range, x_range, max(z_span / PLOT_WIDTH, x_span / (height - FRAME[1])))
+        traces += [*_uncertainty(correction, half, magnified), *_whiskers(correction, half, magnified, strip, say)]
     inward_mm = magnified * np.maximum(halves[0].spread_mm - halves[0].error_mm, 0.0)
-    notes = [*feature_names(profile, correction.touches, inward_mm), *_headings(halves, strip)]
-    bars, bar_notes = scale_bars(strip, magnified)
+    names = feature_names(profile, correction.touches, inward_mm, strip.mm_per_px)
+    bars, bar_notes = scale_bars(strip, magnified, say)
+    z_axis = style.axis(say("z ({mm})"), *_in(say, strip.z_range), width // 110, zeroline=False, constrain="domain")
+    x_axis = style.axis(say("x ({mm}, radius)"), *_in(say, strip.x_range), zeroline=False, constrain="domain")
+    x_axis |= {"scaleanchor": "x", "scaleratio": 1, **_radii(x_axis, say)}
     layout = style.layout(
-        WIDTH,
-        height,
-        xaxis=style.axis("z (mm)", *z_range, zeroline=False, constrain="domain"),
-        yaxis=style.axis("x (mm, radius)", *x_range, zeroline=False, scaleanchor="x", scaleratio=1, constrain="domain"),
-        annotations=[*notes, *bar_notes],
+        width,
+        FRAME[1] + round((strip.x_range[1] - strip.x_range[0]) / strip.mm_per_px),
+        xaxis=z_axis,
+        yaxis=x_axis,
+        annotations=[
+            style.scaled(note, say.per_mm, say.per_mm) for note in [*names, *_headings(halves, strip, say), *bar_notes]
+        ],
         meta={"magnification": magnified},
+        separators=say.separators,
     )
-    return {"data": [*traces, *bars], "layout": layout}
+    return {"data": [style.scaled(trace, say.per_mm, say.per_mm) for trace in [*traces, *bars]], "layout": layout}
+
+
+def _in(say: Texts, ends_mm: tuple[float, float]) -> tuple[float, float]:
+    return ends_mm[0] * say.per_mm, ends_mm[1] * say.per_mm
+
+
+def _radii(axis: dict[str, Any], say: Texts) -> dict[str, Any]:
+    """A radius has no sign: below the spindle axis it counts downwards."""
+    at = style.round_ticks(axis["range"], axis["dtick"])
+    return {"tickvals": at, "ticktext": [say.spelled(style.tick(abs(value))) for value in at]}
 
 
 def tips_mm(correction: Correction, error_mm: Array, magnified: float) -> Array:
@@ -129,18 +154,18 @@ def tips_mm(correction: Correction, error_mm: Array, magnified: float) -> Array:
     return touches.nominal_mm + (magnified * error_mm)[:, None] * touches.outward_normal
 
 
-def _whiskers(correction: Correction, half: Half, magnified: float) -> list[Trace]:
+def _whiskers(correction: Correction, half: Half, magnified: float, strip: Strip, say: Texts) -> list[Trace]:
     """Red whiskers out of the material, blue ones into it, a marker at each tip, and the points' names."""
     touches, error = correction.touches, half.error_mm
     mirror = np.array([half.side, 1.0])
     feet, tips = touches.nominal_mm * mirror, tips_mm(correction, error, magnified) * mirror
-    hover = _hover(correction, half)
+    hover = _hover(correction, half, say)
     colours = np.array([style.colour_of(value) for value in error * UM_PER_MM])
     traces: list[Trace] = []
     for name, colour in (
-        ("material left on", style.LEFT_ON),
-        ("too much taken", style.TAKEN),
-        ("nominal", style.SOFT),
+        (say("material left on"), style.LEFT_ON),
+        (say("too much taken"), style.TAKEN),
+        (say("nominal"), style.SOFT),
     ):
         rows = np.flatnonzero(colours == colour)
         if len(rows):
@@ -148,7 +173,7 @@ def _whiskers(correction: Correction, half: Half, magnified: float) -> list[Trac
             traces.append(style.lines(z, x, colour, 2.2, name=f"{name}, {half.heading}"))
             tip_z, tip_x = tips[rows, 1].tolist(), tips[rows, 0].tolist()
             traces.append(style.dots(tip_z, tip_x, [hover[i] for i in rows], color=colour, size=6, symbol="circle"))
-    return [*traces, _point_names(correction, half, magnified)]
+    return [*traces, _point_names(correction, half, magnified, strip)]
 
 
 def _uncertainty(correction: Correction, half: Half, magnified: float) -> list[Trace]:
@@ -170,21 +195,27 @@ def _segments(start: Array, end: Array) -> tuple[list[float | None], list[float 
     return z, x
 
 
-def _hover(correction: Correction, half: Half) -> list[str]:
+def _hover(correction: Correction, half: Half, say: Texts) -> list[str]:
     touches, names = correction.touches, correction.profile.names
     return [
-        f"{style.label(names[touches.feature_index[i]])}, point {style.label(touches.point[i])}<br>"
-        f"{half.label} {style.signed(half.error_mm[i] * UM_PER_MM)} "
-        f"± {style.plain(half.expanded_u_mm[i] * UM_PER_MM)} µm (95 %)<br>"
-        f"x {style.plain(touches.nominal_mm[i, 0], 3)} mm, z {style.plain(touches.nominal_mm[i, 1], 3)} mm"
+        say(
+            "{feature}, point {point}<br>{kind} {error} ± {u} {um} (95 %)<br>x {x} {mm}, z {z} {mm}",
+            feature=style.label(names[touches.feature_index[i]]),
+            point=style.label(touches.point[i]),
+            kind=half.label,
+            error=say.error(half.error_mm[i] * UM_PER_MM),
+            u=say.size(half.expanded_u_mm[i] * UM_PER_MM),
+            x=say.mm(touches.nominal_mm[i, 0]),
+            z=say.mm(touches.nominal_mm[i, 1]),
+        )
         for i in range(len(touches.point))
     ]
 
 
-def _point_names(correction: Correction, half: Half, magnified: float) -> Trace:
+def _point_names(correction: Correction, half: Half, magnified: float, strip: Strip) -> Trace:
     """Names beside the whiskers, outside the material; where touches are crowded some are left out, never the worst."""
     touches = correction.touches
-    gap = 0.022 * diagonal_mm(correction.profile)
+    gap = NAME_GAP_PX * strip.mm_per_px
     reach = half.error_mm + half.spread_mm
     outward = np.maximum(reach * magnified, 0.0) + gap
     at = (touches.nominal_mm + outward[:, None] * touches.outward_normal) * np.array([half.side, 1.0])
@@ -197,7 +228,7 @@ def _point_names(correction: Correction, half: Half, magnified: float) -> Trace:
         "x": at[shown, 1].tolist(),
         "y": at[shown, 0].tolist(),
         "text": [style.label(touches.point[i]) for i in shown],
-        "textfont": {"size": 10, "color": style.SOFT},
+        "textfont": {"size": 10 if strip.lines == WIDE_LINES else 12, "color": style.SOFT},
         "hoverinfo": "skip",
     }
 
@@ -213,28 +244,35 @@ def _uncrowded(at: Array, strokes: Array, always: int, gap: float) -> list[int]:
     return sorted(shown)
 
 
-def _ranges(
-    outline: Array, correction: Correction, halves: tuple[Half, ...], magnified: float
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Axis ranges (z, x) that hold the part, all whiskers, and a strip for the scale bars at the top."""
+def _strip(outline: Array, correction: Correction, halves: tuple[Half, ...], magnified: float, width: int) -> Strip:
+    """The ranges (z, x) that hold the part, all whiskers with their names, and lines of words at the top; the scale.
+
+    On a narrow picture the bars have lines of their own.
+    """
     reach = [half.error_mm + half.spread_mm for half in halves]
     seen = np.concatenate([outline, *(tips_mm(correction, error, magnified) for error in reach)])
-    pad = 0.05 * diagonal_mm(correction.profile)
-    z_range = float(np.min(seen[:, 1])) - pad, float(np.max(seen[:, 1])) + pad
+    low, high = float(np.min(seen[:, 1])), float(np.max(seen[:, 1]))
+    plot_px, most_px, lines = width - FRAME[0], HIGHEST * width - FRAME[1], WIDE_LINES if width > NARROW else 4
+    beside_px = 2.0 * NAME_GAP_PX
+    top_px, bottom_px = 28.0 + LINE_PX * lines, 36.0 if len(halves) == 2 else 10.0
     highest = float(np.max(np.abs(seen[:, 0])))
-    lowest = -highest if len(halves) == 2 else 0.0
-    strip = 0.09 * max(z_range[1] - z_range[0], highest - lowest)
-    return z_range, (lowest - 0.6 * strip, highest + strip)
+    span = highest * len(halves)
+    mm_per_px = max((high - low) / (plot_px - 2 * beside_px), span / (most_px - top_px - bottom_px))
+    beside = (plot_px * mm_per_px - (high - low)) / 2
+    top, bottom = highest + top_px * mm_per_px, highest - span - bottom_px * mm_per_px
+    return Strip((low - beside, high + beside), (bottom, top), mm_per_px, lines)
 
 
-def _headings(halves: tuple[Half, ...], strip: Strip) -> list[dict[str, Any]]:
+def _headings(halves: tuple[Half, ...], strip: Strip, say: Texts) -> list[dict[str, Any]]:
     """What each half shows, and at the top what the colours mean."""
     notes = []
     for half in halves:
         at = strip.line(0) if half.side > 0 else strip.bottom
         heading = {"size": 14, "color": style.INK}
         notes.append(style.note(strip.left, at, f"<b>{half.heading}</b>", xanchor="left", font=heading))
-    for words, colour, px in (("material left on", style.LEFT_ON, 0), ("too much taken", style.TAKEN, 110)):
+    px = 0.0
+    for words, colour in ((say("+ material left on"), style.LEFT_ON), (say("− too much taken"), style.TAKEN)):
         left = strip.left + px * strip.mm_per_px
         notes.append(style.note(left, strip.line(1), words, xanchor="left", font={"color": colour}))
+        px += CHARACTER_PX * (len(words) + 1)
     return notes

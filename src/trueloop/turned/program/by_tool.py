@@ -18,7 +18,7 @@ from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.limits import cut_mm
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 from trueloop.turned.program.wear_numbers import WearOffset
-from trueloop.wording import Um, wording
+from trueloop.wording import Um, listed, wording
 
 MOST: Final = 0.5
 """An offset that takes out at least this share of the correction's size does most of the work."""
@@ -92,7 +92,7 @@ class ByTool:
     @property
     def words(self) -> str:
         """`T3 wear X −0.024 mm (diameter), Z +0.004; T5 none`."""
-        return "; ".join(self._one(tool) for tool in self.tools)
+        return listed([self._one(tool) for tool in self.tools])
 
     def _one(self, tool: ToolAnswer) -> str:
         if tool.answer == "none":
@@ -118,7 +118,7 @@ class ByTool:
     @property
     def moved_words(self) -> str:
         """What the offset does to every feature that its tool cuts."""
-        features = "; ".join(feature.words for feature in self.features)
+        features = listed([feature.words for feature in self.features])
         return wording(
             "T{tool}'s offset moves all that T{tool} cuts (− takes more off): {features}.",
             tool=self.offset.tool,

@@ -1,0 +1,135 @@
+"""The characteristics of the drawing: inside their limits before, and as expected after; the tightest first."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.report.markup import esc, table
+from trueloop.report.texts.texts import ENGLISH, Texts
+from trueloop.report.turned.characteristics import VERDICTS, characteristics_words, share
+from trueloop.tolerances.judged import Judged, Judgement
+from trueloop.turned.error_curve.coverage import coverage_factor
+from trueloop.wording import wording
+
+SIGNS: Final = {"in": "✓", "out": "✗", "undecided": "?"}
+QUANTITIES: Final = {
+    Quantity.DIAMETER: wording("diameter"),
+    Quantity.RADIUS: wording("radius"),
+    Quantity.LENGTH: wording("length"),
+    Quantity.ANGLE: wording("angle"),
+    Quantity.RUNOUT: wording("runout"),
+    Quantity.POSITION: wording("position"),
+    Quantity.FORM: wording("form"),
+    Quantity.OTHER: wording("other"),
+}
+BAR: Final = (96, 18)
+"""Size of a bar, px."""
+
+
+def characteristic_table(judged: Sequence[Judged], say: Texts = ENGLISH) -> str:
+    """The table, or how to state characteristics where there are none (HTML)."""
+    if not judged:
+        return "<p class='note' id='no-characteristics'>" + say(
+            "The job states no tolerances: name them in tables <code>[[part.characteristic]]</code>, and this page "
+            "says of each whether it is in or out (docs/report.md)."
+        ) + "</p>"  # fmt: skip
+    headings = (
+        say("characteristic"), say("nominal"), say("limits"), say("measured"), say("before"),
+        say("expected after<br>± U (95 %)"), say("after"), say("probability<br>of being in"), say("margin"),
+        say("within the limits"),
+    )  # fmt: skip
+    rows = [_row(one, say) for one in tightest_first(judged)]
+    summary = esc(" ".join(characteristics_words(judged, say)))
+    legend = say(
+        "Bar: the tolerance zone between its limits; ○ before, ◆ expected after with its ± U. in: inside the limits "
+        "with U taken off on both sides, out: outside with U added, undecided: neither (ISO 14253-1)."
+    )
+    return (
+        f"<p id='judged'><strong>{summary}</strong></p>"
+        + table(headings, rows, words=(0, 4, 6, 9), name="characteristics")
+        + f"<p class='note'>{legend}</p>"
+    )
+
+
+def tightest_first(judged: Sequence[Judged]) -> list[Judged]:
+    """By the probability of being in after the correction, then by the margin."""
+    return sorted(judged, key=lambda one: (one.after.probability_in, one.after.margin if one.after.margin else 0.0))
+
+
+def _row(one: Judged, say: Texts) -> list[str]:
+    asked, before, after = one.characteristic, one.before, one.after
+    unit = _unit(asked, say)
+    place = "" if asked.at_z_mm is None else say(", at z {z} {mm}", z=say.mm(asked.at_z_mm))
+    expanded = expanded_u(after)
+    return [
+        f"<b>{esc(asked.name)}</b><br>{esc(say.note(QUANTITIES[asked.quantity]))}, {esc(asked.feature)}{place}",
+        f"{_number(asked.nominal, asked, say)} {unit}" + (f"<br>{esc(asked.tolerance)}" if asked.tolerance else ""),
+        f"{_limit(asked.lower_limit, asked, say)}<br>{_limit(asked.upper_limit, asked, say)}",
+        "–" if before is None else _number(before.value, asked, say),
+        "–" if before is None else _verdict(before, say),
+        f"{_number(after.value, asked, say)}<br>± {_number(expanded, asked, say)}",
+        _verdict(after, say),
+        esc(share(after.probability_in, say)),
+        "–" if after.margin is None else _number(after.margin, asked, say),
+        _bar(one, expanded, say),
+    ]
+
+
+def expanded_u(judgement: Judgement) -> float:
+    """The half width that holds 95 %."""
+    return coverage_factor(judgement.degrees_of_freedom) * judgement.standard_u
+
+
+def _verdict(judgement: Judgement, say: Texts) -> str:
+    """A sign and a word; the colour repeats them."""
+    verdict = judgement.verdict
+    return f'<span class="verdict-{verdict}">{SIGNS[verdict]} {esc(say.note(VERDICTS[verdict]))}</span>'
+
+
+def _unit(asked: Characteristic, say: Texts) -> str:
+    return "°" if asked.quantity is Quantity.ANGLE else say.mm_name
+
+
+def _number(value: float, asked: Characteristic, say: Texts) -> str:
+    return say.number(value, 4) if asked.quantity is Quantity.ANGLE else say.mm(value, 4)
+
+
+def _limit(value: float | None, asked: Characteristic, say: Texts) -> str:
+    return "–" if value is None else _number(value, asked, say)
+
+
+def _bar(one: Judged, expanded: float, say: Texts) -> str:
+    """The zone between the limits, and where the values are; a zone with one limit is open on the other side."""
+    low, high = _zone(one, expanded)
+    width, height = BAR
+
+    def x(value: float) -> float:
+        share = (value - low) / (high - low)
+        return 4 + (width - 8) * min(max(0.15 + 0.7 * share, 0.0), 1.0)
+
+    middle = height / 2
+    left, right = x(one.after.value - expanded), x(one.after.value + expanded)
+    value = x(one.after.value)
+    before = "" if one.before is None else f'<circle cx="{x(one.before.value):.1f}" cy="{middle}" r="3.5" class="was"/>'
+    limits = "".join(
+        f'<path d="M{x(limit):.1f} 1V{height - 1}" class="limit"/>'
+        for limit in (one.characteristic.lower_limit, one.characteristic.upper_limit)
+        if limit is not None
+    )
+    words = say("{name}: {verdict} after the correction", name=esc(one.characteristic.name),
+                verdict=esc(say.note(VERDICTS[one.after.verdict])))  # fmt: skip
+    return (
+        f'<svg class="bar" viewBox="0 0 {width} {height}" width="{width}" height="{height}" role="img" '
+        f'aria-label="{words}"><path d="M{x(low):.1f} {middle}H{x(high):.1f}" class="zone"/>{limits}'
+        f'<path d="M{left:.1f} {middle}H{right:.1f}" class="u"/>{before}'
+        f'<path d="M{value:.1f} {middle - 4.5}l4.5 4.5l-4.5 4.5l-4.5 -4.5Z" class="will"/></svg>'
+    )
+
+
+def _zone(one: Judged, expanded: float) -> tuple[float, float]:
+    """From limit to limit; an open side reaches as far as the values do."""
+    asked, after = one.characteristic, one.after
+    values = [asked.nominal, after.value - expanded, after.value + expanded]
+    low = min(values) if asked.lower_limit is None else asked.lower_limit
+    high = max(values) if asked.upper_limit is None else asked.upper_limit
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
