@@ -130,7 +130,7 @@ def _end_conditions(curve: ErrorCurve, say: Texts) -> tuple[list[Trace], list[di
                 | {"name": say("end condition")}
             )
             gap = (0.03 if anchor == "left" else -0.03) * curve.length_mm
-            notes.append(style.note(s + gap, y, words, xanchor=anchor, font={"size": 11}))
+            notes.append(style.note(s + gap, y, words, xanchor=anchor))
     return traces, notes
 
 
