@@ -238,6 +238,15 @@ def test_several_runs_in_one_file(boundary: str) -> None:
     assert {reading.repeat for inspection in file.inspections for reading in inspection.readings} == {1}
 
 
+def test_a_second_file_in_the_file_says_its_part_and_time_itself() -> None:
+    measured = "FA(D1)=FEAT/CIRCLE,OUTER,CART,,,,,,,30.001"
+    file = in_mm("FILNAM/'a'", "PS(s)=PARTSN/'1'", "DATE=2026/02/01", measured, "FILNAM/'b'", measured)
+    assert [(i.part.part_type.name, i.part.serial, i.measured_at is None) for i in file.inspections] == [
+        ("a", "1", False),
+        ("b", "", True),
+    ]
+
+
 def test_a_date_between_features_of_one_run_is_no_new_run() -> None:
     file = in_mm(
         "DATE=2026/02/01",
@@ -372,7 +381,6 @@ def test_fields_beyond_those_that_are_known_are_remarked() -> None:
         ("0.02,-0.02", "lower limit of 0.02 mm above"),
         ("30,0.02,-0.02", "more than 2"),
         ("0.02", "has 1 of 2 limits"),
-        (",", "limits"),
     ],
 )
 def test_limits_that_are_none_are_remarked_and_not_taken(limits: str, words: str) -> None:

@@ -31,11 +31,13 @@ class Announced:
     """What the outputs of a file say: `lines` the features and the tolerances' labels of each, by its line.
 
     By the label of a tolerance, `features` all that it is output with, in their order, and `by` these output by output.
+    `written`: how features' labels are written at first.
     """
 
     lines: dict[int, tuple[tuple[str, ...], frozenset[str]]]
     features: dict[str, dict[str, None]]
     by: dict[str, set[tuple[str, ...]]]
+    written: dict[str, str]
 
 
 @dataclass
@@ -119,22 +121,24 @@ class Interpreter:
 def announced_in(statements: Iterable[Words]) -> Announced:
     """What the outputs of a file announce."""
     lines = dict[int, tuple[tuple[str, ...], frozenset[str]]]()
-    features, by = dict[str, dict[str, None]](), dict[str, set[tuple[str, ...]]]()
+    features, by, written = dict[str, dict[str, None]](), dict[str, set[tuple[str, ...]]](), dict[str, str]()
     for statement in statements:
         if statement.word in OUTPUTS:
-            output, names = lines[statement.line] = _announced(statement)
+            output, names = lines[statement.line] = _announced(statement, written)
             for name in names:
                 features.setdefault(name, {}).update(dict.fromkeys(output))
                 by.setdefault(name, set()).add(output)
-    return Announced(lines, features, by)
+    return Announced(lines, features, by, written)
 
 
-def _announced(statement: Words) -> tuple[tuple[str, ...], frozenset[str]]:
+def _announced(statement: Words, written: dict[str, str]) -> tuple[tuple[str, ...], frozenset[str]]:
     features, names = [], []
     for text in statement.fields:
         label = label_in(text)
         if label is not None and label[0] in ("F", "FA"):
-            features.append(key_of(label[1]))
+            key = key_of(label[1])
+            written.setdefault(key, label[1])
+            features.append(key)
         elif label is not None and label[0] in ("T", "TA"):
             names.append(key_of(label[1]))
     return tuple(features), frozenset(names)
@@ -166,7 +170,9 @@ def _actual(at: Interpreter, statement: Words) -> None:
         return
     if feature.beyond:
         at.notes.count(f"{_title(statement)} has {feature.beyond} fields more than are known", statement.line)
-    at.run.actuals.append(Actual(feature, at.run.nominals.get(key), at.heading.moment))
+    at.run.actuals.append(
+        Actual(feature, at.run.nominals.get(key), dict(at.run.tolerances.get(key, ())), at.heading.moment)
+    )
     at.last = key
 
 
@@ -255,8 +261,13 @@ def _name(at: Interpreter, statement: Words) -> None:
 
 
 def _file(at: Interpreter, statement: Words) -> None:
+    """A file's begin: what an earlier one in the same file said of part and time holds no longer."""
     text = unquoted(statement.fields[0]) if statement.fields else ""
-    if statement.word == "FILNAM" or not at.heading.file or at.run.measured:
+    if at.run.measured:
+        at.heading = Heading(text)
+    elif at.held is not None:
+        at.heading = Heading(text, date=at.heading.date, time=at.heading.time)
+    elif statement.word == "FILNAM" or not at.heading.file:
         at.heading = replace(at.heading, file=text)
     at.begin(sure=True)
 
@@ -276,6 +287,7 @@ def _moment(at: Interpreter, statement: Words) -> None:
 
 
 def _end(at: Interpreter, _statement: Words) -> None:
+    at.heading = Heading()
     at.begin(sure=True)
 
 

@@ -79,7 +79,7 @@ def _read(content: bytes, path: Path, stated: Stated) -> MeasuredFile:
     sha256 = sha256_of(content)
     inspections, characteristics = [], dict[tuple[str, str], Characteristic]()
     for number, run in enumerate(runs, 1):
-        values = values_of(run, notes)
+        values = values_of(run, notes, at.announced.written)
         _remark_missing(run, notes, f" of run {number}" if len(runs) > 1 else "")
         _remark_filled_in(values, notes)
         if values:
@@ -134,9 +134,12 @@ def _inspection(run: Run, values: tuple[Reading | CmmPoint, ...], sha256: str, p
 
 
 def _remark_missing(run: Run, notes: Notes, where: str) -> None:
-    """Features that the run names and did not measure."""
-    asked = {mark.removeprefix("F ") for mark in run.stated if mark.startswith("F ")} or set(run.nominals)
-    measured = {mark.removeprefix("FA ") for mark in run.stated if mark.startswith("FA ")}
+    """Features that the run names and did not measure; where it names none, of those that an earlier one has named."""
+    asked, measured = (
+        {mark.removeprefix(kind) for mark in run.stated if mark.startswith(kind)} for kind in ("F ", "FA ")
+    )
+    if not asked and measured & set(run.nominals):
+        asked = set(run.nominals)
     without = asked - measured
     missing = [feature for key, feature in run.nominals.items() if key in without]
     if missing:

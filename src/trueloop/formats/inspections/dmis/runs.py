@@ -37,10 +37,11 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Actual:
-    """A measured feature, the nominal one in force at its statement, and when it was reported."""
+    """A measured feature, the nominal one and the tolerances in force at its statement, and when it was reported."""
 
     feature: Feature
     nominal: Feature | None
+    limits: dict[str, Tolerance]
     moment: datetime | None
 
 
@@ -62,7 +63,7 @@ class Run:
     frame: Literal["part", "device"] = "part"
     nominals: dict[str, Feature] = field(default_factory=dict)
     actuals: list[Actual] = field(default_factory=list)
-    tolerances: dict[tuple[str, str], Tolerance] = field(default_factory=dict)
+    tolerances: dict[str, dict[str, Tolerance]] = field(default_factory=dict)
     by_label: dict[str, Tolerance] = field(default_factory=dict)
     found: list[Found] = field(default_factory=list)
     loose: list[tuple[str, Vector, Vector | None]] = field(default_factory=list)
@@ -75,7 +76,7 @@ class Run:
 
     def next(self, heading: Heading) -> "Run":
         """A new one in which the nominals and tolerances stated so far hold on."""
-        return Run(heading, self.frame, dict(self.nominals), [], dict(self.tolerances), dict(self.by_label))
+        return Run(heading, self.frame, dict(self.nominals), [], _copied(self.tolerances), dict(self.by_label))
 
     def joined(self, other: "Run") -> "Run":
         """With what a later run adds to it."""
@@ -84,7 +85,7 @@ class Run:
             self.frame,
             {**self.nominals, **other.nominals},
             [*self.actuals, *other.actuals],
-            {**self.tolerances, **other.tolerances},
+            _copied({**self.tolerances, **other.tolerances}),
             {**self.by_label, **other.by_label},
             [*self.found, *other.found],
             [*self.loose, *other.loose],
@@ -122,7 +123,11 @@ def shared(limits: Tolerance, features: tuple[str, ...], run: Run) -> None:
     """Puts a tolerance where results of these features, or of its own label, find it."""
     run.by_label[key_of(limits.label)] = limits
     for feature in features:
-        run.tolerances[feature, limits.what] = limits
+        run.tolerances.setdefault(feature, {})[limits.what] = limits
+
+
+def _copied(tolerances: dict[str, dict[str, Tolerance]]) -> dict[str, dict[str, Tolerance]]:
+    return {feature: dict(each) for feature, each in tolerances.items()}
 
 
 def with_time(heading: Heading, numbers: tuple[int, ...]) -> Heading:

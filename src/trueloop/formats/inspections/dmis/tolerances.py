@@ -106,7 +106,7 @@ def tolerance_of(statement: Words, settings: Settings) -> Tolerance | str | None
         fields = fields[1:]
     wanted = 1 if what in ZONES and not own else 3 if own or word == "NOMINL" else 2
     fields = _without_words(fields)
-    if len(fields) < wanted or not any(fields[:wanted]):
+    if len(fields) < wanted:
         return f"has {len(fields)} of {wanted} limits"
     numbers = [
         None if (value := number_of(field, settings, statement.line)) is None else value * mm

@@ -2,8 +2,8 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Final, Literal
 
@@ -34,19 +34,20 @@ LEAST_MM: Final = 1e-9
 
 @dataclass
 class Values:
-    """The values of a run as they are made; `noted` are remarks about them."""
+    """The values of a run as they are made; `written` says how the labels of features are written."""
 
     run: Run
     notes: Notes
+    written: Mapping[str, str]
     made: list[Reading | CmmPoint] = field(default_factory=list)
     repeats: Counter[tuple[str, str]] = field(default_factory=Counter)
     compared: Counter[tuple[str, str]] = field(default_factory=Counter)
     taken: dict[tuple[str, str], list[tuple[int, Actual]]] = field(default_factory=dict)
 
 
-def values_of(run: Run, notes: Notes) -> tuple[Reading | CmmPoint, ...]:
+def values_of(run: Run, notes: Notes, written: Mapping[str, str]) -> tuple[Reading | CmmPoint, ...]:
     """What was measured in a run, in its order; what contradicts itself is remarked."""
-    values = Values(run, notes)
+    values = Values(run, notes, written)
     latest: dict[str, Actual] = {}
     for actual in run.actuals:
         latest[key_of(actual.feature.label)] = actual
@@ -54,7 +55,7 @@ def values_of(run: Run, notes: Notes) -> tuple[Reading | CmmPoint, ...]:
     for found in run.found:
         _found(values, found, latest)
     for name, place, normal in run.loose:
-        values.made.append(CmmPoint(place, None, normal, name))
+        values.made.append(CmmPoint(place, None, normal, _label(values, name)))
     return tuple(values.made)
 
 
@@ -84,7 +85,7 @@ def _measured(values: Values, actual: Actual) -> None:
             feature.line,
         )
         nominal = None
-    actual = Actual(feature, nominal, actual.moment)
+    actual = replace(actual, nominal=nominal)
     if feature.kind in POINTS and feature.point_mm is not None:
         values.made.append(_point(feature, nominal))
         return
@@ -109,7 +110,7 @@ def _point(feature: Feature, nominal: Feature | None) -> CmmPoint:
 def _reading(values: Values, actual: Actual, what: str) -> None:
     feature = actual.feature
     key = key_of(feature.label)
-    limits = values.run.tolerances.get((key, what))
+    limits = actual.limits.get(what) or values.run.tolerances.get(key, {}).get(what)
     nominal = size_of(actual.nominal, what)
     value = size_of(feature, what)
     assert value is not None
@@ -186,7 +187,7 @@ def _found(values: Values, found: Found, latest: dict[str, Actual]) -> None:
     feature = found.features[0] if found.features else ""
     limits = found.labelled or values.run.by_label.get(key_of(result.label))
     if limits is None or limits.what != result.what:
-        limits = values.run.tolerances.get((feature, result.what))
+        limits = values.run.tolerances.get(feature, {}).get(result.what)
     taken = values.taken.get((feature, result.what))
     if taken:
         index, actual = taken[min(len(taken) - 1, values.compared[feature, result.what])]  # the second to the second
@@ -226,7 +227,7 @@ def _stated(values: Values, found: Found, actual: Actual | None, limits: Toleran
 def _label(values: Values, key: str) -> str:
     """A feature's label as the file writes it where it has one."""
     feature = values.run.nominals.get(key)
-    return key if feature is None else feature.label
+    return values.written.get(key, key) if feature is None else feature.label
 
 
 def _which(result: Result) -> tuple[str, ...]:
@@ -321,7 +322,8 @@ def _judge(
 
 def characteristics_of(run: Run) -> Iterator[Characteristic]:
     """What a run asks for, measured or not, of the features whose nominal value it states."""
-    for (feature, what), limits in run.tolerances.items():
+    each = [(feature, *pair) for feature, tolerances in run.tolerances.items() for pair in tolerances.items()]
+    for feature, what, limits in each:
         nominal = limits.nominal if limits.nominal is not None else size_of(run.nominals.get(feature), what)
         if nominal is None or what in DISTANCES:
             continue
