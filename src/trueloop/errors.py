@@ -131,6 +131,13 @@ class Code(StrEnum):
     MSR_SERIAL = "MSR-SERIAL", "several parts in one file and none chosen, or one that is not there", ("serials",)
     MSR_NONE = "MSR-NONE", "inspection files without a reading that says anything of the part's errors"
     MSR_VALUE = "MSR-VALUE", "a value of an inspection file that is missing, there twice or half", ("file",)
+    MSR_COLUMN = "MSR-COLUMN", "a column of gauge readings that is missing, unknown, or there twice"
+    MSR_FEATURE = "MSR-FEATURE", "a reading of a feature that the part does not have", ("feature",)
+    MSR_PLACE = "MSR-PLACE", "a reading whose place is missing, or not on its feature", ("feature",)
+    MSR_KIND = "MSR-KIND", "a reading whose quantity its feature does not have", ("feature", "quantity")
+    MSR_NOMINAL = "MSR-NOMINAL", "a reading too far from nominal to be of this part", ("feature", "actual", "nominal")
+    MSR_TWICE = "MSR-TWICE", "a radius among diameters, an included angle, or the reverse", ("feature", "factor")
+    MSR_OLD = "MSR-OLD", "readings from before the last correction", ("measured_at", "corrected_at")
 
     # OFS: tool offsets and the tool tables of controls
     OFS_FILE = "OFS-FILE", "a tool table that cannot be read"

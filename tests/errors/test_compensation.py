@@ -33,9 +33,9 @@ def _limited(limits: Limits) -> None:
 
 def _old() -> None:
     inputs = _inputs()
-    assert inputs.inspection is not None
-    days_ago = replace(inputs.inspection, measured_at=NOW - timedelta(days=2))
-    compensate(replace(inputs, made_at=NOW, inspection=days_ago))
+    (inspection,) = inputs.inspections
+    days_ago = replace(inspection, measured_at=NOW - timedelta(days=2))
+    compensate(replace(inputs, made_at=NOW, inspections=(days_ago,)))
 
 
 def _twice() -> None:

@@ -90,6 +90,12 @@ def points_of_job(path: Path, job: Job, part: ReadPart, margin_mm: float) -> Job
         reachable = part.centre_path.reachable_mm
         points = equally_spaced(profile, _spacings(job, profile, reachable, margin_mm), reachable)
         return JobPoints(points, [str(k + 1) for k in range(len(points.arc_length_mm))])
+    if job.gauging.touches is None:
+        raise TrueloopError(
+            Code.TCH_PLAN,
+            "the job names 0 points to touch: it has readings of gauges alone",
+            hint="say how many with `gauging.points`, or how far apart with `gauging.spacing_mm`",
+        )
     file = path.parent / job.gauging.touches
     with in_file(file):
         vectors = error_vectors(profile, read_touches(file), Gauging())

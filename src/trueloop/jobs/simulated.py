@@ -40,7 +40,7 @@ def workshop_and_trial(job: Path, machine: Path | None) -> tuple[Workshop, Trial
             hint="give the machine file a table [nose] with the job's radius; its errors belong into the wear",
             place=Place(str(machine) if machine is not None else str(job)),
         )
-    trial = trial_of(replace(read.inputs, inspection=None), z_reference)
+    trial = trial_of(replace(read.inputs, inspections=()), z_reference)
     with in_file(job):
         require_plan_fits(trial, workshop.probe)
     return workshop, trial

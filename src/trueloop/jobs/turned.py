@@ -4,10 +4,12 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
+from trueloop.domain.inspection import Inspection
 from trueloop.domain.limits import Limits
 from trueloop.domain.machine import Machine
 from trueloop.domain.page_options import PageOptions
 from trueloop.domain.tool import Edge, Tool
+from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
@@ -19,15 +21,18 @@ from trueloop.jobs.characteristics import characteristics_of
 from trueloop.jobs.inspection import part_errors, part_type, read_inspection, read_part_errors
 from trueloop.jobs.job_files import JobFiles
 from trueloop.jobs.part_on_machine import read_part_on_machine
+from trueloop.jobs.readings import read_readings
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
+from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
+from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
@@ -95,7 +100,7 @@ def read_finish(path: Path) -> ReadFinish:
 
 
 def read_job(path: FilePath) -> ReadJob:
-    """Everything a job names. Raises JOB, NC, GEO and TCH errors with the file they stand in.
+    """Everything a job names. Raises JOB, NC, GEO, TCH and MSR errors with the file they stand in.
 
     CMP-TWICE before anything else of the finish program: a profile taken from a corrected one would be no nominal.
 
@@ -111,20 +116,19 @@ def read_job(path: FilePath) -> ReadJob:
     files.require_uncorrected()
     program = files.finish_program()
     profile = files.profile(program)
-    touches = sources.file(job.gauging.touches)
     finish_touches = sources.file(job.gauging.finish_touches) if job.gauging.finish_touches else None
     nose = _nose(files)
     machine = None
     if job.machine is not None:
         machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
-    inspection = read_inspection(touches, job, machine)
+    inspections, vectors, notes = _measured(files, profile, machine)
     table = files.tool_table(job.tool.table) if job.tool.table is not None else None
     inputs = Inputs(
         part=part_type(job),
         profile=profile,
         nose_radius_mm=files.nose_radius_mm,
         program=program,
-        touches=part_errors(inspection, touches, job, profile),
+        touches=vectors,
         options=_options(job),
         made_at=datetime.now(UTC),
         made_by=user_name(),
@@ -133,7 +137,7 @@ def read_job(path: FilePath) -> ReadJob:
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
         lines=job.programs.finish_lines,
-        inspection=inspection,
+        inspections=inspections,
         program_sha256=job.gauging.program_sha256,
         finish_touches=read_part_errors(finish_touches, job, profile) if finish_touches else None,
         nose=nose,
@@ -146,8 +150,24 @@ def read_job(path: FilePath) -> ReadJob:
         file=str(path),
         characteristics=characteristics_of(files.located, profile),
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
+        notes=notes,
     )
     return ReadJob(inputs, sources.files, path.parent / job.output.folder, table, options_from(PageOptions, job))
+
+
+def _measured(
+    files: JobFiles, profile: Profile, machine: PartOnMachine | None
+) -> tuple[tuple[Inspection, ...], ErrorVectors, tuple[str, ...]]:
+    """Touches and readings as reported, as error vectors, and notes. Raises TCH and MSR errors."""
+    job, touches = files.job, None
+    inspections: tuple[Inspection, ...] = ()
+    if job.gauging.touches is not None:
+        file = files.sources.file(job.gauging.touches)
+        inspection = read_inspection(file, job, machine)
+        inspections, touches = (inspection,), part_errors(inspection, file, job, profile)
+    readings = read_readings(job, files.sources, profile)
+    vectors, notes = readings.joined(profile, touches)
+    return (*inspections, *readings.inspections), vectors, notes
 
 
 def _machine_tool(job: Job) -> Machine | None:
@@ -170,6 +190,13 @@ def _nose(files: JobFiles) -> NoseModel | None:
         if other.job.part.from_program:
             other.require_uncorrected()
         profile = other.profile()
+        if other.job.gauging.touches is None:
+            raise TrueloopError(
+                Code.TCH_FILE,
+                f"{other.path.name!r} has 0 touches: a nose model needs touches of a probe along an arc",
+                hint="leave it out of `compensation.nose_from`",
+                place=Place(str(other.path)),
+            )
         touches = read_part_errors(other.sources.file(other.job.gauging.touches), other.job, profile)
         parts.append(nose_touches(other.job.part.name, profile, touches))
     return fit_nose_model(parts) if parts else None

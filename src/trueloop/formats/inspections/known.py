@@ -11,6 +11,7 @@ from trueloop.formats.input_file import readable
 from trueloop.formats.inspections import calypso, plate, serial_gauge
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.dmis import reader as dmis
+from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated
 from trueloop.formats.inspections.pc_dmis import reader as pc_dmis
 from trueloop.formats.inspections.qdas import reader as qdas
@@ -30,6 +31,7 @@ KNOWN: Final[tuple[Format, ...]] = (
     heidenhain.FORMAT,
     variables.FORMAT,
     log.FORMAT,
+    GAUGE_CSV,
     tables.FORMAT,  # last: any CSV is one
 )
 """In the order in which they are asked: the first that recognises a file reads it."""

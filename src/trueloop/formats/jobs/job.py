@@ -230,12 +230,24 @@ class ProgramsTable(Table):
 
 @with_options("gauging", Gauging)
 class GaugingTable(Table):
-    """The touches and how well the probe repeats ([6811 §4.1]: ranges of 1.5 µm on diameters, 0.5 µm on faces)."""
+    """What was measured: touches of a probe, readings of gauges or measuring machines, or both.
 
-    touches: Path
-    """CSV of the touches after the semi-finish cut: `point`, `feature`, nominal and measured point or error, the unit
-    in each column's name; also `note`, which is not read, and no others.
+    Ranges of repeated probing are those of [6811 §4.1]: 1.5 µm on diameters, 0.5 µm on faces.
     """
+
+    touches: Path | None = None
+    """CSV of the touches after the semi-finish cut: `point`, `feature`, nominal and measured point or error, the unit
+    in each column's name; also `note`, which is not read, and no others. Left out, the job has `readings`.
+    """
+    readings: tuple[Path, ...] | Path = ()
+    """One or several inspection files, in any format of [measurements.md](measurements.md): diameters, radii, lengths
+    and angles of features, by a micrometer as by a measuring machine. Of several parts in a file, `part.serial`
+    chooses one.
+    """
+    readings_unit: Literal["mm", "inch"] | None = None
+    """Unit of lengths in files of readings that do not state it."""
+    after_record: Path | None = None
+    """Record (`record.json`) of the last correction of this process: readings from before it are refused."""
     probe: Path | None = None
     """The probe's file (`docs/probing.md`): needed to plan touches, to write probing programs and to read their logs.
     """
@@ -255,6 +267,17 @@ class GaugingTable(Table):
     """SHA-256 of the finish program that the touches belong to: another program is refused."""
     finish_touches: Path | None = None
     """CSV of touches after an earlier corrected cut, to find a correction of reversed sign."""
+
+    @property
+    def readings_files(self) -> tuple[Path, ...]:
+        """Those of `readings`, one or several."""
+        return (self.readings,) if isinstance(self.readings, Path) else self.readings
+
+    @model_validator(mode="after")
+    def _something_measured(self) -> "GaugingTable":
+        if self.touches is None and not self.readings_files:
+            raise ValueError("`touches` or `readings` is missing: at least one of them is to be given")
+        return self
 
 
 class FeatureFitTable(Table):
@@ -372,6 +395,12 @@ class Job(Table):
     def _contour_for_the_machine(self) -> "Job":
         if self.machine is not None and options_from(Options, self).by == "offset":
             raise ValueError("no tool offset can carry the machine's error: `compensation.by` is to be another")
+        return self
+
+    @model_validator(mode="after")
+    def _readings_without_machine(self) -> "Job":
+        if self.machine is not None and self.gauging.readings_files:
+            raise ValueError("`gauging.readings` cannot be split between machine and process: leave out [machine]")
         return self
 
     @model_validator(mode="after")

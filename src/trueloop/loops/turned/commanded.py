@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Integers
 from trueloop.errors import in_file
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile
@@ -91,8 +91,12 @@ class Commanded:
 
     def measured_at(self, touches: ErrorVectors) -> Array:
         """The commanded deviation at each touch, (n,)."""
-        pairs = zip(touches.feature_index, touches.arc_length_mm, strict=True)
-        return np.array([float(self.measured[int(i)].value_mm(s)) for i, s in pairs])
+        return self.measured_along(touches.feature_index, touches.arc_length_mm)
+
+    def measured_along(self, feature_index: Integers, arc_length_mm: Array) -> Array:
+        """The same at places of the profile, (n,)."""
+        pairs = zip(feature_index.tolist(), arc_length_mm, strict=True)
+        return np.array([float(self.measured[i].value_mm(s)) for i, s in pairs])
 
 
 def commanded(

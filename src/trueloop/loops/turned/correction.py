@@ -39,7 +39,7 @@ class Inputs:
     """One job as values: shapes, programs and touches, and who corrects when.
 
     `machine_tool` is the one that cuts, `edge` the finishing tool's, mounted at `edge_set_at`: None where not stated.
-    `touches` are part errors; `inspection` holds them as they were reported: None where no device did. `inputs_sha256`
+    `touches` are part errors; `inspections` hold them as they were reported: none where no device did. `inputs_sha256`
     names what they were read from; `file` is the job's, which states the rest; None: no file does. `held` is the
     finishing tool as the control knows it. `characteristics` are to be judged; `measured_allowance_mm` is
     what the touches were taken over.
@@ -58,7 +58,7 @@ class Inputs:
     parameters: Mapping[str, float] = field(default_factory=dict)
     execute_deleted_blocks: bool = False
     lines: tuple[int, int] | None = None
-    inspection: Inspection | None = None
+    inspections: tuple[Inspection, ...] = ()
     program_sha256: str | None = None
     finish_touches: ErrorVectors | None = None
     nose: NoseModel | None = None
@@ -71,6 +71,7 @@ class Inputs:
     file: str | None = None
     characteristics: tuple[Characteristic, ...] = ()
     measured_allowance_mm: float = 0.0
+    notes: tuple[str, ...] = ()
 
     @property
     def measured_finished(self) -> bool:
@@ -84,8 +85,10 @@ class Inputs:
 
     @property
     def measured_at(self) -> datetime | None:
-        """When the touches were taken, where that is known."""
-        return None if self.inspection is None else self.inspection.measured_at
+        """When the oldest of the touches and readings were taken, where that is known of all."""
+        times = [one.measured_at for one in self.inspections]
+        known = [time for time in times if time is not None]
+        return min(known) if known and len(known) == len(times) else None
 
 
 @by_content

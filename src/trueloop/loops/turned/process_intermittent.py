@@ -108,7 +108,14 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
             paths.commanded, paths.corrected, decision.offset_mm if decision.by_offset else (0.0, 0.0)
         ),
         record=record_of(inputs, matched, model, decision, programs, surface.touches, composed, by_tool),
-        notes=(*(one.words for one in model.suspects), *unchecked, *tools.notes, *programs.notes, *matched.notes),
+        notes=(
+            *(one.words for one in model.suspects),
+            *inputs.notes,
+            *unchecked,
+            *tools.notes,
+            *programs.notes,
+            *matched.notes,
+        ),
         composed=composed,
         characteristics=Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics(),
         by_tool=by_tool,
@@ -126,7 +133,9 @@ def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
 def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> ProfileErrorModel:
     """Error curves of the process: what neither the machine nor the programs put into the touches."""
     touches, options = surface.touches, inputs.options
-    process = replace(touches, error_mm=touches.error_mm - surface.cut_in_mm - matched.measured_at(touches))
+    seen = tuple(one.less(matched.measured_along(one.feature_index, one.arc_length_mm)) for one in touches.seen)
+    error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
+    process = replace(touches, error_mm=error_mm, seen=seen)
     model = fit_profile(inputs.profile, process, options, inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
     return model

@@ -60,13 +60,13 @@ def record_of(
         edge=None if inputs.edge is None else replace(inputs.edge, tool=tool),
         edge_set_at=inputs.edge_set_at,
         program=recorded_program(program.file or "", program.dialect.name, sha256_of(program.source), unit),
-        inspections=() if inputs.inspection is None else (inputs.inspection,),
+        inspections=inputs.inspections,
         tool_offset=None if inputs.machine is not None else _tool_offset(inputs, decision, programs),
     )
 
 
 def _tool_offset(inputs: Inputs, decision: Decision, programs: Programs) -> ToolOffset:
-    measured = "" if inputs.inspection is None else inputs.inspection.sha256
+    measured = inputs.inspections[-1].sha256 if inputs.inspections else ""
     return programs.wear.as_offset(decision.by_offset, measured, inputs.held)
 
 

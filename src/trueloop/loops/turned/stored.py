@@ -38,10 +38,11 @@ from trueloop.turned.options import Options
 from trueloop.turned.program.by_tool import ByTool, MovedFeature, ToolAnswer
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.seen import Seen
 
 CODEC: Final = values.CODEC.with_more(
     *(Correction, Limits),
-    *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, Options, BetweenCuts, EndConditions),
+    *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
     *(Judged, Judgement),

@@ -18,8 +18,9 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 def reference_responses(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> dict[int, Array]:
     """By how much the coefficients of each chain fall for an error of 1 of the reference touch, (coefficients,) each.
 
-    What the user prescribes, and features that are estimated without a touch, do not follow it. A curve from a nose
-    model is taken to follow it as one through its touches would: exact for the offset along z that the model finds.
+    What the user prescribes, and features that are estimated without a touch or from readings, do not follow it. A
+    curve from a nose model is taken to follow it as one through its touches would: exact for the offset along z that
+    the model finds.
     """
     found: dict[int, Array] = {}
     while len(found) < len(fits):
@@ -32,7 +33,8 @@ def reference_responses(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> 
 
 def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Array], vectors: ErrorVectors) -> Array:
     """The chain's own fit made again, with the shares in place of the errors."""
-    if not len(fit.touches) and all(source.neighbour is None for source in fit.sources):
+    estimated = fit.scatter_mm is not None or not len(fit.touches)
+    if estimated and all(source.neighbour is None for source in fit.sources):
         return np.zeros_like(fit.fit.spline.coefficients_mm)
     given = _conditions(fit, fits, found)
     spline = fit.fit.spline

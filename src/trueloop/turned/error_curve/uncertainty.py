@@ -75,7 +75,9 @@ def _spread(fit: ChainFit, vectors: ErrorVectors) -> Spread:
 
 
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:
-    """Scatter of a chain; where it has no touch, the other touches' uncertainty stands in."""
+    """Scatter of a chain; where it has no touch, the other touches' uncertainty stands in, unless it is stated."""
+    if fit.scatter_mm is not None:
+        return fit.scatter_mm
     u = vectors.standard_u_mm[fit.touches] if len(fit.touches) else vectors.standard_u_mm
     return float(np.sqrt(max(pooled_mm2, float(np.mean(u**2)))))
 

@@ -50,7 +50,8 @@ class ChainFit:
     entry a feature. `residual_mm` and `leave_one_out_mm` (NaN where the other touches say nothing) go by `touches`,
     positions in the error vectors; `spare` are the degrees of freedom. A curve from a model instead of the touches
     brings the square root of its coefficients' covariance, `from_model_mm`, (coefficients, m). `unsupported`: no touch
-    says anything of the chain, and it is left as programmed.
+    says anything of the chain, and it is left as programmed. `scatter_mm` of a touch about a curve that was fitted to
+    readings, which are too few to show it; None: found.
     """
 
     chain: Chain
@@ -64,6 +65,7 @@ class ChainFit:
     spare: int
     from_model_mm: Array | None = None
     unsupported: bool = False
+    scatter_mm: float | None = None
 
 
 def own_fit(

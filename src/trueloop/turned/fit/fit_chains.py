@@ -2,7 +2,8 @@
 
 Touched lines come first; touched arcs take their end values (and slopes, under the policy PATH) from them; lines
 without a touch follow the arcs they are tangent to; what is left is expected from the other features
-(`untouched_fit`).
+(`untouched_fit`). Where gauges were read, all chains without a touch have their curves from the readings
+(`gauged_fit`).
 """
 
 from collections.abc import Hashable
@@ -12,11 +13,13 @@ from typing import TypeAlias
 import numpy as np
 
 from trueloop.geometry.profile import Profile
+from trueloop.turned.fit import gauged
 from trueloop.turned.fit.arc_fit import fit_arcs
-from trueloop.turned.fit.chain import Chain, chains_of
+from trueloop.turned.fit.chain import Chain, TangentPolicy, chains_of
 from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, touches_of
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
 from trueloop.turned.fit.conditions import chain_conditions
+from trueloop.turned.fit.gauged_fit import fit_gauged, is_supported
 from trueloop.turned.fit.line_fit import fit_lines
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.spline import EndConditions
@@ -33,10 +36,27 @@ def fit_chains(
     """Fits of every chain by its index, in the profile's order, and the choices between own curve and nose model."""
     chains = chains_of(profile)
     fits, choices = fit_touched(profile, vectors, options, nose, known)
+    if vectors.seen:
+        return _with_gauged(profile, vectors, options, fits), choices
     for i in sorted(set(range(len(chains))) - set(fits), key=lambda i: chains[i].curved):
         conditions, sources = chain_conditions(profile, chains, i, fits, options)
         fits[i] = fit_untouched(profile, chains[i], vectors, conditions, sources, fits)
     return {i: fits[i] for i in range(len(chains))}, choices
+
+
+def _with_gauged(
+    profile: Profile, vectors: ErrorVectors, options: FitOptions, touched: dict[int, ChainFit]
+) -> dict[int, ChainFit]:
+    """The fits of all chains: those without a touch take values from touched neighbours alone, else from readings."""
+    chains, seen = chains_of(profile), gauged.known(profile, vectors)
+    fits, tangent = dict(touched), replace(options, junctions=TangentPolicy.PATH)
+    for i in sorted(set(range(len(chains))) - set(touched), key=lambda i: chains[i].curved):
+        of_touched = chain_conditions(profile, chains, i, touched, options)
+        ends = chain_conditions(profile, chains, i, fits, tangent)[0] if chains[i].curved else of_touched[0]
+        supported = is_supported(profile, chains[i], vectors, seen)
+        fits[i] = fit_gauged(profile, chains[i], vectors, seen, ends, of_touched, supported)
+    fits[0] = replace(fits[0], notes=(*fits[0].notes, *seen.contradicted()))
+    return {i: fits[i] for i in range(len(chains))}
 
 
 def fit_touched(
@@ -44,7 +64,7 @@ def fit_touched(
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
     """The same of the chains with a touch: those without one have no part in them. `known` is added to."""
     chains = chains_of(profile)
-    with_touches = set(vectors.feature_index.tolist())
+    with_touches = set(vectors.feature_index[~vectors.by_gauge].tolist())
     touched = [i for i, chain in enumerate(chains) if with_touches.intersection(chain.features)]
     fits: dict[int, ChainFit] = {}
     choices: list[ModelChoice] = []

@@ -72,13 +72,13 @@ class Expected:
 
 def expect(profile: Profile, vectors: ErrorVectors, angle_rad: Array, feature: int) -> Expected:
     """What the touches say of a feature, by index, at contact angles (n,)."""
-    seen = _observed(profile, vectors)
-    groups = _groups(profile)
-    own = _covariance(seen.angle_rad, groups[seen.feature], seen.angle_rad, groups[seen.feature])
+    seen = touched_means(profile, vectors)
+    groups = groups_of(profile)
+    own = prior_covariance(seen.angle_rad, groups[seen.feature], seen.angle_rad, groups[seen.feature])
     total = own + np.diag(seen.noise_mm**2)
     here = np.full(len(angle_rad), groups[feature])
-    cross = _covariance(angle_rad, here, seen.angle_rad, groups[seen.feature])
-    prior = _covariance(angle_rad, here, angle_rad, here)
+    cross = prior_covariance(angle_rad, here, seen.angle_rad, groups[seen.feature])
+    prior = prior_covariance(angle_rad, here, angle_rad, here)
     solved = np.linalg.solve(total, np.column_stack([seen.error_mm, cross.T]))
     weights, explained = solved[:, 0], cross @ solved[:, 1:]
     larger = max(1.0, float(seen.error_mm @ weights) / len(seen.error_mm))
@@ -94,20 +94,22 @@ def expect(profile: Profile, vectors: ErrorVectors, angle_rad: Array, feature: i
 
 
 @dataclass(frozen=True)
-class _Observed:
+class TouchedMeans:
     """What was touched: means of each line, and of each arc within `TOGETHER_RAD`; all (n,).
 
     A scan of thousands of points thus stays a matter of some hundred numbers.
     """
 
     feature: NDArray[np.intp]
+    arc_length_mm: Array
     angle_rad: Array
     error_mm: Array
     noise_mm: Array
 
 
-def _observed(profile: Profile, vectors: ErrorVectors) -> _Observed:
-    rows: list[tuple[int, float, float, float]] = []
+def touched_means(profile: Profile, vectors: ErrorVectors) -> TouchedMeans:
+    """The means of all touches; empty without any."""
+    rows: list[tuple[int, float, float, float, float]] = []
     angle = contact_angle_rad(vectors.outward_normal)
     noise = np.hypot(vectors.standard_u_mm, NOISE_MM)
     for feature in np.unique(vectors.feature_index).tolist():
@@ -115,18 +117,19 @@ def _observed(profile: Profile, vectors: ErrorVectors) -> _Observed:
         degree = np.floor(angle[mine] / TOGETHER_RAD) * isinstance(profile.features[feature], Arc)
         for part in (mine[degree == one] for one in np.unique(degree)):
             of_mean = float(np.sqrt(np.mean(noise[part] ** 2) / len(part)))
-            rows.append((feature, float(np.mean(angle[part])), float(np.mean(vectors.error_mm[part])), of_mean))
-    columns = np.array(rows)
-    return _Observed(columns[:, 0].astype(np.intp), columns[:, 1], columns[:, 2], columns[:, 3])
+            means = (float(np.mean(of[part])) for of in (vectors.arc_length_mm, angle, vectors.error_mm))
+            rows.append((feature, *means, of_mean))
+    feature_index, *columns = np.array(rows).reshape(-1, 5).T
+    return TouchedMeans(feature_index.astype(np.intp), *columns)
 
 
-def _groups(profile: Profile) -> NDArray[np.intp]:
+def groups_of(profile: Profile) -> NDArray[np.intp]:
     """A number for every feature, the same for those that join tangentially."""
     steps = [junction.kind is not JunctionKind.TANGENT for junction in profile.junctions]
     return np.concatenate([[0], np.cumsum(steps)]).astype(np.intp)
 
 
-def _covariance(angle_rad: Array, group: NDArray[np.intp], other_rad: Array, other: NDArray[np.intp]) -> Array:
+def prior_covariance(angle_rad: Array, group: NDArray[np.intp], other_rad: Array, other: NDArray[np.intp]) -> Array:
     """Prior covariance of errors at contact angles (n,) and (m,), without noise, (n, m)."""
     apart = np.abs(angle_rad[:, None] - other_rad)
     d = math.sqrt(3.0) * apart / ALIKE_RAD

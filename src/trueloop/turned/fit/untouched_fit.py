@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.geometry.feature import contact_angle_rad
@@ -42,15 +43,17 @@ def fit_untouched(
     """The fit of one chain; `fits` are those of the chains before it, whose corners it meets."""
     if not chain.curved and conditions.count:
         return _continued(profile, chain, vectors, conditions, sources)
-    s, angle = _samples(profile, chain)
+    s, index, along = chain_samples(profile, chain)
+    normals = [profile.features[i].outward_normal(at) for i, at in zip(index, along, strict=True)]
+    angle = contact_angle_rad(np.array(normals))
     expected = expect(profile, vectors, angle, chain.features[0])
     held = np.array([conditions.start_value_mm is not None, conditions.end_value_mm is not None])
     prior = expected.mean_mm if expected.supported else np.zeros_like(s)
-    mean, covariance = _through(prior, expected.covariance_mm2, held, conditions)
+    mean, covariance = through(prior, expected.covariance_mm2, held, conditions)
     mean = mean + _to_corners(profile, chain, s, mean, ~held, fits)
     once = np.append(np.diff(s) > 0.0, True)  # a joint is sampled from both sides
-    degree, root = 3 if chain.curved else 1, _root(covariance)
-    curve, kept = fit_determined(s[once], mean[once], _knots(chain, s), chain.length_mm, degree, conditions)
+    degree, root = 3 if chain.curved else 1, root_of(covariance)
+    curve, kept = fit_determined(s[once], mean[once], chain_knots(chain, s), chain.length_mm, degree, conditions)
     note = _note(profile, chain, expected, mean, root)
     return replace(
         own_fit(chain, touches_of(profile, chain, vectors), curve, sources, note),
@@ -67,12 +70,12 @@ def _continued(
 ) -> ChainFit:
     """A line goes on as the arcs end that it is tangent to: the contact angle is the same."""
     fit = least_squares_spline([], [], [], chain.length_mm, conditions.coefficients - 1, conditions)
-    name = _name(profile, chain)
+    name = name_of(profile, chain)
     note = wording("{feature}: no touch; continues its tangent neighbours' curves", feature=name)
     return own_fit(chain, touches_of(profile, chain, vectors), fit, sources, note)
 
 
-def _knots(chain: Chain, s: Array) -> Knots:
+def chain_knots(chain: Chain, s: Array) -> Knots:
     """Two within each arc, and the joints, where the curve may bend."""
     if not chain.curved:
         return Knots((), chain.joints_mm, 1)
@@ -81,21 +84,19 @@ def _knots(chain: Chain, s: Array) -> Knots:
     return Knots(tuple(float(s[k]) for k in at), chain.joints_mm, 3)
 
 
-def _name(profile: Profile, chain: Chain) -> str:
+def name_of(profile: Profile, chain: Chain) -> str:
+    """Its features by name."""
     return all_of([profile.features[i].name for i in chain.features])
 
 
-def _samples(profile: Profile, chain: Chain) -> tuple[Array, Array]:
-    """Arc lengths along the chain and contact angles, ends of every feature included."""
-    along, angles = [], []
-    for i, start in zip(chain.features, chain.starts_mm, strict=True):
-        s = np.linspace(0.0, profile.features[i].length_mm, SAMPLES)
-        along.append(start + s)
-        angles.append(contact_angle_rad(profile.features[i].outward_normal(s)))
-    return np.concatenate(along), np.concatenate(angles)
+def chain_samples(profile: Profile, chain: Chain) -> tuple[Array, NDArray[np.intp], Array]:
+    """Arc lengths along the chain, and features with arc lengths along these, ends of every feature included; (n,)."""
+    along = [np.linspace(0.0, profile.features[i].length_mm, SAMPLES) for i in chain.features]
+    s = np.concatenate([start + own for start, own in zip(chain.starts_mm, along, strict=True)])
+    return s, np.repeat(np.array(chain.features, dtype=np.intp), SAMPLES), np.concatenate(along)
 
 
-def _through(
+def through(
     mean: Array, covariance: Array, held: "np.ndarray[tuple[int], np.dtype[np.bool_]]", conditions: EndConditions
 ) -> tuple[Array, Array]:
     """Mean and covariance given the values that tangent neighbours prescribe at the ends."""
@@ -156,7 +157,7 @@ def _end_value_mm(feature: int, at_end: bool, fits: Mapping[int, ChainFit]) -> f
     return None
 
 
-def _root(covariance: Array) -> Array:
+def root_of(covariance: Array) -> Array:
     """F with F·Fᵀ the covariance, (n, m), without what is nothing but rounding."""
     values, vectors = np.linalg.eigh(covariance)
     counts = values > 1e-9 * max(float(values[-1]), 1e-12)
@@ -165,7 +166,7 @@ def _root(covariance: Array) -> Array:
 
 
 def _note(profile: Profile, chain: Chain, expected: Expected, mean: Array, root: Array) -> str:
-    name = _name(profile, chain)
+    name = name_of(profile, chain)
     u = Um(float(np.max(np.linalg.norm(root, axis=1), initial=0.0)), ".0f")
     nearest = wording("nearest touched contact angle {away:.0f}° away", away=math.degrees(expected.nearest_rad))
     if not expected.supported:

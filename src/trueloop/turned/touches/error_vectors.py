@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trueloop.arrays import Array, by_content
+from trueloop.arrays import Array, Flags, by_content
+from trueloop.turned.touches.seen import Seen
 
 
 @by_content
@@ -16,6 +17,8 @@ class ErrorVectors:
     `error_mm` is `n · (measured − nominal)`: positive = material left on [6876 glossary, PARTERROR]. `standard_u_mm` is
     its standard uncertainty from gauging. `at_reference` marks the points whose error is zero by definition, because
     the part's z was taken from them [6811 §5.1]. `file` is the one the touches were read from; None: from no file.
+    `gauged` names the points that are readings of a gauge, as errors at one place; `seen` is what all readings see,
+    also those that are of no single place.
     """
 
     point: tuple[str, ...]
@@ -27,6 +30,13 @@ class ErrorVectors:
     nominal_mm: Array
     outward_normal: Array
     file: str | None = None
+    gauged: tuple[str, ...] = ()
+    seen: tuple[Seen, ...] = ()
+
+    @property
+    def by_gauge(self) -> Flags:
+        """Which points are readings of a gauge, (n,)."""
+        return np.array([name in self.gauged for name in self.point], dtype=np.bool_)
 
     def of_feature(self, index: int) -> NDArray[np.intp]:
         """Positions of the gauging points that lie on feature `index`, in order of arc length."""
@@ -45,6 +55,8 @@ class ErrorVectors:
             self.nominal_mm[k],
             self.outward_normal[k],
             self.file,
+            self.gauged,
+            self.seen,
         )
 
     @property

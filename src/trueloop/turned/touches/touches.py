@@ -57,6 +57,15 @@ class Gauging:
     range_z_mm: Annotated[float, Option("gauging.repeatability_face_um", "The same along z.", least=0)] = (
         0.5 / UM_PER_MM
     )
+    readings_u_mm: Annotated[
+        float,
+        Option(
+            "gauging.readings_u_um",
+            "Standard uncertainty of readings that state none, of a diameter on the diameter: a workshop micrometer "
+            "in good order and a part within some kelvin of 20 °C.",
+            above=0,
+        ),
+    ] = 2.0 / UM_PER_MM
     z_reference: Annotated[
         str | None,
         Option(

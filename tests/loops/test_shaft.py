@@ -1,0 +1,150 @@
+"""Six diameters by micrometer, and nothing else, to a corrected program: the example, as its user has it."""
+
+import re
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.cli import run
+from tests.support.gauged import EXAMPLES, shaft_with
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.record_file import read_record
+from trueloop.jobs.turned import read_job
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.loops.turned.stored import CODEC
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+SIX = (EXAMPLES / "shaft" / "readings.csv").read_text(encoding="utf-8")
+HEADER = "feature,z_mm,diameter_mm\n"
+ALL_TOO_LARGE = (
+    "seat-44,-105,44.020\nseat-44,-85,44.020\nseat-36,-60,36.020\nseat-30,-20,30.020\njournal-24,-5,24.020\n"
+)
+
+
+def corrected(folder: Path, readings: str, more: str = "", table: str = "gauging") -> Correction:
+    return compensate(read_job(shaft_with(folder, readings, more, table)).inputs)
+
+
+def x_words(program: bytes) -> list[float]:
+    return [float(word) for word in re.findall(rb"^(?:G01 )?X([\d.]+)", program, re.MULTILINE)]
+
+
+def test_readings_become_points_with_half_the_deviation_of_the_diameter(tmp_path: Path) -> None:
+    inputs = read_job(shaft_with(tmp_path, SIX)).inputs
+    np.testing.assert_allclose(1e3 * inputs.touches.error_mm, [15.5, 13.5, 12.5, 11.0, 8.0, 6.5], atol=1e-6)
+    np.testing.assert_allclose(1e3 * inputs.touches.standard_u_mm, 1.0, atol=1e-9)
+    (inspection,) = inputs.inspections
+    assert (inspection.count, inspection.operator, inspection.measured) == (6, "M. Keller", "readings")
+
+
+@pytest.mark.parametrize(("readings", "sign"), [("44.020", -1.0), ("43.980", 1.0)])
+def test_a_part_that_is_too_large_gets_a_smaller_offset_and_the_reverse(
+    tmp_path: Path, readings: str, sign: float
+) -> None:
+    """20 µm on every diameter, too large or too small: the offset takes out 10 µm on the radius, 20 on the diameter."""
+    text = HEADER + ALL_TOO_LARGE.replace(".020", "." + readings.partition(".")[2])
+    if sign > 0:
+        text = text.replace("44.", "43.").replace("36.", "35.").replace("30.", "29.").replace(",24.", ",23.")
+    correction = corrected(tmp_path, text)
+    assert correction.decision.offset_is_enough
+    assert 1e3 * correction.decision.offset_mm[0] == pytest.approx(sign * 10.0, abs=1e-6)
+    assert correction.decision.offset_mm[1] == 0.0
+    assert f"wear X {'−' if sign < 0 else '+'}0.020 (diameter)" in correction.wear.words
+
+
+def test_a_taper_moves_the_contour_towards_the_nominal_diameters(tmp_path: Path) -> None:
+    """The program's own seat of 44 mm is cut smaller by what the micrometer read, within its uncertainty."""
+    correction = corrected(tmp_path, SIX)
+    assert not correction.decision.by_offset
+    seat = correction.profile.names.index("seat-44")
+    shift = correction.model.curves[seat].value_mm(np.array([7.0, 27.0]))
+    np.testing.assert_allclose(1e3 * shift, [15.5, 13.5], atol=1.0)
+    given, written = x_words(correction.source_program), x_words(correction.corrected_program)
+    assert written[: len(given)] != given
+    assert [x for x in written if 43.0 < x < 45.0] == pytest.approx([44.0 - 2 * 0.0135, 44.0 - 2 * 0.0155], abs=0.002)
+
+
+def test_what_was_not_measured_says_so(tmp_path: Path) -> None:
+    correction = corrected(tmp_path, SIX)
+    for name, u_um in (("end-face", (60.0, 70.0)), ("cone", (25.0, 50.0)), ("seat-30", (5.0, 10.0))):
+        index = correction.profile.names.index(name)
+        middle = np.array([0.5 * correction.profile.features[index].length_mm])
+        u = float(correction.next_cut(index, middle).expanded_u_mm[0]) * 1e3
+        assert u_um[0] < u < u_um[1], name
+    assert correction.model.curves[correction.profile.names.index("end-face")].unsupported
+
+
+def test_repeats_widen_and_their_number_narrows_the_band_of_a_part(tmp_path: Path) -> None:
+    def u_um(readings: str, folder: str) -> float:
+        correction = corrected(tmp_path / folder, HEADER + readings)
+        seat = correction.profile.names.index("seat-44")
+        return float(correction.model.curves[seat].standard_deviation_mm(10.0)[0]) * 1e3
+
+    once = u_um("seat-44,-102,44.020\n", "once")
+    scattering = u_um("seat-44,-102,44.010\nseat-44,-102,44.030\n", "two")
+    many = u_um("seat-44,-102,44.010\nseat-44,-102,44.030\n" * 8, "many")
+    assert once < scattering
+    assert many < scattering
+
+
+def test_the_record_keeps_every_reading_and_comes_back_equal(tmp_path: Path) -> None:
+    job = shaft_with(tmp_path, SIX)
+    words = run("compensate", job)
+    assert "wear X −0.022 (diameter)" in words
+    record = read_record(next(tmp_path.parent.parent.rglob("out/shaft/record.json")))
+    (inspection,) = record.inspections
+    assert [one.actual for one in inspection.readings] == [44.031, 44.027, 36.025, 36.022, 30.016, 24.013]
+    correction = corrected(tmp_path, SIX)
+    assert CODEC.from_json(CODEC.to_json(correction.touches), ErrorVectors) == correction.touches
+
+
+def test_touches_and_readings_are_corrected_together(tmp_path: Path) -> None:
+    """Touches on a seat make its curve, readings those of the others; a touch and a reading in one place are one."""
+    touches = "point,feature,nominal_x_mm,nominal_z_mm,error_um\n" + "".join(
+        f"{k},seat-44,22,{z},{15 + 0.5 * (-1) ** k}\n" for k, z in enumerate((-108, -102, -96, -90, -84))
+    )
+    shaft_with(tmp_path, SIX)
+    (tmp_path / "touches.csv").write_text(touches)
+    both = SIX.replace("seat-44,-105,", "seat-44,-102,")
+    inputs = read_job(shaft_with(tmp_path, both, 'touches = "touches.csv"\n')).inputs
+    assert [one.measured for one in inputs.inspections] == ["touches", "readings"]
+    names = [inputs.profile.names[i] for i in inputs.touches.feature_index]
+    assert (names.count("seat-44"), names.count("seat-36")) == (6, 2)
+    model = compensate(inputs).model
+    assert 1e3 * model.curves[0].value_mm(10.0)[0] == pytest.approx(15.0, abs=0.5)
+    assert 1e3 * model.curves[3].value_mm(10.0)[0] == pytest.approx(12.0, abs=1.5)
+
+
+def test_readings_older_than_the_limit_are_refused(tmp_path: Path) -> None:
+    day_old = (datetime.now(UTC) - timedelta(hours=30)).isoformat()
+    job = shaft_with(tmp_path, SIX.replace("2026-11-20 09:40+01:00", day_old))
+    job.write_text(job.read_text().replace("max_age_hours = 1e6", "max_age_hours = 24.0"))
+    with pytest.raises(TrueloopError) as caught:
+        compensate(read_job(job).inputs)
+    assert caught.value.code is Code.CMP_AGE
+
+
+def test_one_of_several_parts_is_chosen_by_its_serial_number(tmp_path: Path) -> None:
+    two = "serial,feature,z_mm,diameter_mm\nA1,seat-44,-85,44.020\nA2,seat-44,-85,44.040\n"
+    chosen = read_job(shaft_with(tmp_path, two, 'serial = "A2"\n', "part")).inputs
+    np.testing.assert_allclose(chosen.touches.error_mm, [0.020], atol=1e-9)
+    with pytest.raises(TrueloopError) as caught:
+        read_job(shaft_with(tmp_path, two))
+    assert caught.value.code is Code.MSR_SERIAL
+
+
+def test_one_reading_corrects_its_feature_and_says_what_is_not_known(tmp_path: Path) -> None:
+    correction = corrected(tmp_path, f"{HEADER}seat-36,-60,36.020\n")
+    assert correction.decision.offset_is_enough
+    assert 1e3 * correction.decision.offset_mm[0] == pytest.approx(-10.0)
+
+
+def test_a_job_has_touches_or_readings(tmp_path: Path) -> None:
+    job = shaft_with(tmp_path, SIX)
+    job.write_text(job.read_text().replace('readings = "readings.csv"\n', ""))
+    with pytest.raises(TrueloopError) as caught:
+        read_job(job)
+    assert "`touches` or `readings`" in str(caught.value)

@@ -1,0 +1,184 @@
+"""Readings of hand gauges as CSV."""
+
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Reading
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.inspections.gauge_csv import recognises
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+
+
+def read(folder: Path, text: str | bytes, stated: Stated | None = None) -> MeasuredFile:
+    path = folder / "readings.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_measured_file(path, stated or Stated())
+
+
+def readings(folder: Path, text: str | bytes) -> tuple[Reading, ...]:
+    (inspection,) = read(folder, text).inspections
+    return inspection.readings
+
+
+def refused(folder: Path, text: str) -> TrueloopError:
+    with pytest.raises(TrueloopError) as caught:
+        read(folder, text)
+    return caught.value
+
+
+def test_a_row_is_a_reading_with_its_place_its_line_and_what_comments_state_for_all(tmp_path: Path) -> None:
+    text = (
+        "# Monday, first part\n# instrument: micrometer 114\n# operator = M. Keller\n# uncertainty_um: 2\n"
+        "# measured_at: 2026-11-20 09:40+01:00\n# temperature_c: 21.5\n# serial: S-7\n"
+        "feature,z_mm,diameter_mm\nseat-44,-105,44.031\n"
+    )
+    found = read(tmp_path, text)
+    assert (found.format, found.encoding, found.unit, found.remarks) == ("gauge readings (CSV)", "utf-8", "mm", ())
+    (inspection,) = found.inspections
+    when = datetime.fromisoformat("2026-11-20T09:40:00+01:00")
+    assert (inspection.part.serial, inspection.device, inspection.operator) == ("S-7", "micrometer 114", "M. Keller")
+    assert inspection.measured_at == when
+    (reading,) = inspection.readings
+    assert reading == Reading(
+        characteristic="seat-44 diameter z -105",
+        quantity=Quantity.DIAMETER,
+        actual=44.031,
+        feature="seat-44",
+        place_mm=(-105.0,),
+        standard_u=0.002,
+        measured_at=when,
+        temperature_c=21.5,
+        line=9,
+    )
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "quantity", "actual"),
+    [
+        ("diameter_mm", "44.031", Quantity.DIAMETER, 44.031),
+        ("diameter_in", "1.7335", Quantity.DIAMETER, 44.0309),
+        ("radius_mm", "22.0155", Quantity.RADIUS, 22.0155),
+        ("length_in", "2", Quantity.LENGTH, 50.8),
+        ("runout_um", "6", Quantity.RUNOUT, 0.006),
+        ("angle_deg", "11.31", Quantity.ANGLE, 11.31),
+    ],
+)
+def test_a_column_names_quantity_and_unit(
+    tmp_path: Path, column: str, cell: str, quantity: Quantity, actual: float
+) -> None:
+    (reading,) = readings(tmp_path, f"feature,{column}\ncone,{cell}\n")
+    assert reading.quantity is quantity
+    assert reading.actual == pytest.approx(actual, rel=1e-12)
+
+
+def test_quantity_and_value_in_columns_of_their_own(tmp_path: Path) -> None:
+    found = readings(tmp_path, "feature,quantity,value_in,from\nA,Length,1,B\nC,diameter,2,\n")
+    assert [(one.quantity, one.actual, one.other) for one in found] == [
+        (Quantity.LENGTH, 25.4, "B"),
+        (Quantity.DIAMETER, 50.8, ""),
+    ]
+    assert "angle" in str(refused(tmp_path, "feature,quantity,value_mm\nA,angle,1\n"))
+
+
+def test_nominal_limits_and_uncertainty_are_scaled_as_the_value_is(tmp_path: Path) -> None:
+    text = "feature,diameter_in,nominal,lower_limit,upper_limit,expanded_uncertainty_um\nA,1.001,1,0.999,1.002,5\n"
+    (reading,) = readings(tmp_path, text)
+    assert reading.nominal == 25.4
+    assert (reading.lower_limit, reading.upper_limit) == pytest.approx((25.3746, 25.4508))
+    assert reading.standard_u == pytest.approx(0.0025), "the expanded one is k = 2 times it"
+
+
+def test_places_are_z_or_x_and_z(tmp_path: Path) -> None:
+    found = readings(tmp_path, "feature,x_in,z_in,diameter_mm\nA,1,-2,50.8\nB,,-2,50.8\nC,,,50.8\n")
+    assert [one.place_mm for one in found] == [(25.4, -50.8), (-50.8,), ()]
+    assert refused(tmp_path, "feature,x_mm,diameter_mm\nA,1,50.8\n").code is Code.MSR_COLUMN
+
+
+def test_repeats_are_kept_and_numbered(tmp_path: Path) -> None:
+    rows = "A,-5,20.003\nA,-5,20.007\nA,-9,20.004\nA,-5,20.005\n"
+    found = readings(tmp_path, f"feature,z_mm,diameter_mm\n{rows}")
+    assert [(one.place_mm, one.repeat, one.actual) for one in found] == [
+        ((-5.0,), 1, 20.003),
+        ((-5.0,), 2, 20.007),
+        ((-9.0,), 1, 20.004),
+        ((-5.0,), 3, 20.005),
+    ]
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_and_encodings(tmp_path: Path, encoding: str, separator: str) -> None:
+    lines = ["# instrument: Bügelmessschraube für Außenmaße, Größe 25–50", "feature;z_mm;diameter_mm", "Maß;-5;20,003"]
+    text = "\r\n".join(lines).replace(";", separator)
+    (inspection,) = read(tmp_path, text.encode(encoding)).inspections
+    (reading,) = inspection.readings
+    assert (reading.feature, reading.actual) == ("Maß", 20.003)
+    assert inspection.device.endswith("für Außenmaße, Größe 25–50")
+
+
+def test_rows_without_a_value_were_not_measured(tmp_path: Path) -> None:
+    found = read(tmp_path, "feature,z_mm,diameter_mm\nA,-5,20.003\nB,-9,\n")
+    assert [len(one.values) for one in found.inspections] == [1]
+    assert [remark.text for remark in found.remarks] == ["1 of 2 rows have no value: not measured"]
+
+
+def test_parts_instruments_and_operators_are_inspections_of_their_own(tmp_path: Path) -> None:
+    text = "serial,operator,feature,diameter_mm\nA1,K,A,20\nA2,K,A,20.01\nA1,K,B,30\nA1,M,B,30\n"
+    found = read(tmp_path, text).inspections
+    assert [(one.part.serial, one.operator, one.count) for one in found] == [
+        ("A1", "K", 2),
+        ("A2", "K", 1),
+        ("A1", "M", 1),
+    ]
+
+
+def test_a_deviation_of_the_opposite_sign_is_found(tmp_path: Path) -> None:
+    text = "feature,nominal,diameter_mm,deviation\nA,20,20.011,-0.011\nB,30,30.004,-0.004\n"
+    found = read(tmp_path, text)
+    assert [one.actual for one in found.inspections[0].readings] == [20.011, 30.004]
+    (remark,) = found.remarks
+    assert "2 of 2 deviations are counted the other way" in remark.text
+    assert read(tmp_path, text.replace(",-0", ",0")).remarks == ()
+
+
+def test_what_two_cells_say_or_nobody_can_say_is_refused_with_its_place(tmp_path: Path) -> None:
+    both = refused(tmp_path, "feature,diameter_mm,radius_mm\nA,20,10\n")
+    assert (both.code, both.place.line, both.place.column) == (Code.MSR_COLUMN, 2, 3)
+    number = refused(tmp_path, 'feature,diameter_mm\nA,"1,020.5"\n')
+    assert (number.code, number.place.line, number.place.column) == (Code.MSR_NUMBER, 2, 2)
+    assert refused(tmp_path, "feature,diameter_mm,measured_at\nA,20,yesterday\n").code is Code.MSR_NUMBER
+    zero = refused(tmp_path, "feature,diameter_mm,uncertainty_um\nA,20,0\n")
+    assert (zero.code, zero.place.column) == (Code.MSR_COLUMN, 3)
+    mistyped = refused(tmp_path, "# operater: K\nfeature,diameter_mm\nA,20\n")
+    assert (mistyped.code, mistyped.place.line) == (Code.MSR_COLUMN, 1)
+    assert "'operator'" in mistyped.hint
+    twice = refused(tmp_path, "# operator: K\n# operator: M\nfeature,diameter_mm\nA,20\n")
+    assert (twice.code, twice.place.line) == (Code.MSR_COLUMN, 2)
+
+
+def test_a_stated_unit_contradicts_columns_that_name_theirs(tmp_path: Path) -> None:
+    with pytest.raises(TrueloopError) as caught:
+        read(tmp_path, "feature,diameter_mm\nA,20\n", Stated("inch"))
+    assert caught.value.code is Code.MSR_COLUMN
+
+
+@pytest.mark.parametrize(
+    ("header", "is_one"),
+    [
+        ("feature,z_mm,diameter_mm", True),
+        ("Feature;Z_mm;Diameter_mm;note", True),
+        ("characteristic,quantity,value_in", True),
+        ("feature,z_mm,diameter_mm,instrumnt", True),
+        ("feature,diameter_mm,verdict,inspector", False),
+        ("point,feature,error_um", False),
+        ("diameter_mm", False),
+        ("Feature 5", False),
+        ("", False),
+    ],
+)
+def test_which_tables_are_gauge_readings(header: str, is_one: bool) -> None:
+    assert recognises(Path("readings.csv"), f"# a comment\n\n{header}\n".encode()) is is_one
