@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.support.shaft import SHAFT
 from trueloop.domain.characteristic import Quantity
@@ -200,3 +202,26 @@ def test_a_diameter_at_a_place_differs_by_twice_its_distance() -> None:
     (match,) = matches(Reading("D1", D, 30.0, 30.01, place_mm=(-30.0,))).readings
     assert match.distance_mm == pytest.approx(0.01)
     assert "no feature has" in left(Reading("D1", D, 30.0, 30.03, place_mm=(-30.0,))).reason
+
+
+@given(st.lists(st.floats(5.0, 50.0), min_size=1, max_size=6, unique=True), st.floats(-0.4, 0.4), st.booleans())
+def test_no_diameter_goes_to_a_feature_of_another_size(radii: list[float], error_mm: float, placed: bool) -> None:
+    """Steps of any radii, near ones among them: each diameter is that of its own step, or the candidates are named."""
+    corners = [(20.0 + 60.0 * k, x, k) for k, x in enumerate(sorted(radii, reverse=True))]
+    chain: list[Line] = []
+    for z, x, k in corners:
+        if chain and chain[-1].end_mm[0] - x > 1e-3:
+            chain.append(Line(f"face {k}", chain[-1].end_mm, (x, chain[-1].end_mm[1])))
+        start = chain[-1].end_mm if chain else (x, z - 20.0)
+        chain.append(Line(f"step {k}", start, (start[0], z + 40.0)))
+    profile = checked_profile(chain)
+    steps = [(one.name, one.start_mm[0], (one.start_mm[1] + one.end_mm[1]) / 2) for one in chain if "step" in one.name]
+    sizes_of = [Reading(name, D, 2 * (x + error_mm), 2 * x, place_mm=(z,) if placed else ()) for name, x, z in steps]
+    unnamed = [replace(one, characteristic=f"D{k}") for k, one in enumerate(sizes_of)]
+    found = match_inspection(profile, inspection(*unnamed))
+    assert len(found.readings) + len(found.left) == len(steps)
+    for match in found.readings:
+        name, x, _ = steps[int(match.reading.characteristic[1:])]
+        assert abs(profile.features[match.feature_index].start_mm[0] - x) <= 0.01 + 1e-9
+        assert profile.names[match.feature_index] == name or not placed
+    assert all(len(one.candidates) > 1 for one in found.left)

@@ -19,6 +19,8 @@ NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?")
 PAIR: Final = re.compile(rb"[\x80-\xff]{2}")
 UNUSED: Final = re.compile(rb"[\x81\x8d\x8f\x90\x9d]")
 """Single letters outside ASCII among others, `°` or `Ø`, are western: Chinese and Japanese has them in pairs."""
+MOST: Final = 1e15
+"""No length, angle or temperature is as large in any unit; its square is still a number."""
 HINT: Final = "docs/measurements.md lists the formats that are read; other text: save it as CSV in UTF-8"
 
 
@@ -75,14 +77,16 @@ def _only_diameter_signs(content: bytes) -> bool:
 def number_in(text: str, path: Path, line: int, column: int | None = None) -> float:
     """A number with a decimal point or a decimal comma: which of the two may differ from number to number in a file.
 
-    Raises MSR-NUMBER for what is none, and for `1,234.5`: whether its comma groups digits is not known.
+    Raises MSR-NUMBER for what is none, for `1,234.5`, of which it is not known whether its comma groups digits, and
+    beyond `MOST`.
     """
-    if not NUMBER.fullmatch(text.strip()):
+    value = float(text.strip().replace(",", ".")) if NUMBER.fullmatch(text.strip()) else None
+    if value is None or abs(value) > MOST:
         raise TrueloopError(
             Code.MSR_NUMBER,
-            f"{text!r} is no number with one decimal point or comma",
+            f"{text!r} is no number with one decimal point or comma" + ("" if value is None else f" up to {MOST:g}"),
             hint="write it without signs that group digits",
             place=Place(str(path), line, column),
             values={"text": text},
         )
-    return float(text.strip().replace(",", "."))
+    return value

@@ -279,6 +279,32 @@ def test_what_is_no_output_of_a_control_is_not_recognised(tmp_path: Path, conten
     refused(Code.MSR_FORMAT if content else Code.MSR_FILE, tmp_path, content)
 
 
+@given(
+    st.sampled_from(
+        [RENISHAW, HEIDENHAIN, "#500=1.\n#501=.004\n#502=[2*3]/4\n", "1 2 3 0 0 0 0 0 0\n", "X 1.5Z-  3.0\n"]
+    ),
+    st.lists(
+        st.tuples(st.integers(0, 2000), st.text("0123456789.,+-[]/*=#XYZNG \n%(nan1e999", max_size=8)), max_size=6
+    ),
+)
+def test_whatever_a_file_holds_it_is_read_with_finite_numbers_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, content: str, edits: list[tuple[int, str]]
+) -> None:
+    for at, text in edits:
+        k = at % (len(content) + 1)
+        content = content[:k] + text + content[k + len(text) // 2 :]
+    mapping = VARIABLES + '[log]\nx_is = "radius"\ncolumns = ["x", "z"]\n'
+    try:
+        file = read(tmp_path_factory.mktemp("mutated"), content, mapping)
+    except TrueloopError as error:
+        assert error.code.startswith("MSR-")
+        return
+    for one in file.inspections:
+        numbers = [number for point in one.points for number in point.measured_mm]
+        numbers += [number for each in one.readings for number in (each.actual, each.nominal or 0.0)]
+        assert all(map(math.isfinite, numbers))
+
+
 @pytest.mark.corpus
 def test_a_circle_touched_on_a_heidenhain_has_its_known_centre_and_radius(corpus: Path, tmp_path: Path) -> None:
     mapping = tmp_path / "meaning.toml"

@@ -6,6 +6,8 @@
 import re
 from typing import Final
 
+from trueloop.formats.inspections.text import MOST
+
 TOKEN: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[-+*/\[\]])")
 PLAIN: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
 DEEPEST: Final = 20
@@ -13,9 +15,9 @@ DEEPEST: Final = 20
 
 
 def value_of(text: str) -> float | None:
-    """The value of an expression; None for what is none, divides by zero or is no finite number."""
+    """The value of an expression; None for what is none, divides by zero, or is beyond `MOST`."""
     if PLAIN.fullmatch(text):
-        return float(text)
+        return float(text) if abs(float(text)) <= MOST else None
     tokens = _tokens(text)
     if not tokens:
         return None
@@ -23,7 +25,7 @@ def value_of(text: str) -> float | None:
         value, rest = _sum(tokens, 0, 0)
     except (ValueError, ZeroDivisionError, OverflowError, IndexError):
         return None
-    return value if rest == len(tokens) and abs(value) < float("inf") else None
+    return value if rest == len(tokens) and abs(value) <= MOST else None
 
 
 def _tokens(text: str) -> list[str]:

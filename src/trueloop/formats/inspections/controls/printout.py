@@ -24,7 +24,7 @@ from trueloop.formats.inspections.checks import filled_in, half_digits, stated_d
 from trueloop.formats.inspections.controls.meaning import MM_PER, Meaning, meaning_of, unit_of
 from trueloop.formats.inspections.controls.one_part import inspection_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
-from trueloop.formats.inspections.text import beginning, read_decoded
+from trueloop.formats.inspections.text import beginning, number_in, read_decoded
 
 N: Final = r"([-+]?\s*(?:\d+\.?\d*|\.\d+)|NaN)"
 HEADING: Final = re.compile(r"\s*COMPONENT\s+NO\.?\s*(\d+)\s+FEATURE\s+NO\.?\s*(\d+)\s*", re.IGNORECASE)
@@ -108,8 +108,8 @@ class _Reader:
 
     def _row(self, row: re.Match[str], number: int) -> None:
         kind, letter, tp = row[1].upper(), row[2].upper(), row[5]
-        nominal, actual, tolerance, deviation = (_number(row[k]) for k in (3, 4, 6, 7))
-        if not math.isfinite(actual):
+        nominal, actual, tolerance, deviation = (self._number(row[k], number) for k in (3, 4, 6, 7))
+        if not math.isfinite(actual) or not math.isfinite(nominal):
             self.remarks.append(Remark(f"feature {self.feature}: {kind} {letter} was not measured", number))
             return
         quantity, scale = self._quantity(kind, letter)
@@ -136,7 +136,7 @@ class _Reader:
         return {"D": Quantity.DIAMETER, "R": Quantity.RADIUS}.get(letter, Quantity.LENGTH), self.mm
 
     def _point(self, point: re.Match[str], number: int) -> None:
-        words = {one[1].upper(): _number(one[2]) for one in WORD.finditer(point[3])}
+        words = {one[1].upper(): self._number(one[2], number) for one in WORD.finditer(point[3])}
         if missing := sorted(set("XYZIJK" if point[1] == "800" else "XYZR") - set(words)):
             raise self._refusal(f"G{point[1]} N{point[2]} has no {' and no '.join(missing)}", number)
         if not all(map(math.isfinite, words.values())):
@@ -156,6 +156,10 @@ class _Reader:
         part = self.components[-1]
         part.balls_mm.add(words["R"] * self.mm)
         part.points.append(CmmPoint(self._at(words), self._at(at), outward, point[2]))
+
+    def _number(self, text: str | None, line: int) -> float:
+        """A number, blanks behind its sign; nan for one that is not there. Raises MSR-NUMBER."""
+        return math.nan if text is None or text.lower() == "nan" else number_in("".join(text.split()), self.path, line)
 
     def _at(self, words: dict[str, float]) -> Vector:
         return words["X"] * self.mm, words["Y"] * self.mm, words["Z"] * self.mm
@@ -183,8 +187,3 @@ def _inspection(path: Path, meaning: Meaning, one: _Component) -> Inspection:
         )
     ball_mm = next(iter(one.balls_mm), 0.0)
     return inspection_of(path, meaning, one.readings, one.points, ball_radius_mm=ball_mm)
-
-
-def _number(text: str | None) -> float:
-    """A number, blanks behind its sign; nan for one that is not there."""
-    return math.nan if text is None else float("".join(text.split()))
