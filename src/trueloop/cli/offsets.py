@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put, wide_console
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put
 
 app = typer.Typer(
     help="Tool tables of controls: read, and written with the offset of a correction.",
@@ -33,22 +33,14 @@ def read(
     as_json: AsJson = False,
 ) -> None:
     """Show a tool table: tools, offsets, nose radii, tips and names, numbers as they stand in the file."""
-    from rich.markup import escape
-    from rich.table import Table
-
     from trueloop.formats.tables.tool_tables.known import read_tool_table
-    from trueloop.report.tool_tables import HEADINGS, heading_words, table_as_dict, table_rows
+    from trueloop.report.tool_tables import heading_words, table_as_dict, table_lines
 
     table = read_tool_table(file, unit)
     if as_json:
         print_json(table_as_dict(table))
         return
-    shown = Table(*HEADINGS, box=None, pad_edge=False)
-    for row in table_rows(table):
-        shown.add_row(*map(escape, row))
-    print_lines([heading_words(table), ""])
-    wide_console().print(shown)
-    print_lines(f"- {remark}" for remark in table.remarks)
+    typer.echo("\n".join([heading_words(table), "", *table_lines(table), *(f"- {one}" for one in table.remarks)]))
 
 
 @app.command()

@@ -9,9 +9,11 @@ from trueloop.formats.tables.tool_tables.tool_table import Number, ToolRow, Tool
 HEADINGS: Final = ("tool", "kind", "X", "Z", "nose", "tip", "name", "further numbers")
 
 
-def table_rows(table: ToolTable) -> list[list[str]]:
-    """A line a row, under `HEADINGS`; numbers as they stand in the file."""
-    return [_row(row) for row in table.rows]
+def table_lines(table: ToolTable) -> list[str]:
+    """The headings and a line a row, in columns; numbers as they stand in the file."""
+    rows = [HEADINGS, *map(_row, table.rows)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def heading_words(table: ToolTable) -> str:
@@ -76,11 +78,11 @@ def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Pat
     }
 
 
-def _row(row: ToolRow) -> list[str]:
+def _row(row: ToolRow) -> tuple[str, ...]:
     tool = f"T{row.tool}" + (f" D{row.edge}" if row.edge != 1 else "")
     others = " ".join(f"{name} {value}" for name, value in row.others.items())
     numbers = [_text(number) for number in (row.x, row.z, row.nose)]
-    return [tool, row.kind, *numbers, "" if row.tip is None else str(row.tip), row.name, others]
+    return tool, row.kind, *numbers, "" if row.tip is None else str(row.tip), row.name, others
 
 
 def _text(number: Number | None) -> str:

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.tool_tables import FANUC, HAAS, HEIDENHAIN, LINUXCNC, OFFSET, SIEMENS
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.chosen import geometry_of, row_of
 from trueloop.formats.tables.tool_tables.known import KNOWN, read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import new_table, nose_radius_mm
@@ -163,3 +164,19 @@ def test_tables_of_real_machines(corpus: Path) -> None:
         written = new_table(read, replace(OFFSET, tool=tool), "ID").content
         lines = list(zip((folder / name).read_bytes().split(b"\n"), written.split(b"\n"), strict=True))
         assert sum(old != new for old, new in lines) == 1
+
+
+def test_the_nose_of_a_table_in_inch_is_told_in_mm(tmp_path: Path) -> None:
+    """D0.0625 of LinuxCNC, a diameter, and DP6 0.03125, a radius: 1/32 inch, 0.79375 mm."""
+    drawn = {
+        "tool.tbl": "T3 X0 Z0 D0.0625 Q2\n",
+        "to.ini": SIEMENS.replace("METRIC", "INCH").replace("0.400", "0.03125"),
+    }
+    for name, text in drawn.items():
+        assert nose_radius_mm(table(tmp_path, name, text, "inch"), 3, 1, "", 0.79375) == pytest.approx(0.79375)
+
+
+def test_an_ofs_file_names_the_line_of_a_bad_number(tmp_path: Path) -> None:
+    with pytest.raises(TrueloopError) as caught:
+        table(tmp_path, "a.ofs", HAAS.replace("-0.02", "1.2.3"))
+    assert (caught.value.code, caught.value.place.line) == (Code.OFS_NUMBER, 4)
