@@ -166,6 +166,30 @@ def test_parts_side_by_side_and_repeats_side_by_side(tmp_path: Path) -> None:
     assert [(one.repeat, one.actual) for one in _one(repeats)] == [(1, 25.01), (2, 25.02)]
 
 
+def test_bare_numbers_are_parts_under_a_title_that_says_so_and_else_a_choice(tmp_path: Path) -> None:
+    rows = "1;25.4;0.1;0.1;25.41;25.39;25.40\n2;8;0.1;0.1;8.01;8;7.99\n"
+    text = "FAI;;;;{};;\nItem;Dimension [mm];Tol +;Tol -;1;2;3\n" + rows
+    parts = _read(tmp_path, text.format("Samples"))
+    assert [one.part.serial for one in parts.inspections] == ["1", "2", "3"]
+    first = parts.inspections[2].readings[0]
+    assert (first.actual, first.nominal, first.lower_limit) == pytest.approx((25.40, 25.4, 25.3))
+    repeats = _one(_read(tmp_path, text.format("Measurement")))
+    assert [(one.repeat, one.actual) for one in repeats[:2]] == [(1, 25.41), (1, 8.01)]
+    hint = _refused(tmp_path, text.format("")).hint or ""
+    assert "--column parts=1 --column parts=2 --column parts=3" in hint
+
+
+def test_whole_numbers_under_dimension_are_names(tmp_path: Path) -> None:
+    (one,) = _one(_read(tmp_path, "Dimension;Nominal [mm];Actual\n7;25,4;25,41\n"))
+    assert (one.characteristic, one.nominal) == ("7", 25.4)
+
+
+def test_what_is_out_of_tolerance_tells_the_sign_of_lower_tolerances(tmp_path: Path) -> None:
+    head, row = "Nominal [mm];+TOL;-TOL;MEAS;OUTTOL\n", "25;0,05;0,02;25,01;{}\n"
+    assert _one(_read(tmp_path, head + row.format("0,000")))[0].lower_limit == pytest.approx(24.98)
+    assert _one(_read(tmp_path, head + row.format("0,010")))[0].lower_limit == pytest.approx(25.02)
+
+
 def test_one_row_a_part_with_rows_of_nominals_and_limits_and_of_statistics(tmp_path: Path) -> None:
     text = (
         "Seriennummer;Durchmesser D1 [mm];Winkel W1 [°]\nNennmaß;25;45\nOGW;25,05;45,5\nUGW;24,95;44,5\n"

@@ -25,7 +25,7 @@ nominal: nominal, nom, nominal value, nominal size, nominal dimension, nennmass,
     zeichnungsmass, basic
 actual: actual, act, actual value, actual size, measured, measured value, measured size, meas, ist, istwert,
     istmass, messwert, gemessen, messergebnis, ist wert, ist mass
-actual: measurement, reading, value, wert, result, ergebnis, data, messung, ablesung
+actual: measurement, reading, value, wert, result, ergebnis, data, messung, ablesung, observation
 deviation: deviation, dev, deviation from nominal, abweichung, abw, soll ist, ist soll, soll ist abweichung
 deviation: error, err, difference, diff, differenz, delta, fehler
 upper_limit: upper limit, upper specification limit, upper spec limit, usl, obere grenze, obergrenze, ogw,
@@ -72,6 +72,7 @@ repeat: repeat, repetition, wiederholung, trial, run, lauf, durchgang, reading n
 verdict: verdict, n i o i o, i o n i o, status, pass fail, judgement, judgment, bewertung, io nio, ok nok, urteil,
     in tol, ok,
     entscheid, go nogo
+outside: exceed, oot, out of tol, out of tolerance, out tol, outtol, ueberschreitung
 """
 """Role, and the headings as `plain` makes them; further lines of a role are less certain."""
 EITHER_END: Final = """
@@ -80,11 +81,13 @@ lower: min, minimum, lower, unten, low, lo, un, unterer, untere
 """
 """Headings of limits or of tolerances: the values tell which."""
 IGNORED_NAMES: Final = """
-bemerkung, bemerkungen, comment, comments, dev x, dev y, dev z, dx, dy, dz, err x, err y, err z, exceed, grafik,
-graph, index, kommentar, lfd, lfd nr, no, note, notes, notiz, nr, oot, out of tol, out of tolerance, out tol,
-outtol, remark, remarks, row, trend, ueberschreitung, x abw, x dev, y abw, y dev, z abw, z dev, zeile
+bemerkung, bemerkungen, comment, comments, dev x, dev y, dev z, dx, dy, dz, err x, err y, err z, grafik, graph,
+index, kommentar, lfd, lfd nr, no, note, notes, notiz, nr, remark, remarks, row, trend, x abw, x dev, y abw, y
+dev, z abw, z dev, zeile
 """
 """Headings of columns that are not read."""
+SIZES: Final = frozenset(("dimension", "dim", "mass", "masse", "measure", "requirement", "spec", "specification"))
+"""Headings of names or of nominal values: numbers that are not all whole are values."""
 IN_DOUBT: Final = {
     "ut": {"ot": Role.LOWER_TOLERANCE, "lt": Role.UPPER_TOLERANCE},
     "u tol": {"o tol": Role.LOWER_TOLERANCE, "l tol": Role.UPPER_TOLERANCE},

@@ -54,6 +54,7 @@ class Columns(Table):
     temperature: str | None = None
     repeat: str | None = None
     verdict: str | None = None
+    outside: str | None = None
     parts: tuple[str, ...] = ()
     """Columns of actual values, each of one part; their headings are the serial numbers."""
     repeats: tuple[str, ...] = ()

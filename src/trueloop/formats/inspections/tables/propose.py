@@ -16,7 +16,7 @@ from trueloop.formats.inspections.tables.header import (
     numbered,
     role_of,
 )
-from trueloop.formats.inspections.tables.headings import ENDS, IGNORED, IN_DOUBT, KNOWN, names_in, plain
+from trueloop.formats.inspections.tables.headings import ENDS, IGNORED, IN_DOUBT, KNOWN, SIZES, names_in, plain
 from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check
 from trueloop.formats.inspections.tables.roles import LIMITS, NUMBERS, POINT, Role
 from trueloop.formats.inspections.text import NUMBER
@@ -26,7 +26,11 @@ LOOKED_AT: Final = 200
 REPEATS: Final = frozenset(
     names_in("messung, measurement, reading, repeat, wiederholung, trial, run, lauf, durchgang, ablesung")
 )
-PARTS: Final = frozenset(name for name, (role, _) in KNOWN.items() if role is Role.SERIAL)
+PARTS: Final = frozenset(name for name, (role, _) in KNOWN.items() if role is Role.SERIAL) | {
+    "parts",
+    "samples",
+    "teile",
+}
 """Headings that, with a number after them, are those of repeated readings, or of parts."""
 LABELLED: Final = (Role.NOMINAL, *LIMITS, Role.UNIT)
 Given = Map[str, Sequence[str]]
@@ -111,6 +115,8 @@ class _Table:
         name = self.header.plain[column]
         if name in IGNORED:
             return None
+        if name in SIZES and any("." in cell or "," in cell for cell in self.cells(column)) and self.is_number(column):
+            return Role.NOMINAL, 1
         if name in ENDS:
             return self._end(column, ENDS[name])
         if name in IN_DOUBT and role_of(name, self.header.plain) is None:
@@ -142,7 +148,7 @@ class _Table:
         ]
         numbers = [k for k in free if self.is_number(k)]
         names = tuple(self.header.names[k] for k in numbers)
-        bases = {numbered(plains[k]) for k in numbers}
+        bases = {self._base(k) for k in numbers}
         if not numbers or chosen.keys() >= _POINTS:
             return {}
         if Role.NOMINAL in chosen:
@@ -156,10 +162,19 @@ class _Table:
             return {"characteristics": names}
         key = "actual" if len(names) == 1 else "parts"
         what = "which column is the actual value" if len(names) == 1 else "whether columns are parts or repeats"
-        raise self._refusal(f"its headings do not say {what}: {_listed(names)}", key, names[0])
+        raise self._refusal(f"its headings do not say {what}: {_listed(names)}", key, *names)
 
-    def _refusal(self, why: str, key: str, heading: str) -> TrueloopError:
-        hint = f"say which: trueloop measure map {self.grid.path.name} --column {key}={shlex.quote(heading)}"
+    def _base(self, column: int) -> str | None:
+        """A heading without its number; of a bare number the title in the row above it."""
+        base = numbered(self.header.plain[column])
+        if base or not self.header.title:
+            return base
+        above = self.grid.rows[self.header.title - 1][: column + 1]
+        return plain(next((cell for cell in reversed(above) if cell), ""))
+
+    def _refusal(self, why: str, key: str, *headings: str) -> TrueloopError:
+        options = " ".join(f"--column {key}={shlex.quote(heading)}" for heading in headings)
+        hint = f"say which: trueloop measure map {self.grid.path.name} {options}"
         return _refusal(self.grid, why, self.header.row, hint)
 
     def labels(self, columns: Columns) -> RowLabels:

@@ -37,6 +37,7 @@ class Role(StrEnum):
     TEMPERATURE = "temperature"
     REPEAT = "repeat"
     VERDICT = "verdict"
+    OUTSIDE = "outside"  # by how much a value is beyond its limits, 0: not
 
     @property
     def is_number(self) -> bool:
@@ -50,4 +51,4 @@ NORMAL: Final = (Role.I, Role.J, Role.K)
 LIMITS: Final = (Role.UPPER_LIMIT, Role.LOWER_LIMIT, Role.UPPER_TOLERANCE, Role.LOWER_TOLERANCE)
 LENGTHS: Final = frozenset((Role.NOMINAL, Role.ACTUAL, Role.DEVIATION, *LIMITS, *POINT, *NOMINAL_POINT))
 """What is in a unit of length, or of angle."""
-NUMBERS: Final = LENGTHS | {*NORMAL, Role.TEMPERATURE}
+NUMBERS: Final = LENGTHS | {*NORMAL, Role.TEMPERATURE, Role.OUTSIDE}

@@ -67,7 +67,7 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
     row_units = [unit_named(text) for text in long.texts.get(Role.UNIT, ())]
     quantities, unknown = quantities_of(long, read, row_units)
     numbers, base = _in_mm(long, read, quantities, row_units, unit)
-    count, nothing = len(long), np.full(len(long), np.nan)
+    nothing = np.full(len(long), np.nan)
     actual, nominal, stated = (numbers.get(role, nothing) for role in (Role.ACTUAL, Role.NOMINAL, Role.DEVIATION))
     rounding = _rounding(long, base)
     sign = mapping.deviation or deviation_sign(actual, nominal, stated, rounding)
@@ -79,7 +79,7 @@ def sizes_of(long: Long, mapping: TableMapping, unit: Unit | None) -> Sizes:
         )
     actual = np.where(np.isnan(actual), nominal + deviation, actual)
     nominal = np.where(np.isnan(nominal), actual - deviation, nominal)
-    good = np.array([_verdict(text) for text in long.texts.get(Role.VERDICT, ())] or [np.nan] * count)
+    good = _good(long)
     limits = _limits(long, mapping, numbers, quantities, actual, nominal, good)
     said = (f"{unknown} values are of a quantity that is not known: they are read as other",) if unknown else ()
     sizes = Sizes(
@@ -232,6 +232,14 @@ def _require_order(long: Long, lower: Array, upper: Array) -> None:
     if np.any(wrong):
         row = int(np.argmax(wrong))
         raise limits_refusal(float(lower[row]), float(upper[row]), Place(str(long.grid.path), long.lines[row]))
+
+
+def _good(long: Long) -> Array:
+    """Verdicts as the table states them, (n,): 1 good, 0 bad, nan not stated; also by how much a value is outside."""
+    if Role.VERDICT not in long.texts and Role.OUTSIDE in long.texts:
+        outside = numbers_of(long.texts[Role.OUTSIDE], long.where(Role.OUTSIDE)).values
+        return np.where(np.isnan(outside), np.nan, outside == 0)
+    return np.array([_verdict(text) for text in long.texts.get(Role.VERDICT, ())] or [np.nan] * len(long))
 
 
 def _rounding(long: Long, unit: Unit | None) -> float:
