@@ -8,7 +8,10 @@ import pytest
 
 from tests.support.cli import invoke, output_of, run
 from tests.support.shaft import SHAFT, write_job
+from trueloop.formats.inspections.known import read_measured_file
+from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.measurements.touches_csv import read_touches
+from trueloop.jobs.measured import read_measured, read_part_of_job
 
 PRINT = """   COMPONENT NO 4                    FEATURE NO 1
 SIZE D30.0000   ACTUAL 30.0232   TOL 0.0200   DEV 0.0232
@@ -87,6 +90,23 @@ def test_readings_are_written_with_the_parts_names_and_limits(tmp_path: Path, jo
         ("collar", "", "diameter", "40.0012", "40", "40.02"),
         ("shoulder", "end", "length", "40.004", "40", ""),
     ]
+
+
+def test_written_readings_are_gauge_readings_that_are_read_back_the_same(tmp_path: Path, job: Path) -> None:
+    out = tmp_path / "readings.csv"
+    file = written(tmp_path, PRINT + "ANG 33.6901   ACTUAL 33.7400   TOL 0.1000   DEV 0.0499\n")
+    output_of("measure", "read", file, "--unit", "mm", "--job", job, "-o", out)
+    back = read_measured_file(out, Stated())
+    assert back.format == "gauge readings (CSV)"
+    first = read_measured(file, Stated("mm"), read_part_of_job(job)).on_part[0].matches
+    assert first is not None
+    sizes = {one.characteristic: one for one in back.inspections[0].readings}
+    assert len(sizes) == len(first.readings) == 3
+    for match in first.readings:
+        before, after = match.reading, sizes[match.reading.characteristic]
+        assert (after.feature, after.quantity) == (SHAFT.names[match.feature_index], before.quantity)
+        for name in ("actual", "nominal", "lower_limit", "upper_limit"):
+            assert getattr(after, name) == pytest.approx(getattr(before, name), abs=1e-6)
 
 
 def test_touches_and_readings_of_one_file_go_to_two(tmp_path: Path, job: Path) -> None:
