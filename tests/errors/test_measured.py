@@ -14,7 +14,7 @@ from trueloop.formats.inspections.measured_file import Stated, Unit
 from trueloop.formats.inspections.text import number_in
 from trueloop.jobs.measured import read_measured, read_part_of_job, write_measured
 from trueloop.turned.readings.match import match_inspection
-from trueloop.turned.readings.plausible import check_matches
+from trueloop.turned.readings.of_this_part import check_matches
 
 
 def _read(content: bytes, name: str, mapping: str = "", unit: Unit | None = None) -> object:

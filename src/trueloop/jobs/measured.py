@@ -18,7 +18,7 @@ from trueloop.report.measured import FileOnPart, OnPart
 from trueloop.turned.readings.match import features_listed, match_inspection
 from trueloop.turned.readings.matched import MatchedReading, feature_named
 from trueloop.turned.readings.matches import Axis, Matches
-from trueloop.turned.readings.plausible import check_matches
+from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
 

@@ -21,7 +21,7 @@ from trueloop.jobs.sources import Sources
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matched import MatchedReading, match_by_name
 from trueloop.turned.readings.observed import corrected, repeated
-from trueloop.turned.readings.plausible import check_matches
+from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, with_readings
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.touches import Gauging

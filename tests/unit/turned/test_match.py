@@ -15,7 +15,7 @@ from trueloop.geometry.feature import Line
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matches import Axis, Left, Matches
-from trueloop.turned.readings.plausible import check_matches
+from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.units import MM_PER_INCH
 
 D, R, L, A = Quantity.DIAMETER, Quantity.RADIUS, Quantity.LENGTH, Quantity.ANGLE
