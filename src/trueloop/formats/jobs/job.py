@@ -245,7 +245,7 @@ class GaugingTable(Table):
     chooses one.
     """
     readings_unit: Literal["mm", "inch"] | None = None
-    """Unit of lengths in files of readings that do not state it."""
+    """Unit of lengths in files of readings that do not state it: `"mm"` or `"inch"`."""
     after_record: Path | None = None
     """Record (`record.json`) of the last correction of this process: readings from before it are refused."""
     probe: Path | None = None
