@@ -17,6 +17,7 @@ from tests.support.linuxcnc import Tool, interpret
 from tests.support.machined_path import interpreted_points
 from tests.support.probing import example
 from trueloop.arrays import Array
+from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.limits import Limits
 from trueloop.domain.record import MARK
 from trueloop.errors import Code, TrueloopError
@@ -28,6 +29,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.loops.simulated.simulated import simulate, trial_of
 from trueloop.loops.turned.composed import check_composed
 from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.simulator.machine_error import ErrorTerm, MachineError
 from trueloop.simulator.presets import Workshop, nist
@@ -381,3 +383,18 @@ def test_an_axis_that_turns_round_is_refused_where_both_ways_differ() -> None:
     with pytest.raises(TrueloopError) as refused:
         simulate(trial_of(replace(example("piecs11"), machine=part)), workshop(MachineError()))
     assert refused.value.code is Code.MCH_PROGRAM
+
+
+def test_a_finished_part_is_judged_by_its_touches_whatever_the_machine_put_in() -> None:
+    """The touches say 10 µm on the radius; between them the process' curve and the machine's error add up to that."""
+    inputs = example("modbas2")
+    touches = replace(inputs.touches, error_mm=10 * UM * inputs.touches.outward_normal[:, 0])
+    asked = Characteristic("D1", Quantity.DIAMETER, "main-cylinder", 89.408, 89.39, 89.42, at_z_mm=-80.0)
+    part = on_machine(erring_lathe.model(), "cmm", "uncompensated", 0.0)
+    finished = replace(inputs, touches=touches, semifinish=None, allowance_mm=0.0, machine=part)
+    correction = compensate(replace(finished, characteristics=(asked,)))
+    assert correction.composed is not None
+    assert np.max(np.abs(correction.composed.cut_in_mm)) > 20 * UM
+    (one,) = correction.characteristics
+    assert one.before is not None
+    assert one.before.value == pytest.approx(89.428, abs=6 * UM)

@@ -16,6 +16,7 @@ from typing import Final, Literal
 
 from trueloop._core import nc_mentions
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.judged import Judged
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
 from trueloop.domain.program import Program
@@ -75,7 +76,8 @@ class Record:
     `changes` are listed where the whole program was in memory, `edits` counts them in every case. `components`: of a
     correction of machine and process together. `inspections` are those it was made from; `edge` is the tool's
     that cuts, mounted and measured at `edge_set_at`. `tool_offset` is the change of the tool's offset that is the
-    correction, or could take its place. None and empty: not stated, or written before there was a schema.
+    correction, or could take its place. `characteristics` are those that the drawing asks for, judged. None and empty:
+    not stated, or written before there was a schema.
     """
 
     id: str
@@ -100,6 +102,7 @@ class Record:
     program: Program | None = None
     inspections: tuple[Inspection, ...] = ()
     tool_offset: ToolOffset | None = None
+    characteristics: tuple[Judged, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("options", "model"):

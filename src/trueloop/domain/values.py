@@ -5,6 +5,7 @@ from typing import Final
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
+from trueloop.domain.judged import Judged, Judgement
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
@@ -15,7 +16,7 @@ from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
 CODEC: Final = Codec.of(
     *(PartType, Part, Machine, Tool, Edge, Setting, Program),
     *(ToolOffset, TableRow, HeldTool),
-    *(Characteristic, Quantity),
+    *(Characteristic, Quantity, Judged, Judgement),
     *(Inspection, Touch, Reading, CmmPoint),
     *(Record, ChangedWord, Component, Product),
 )

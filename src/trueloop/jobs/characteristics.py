@@ -1,6 +1,7 @@
 """What a job's drawing asks for: characteristics with their limits, held against the profile."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
@@ -11,7 +12,8 @@ from trueloop.geometry.profile import Profile
 from trueloop.tolerances import iso2768
 from trueloop.tolerances.text import limits_of, unread
 from trueloop.turned.characteristics.measurand import feature_index
-from trueloop.turned.characteristics.nominal import checked, edge_of, usual, with_nominal
+from trueloop.turned.characteristics.nominal import SAME, checked, edge_of, usual, with_nominal
+from trueloop.wording import wording
 
 
 def characteristics_of(job: Located[Job], profile: Profile) -> tuple[Characteristic, ...]:
@@ -73,6 +75,40 @@ def _refuse_twice(one: Characteristic, others: Sequence[Characteristic]) -> None
 def _twice(one: Characteristic, message: str) -> TrueloopError:
     hint = "a name, and a size at one place, stand once: with the limits that count"
     return TrueloopError(Code.TOL_TWICE, message, hint=hint, values={"characteristic": one.name})
+
+
+def joined(
+    asked: Sequence[Characteristic], of_file: Sequence[Characteristic], profile: Profile, names: Mapping[str, str]
+) -> tuple[tuple[Characteristic, ...], tuple[str, ...]]:
+    """The job's characteristics and those of an inspection file that the job does not have, and notes.
+
+    `names`: the profile's name of a feature, by that in the file. The job speaks for the drawing: where both have a
+    size at one place, its limits count, and a note says so if the file has others. What is of no feature of the
+    profile, or has no limits, or is no size of a turned part, is not judged, and noted.
+    """
+    found, notes = list(asked), list[str]()
+    for theirs in of_file:
+        one = replace(theirs, feature=names.get(theirs.feature, theirs.feature))
+        ours = next((each for each in asked if each.name == one.name or place_of(each) == place_of(one)), None)
+        if ours is not None:
+            notes += _other_limits(ours, one)
+            continue
+        try:
+            with_nominal(one, one.nominal, profile)
+            found.append(checked(one, one.lower_limit, one.upper_limit, one.tolerance, profile))
+        except TrueloopError as refused:
+            notes.append(wording("{words}: not judged.", words=refused.message))
+    return tuple(found), tuple(notes)
+
+
+def _other_limits(ours: Characteristic, theirs: Characteristic) -> Iterator[str]:
+    if not _same(ours.lower_limit, theirs.lower_limit) or not _same(ours.upper_limit, theirs.upper_limit):
+        yield wording("{name}: the limits of the inspection file are others than those of the job, which count.",
+                      name=ours.name)  # fmt: skip
+
+
+def _same(one: float | None, other: float | None) -> bool:
+    return one is other or (one is not None and other is not None and abs(one - other) < SAME)
 
 
 def place_of(one: Characteristic) -> tuple[object, ...]:

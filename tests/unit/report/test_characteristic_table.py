@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.judged import Judged, Judgement
 from trueloop.report.markup import text_of
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.characteristic_table import characteristic_table, tightest_first
-from trueloop.tolerances.judged import Judged, Judgement
 
 SEAT = Judged(
     Characteristic("bearing seat", Quantity.DIAMETER, "seat", 25.4, 25.387, 25.4, at_z_mm=-12.7, tolerance="h6"),

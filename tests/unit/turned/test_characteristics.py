@@ -7,9 +7,9 @@ import pytest
 
 from tests.support.correction import example_inputs
 from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.judged import Judged
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
-from trueloop.tolerances.judged import Judged
 
 D1 = Characteristic("D1", Quantity.DIAMETER, "small-cylinder", 43.688, 43.668, 43.708)
 L1 = Characteristic("L1", Quantity.LENGTH, "step-face", 50.8, 50.78, 50.82, other="end-face")
@@ -84,3 +84,64 @@ def test_several_sizes_are_judged_by_the_worst() -> None:
     assert everywhere.before is not None and in_the_middle.before is not None
     assert everywhere.before.verdict == "out"
     assert in_the_middle.before.verdict == "in"
+
+
+def programmed_taper() -> Inputs:
+    """A finished part without an error, whose program cuts the large cylinder's end larger by 0.002 inch."""
+    inputs = finished(example_inputs("facetst"))
+    none = replace(inputs.touches, error_mm=np.zeros(len(inputs.touches.error_mm)))
+    return replace(inputs, touches=none, parameters={**inputs.parameters, "P47": 0.002})
+
+
+D2 = Characteristic("D2", Quantity.DIAMETER, "large-cylinder", 142.748, 142.728, 142.768, at_z_mm=-60.0)
+
+
+def test_what_was_commanded_is_part_of_what_was_measured() -> None:
+    """The touches are on the nominal: so is the size, though the process took off what the program left on."""
+    _, (one,) = judged(programmed_taper(), D2)
+
+    assert one.before is not None
+    assert one.before.value == pytest.approx(142.748, abs=1e-4)
+
+
+def test_an_offset_leaves_what_the_program_commands_off_the_profile() -> None:
+    """The next cut is the last one moved by the offset."""
+    inputs = programmed_taper()
+    correction, (one,) = judged(replace(inputs, options=replace(inputs.options, by="offset")), D2)
+
+    assert one.after.value == pytest.approx(142.748 + 2.0 * correction.decision.offset_mm[0], abs=1e-4)
+    assert abs(correction.decision.offset_mm[0]) > 1e-3
+
+
+def test_at_a_touch_a_size_is_as_it_was_touched() -> None:
+    inputs = finished(example_inputs("facetst"))
+    k = inputs.touches.point.index("10")
+    _, (one,) = judged(inputs, replace(D1, at_z_mm=float(inputs.touches.nominal_mm[k, 1])))
+
+    assert one.before is not None
+    assert one.before.value == pytest.approx(43.688 - 0.016, abs=1e-9)
+    assert one.before.standard_u == pytest.approx(2.0 * inputs.touches.standard_u_mm[k])
+
+
+def test_between_touches_the_part_scatters_about_its_curve() -> None:
+    correction, (one,) = judged(finished(example_inputs("facetst")), replace(D1, at_z_mm=-25.0))
+    curve, s = correction.model.curves[2], np.array([25.8])
+
+    assert one.before is not None
+    expected = np.hypot(curve.standard_deviation_mm(s)[0], curve.repeatability_mm)
+    assert one.before.standard_u == pytest.approx(2.0 * expected, rel=1e-6)
+
+
+def test_a_face_counts_from_the_reference_touch_of_its_own_cut() -> None:
+    """What moves a whole cut moves the part's zero; how the cut scatters is in the face and in the reference."""
+    inputs = example_inputs("facetst")
+    from_zero = replace(L1, other="")
+
+    def variance(**options: object) -> float:
+        between = replace(inputs.options.between_cuts, scatter_mm=0.0, **options.pop("between", {}))  # type: ignore[arg-type]
+        chosen = replace(inputs.options, between_cuts=between, **options)  # type: ignore[arg-type]
+        return judged(replace(inputs, options=chosen), from_zero)[1][0].after.standard_u ** 2
+
+    assert variance(between={"common_mm": 0.0}) == pytest.approx(variance(between={"common_mm": 0.02}))
+    more = variance(repeatability_mm=0.004) - variance(repeatability_mm=0.002)
+    assert more == pytest.approx((0.004**2 - 0.002**2) * (1.0 + 1.0 / 4.0))  # four touches on the face, one reference

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.judged import Judged
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.composed import Surface, model_covariance
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import InMachine
 from trueloop.loops.turned.shifts import Shifts
-from trueloop.tolerances.judged import Judged
 from trueloop.turned.characteristics.covariance import Covariance, Places, of_measured_part, of_next_cut
 from trueloop.turned.characteristics.judging import judged
 from trueloop.turned.characteristics.measurand import measurand

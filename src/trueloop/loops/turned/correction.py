@@ -9,6 +9,7 @@ import numpy as np
 from trueloop.arrays import Array, by_content
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.judged import Judged
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
 from trueloop.domain.record import Record
@@ -18,7 +19,6 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.nc.program.program import Program
-from trueloop.tolerances.judged import Judged
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.compensation.lean import unasked_u_mm

@@ -85,6 +85,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     if machine is not None:
         u_mm = model_u_mm(machine, surface.touches, inputs.nose_radius_mm)
         prediction = replace(prediction, budget=prediction.budget.with_more(u_mm))
+    judged = Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics()
     return Correction(
         part=inputs.part.name,
         profile=inputs.profile,
@@ -107,7 +108,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         table=correction_table(
             paths.commanded, paths.corrected, decision.offset_mm if decision.by_offset else (0.0, 0.0)
         ),
-        record=record_of(inputs, matched, model, decision, programs, surface.touches, composed, by_tool),
+        record=record_of(inputs, matched, model, decision, programs, surface.touches, composed, by_tool, judged),
         notes=(
             *(one.words for one in model.suspects),
             *inputs.notes,
@@ -117,7 +118,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
             *matched.notes,
         ),
         composed=composed,
-        characteristics=Corrected(inputs, matched, surface, model, decision, shifts, machine).characteristics(),
+        characteristics=judged,
         by_tool=by_tool,
     )
 

@@ -3,6 +3,7 @@
 from dataclasses import asdict, replace
 
 from trueloop import __version__
+from trueloop.domain.judged import Judged
 from trueloop.domain.record import Component, Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
 from trueloop.domain.tool_offset import ToolOffset
@@ -32,6 +33,7 @@ def record_of(
     touches: ErrorVectors,
     composed: Composed | None,
     by_tool: ByTool | None,
+    characteristics: tuple[Judged, ...],
 ) -> Record:
     """The record of a correction, complete."""
     known = Tool() if inputs.edge is None else inputs.edge.tool
@@ -62,6 +64,7 @@ def record_of(
         program=recorded_program(program.file or "", program.dialect.name, sha256_of(program.source), unit),
         inspections=inputs.inspections,
         tool_offset=None if inputs.machine is not None else _tool_offset(inputs, decision, programs),
+        characteristics=characteristics,
     )
 
 

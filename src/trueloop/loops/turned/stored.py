@@ -16,7 +16,6 @@ from trueloop.machine.model.history import Lag
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.position_basis import PositionBasis
 from trueloop.machine.model.term import Part, Term
-from trueloop.tolerances.judged import Judged, Judgement
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.decide import AxisDecision, Decision
 from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
@@ -45,7 +44,6 @@ CODEC: Final = values.CODEC.with_more(
     *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
-    *(Judged, Judgement),
     *(ByTool, MovedFeature, ToolAnswer),
     *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
     *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import Final
 
 from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.judged import Judged, Judgement
 from trueloop.report.markup import esc, table
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.characteristics import VERDICTS, characteristics_words, share
-from trueloop.tolerances.judged import Judged, Judgement
 from trueloop.turned.error_curve.coverage import coverage_factor
 from trueloop.wording import wording
 

@@ -5,8 +5,8 @@ from dataclasses import asdict
 from typing import Final
 
 from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.judged import Judged, Judgement
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.tolerances.judged import Judged, Judgement
 from trueloop.wording import wording
 
 VERDICTS: Final = {"in": wording("in"), "out": wording("out"), "undecided": wording("undecided")}

@@ -8,7 +8,7 @@ common: what moves a whole cut moves both faces alike and changes no length.
 | the fitted curve | the spline's own covariance; of two chains, what both have from the reference touch |
 | the process' scatter | none: it differs from touch to touch |
 | between cuts, the whole cut | one vector (x, z) for all; with a z reference, along x alone |
-| between cuts, along the cut | exp(−d/ℓ) on one feature, ℓ its length; features independent |
+| between cuts, along the cut | exp(−d/ℓ) on one feature, ℓ its length, of an arc at most 30°; features independent |
 | what nobody says the error follows (`lean`) | one sign along a feature |
 
 The next cut's own reference touch is common to all places that follow it.
@@ -16,16 +16,19 @@ The next cut's own reference touch is common to all places that follow it.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
+from trueloop.geometry.feature import Feature
 from trueloop.turned.compensation.shift import Shift
 from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
 
+ALIKE_RAD: Final = np.radians(30.0)
+"""What the edge does goes by contact angle, and differs from one angle to another this far off (`fit.between_cuts`)."""
 CurveFunction: TypeAlias = Callable[[ErrorCurve, Array], Array]
 
 
@@ -173,10 +176,16 @@ def _whole_cut(places: Places) -> Array:
     return np.asarray((moved @ moved.T) * np.outer(difference, difference))
 
 
+def _alike_over_mm(feature: Feature) -> float:
+    """How far along a feature the cut's own differences stay alike."""
+    curvature = abs(float(feature.curvature_per_mm(0.0)))
+    return min(feature.length_mm, ALIKE_RAD / curvature if curvature > 0.0 else np.inf)
+
+
 def _along_cut(places: Places, share: Array) -> Array:
     """What varies along the cut, over more than the distance of touches, and what the reference has of it."""
     difference = places.each(lambda curve, s: np.full(len(s), curve.between_cuts.scatter_difference_mm))
-    length = places.each(lambda curve, s: np.full(len(s), curve.length_mm))
+    length = np.array([_alike_over_mm(places.model.profile.features[i]) for i in places.feature_index])
     apart = np.abs(np.subtract.outer(places.arc_length_mm, places.arc_length_mm))
     alike = _same_feature(places) * np.exp(-apart / length)
     return np.asarray((alike + np.outer(share, share)) * np.outer(difference, difference))

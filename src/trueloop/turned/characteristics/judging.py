@@ -7,8 +7,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
+from trueloop.domain.judged import Judgement, Verdict
 from trueloop.tolerances.conformance import PROVEN, judge
-from trueloop.tolerances.judged import Judgement, Verdict
 from trueloop.turned.characteristics.covariance import Covariance
 from trueloop.turned.characteristics.measurand import Measurand
 
