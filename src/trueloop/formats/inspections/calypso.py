@@ -36,6 +36,12 @@ SYMBOLS: Final = (
     (re.compile(r"^[xyz]_?(value|pos|nominal)?$", re.I), Quantity.POSITION),
 )
 """What `idsymbol` says; `type` says it in the language of the person who measured."""
+USED: Final = frozenset(
+    [
+        *(*NEEDED, "planid", "partnb", "type", "idsymbol", "uppertol", "lowertol", "deviation", "featureid"),
+        *("natuppertolid", "natlowertolid", "featureposx", "featureposy", "featureposz"),
+    ]
+)
 Row = Mapping[str, str]
 
 
@@ -50,7 +56,7 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     and MSR-MEANING for the header or the features alone.
     """
     text, encoding = read_decoded(path)
-    rows = list(_rows(text))
+    rows = list(_rows(text, USED))
     if not rows or not set(NEEDED) <= rows[0][1].keys():
         beside = KIND.sub(r"\1chr", path.name)
         raise TrueloopError(
@@ -89,17 +95,18 @@ def read(path: Path, stated: Stated) -> MeasuredFile:
     )
 
 
-def _rows(text: str) -> Iterator[tuple[int, Row]]:
+def _rows(text: str, only: frozenset[str] | None = None) -> Iterator[tuple[int, Row]]:
     """The rows with their lines, by the names in the first; up to END."""
-    names: list[str] = []
-    for line, content in enumerate(text.splitlines(), 1):
-        cells = [cell.strip() for cell in content.split("\t")]
-        if not names:
-            names = [cell.lower() for cell in cells]
-        elif cells[0].upper() == "END" and not any(cells[1:]):
+    first, *lines = text.splitlines() or [""]
+    names = [cell.strip().lower() for cell in first.split("\t")]
+    used = [(place, name) for place, name in enumerate(names) if only is None or name in only]
+    for line, content in enumerate(lines, 2):
+        if content.strip().upper() == "END":
             return
-        elif any(cells):
-            yield line, dict(zip(names, [*cells, *[""] * (len(names) - len(cells))], strict=False))
+        if content.strip():
+            cells = content.split("\t")
+            cells += [""] * (len(names) - len(cells))
+            yield line, {name: cells[place].strip() for place, name in used}
 
 
 def _reading(row: Row, line: int, path: Path, factor: float, at: datetime | None) -> Reading:

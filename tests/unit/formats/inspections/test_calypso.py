@@ -72,6 +72,11 @@ def test_a_date_that_may_be_two_is_not_read(tmp_path: Path) -> None:
     assert "no time" in file.remarks[0].text
 
 
+def test_an_empty_header_beside_it_says_nothing(tmp_path: Path) -> None:
+    (one,) = read_measured_file(_write(tmp_path, ""), Stated("mm")).inspections
+    assert (one.part.serial, one.measured_at) == ("7", None)
+
+
 def test_a_table_names_no_unit_and_a_header_holds_no_characteristics(tmp_path: Path) -> None:
     path = _write(tmp_path, "planid\tpartnb\nShaft\t7\nEND\n")
     assert _refusal(path, Stated()).code is Code.MSR_UNIT

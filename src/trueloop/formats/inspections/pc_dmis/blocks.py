@@ -130,7 +130,7 @@ def _block(lines: Sequence[tuple[int, str]], at: int, line: int, run: Run) -> Bl
 def _rows(lines: Sequence[tuple[int, str]], at: int, run: Run) -> Iterator[Line]:
     heading = [(found[0].upper(), found.end()) for found in re.finditer(r"\S+", lines[at][1])]
     columns = [(COLUMNS.get(word, word.lower()), end) for word, end in heading]
-    for line, content in lines[at + 1 :]:
+    for line, content in (lines[k] for k in range(at + 1, len(lines))):
         if not content.strip() or ENDED.match(content) or HEADING.match(content) or LABEL.fullmatch(content):
             if content.strip():
                 return
