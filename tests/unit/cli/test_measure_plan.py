@@ -114,10 +114,23 @@ def test_a_diameter_of_the_drawing_is_measured_as_a_circle_with_its_limits(tmp_p
     ]
     assert "OUTPUT/FA(D_main),TA(D_main)" in lines
     read = read_text(program, name="part.dms")
-    assert not read.inspections and not [remark for remark in read.remarks if "no actual" not in remark.text]
+    assert not read.inspections and ["no actual" in read.remarks[1].text, len(read.remarks)] == [True, 2]
     (asked,) = read.characteristics
     assert (asked.name, asked.quantity.value) == ("D_main", "diameter")
     assert (asked.nominal, asked.lower_limit, asked.upper_limit) == pytest.approx((89.408, 89.3826, 89.4461))
+
+
+def test_a_diameter_at_one_z_of_a_cone_is_touched_there_along_its_normal(tmp_path: Path) -> None:
+    asked = DIAMETER.replace("main-cylinder", "cone").replace('feature = "cone"', 'feature = "cone"\nat_z_mm = -120.0')
+    limits = "lower_limit = 3.519\nupper_limit = 3.5215\n"
+    lines = _program(tmp_path, asked=asked.replace(limits, 'tolerance = "±0.002"\n')).splitlines()
+    # the cone runs from x 67.564, z −155.829 to 44.704, −114.554: at z −120 its radius is
+    # 44.704 + (−114.554 + 120) · 22.86 / 41.275 = 47.7202 mm, its normal (41.275, 22.86) / 47.1823
+    assert "PTMEAS/CART,47.7202,0,-120,0.874791,0,0.4845" in lines
+    assert "PTMEAS/CART,-47.7202,0,-120,-0.874791,0,0.4845" in lines
+    (circle,) = [line for line in lines if line.startswith("F(D_main)")]
+    assert circle.startswith("F(D_main)=FEAT/CIRCLE,OUTER,CART,0,0,-120,0,0,1,95.44")
+    assert "T(D_main)=TOL/DIAM,-0.0508,0.0508" in lines
 
 
 def test_a_limit_on_one_side_alone_has_no_words_in_dmis(tmp_path: Path) -> None:

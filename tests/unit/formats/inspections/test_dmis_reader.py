@@ -306,6 +306,12 @@ def test_angles_in_each_unit(unit: str, angle: str) -> None:
     assert only_point(file).measured_mm[1] == pytest.approx(20 * math.sin(math.radians(90.5)), abs=1e-9)
 
 
+@pytest.mark.parametrize(("angle", "degrees"), [("-30:30:00", -30.5), ("+30:30:00", 30.5), ("-0:30:36", -0.51)])
+def test_the_sign_of_degrees_holds_for_minutes_and_seconds(angle: str, degrees: float) -> None:
+    file = read_text(f"UNITS/MM,ANGDMS\nFA(P)=FEAT/POINT,POL,20,{angle},7,1,0,0\n")
+    assert only_point(file).measured_mm[1] == pytest.approx(20 * math.sin(math.radians(degrees)), abs=1e-9)
+
+
 def test_an_origin_that_is_moved_between_features_is_taken_back() -> None:
     file = in_mm(
         "FA(A)=FEAT/POINT,CART,1,2,3,0,0,1",
@@ -368,10 +374,34 @@ def test_a_nominal_by_variables_is_not_known_and_said_so() -> None:
     assert by_name(shifted)["D1 DIAM"].nominal is None
 
 
-def test_fields_beyond_those_that_are_known_are_remarked() -> None:
-    assert remarks(in_mm("FA(P)=FEAT/POINT,CART,1,2,3,0,0,1,0.5,LSTSQR")) == [
-        (2, "FA(…)=FEAT/POINT has 2 fields more than are known")
-    ]
+def test_words_beyond_the_fields_that_are_known_are_remarked() -> None:
+    file = in_mm("FA(P)=FEAT/POINT,CART,1,2,3,0,0,1,LSTSQR")
+    assert only_point(file).measured_mm == (1.0, 2.0, 3.0)
+    assert remarks(file) == [(2, "FA(…)=FEAT/POINT has 1 fields more than are known")]
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "FA(D1)=FEAT/CIRCLE,OUTER,CART,0,0,-30,0,0,1,30,005",
+        "FA(P)=FEAT/POINT,CART,10,016,0,000,5,012,0,8,0,0,0,6",
+        "TA(D1_DIAM)=TOL/DIAM,0,005,INTOL",
+    ],
+)
+def test_decimal_commas_make_no_other_values(statement: str) -> None:
+    file = in_mm(*CIRCLE, statement)
+    assert not file.inspections
+    assert "as decimal commas would make" in " ".join(text for _, text in remarks(file))
+
+
+@pytest.mark.parametrize(
+    ("statement", "lost"),
+    [("CIRCLE,OUTER,CART,0,0,-30,0,0,1", "DIAM"), ("POINT,CART,1,2", "place"), ("ARC,INNER,CART,0,0,0,0,0,1", "RAD")],
+)
+def test_a_feature_that_ends_early_is_remarked(statement: str, lost: str) -> None:
+    file = in_mm(f"FA(A)=FEAT/{statement}")
+    assert remarks(file)[0] == (2, f"FA(…)=FEAT/{statement.split(',', maxsplit=1)[0]} ends before its {lost}")
+    assert not only_inspection(file).points
 
 
 @pytest.mark.parametrize(
@@ -391,7 +421,7 @@ def test_limits_that_are_none_are_remarked_and_not_taken(limits: str, words: str
 
 def test_what_is_not_understood_is_counted_with_its_first_line() -> None:
     file = in_mm("WHATEVER/1", "WHATEVER/2", "FA(G)=FEAT/GEAR,1", "TA(G)=TOL/LEAD,1,INTOL", "= 5", "MEAS/POINT,F(A),1")
-    assert remarks(file) == [
+    assert remarks(file)[1:] == [
         (2, "WHATEVER is not understood and was left out: 2 times, first here"),
         (4, "FA(…)=FEAT/GEAR is not read"),
         (5, "TA(…)=TOL/LEAD is not read"),
@@ -426,7 +456,7 @@ def test_single_points_of_a_feature() -> None:
 
 def test_a_program_holds_what_is_asked_for_and_no_results() -> None:
     file = in_mm(*CIRCLE[:3], "MEAS/CIRCLE,F(D1),4", "PTMEAS/CART,15,0,-30,1,0,0", "ENDMES", "ENDFIL")
-    assert not file.inspections
+    assert not file.inspections and "nothing measured" in remarks(file)[0][1]
     ((name, nominal, upper),) = [(c.name, c.nominal, c.upper_limit) for c in file.characteristics]
     assert (name, nominal, upper) == ("D1_DIAM", 30.0, 30.01)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final, Literal
 
 from trueloop.domain.inspection import Vector
-from trueloop.formats.inspections.dmis.numbers import decimals_in, degrees_of, number_of
+from trueloop.formats.inspections.dmis.numbers import decimals_in, degrees_of, is_number, number_of
 from trueloop.formats.inspections.dmis.settings import FIRST, Settings
 from trueloop.formats.inspections.dmis.words import Words
 
@@ -52,7 +52,7 @@ class Feature:
     """One feature, nominal or actual, in mm and degrees in the frame of the first results.
 
     `place_mm` has None where a coordinate is not stated. `sizes` by what DMIS calls their tolerances. `decimals_mm` is
-    what one step of the last decimal is worth. `beyond`: how many fields stand behind those that are known.
+    what one step of the last decimal is worth. `odd`: what is wrong with its fields, in words.
     """
 
     kind: str
@@ -63,7 +63,7 @@ class Feature:
     direction: Vector | None = None
     sizes: dict[str, float] = field(default_factory=dict)
     decimals_mm: float = 0.0
-    beyond: int = 0
+    odd: str = ""
 
     @property
     def point_mm(self) -> Vector | None:
@@ -109,8 +109,8 @@ SLOTS: Final = {kind: Slots.of(layout) for kind, layout in LAYOUTS.items()}
 SLOTS_BOUNDED: Final = Slots.of(BOUNDED)
 
 
-def feature_of(statement: Words, settings: Settings) -> Feature | None:
-    """The feature of a statement; None for a kind that is not known.
+def feature_of(statement: Words, settings: Settings) -> Feature | str | None:
+    """The feature of a statement; words about why it cannot be one; None for a kind that is not known.
 
     Raises MSR-NUMBER for what is no number, MSR-UNIT for lengths without a unit.
     """
@@ -126,6 +126,9 @@ def feature_of(statement: Words, settings: Settings) -> Feature | None:
     if kind == "LINE" and "BND" in words:
         slots = SLOTS_BOUNDED
     texts = fields[count : count + slots.count]
+    behind = [text for text in fields[count + slots.count :] if is_number(text)]
+    if behind:  # which of the numbers is the size is not known
+        return f"has {len(behind)} numbers more than a {kind} has, as decimal commas would make: it was left out"
     angular = {begin for name, begin in slots.sizes if name in ANGLES} | (
         {slots.place + 1} if "POL" in words else set()
     )
@@ -146,8 +149,17 @@ def feature_of(statement: Words, settings: Settings) -> Feature | None:
         if (value := numbers[begin]) is not None
     }
     step = mm * 10.0 ** -_decimals(texts, slots)
-    beyond = max(len(fields) - count - slots.count, 0)
-    return Feature(kind, statement.label, line, _side(words), place, direction, sizes, step, beyond)
+    return Feature(
+        kind, statement.label, line, _side(words), place, direction, sizes, step, _odd(slots, fields[count:])
+    )
+
+
+def _odd(slots: Slots, fields: tuple[str, ...]) -> str:
+    """An empty field says that something was not measured; one that is not there may have been lost."""
+    if len(fields) > slots.count:
+        return f"has {len(fields) - slots.count} fields more than are known"
+    size, begin = slots.sizes[0] if slots.sizes else ("place", slots.place + 2)
+    return f"ends before its {size}" if len(fields) <= begin else ""
 
 
 def _decimals(texts: tuple[str, ...], slots: Slots) -> int:

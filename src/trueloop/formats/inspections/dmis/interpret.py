@@ -159,17 +159,19 @@ def _nominal(at: Interpreter, statement: Words) -> None:
     feature = _stated(at, statement, lambda: feature_of(statement, at.settings))
     if isinstance(feature, Feature):
         at.run.nominals[key] = feature
+    elif isinstance(feature, str):
+        at.notes.count(f"{_title(statement)} {feature}", statement.line)
 
 
 def _actual(at: Interpreter, statement: Words) -> None:
     key = key_of(statement.label)
     at.state(f"FA {key}", key)
     feature = feature_of(statement, at.settings)
-    if feature is None:
-        at.notes.count(f"{_title(statement)} is not read", statement.line)
+    if not isinstance(feature, Feature):
+        at.notes.count(f"{_title(statement)} {feature or 'is not read'}", statement.line)
         return
-    if feature.beyond:
-        at.notes.count(f"{_title(statement)} has {feature.beyond} fields more than are known", statement.line)
+    if feature.odd:
+        at.notes.count(f"{_title(statement)} {feature.odd}", statement.line)
     at.run.actuals.append(
         Actual(feature, at.run.nominals.get(key), dict(at.run.tolerances.get(key, ())), at.heading.moment)
     )

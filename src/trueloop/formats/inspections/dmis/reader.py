@@ -85,6 +85,8 @@ def _read(content: bytes, path: Path, stated: Stated) -> MeasuredFile:
         if values:
             inspections.append(_inspection(run, values, sha256, path))
         characteristics.update({(one.feature, one.name): one for one in characteristics_of(run)})
+    if not inspections:
+        notes.say("it holds nothing measured that is read: no FA and no TA, as a program has none", 1)
     return MeasuredFile(path, "DMIS", encoding, unit, tuple(inspections), tuple(characteristics.values()), notes.all())
 
 

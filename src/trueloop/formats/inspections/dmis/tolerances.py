@@ -144,6 +144,8 @@ def result_of(statement: Words, settings: Settings) -> Result | str | None:
         if fields and fields[0].upper() not in (*VERDICTS, *WORDS, ""):
             number_of(fields[0], settings, statement.line)
         return "has no value"
+    if len(texts) > (2 if what in PROFILES else 1):
+        return f"has {len(texts)} numbers in place of one, as decimal commas would make: it was left out"
     values = tuple(value * mm for text in texts if (value := number_of(text, settings, statement.line)) is not None)
     step = mm * 10.0 ** -max(decimals_in(text) for text in texts)
     return Result(what, statement.label, statement.line, values, verdict, step)

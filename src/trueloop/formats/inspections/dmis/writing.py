@@ -20,7 +20,7 @@ def comment(text: str) -> str:
 
 def quoted(text: str) -> str:
     """A text in quotes, on one line."""
-    return "'" + " ".join(text.split()).replace("'", "''") + "'"
+    return "'" + " ".join(text.splitlines()).replace("'", "''") + "'"
 
 
 def number(value: float, decimals: int = 4) -> str:
