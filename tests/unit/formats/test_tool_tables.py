@@ -180,3 +180,15 @@ def test_an_ofs_file_names_the_line_of_a_bad_number(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError) as caught:
         table(tmp_path, "a.ofs", HAAS.replace("-0.02", "1.2.3"))
     assert (caught.value.code, caught.value.place.line) == (Code.OFS_NUMBER, 4)
+
+
+@pytest.mark.parametrize(("name", "text"), [("tool.tbl", LINUXCNC), ("tool.tbl", "T3 X0 Z0\n"), ("fanuc.txt", FANUC)])
+def test_the_next_correction_takes_the_place_of_the_comment(tmp_path: Path, name: str, text: str) -> None:
+    """And the tool keeps its name: a comment that grew would fill the row."""
+    first = table(tmp_path, name, text)
+    once = table(tmp_path, name, new_table(first, OFFSET, "aa").content.decode())
+    again = replace(OFFSET, measured_sha256="2" * 64, x_radius_mm=0.012, z_mm=-0.004)
+    twice = table(tmp_path, name, new_table(once, again, "bb").content.decode())
+    assert row_of(twice, 3).name == row_of(once, 3).name == row_of(first, 3).name
+    assert "trueloop offset aa" not in twice.text and twice.text.count("trueloop offset bb of 2222") == 1
+    assert numbers(twice)[1:] == numbers(first)[1:]

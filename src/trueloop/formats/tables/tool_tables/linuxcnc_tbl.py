@@ -11,7 +11,7 @@ from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.tables.tool_tables.text import decimal, lines_of, whole, words_of
-from trueloop.formats.tables.tool_tables.tool_table import HINT, Convention, Number, ToolRow, ToolTable, Unit
+from trueloop.formats.tables.tool_tables.tool_table import HINT, MARKED, Convention, Number, ToolRow, ToolTable, Unit
 
 LINUXCNC: Final = Convention("LinuxCNC tool.tbl", "radius", "diameter", (5, 6), (";", ""))
 WEAR_FROM: Final = 10_000
@@ -34,7 +34,7 @@ def read(path: Path, text: str, unit: Unit | None) -> ToolTable:
         if not data.lstrip().upper().startswith("T"):
             remarks.append(f"line {line} is no tool, {words_of(data)[:40]!r}: left as it is")
             continue
-        rows.append(_row(path, line, start, content, data, words_of(comment)))
+        rows.append(_row(path, line, start, content, data, words_of(MARKED.sub("", f" {comment}"))))
     return ToolTable(path, LINUXCNC, text, unit, tuple(rows), tuple(remarks))
 
 

@@ -7,11 +7,9 @@ from typing import Final, Literal
 from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.chosen import geometry_of, row_of
-from trueloop.formats.tables.tool_tables.tool_table import UNIT_MM, Number, ToolRow, ToolTable, XIs, replaced
+from trueloop.formats.tables.tool_tables.tool_table import MARK, UNIT_MM, Number, ToolRow, ToolTable, XIs, replaced
 from trueloop.turned.program.table_row import changed_number, in_mm
 
-MARK: Final = "trueloop offset"
-"""How a row says which correction changed it, in a comment where the format has comments."""
 SAME_NOSE_MM: Final = 0.0005
 
 

@@ -4,6 +4,7 @@ The text is that of the file byte for byte (Latin-1 gives each byte a character)
 whatever encoding its comments are in.
 """
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -17,6 +18,9 @@ Unit: TypeAlias = Literal["mm", "inch"]
 XIs: TypeAlias = Literal["radius", "diameter"]
 Kind: TypeAlias = Literal["geometry", "wear"]
 UNIT_MM: Final[Mapping[Unit, float]] = {"mm": 1.0, "inch": MM_PER_INCH}
+MARK: Final = "trueloop offset"
+"""How a row says which correction changed it, in a comment where the format has comments."""
+MARKED: Final = re.compile(rf" \(?;?{MARK} \w+(?: of \w+)?\)?")
 HINT: Final = "docs/offsets.md lists the tool tables that are read"
 
 
@@ -121,13 +125,16 @@ class ToolTable:
 def replaced(table: ToolTable, values: Iterable[tuple[Number, Decimal]], row: ToolRow, mark: str) -> bytes:
     """The file with numbers of a row replaced and, where the format has comments, a mark added to the row.
 
-    Raises OFS-ROW where a number does not fit into its column.
+    A mark of an earlier correction goes: LinuxCNC's rows have a length that they may not exceed. Raises OFS-ROW where a
+    number does not fit into its column.
     """
     edits = [(number.start, number.end, _text(table, row, number, value)) for number, value in values]
     if table.convention.comment is not None:
         opened, closed = table.convention.comment
-        line = table.text[table.text.rfind("\n", 0, row.line_end) + 1 : row.line_end]
-        opened = "" if opened == ";" and ";" in line else opened
+        start = table.text.rfind("\n", 0, row.line_end) + 1
+        line = table.text[start : row.line_end]
+        edits += [(start + old.start(), start + old.end(), "") for old in MARKED.finditer(line)]
+        opened = "" if opened == ";" and ";" in MARKED.sub("", line) else opened
         edits.append((row.line_end, row.line_end, f" {opened}{mark}{closed}"))
     text = table.text
     for start, end, new in sorted(edits, reverse=True):
