@@ -41,7 +41,7 @@ def half_digits(*numbers: str) -> float:
     >>> half_digits("4.530", "4,5")
     0.0505
     """
-    return sum(0.5 * 10.0 ** -_decimals(number) for number in numbers)
+    return sum(float(f"5e{-_decimals(number) - 1}") for number in numbers)
 
 
 def _decimals(number: str) -> int:

@@ -31,6 +31,11 @@ def test_half_of_the_last_digit(printed: str, half: float) -> None:
     assert half_digits(printed, printed) == pytest.approx(2 * half, rel=1e-12)
 
 
+def test_any_exponent_has_a_last_digit() -> None:
+    assert half_digits("1e99999") == float("inf")
+    assert half_digits("1e-99999") == 0.0
+
+
 def test_a_deviation_is_actual_minus_nominal() -> None:
     assert stated_deviations([(BORE, 0.02, 0.0)]) == ()
     assert stated_deviations([(BORE, 0.0204, 0.0005)]) == (), "rounded when it was printed"

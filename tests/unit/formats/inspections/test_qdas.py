@@ -149,8 +149,8 @@ def test_a_unit_is_asked_for_and_others_than_of_length_are_left_out(tmp_path: Pa
     ("name", "quantity"),
     [
         ("Rundheit Durchmesser 3", Quantity.FORM), ("Ø 12 H7", Quantity.DIAMETER), ("Rundlauf A", Quantity.RUNOUT),
-        ("Radius R2", Quantity.RADIUS), ("Abstand", Quantity.LENGTH), ("Parallelität", Quantity.OTHER),
-        ("Merkmal 7", Quantity.OTHER),
+        ("Radius R2", Quantity.RADIUS), ("Abstand", Quantity.LENGTH), ("Parallelität", Quantity.FORM),
+        ("Merkmal 7", Quantity.OTHER), ("Winkelmaß", Quantity.OTHER),
     ],
 )  # fmt: skip
 def test_what_the_name_says(tmp_path: Path, name: str, quantity: Quantity) -> None:

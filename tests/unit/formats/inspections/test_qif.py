@@ -271,6 +271,7 @@ def test_a_file_cut_short_is_refused_with_its_line(folder: Path, keep: float) ->
         ('<?xml version="1.0" encoding="klingon"?><QIFDocument/>', Code.MSR_FILE, "klingon"),
         (document(results(measured("3", "1,234.5")), characteristics=[characteristic(1)]), Code.MSR_NUMBER, "1,234.5"),
         (document(results(measured("3", "nan")), characteristics=[characteristic(1)]), Code.MSR_NUMBER, "nan"),
+        (document(results(measured("3", "1e999")), characteristics=[characteristic(1)]), Code.MSR_NUMBER, "1e999"),
     ],
 )
 def test_what_cannot_be_read_is_refused(folder: Path, text: str | bytes, code: Code, says: str) -> None:

@@ -1,7 +1,6 @@
 """What the characteristics of a Q-DAS file are: quantity, unit, nominal and limits."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Remark, Stated
 from trueloop.formats.inspections.qdas.fields import Fields
+from trueloop.formats.inspections.quantities import quantity_in
 from trueloop.formats.inspections.text import number_in
 
 MM: Final = {
@@ -30,16 +30,6 @@ DEGREES: Final = {
 }
 DIAMETER: Final = "202"
 """K2009 of a diameter, as in files that say so in words too; other numbers of that field are not relied on."""
-WORDS: Final = (
-    (Quantity.RUNOUT, "run-?out|rund ?lauf|planlauf|gesamtlauf"),
-    (Quantity.FORM, "round|rundheit|flat|eben|straight|gerad|zylindr?iz|cylindric|zylinderform|profil"),
-    (Quantity.OTHER, "parallel|perpend|rechtwinkl|concentr|konzentr|coax|koax|symm|angularity|position|lage"),
-    (Quantity.ANGLE, "angle|winkel"),
-    (Quantity.DIAMETER, r"diam|durchm|\bdia\b|[øØ⌀]|\bD\d"),
-    (Quantity.RADIUS, r"radius|\bR\d"),
-    (Quantity.LENGTH, "length|länge|laenge|dist|abstand|width|breite|height|höhe|depth|tiefe|thick|dicke"),
-)
-"""What names say: in this order, for the roundness of a diameter is a form."""
 NATURAL: Final = "2"
 
 
@@ -108,13 +98,9 @@ def _quantity(fields: Fields, index: int, name: str, unit: str) -> Quantity:
         return Quantity(short)
     if fields.of(index, "2009") == DIAMETER:
         return Quantity.DIAMETER
-    said = (
-        quantity
-        for text in (name, short)
-        for quantity, words in WORDS
-        if quantity is not Quantity.ANGLE and re.search(words, text, re.IGNORECASE)
-    )
-    return next(said, Quantity.OTHER)
+    said = (quantity for text in (name, short) if (quantity := quantity_in(text)) is not None)
+    found = next(said, Quantity.OTHER)
+    return Quantity.OTHER if found is Quantity.ANGLE else found  # in a unit of length
 
 
 def _mm(unit: str, path: Path, fields: Fields, index: int, stated: Stated) -> float:
