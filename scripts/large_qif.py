@@ -73,7 +73,7 @@ def result_list(members: str) -> str:
     )
 
 
-KINDS = {"faces and attributes": geometry, "points of one set": points, "diameters": results}
+KINDS = {"faces and attributes": geometry, "points of one set": points, "results": results}
 
 
 def write(path: Path, kind: str, size: int) -> None:
@@ -96,7 +96,7 @@ def read(path: Path) -> None:
     taken = time.process_time() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     held = sum(len(one.values) for one in found.inspections)
-    print(f"{sum(one.count for one in found.inspections)} ({held} held) | {taken:.0f} | {peak:.0f} |")
+    print(f"{sum(one.count for one in found.inspections)} | {held} | {taken:.0f} | {peak:.0f} |")
 
 
 def main() -> None:

@@ -25,7 +25,7 @@ MAX_TEXT: Final = 1 << 25
 MAX_PARTS: Final = 1 << 20
 """Elements within one record."""
 MAX_RECORDS: Final = 5_000_000
-"""Records of one file: what is kept of them fits into 2 GB."""
+"""Records of one file: what is kept of them fits into 3 GB."""
 BEGINNINGS: Final = {"QIFDocument", "MeasurementResults"}
 """Come when they begin, without their parts."""
 ALWAYS: Final = BEGINNINGS | {"FileUnits", "InspectionTraceability", "ActualComponentIds"}
