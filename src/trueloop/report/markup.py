@@ -18,7 +18,11 @@ TOGETHER: Final = 24
 
 
 def table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], words: Iterable[int] = (0,), name: str = "", stacks: bool = True
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    words: Iterable[int] = (0,),
+    name: str = "",
+    stacks: bool = False,
 ) -> str:
     """A table of cells that are HTML already; the columns in `words` are set left, all others right as numbers.
 
@@ -26,7 +30,7 @@ def table(
     """
     left, content = set(words), list(rows)
     kinds = ["" if i in left else " class=n" for i in range(len(head))]
-    labels = [f' data-label="{TAG.sub(" ", one)}"' if stacks else "" for one in head]
+    labels = [f' data-label="{text_of(one.replace("<br>", " "))}"' if stacks else "" for one in head]
     header = "".join(f"<th scope=col{kind}>{cell}</th>" for kind, cell in zip(kinds, head, strict=True))
 
     def row(cells: Sequence[str]) -> str:

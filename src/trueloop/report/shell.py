@@ -1,6 +1,7 @@
 """What every page is wrapped in: one HTML file with its style and its scripts inside."""
 
 from collections.abc import Mapping
+from html import unescape
 from pathlib import Path
 from typing import Final
 
@@ -27,10 +28,16 @@ def html_page(title: str, body: str, script: str = "", language: str = "en") -> 
         f'<!doctype html><html lang="{language}"><head><meta charset="utf-8"><title>{title}</title>'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}</style></head>"
+        f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}"
+        f"@page {{ @bottom-left {{ content: {_css_text(unescape(title))}; }} }}</style></head>"
         f"<body><main>{body}</main>"
         f"<script>{scripts}</script></body></html>\n"
     )
+
+
+def _css_text(text: str) -> str:
+    """A text in a style sheet: what is neither letter nor digit by its number, so that nothing ends the text."""
+    return '"' + "".join(one if one.isalnum() else f"\\{ord(one):x} " for one in text) + '"'
 
 
 def figure_block(name: str, figure: Figure | Mapping[str, Figure], caption: str, small: bool = False) -> str:

@@ -78,6 +78,7 @@ def bar_places(judged: Judged) -> tuple[list[float], float]:
 @pytest.mark.parametrize(("value", "share"), [(25.387, 0.0), (25.3935, 0.5), (25.4, 1.0)])
 def test_the_bar_is_to_scale(value: float, share: float) -> None:
     (low, high), at = bar_places(replace(SEAT, after=replace(SEAT.after, value=value)))
+    assert low < high
     assert at == pytest.approx(low + share * (high - low), abs=0.11)
 
 

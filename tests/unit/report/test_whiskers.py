@@ -11,6 +11,7 @@ from plotly.graph_objects import Figure as PlotlyFigure
 from tests.support.correction import example_correction
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.style import LEFT_ON, TAKEN, Figure, Trace
+from trueloop.report.texts.texts import Texts
 from trueloop.report.turned import whiskers
 from trueloop.report.turned.part_drawing import round_down
 from trueloop.turned.compensation.prediction import Prediction
@@ -125,3 +126,34 @@ def test_a_part_without_error_is_not_blown_up_without_end() -> None:
 @pytest.mark.parametrize(("value", "rounded"), [(199.9, 100), (200, 200), (499, 200), (0.07, 0.05), (1, 1)])
 def test_magnifications_and_bars_are_round(value: float, rounded: float) -> None:
     assert round_down(value) == pytest.approx(rounded, rel=1e-12)
+
+
+@pytest.mark.parametrize("width", [whiskers.WIDTH, whiskers.NARROW])
+def test_a_radius_has_no_sign_below_the_axis(width: int) -> None:
+    axis = whiskers.before_and_after(MODBAS2, width)["layout"]["yaxis"]
+    assert min(axis["tickvals"]) < 0
+    assert [float(text) for text in axis["ticktext"]] == [abs(value) for value in axis["tickvals"]]
+
+
+def test_in_inches_the_drawing_is_the_same_in_another_unit() -> None:
+    """Point 6 again: 12.446 µm are 490 µin, 106.934 mm are 4.21 in."""
+    figure = whiskers.before_and_after(MODBAS2, say=Texts("en", "inch"))
+    drawn = strokes(figure, "material left on, Before: measured")[5]
+    assert drawn == pytest.approx((-4.21, 1.76, -4.21, 1.76 + 2.4892 / 25.4), abs=1e-6)
+    hover = [text for trace in figure["data"] for text in trace.get("hovertext", []) if "point 6<br>measured" in text]
+    assert "+490 ± 33 µin (95 %)" in hover[0] and "x 1.7600 in, z −4.2100 in" in hover[0]
+    low, high = figure["layout"]["xaxis"]["range"]
+    assert low < -149.2 / 25.4 and high > 0
+
+
+@pytest.mark.parametrize("width", [whiskers.WIDTH, whiskers.NARROW])
+@pytest.mark.parametrize("part", ["modbas2", "piecs11", "facetst"])
+def test_names_of_features_do_not_overlap(part: str, width: int) -> None:
+    layout = whiskers.before_and_after(example_correction(part), width)["layout"]
+    px = (width - whiskers.FRAME[0]) / (layout["xaxis"]["range"][1] - layout["xaxis"]["range"][0])
+    names = [note for note in layout["annotations"] if note["text"] in example_correction(part).profile.names]
+    boxes = [(n["x"] * px, n["y"] * px, 6.0 * len(n["text"]), n["xanchor"]) for n in names]
+    for i, (x, y, long, anchor) in enumerate(boxes):
+        for x2, y2, long2, anchor2 in boxes[:i]:
+            middle = x - long / 2 * (anchor == "right"), x2 - long2 / 2 * (anchor2 == "right")
+            assert abs(y - y2) > 13 or abs(middle[0] - middle[1]) > (long + long2) / 2

@@ -46,7 +46,7 @@ def characteristic_table(judged: Sequence[Judged], say: Texts = ENGLISH) -> str:
     )
     return (
         f"<p id='judged'><strong>{summary}</strong></p>"
-        + table(headings, rows, words=(0, 4, 6, 9), name="characteristics")
+        + table(headings, rows, words=(0, 4, 6, 9), name="characteristics", stacks=True)
         + f"<p class='note'>{legend}</p>"
     )
 

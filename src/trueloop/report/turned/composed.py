@@ -37,7 +37,7 @@ def composed_section(correction: Correction, say: Texts = ENGLISH) -> str:
             "outward normal, + is away from the material."
         ),
         "</p>",
-        table(_headings(say), _rows(correction, of, say), words=(0, 1), name="components"),
+        table(_headings(say), _rows(correction, of, say), words=(0, 1), name="components", stacks=True),
     )
 
 

@@ -65,7 +65,7 @@ def _table(correction: Correction, say: Texts) -> str:
         say("displaced x<br>{um}"), say("displaced z<br>{um}"),
         say("kink of error<br>{slope}", slope=say.slope_name), say("part's tangency<br>{slope}", slope=say.slope_name),
     )  # fmt: skip
-    return table(headings, rows, words=(0, 1), name="junctions")
+    return table(headings, rows, words=(0, 1), name="junctions", stacks=True)
 
 
 def _place(correction: Correction, junction: DisplacedJunction, say: Texts) -> tuple[str, str, str]:

@@ -189,8 +189,8 @@ def _origin(correction: Correction, say: Texts) -> str:
     return section(
         "origin",
         say("Made from"),
-        table((say("input"), "SHA-256"), inputs, words=(0, 1), name="inputs", stacks=False),
-        table((say("option"), say("value")), options, words=(0, 1), name="options", stacks=False),
+        table((say("input"), "SHA-256"), inputs, words=(0, 1), name="inputs"),
+        table((say("option"), say("value")), options, words=(0, 1), name="options"),
         f"<p class='note'>{version}</p>",
     )
 

@@ -84,7 +84,7 @@ def feature_table(correction: Correction, say: Texts = ENGLISH) -> str:
     every = touch_figures(correction, np.arange(len(correction.touches.point)))
     widest_um = float(np.max(correction.prediction.expanded_u_mm)) * UM_PER_MM
     last = _row(say("all touches"), every, widest_um, "", say)
-    return table(headings, [*rows, last], words=(0, 8), name="features")
+    return table(headings, [*rows, last], words=(0, 8), name="features", stacks=True)
 
 
 def _row(name: str, of: TouchFigures, u_um: float, kind: str, say: Texts) -> list[str]:

@@ -106,7 +106,7 @@ def touches_table(correction: Correction, say: Texts = ENGLISH) -> str:
                 _weight(row, say),
             ]
         )
-    return table(headings, rows, words=(0, 1), name="touches", stacks=False)
+    return table(headings, rows, words=(0, 1), name="touches")
 
 
 def _weight(row: TouchRow, say: Texts) -> str:

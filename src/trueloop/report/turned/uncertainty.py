@@ -23,7 +23,7 @@ def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
     )
     rows = [_row(correction, one, say) for one in outcomes(correction)]
     words = esc(say.note(between_cuts_words(correction.options.between_cuts)))
-    return f"{table(headings, rows, words=(0,), name='budget')}<p>{words}</p><p class='note'>{columns}</p>"
+    return f"{table(headings, rows, words=(0,), name='budget', stacks=True)}<p>{words}</p><p class='note'>{columns}</p>"
 
 
 def budget_words(correction: Correction) -> str:
