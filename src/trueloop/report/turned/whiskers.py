@@ -4,6 +4,7 @@ z runs to the right and x, a radius, up, to equal scale. The half above the spin
 the mirrored half below it the part as predicted: one part, one scale, before and after.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -17,6 +18,7 @@ from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.report.turned.part_drawing import (
     CHARACTER_PX,
+    Box,
     Strip,
     diagonal_mm,
     feature_names,
@@ -221,7 +223,10 @@ def _point_names(correction: Correction, half: Half, magnified: float, strip: St
     at = (touches.nominal_mm + outward[:, None] * touches.outward_normal) * np.array([half.side, 1.0])
     sizes = [half.error_mm, 0.0 * reach, reach]
     strokes = np.stack([tips_mm(correction, size, magnified) for size in sizes]) * np.array([half.side, 1.0])
-    shown = _uncrowded(at, strokes, int(np.argmax(np.abs(half.error_mm))), gap)
+    boxes = [
+        Box.of_text(name, z, x, False, strip.mm_per_px) for name, (x, z) in zip(touches.point, at.tolist(), strict=True)
+    ]
+    shown = _uncrowded(at, strokes, int(np.argmax(np.abs(half.error_mm))), gap, boxes)
     return {
         "type": "scatter",
         "mode": "text",
@@ -233,13 +238,14 @@ def _point_names(correction: Correction, half: Half, magnified: float, strip: St
     }
 
 
-def _uncrowded(at: Array, strokes: Array, always: int, gap: float) -> list[int]:
-    """Those of the places (n, 2) that keep a gap from each other and off the strokes (m, n, 2) of other touches."""
+def _uncrowded(at: Array, strokes: Array, always: int, gap: float, boxes: Sequence[Box]) -> list[int]:
+    """Those of the places (n, 2) that keep a gap, whose `boxes` do not meet, off the strokes (m, n, 2) of the others."""
     shown = [always]
     for i in range(len(at)):
         clear_of_names = np.all(np.linalg.norm(at[shown] - at[i], axis=1) > gap)
         others = np.delete(strokes, i, axis=1)
-        if clear_of_names and np.all(np.linalg.norm(others - at[i], axis=2) > 0.6 * gap):
+        apart = not any(boxes[i].meets(boxes[k]) for k in shown)
+        if apart and clear_of_names and np.all(np.linalg.norm(others - at[i], axis=2) > 0.6 * gap):
             shown.append(i)
     return sorted(shown)
 
@@ -254,7 +260,7 @@ def _strip(outline: Array, correction: Correction, halves: tuple[Half, ...], mag
     low, high = float(np.min(seen[:, 1])), float(np.max(seen[:, 1]))
     plot_px, most_px, lines = width - FRAME[0], HIGHEST * width - FRAME[1], WIDE_LINES if width > NARROW else 4
     beside_px = 2.0 * NAME_GAP_PX
-    top_px, bottom_px = 28.0 + LINE_PX * lines, 36.0 if len(halves) == 2 else 10.0
+    top_px, bottom_px = 30.0 + NAME_GAP_PX + LINE_PX * lines, 36.0 if len(halves) == 2 else 10.0
     highest = float(np.max(np.abs(seen[:, 0])))
     span = highest * len(halves)
     mm_per_px = max((high - low) / (plot_px - 2 * beside_px), span / (most_px - top_px - bottom_px))
