@@ -239,7 +239,7 @@ def _point_names(correction: Correction, half: Half, magnified: float, strip: St
 
 
 def _uncrowded(at: Array, strokes: Array, always: int, gap: float, boxes: Sequence[Box]) -> list[int]:
-    """Those of the places (n, 2) that keep a gap, whose `boxes` do not meet, off the strokes (m, n, 2) of the others."""
+    """Those of the places (n, 2) that keep a gap, whose `boxes` do not meet, off the strokes (m, n, 2) of others."""
     shown = [always]
     for i in range(len(at)):
         clear_of_names = np.all(np.linalg.norm(at[shown] - at[i], axis=1) > gap)
