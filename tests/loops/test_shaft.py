@@ -148,3 +148,9 @@ def test_a_job_has_touches_or_readings(tmp_path: Path) -> None:
     with pytest.raises(TrueloopError) as caught:
         read_job(job)
     assert "`touches` or `readings`" in str(caught.value)
+
+
+def test_a_sheet_without_a_value_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TrueloopError) as caught:
+        read_job(shaft_with(tmp_path, f"{HEADER}seat-44,-85,\n"))
+    assert caught.value.code is Code.MSR_NONE

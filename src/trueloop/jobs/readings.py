@@ -64,6 +64,13 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         matched += found
         notes += [f"{file.name}: {remark.text}." for remark in measured.remarks]
         notes += [f"{file.name}: {len(unmatched)} readings are of no feature of the part."] if unmatched else []
+    if files and not any(one.readings for one in inspections):
+        raise TrueloopError(
+            Code.MSR_NONE,
+            f"{len(files)} files of readings hold 0 readings of the part",
+            hint="fill in at least one value: a row without one was not measured",
+            place=Place(str(files[0])),
+        )
     if files and job.gauging.after_record is not None:
         _refuse_before(sources.file(job.gauging.after_record), files[0], inspections)
     notes += assumed_words(matched, gauging.readings_u_mm)

@@ -15,7 +15,7 @@ import difflib
 import math
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
@@ -40,6 +40,8 @@ VALUES: Final = {f"{one}{unit}": (one, factor) for one in LENGTHS for unit, fact
 }
 OF_QUANTITY: Final = {"value_deg": 1.0} | {f"value{unit}": factor for unit, factor in FACTORS.items()}
 PLACES: Final = {f"{axis}{unit}": (axis, factor) for axis in "xz" for unit, factor in FACTORS.items() if unit != "_um"}
+READ: Final = (*VALUES, *OF_QUANTITY)
+ALONG: Final = {axis: [name for name, (of, _) in PLACES.items() if of == axis] for axis in "xz"}
 STATED: Final = ("part", "serial", "instrument", "operator", "measured_at", "temperature_c")
 UNCERTAINTIES: Final = {
     f"{name}{unit}": factor / k
@@ -115,12 +117,19 @@ class _Table:
         """The texts of every column."""
         return {name: self.rows.texts(name) for name in self.rows.header}
 
+    @cached_property
+    def present(self) -> frozenset[str]:
+        """All names under which anything is said."""
+        return frozenset(self.rows.header) | self.above.keys()
+
     def cell(self, k: int, name: str) -> str:
         """The text of one column in row k; empty where there is no such column."""
         return self.columns[name][k] if name in self.columns else ""
 
     def text(self, k: int, name: str) -> str:
         """A cell of row k; where it is empty, what a comment states."""
+        if name not in self.present:
+            return ""
         return self.cell(k, name) or self.above.get(name, ("", 0))[0]
 
     def number(self, k: int, name: str) -> float | None:
@@ -144,9 +153,9 @@ class _Table:
             Code.MSR_COLUMN, why, hint=hint, place=Place(str(self.rows.path), self.rows.lines[k], column)
         )
 
-    def one_of(self, k: int, names: Mapping[str, object], what: str) -> str | None:
+    def one_of(self, k: int, names: Collection[str], what: str) -> str | None:
         """The only one of these that has a value in row k; None where none has. Raises MSR-COLUMN for two."""
-        found = [name for name in names if self.text(k, name)]
+        found = [name for name in names if name in self.present and self.text(k, name)]
         if len(found) > 1:
             why = f"{found[0]!r} and {found[1]!r} both have a value: {len(found)} columns say {what}"
             raise self.refusal(k, why, found[1], "write one reading a row")
@@ -164,7 +173,7 @@ class _Row:
 
 def _row(table: _Table, k: int) -> _Row | None:
     """A row's reading; None where it has no value."""
-    column = table.one_of(k, dict.fromkeys([*VALUES, *OF_QUANTITY]), "what was read")
+    column = table.one_of(k, READ, "what was read")
     if column is None:
         return None
     quantity, factor = VALUES[column] if column in VALUES else (_quantity(table, k, column), OF_QUANTITY[column])
@@ -206,7 +215,7 @@ def _place(table: _Table, k: int) -> tuple[float, ...]:
     """(z) or (x, z), mm, x a radius."""
     found = {}
     for axis in "xz":
-        name = table.one_of(k, {one: 0 for one, (of, _) in PLACES.items() if of == axis}, axis)
+        name = table.one_of(k, ALONG[axis], axis)
         found[axis] = None if name is None else _scaled(table.number(k, name), PLACES[name][1])
     x, z = found["x"], found["z"]
     if x is not None and z is None:
