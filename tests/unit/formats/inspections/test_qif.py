@@ -57,6 +57,39 @@ def test_inch_is_converted_and_a_value_may_have_its_own_unit(folder: Path) -> No
     assert (second.actual, second.standard_u, second.repeat) == (10.17, 0.001, 2)
 
 
+def test_an_uncertainty_is_in_the_unit_of_its_value(folder: Path) -> None:
+    value = '<Value combinedUncertainty="0.0001" meanError="0">0.401</Value>'
+    text = document(results(measured("3", value)), characteristics=[characteristic(1)], units=INCH)
+    (reading,) = _read(folder, text).inspections[0].readings
+    assert reading.standard_u == pytest.approx(0.00254, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("kind", "definition", "limits"),
+    [
+        ("Flatness", "<ToleranceValue>0.05</ToleranceValue>", (None, 0.05)),
+        ("PointProfile", "<ToleranceValue>4</ToleranceValue>", (-2.0, 2.0)),
+        (
+            "PointProfile",
+            "<ToleranceValue>1.5</ToleranceValue><OuterDisposition>1</OuterDisposition>",
+            (-0.5, 1.0),
+        ),
+        (
+            "Position",
+            "<ToleranceValue>1</ToleranceValue><MaterialCondition>MAXIMUM</MaterialCondition>",
+            (None, None),
+        ),
+        ("Position", "<ToleranceValue>1</ToleranceValue><MaterialCondition>NONE</MaterialCondition>", (None, 1.0)),
+    ],
+)
+def test_limits_of_zones(folder: Path, kind: str, definition: str, limits: tuple[float | None, float | None]) -> None:
+    """A zone's width; of a point half of it to each side, or what is disposed outside and the rest inside."""
+    asked = characteristic(1, kind, "", definition)
+    found = _read(folder, document(results(measured("3", "0.01", kind)), characteristics=[asked]))
+    (reading,) = found.inspections[0].readings
+    assert (reading.lower_limit, reading.upper_limit) == limits
+
+
 @pytest.mark.parametrize(("unit", "radians"), [("degree", "0.017453292519943"), ("radian", "1")])
 def test_angles_are_in_degrees(folder: Path, unit: str, radians: str) -> None:
     units = UNITS.format(angle=unit, radians=radians, length="mm", metres="0.001")
