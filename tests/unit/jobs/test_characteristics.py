@@ -88,6 +88,8 @@ def test_a_general_tolerance_that_is_none_is_refused_with_its_line(tmp_path: Pat
         ('quantity = "diameter"\nfeature = "small-cylinder"', Code.JOB_KEY),
         ('quantity = "diameter"\nfeature = "small-cylinder"\ntolerance = "h6"\nupper_limit = 1.8', Code.JOB_KEY),
         ('quantity = "diameter"\nfeature = "small-cylinder"\nupper_limit = nan', Code.JOB_KEY),
+        ('quantity = "diameter"\nfeature = "small-cylinder"\nother = "end-face"\ntolerance = "h6"', Code.JOB_KEY),
+        ('quantity = "length"\nfeature = "step-face"\nat_z_mm = -1.0\ntolerance = "h6"', Code.JOB_KEY),
     ],
 )
 def test_a_wrong_characteristic_is_refused_with_its_line(tmp_path: Path, keys: str, code: Code) -> None:

@@ -123,6 +123,22 @@ def test_at_a_touch_a_size_is_as_it_was_touched() -> None:
     assert one.before.standard_u == pytest.approx(2.0 * inputs.touches.standard_u_mm[k])
 
 
+def test_a_place_touched_twice_is_at_the_mean_of_both() -> None:
+    inputs = finished(example_inputs("facetst"))
+    touches = inputs.touches
+    k = touches.point.index("10")
+    twice = touches.chosen([*range(k + 1), k, *range(k + 1, len(touches.point))])
+    arc_length, error = twice.arc_length_mm.copy(), twice.error_mm.copy()
+    arc_length[k + 1], error[k + 1] = arc_length[k] + 0.02, error[k] + 0.002
+    names = (*twice.point[: k + 1], "10 again", *twice.point[k + 2 :])
+    again = replace(twice, point=names, arc_length_mm=arc_length, error_mm=error)
+    at_z_mm = float(touches.nominal_mm[k, 1])
+    _, (one,) = judged(replace(inputs, touches=again), replace(D1, at_z_mm=at_z_mm))
+
+    assert one.before is not None
+    assert one.before.value == pytest.approx(43.688 - 0.016 + 0.002, abs=1e-9)
+
+
 def test_between_touches_the_part_scatters_about_its_curve() -> None:
     correction, (one,) = judged(finished(example_inputs("facetst")), replace(D1, at_z_mm=-25.0))
     curve, s = correction.model.curves[2], np.array([25.8])

@@ -83,6 +83,10 @@ class CharacteristicTable(Table):
         limits = self.lower_limit is not None or self.upper_limit is not None
         if limits == (self.tolerance is not None):
             raise ValueError("a characteristic has a `tolerance`, or a `lower_limit`, an `upper_limit` or both")
+        if self.other and self.quantity != "length":
+            raise ValueError(f"`other` is of a length: a {self.quantity} has no second face")
+        if self.at_z_mm is not None and self.quantity != "diameter":
+            raise ValueError(f"`at_z_mm` is of a diameter: a {self.quantity} is of its whole feature")
         return self
 
 

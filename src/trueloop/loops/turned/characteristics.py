@@ -69,11 +69,13 @@ class Corrected:
         return covariance.with_stated(model_covariance(self.machine, nominal, normal, self.inputs.nose_radius_mm))
 
     def _measured(self, places: Places) -> tuple[Array, Covariance]:
-        """Errors of the part as it was touched: at a touch what it says, else those of process, program and machine."""
+        """Errors of the part as it was touched: at touches their mean, else of process, program, machine."""
         error_mm = places.curve_mm + places.shifted_mm(self.matched.measured) + self._cut_in_mm(places)
         at, touch = self._touched(places)
-        error_mm[at] = self.surface.touches.error_mm[touch]
-        return error_mm, of_measured_part(places).with_measured(at, self.surface.touches.standard_u_mm[touch])
+        touches, here = self.surface.touches, np.unique(at)
+        error_mm[here] = [np.mean(touches.error_mm[touch[at == k]]) for k in here]
+        u_mm = np.array([np.max(touches.standard_u_mm[touch[at == k]]) for k in here])
+        return error_mm, of_measured_part(places).with_measured(here, u_mm)
 
     def _touched(self, places: Places) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Places that were touched, and the touches there; those left out as bad say nothing."""
