@@ -67,6 +67,8 @@ def new(
     how = measured or (
         typer.prompt(HOW, default="gauge", type=click.Choice(("gauge", "points"))) if person else "gauge"
     )
+    if person and dialect is None:
+        dialect = _asked_dialect(program)
     with busy(f"reading {program}"):
         from trueloop.jobs.new import Wanted, new_job
 
@@ -98,3 +100,18 @@ def new(
             f"next: fill in the values, then  trueloop compensate {job}",
         ]
     )
+
+
+def _asked_dialect(program: Path) -> str | None:
+    """The control, where the program could be for several."""
+    from trueloop.errors import Code, TrueloopError
+    from trueloop.formats.program_file import read_program
+    from trueloop.nc.program.dialect import DIALECTS
+
+    try:
+        read_program(program)
+    except TrueloopError as error:
+        if error.code is Code.NC_DIALECT:
+            asked: str = typer.prompt("The program does not tell its control", type=click.Choice(tuple(DIALECTS)))
+            return asked
+    return None
