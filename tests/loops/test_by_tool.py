@@ -38,7 +38,7 @@ def test_it_is_the_first_line_of_the_summary_and_stands_in_record_json_and_page(
     record = json.loads((tmp_path / "out" / "record.json").read_text())
     assert f"{ANSWER}." in record["decision"]
     page = (tmp_path / "out" / "report.html").read_text()
-    assert page.index("id='by-tool'") < page.index('class="verdict"')
+    assert page.index("id='by-tool'") < page.index("id='wear'")
     assert "X \u22120.024 mm (diameter)" in page
 
 
