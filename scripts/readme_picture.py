@@ -15,7 +15,7 @@ from trueloop.report.turned.page import page
 PICTURE: Final = Path("docs/images/modbas2-report.png")
 SIZE_PX: Final = (1040, 1140)
 ONLY_HEAD: Final = """<style>
-.modebar, .note, .meta, .kicker, header .scroll, h2, figcaption { display: none !important; }
+.note, .kicker, .fields, #tolerances, #run, #errors, h2, figcaption { display: none !important; }
 .verdict { margin: 10px 0; } main { padding: 14px 20px; } figure { margin: 0; }
 </style></head>"""
 

@@ -32,7 +32,7 @@ def test_the_record_of_a_turned_part_is_read_back_equal(name: str, tmp_path: Pat
     assert back == record
     (inspection,) = back.inspections
     assert inspection.sha256 in record.inputs_sha256.values()
-    assert inspection.count == len(inspection.touches) == len(inputs.touches.point)
+    assert inspection.count == len(inspection.values) == len(inputs.touches.point)
     assert back.tool is not None and back.tool.corner_radius_mm == inputs.nose_radius_mm
     assert back.program is not None and back.program.sha256 in record.inputs_sha256.values()
 

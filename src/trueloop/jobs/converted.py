@@ -6,14 +6,19 @@ from typing import Final
 
 from trueloop.domain.inspection import Inspection
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
 from trueloop.formats.inspections.qdas.writer import dfq_of
 from trueloop.formats.inspections.qif.writer import qif_of
 from trueloop.formats.outputs import write_all
 
-WRITERS: Final[Mapping[str, Callable[[Sequence[Inspection]], bytes]]] = {".qif": qif_of, ".dfq": dfq_of}
-"""By the ending of a file's name."""
+WRITERS: Final[Mapping[str, Callable[[Sequence[Inspection], str], bytes]]] = {
+    ".qif": lambda inspections, _: qif_of(inspections),
+    ".dfq": lambda inspections, _: dfq_of(inspections),
+    ".dmo": lambda inspections, stem: dmis_results(inspections, stem).encode(),
+}
+"""By the ending of a file's name; they are given its stem, which DMIS repeats."""
 
 
 def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
@@ -26,11 +31,11 @@ def convert(path: Path, stated: Stated, target: Path) -> MeasuredFile:
         raise TrueloopError(
             Code.MSR_FORMAT,
             f"{target.name!r} cannot be written: its ending {target.suffix!r} is none of {', '.join(WRITERS)}",
-            hint="name the output .qif or .dfq",
+            hint="name the output .qif, .dfq or .dmo",
             place=Place(str(target)),
             values={"file": target.name},
         )
     file = read_measured_file(path, stated)
     inputs = [path, *([] if stated.mapping is None else [stated.mapping])]
-    write_all(target.parent, [(target.name, lambda: writer(file.inspections))], inputs)
+    write_all(target.parent, [(target.name, lambda: writer(file.inspections, target.stem))], inputs)
     return file

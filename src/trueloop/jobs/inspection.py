@@ -1,10 +1,11 @@
 """A job's touches: as an inspection, and as part errors."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from trueloop.domain.inspection import Inspection
+from trueloop.domain.inspection import Inspection, Touch
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import in_file
@@ -48,12 +49,12 @@ def read_inspection(file: Path, job: Job, machine: PartOnMachine | None = None) 
     )
 
 
-def part_errors(inspection: Inspection, file: Path, job: Job, profile: Profile) -> ErrorVectors:
+def part_errors(touches: Sequence[Touch], file: str | None, job: Job, profile: Profile) -> ErrorVectors:
     """The touches of a file as part errors along the profile. Raises TCH errors."""
     with in_file(file):
-        return replace(error_vectors(profile, inspection.touches, options_from(Gauging, job)), file=str(file))
+        return replace(error_vectors(profile, touches, options_from(Gauging, job)), file=file)
 
 
 def read_part_errors(file: Path, job: Job, profile: Profile) -> ErrorVectors:
     """The same, read from the file. Raises TCH errors."""
-    return part_errors(read_inspection(file, job), file, job, profile)
+    return part_errors(read_inspection(file, job).touches, str(file), job, profile)

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from trueloop.domain.inspection import Inspection, Reading, Touch
+from trueloop.domain.inspection import Inspection, Reading
 from trueloop.errors import Code, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
@@ -17,9 +17,9 @@ from trueloop.jobs.job_files import JobFiles
 from trueloop.report.measured import FileOnPart, OnPart
 from trueloop.turned.readings.match import features_listed, match_inspection
 from trueloop.turned.readings.matched import MatchedReading, feature_named
-from trueloop.turned.readings.matches import Axis, Matches
+from trueloop.turned.readings.matches import Axis
 from trueloop.turned.readings.of_this_part import check_matches
-from trueloop.turned.touches.touches import Gauging, error_vectors
+from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
 
 @dataclass(frozen=True)
@@ -54,20 +54,20 @@ def read_measured(
     inspections = _chosen(file, chosen or Chosen())
     if part is None:
         return FileOnPart(file, tuple(OnPart(run, one) for run, one in inspections))
-    _require_features(stated.mapping, names, part)
+    require_features(stated.mapping, names, part.profile)
     found = tuple(_on_part(part.profile, file, run, one, names, axis) for run, one in inspections)
     return FileOnPart(file, found, part.name, part.profile.names)
 
 
-def _require_features(mapping: Path | None, names: Mapping[str, str], part: PartOfJob) -> None:
+def require_features(mapping: Path | None, names: Mapping[str, str], profile: Profile) -> None:
     """Raises MSR-MAPPING for a name of the mapping's list that is no feature of the part: it would match nothing."""
     for name, listed in names.items():
-        for feature in filter(None, features_listed(part.profile, listed)):
-            if feature_named(part.profile, feature) is None:
+        for feature in filter(None, features_listed(profile, listed)):
+            if feature_named(profile, feature) is None:
                 raise TrueloopError(
                     Code.MSR_MAPPING,
-                    f"features.{name!r} is {feature!r}, none of the {len(part.profile.names)} features of the part",
-                    hint=f"the part's features are: {', '.join(part.profile.names)}",
+                    f"features.{name!r} is {feature!r}, none of the {len(profile.names)} features of the part",
+                    hint=f"the part's features are: {', '.join(profile.names)}",
                     place=Place(str(mapping)),
                 )
 
@@ -123,7 +123,7 @@ def write_measured(files: Sequence[FileOnPart], part: PartOfJob, target: Path, i
             if found.severity is Severity.ERROR:
                 raise found.as_error()
     on_part = [(one.inspection, one.matches) for file in files for one in file.on_part if one.matches is not None]
-    touches = _touches(part.profile, [matches for _, matches in on_part])
+    touches = in_order(part.profile, [each.touch for _, matches in on_part for each in matches.touches])
     readings = [(one, [_of_part(part.profile, m) for m in matches.readings]) for one, matches in on_part]
     if touches:
         error_vectors(part.profile, touches, Gauging())
@@ -144,13 +144,3 @@ def _of_part(profile: Profile, match: MatchedReading) -> Reading:
     """A reading with the part's own names of its features."""
     other = "" if match.other_index is None else profile.names[match.other_index]
     return replace(match.reading, feature=profile.names[match.feature_index], other=other)
-
-
-def _touches(profile: Profile, matches: Sequence[Matches]) -> list[Touch]:
-    """All touches in their order along the profile, as a job's file has them."""
-    found = [one for each in matches for one in each.touches]
-    along = [
-        profile.start_of(one.feature_index) + float(profile.features[one.feature_index].locate(one.touch.nominal_mm)[0])
-        for one in found
-    ]
-    return [found[k].touch for k in sorted(range(len(found)), key=along.__getitem__)]

@@ -1,22 +1,25 @@
 """The inspection files that a job names: the readings of its part, each with its feature."""
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.inspection import Inspection, Reading, Touch
 from trueloop.domain.part import Part
 from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
+from trueloop.formats.inspections.names import feature_names
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.record_file import read_record
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.inspection import part_type
+from trueloop.jobs.measured import require_features
 from trueloop.jobs.sources import Sources
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.matched import MatchedReading, match_by_name
@@ -29,19 +32,25 @@ from trueloop.turned.touches.touches import Gauging
 
 @dataclass(frozen=True)
 class ReadReadings:
-    """What the job's files of readings hold of its part: as reported, by feature, and notes in words."""
+    """What the job's files of readings hold of its part: as reported, by feature, and notes in words.
+
+    `touches` are points of a measuring machine as errors along the normal; `asked` the files' own characteristics.
+    """
 
     inspections: tuple[Inspection, ...]
     matched: tuple[MatchedReading, ...]
+    touches: tuple[Touch, ...]
+    asked: tuple[Characteristic, ...]
+    names: Mapping[str, str]
     notes: tuple[str, ...]
     gauging: Gauging
     file: str | None
 
     def joined(self, profile: Profile, touches: ErrorVectors | None) -> tuple[ErrorVectors, tuple[str, ...]]:
         """Touches and readings as error vectors, and all notes. Raises MSR errors."""
-        if not self.inspections:
+        if not self.matched:
             assert touches is not None  # a job has one of both
-            return touches, ()
+            return touches, self.notes
         with in_file(self.file):
             vectors, notes = with_readings(profile, self.matched, touches, self.gauging)
         return replace(vectors, file=vectors.file or self.file), (*self.notes, *notes)
@@ -51,20 +60,27 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     """All files of `gauging.readings`. Raises MSR errors with file and line."""
     inspections: list[Inspection] = []
     matched: list[MatchedReading] = []
+    touches: list[Touch] = []
+    asked: list[Characteristic] = []
     notes: list[str] = []
     gauging = options_from(Gauging, job)
+    mapping = None if job.gauging.readings_mapping is None else sources.file(job.gauging.readings_mapping)
+    names = feature_names(mapping)
+    require_features(mapping, names, profile)
     files = [sources.file(name) for name in job.gauging.readings_files]
     for file in files:
-        measured = read_measured_file(file, Stated(job.gauging.readings_unit))
+        measured = read_measured_file(file, Stated(job.gauging.readings_unit, mapping))
         chosen = _of_part(measured, job)
         with in_file(file):
-            found, unmatched = _matched(profile, chosen, strict=measured.format == GAUGE_CSV.name)
+            found, points, unmatched = _matched(profile, chosen, names, strict=measured.format == GAUGE_CSV.name)
             repeated(profile, corrected(found), gauging)
         inspections += chosen
         matched += found
+        touches += [_less(one, gauging.allowance_mm) for one in points]
+        asked += measured.characteristics
         notes += [f"{file.name}: {remark.text}." for remark in measured.remarks]
-        notes += [f"{file.name}: {len(unmatched)} readings are of no feature of the part."] if unmatched else []
-    if files and not any(one.readings for one in inspections):
+        notes += [f"{file.name}: {unmatched} values are of no feature of the part."] if unmatched else []
+    if files and not matched and not touches:
         raise TrueloopError(
             Code.MSR_NONE,
             f"{len(files)} files of readings hold 0 readings of the part",
@@ -75,7 +91,15 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         _refuse_before(sources.file(job.gauging.after_record), files[0], inspections)
     notes += assumed_words(matched, gauging.readings_u_mm)
     one_file = str(files[0]) if len(files) == 1 else None
-    return ReadReadings(tuple(inspections), tuple(matched), tuple(notes), gauging, one_file)
+    return ReadReadings(
+        tuple(inspections), tuple(matched), tuple(touches), tuple(asked), names, tuple(notes), gauging, one_file
+    )
+
+
+def _less(touch: Touch, allowance_mm: float) -> Touch:
+    """A point's error, from which the ball is taken off already, without what the cut was to leave on."""
+    assert touch.error_mm is not None  # `match_inspection` takes it from the point
+    return replace(touch, error_mm=touch.error_mm - allowance_mm, measured_mm=None)
 
 
 def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
@@ -108,24 +132,27 @@ def _stated(one: Inspection, job: Job) -> Inspection:
 
 
 def _matched(
-    profile: Profile, inspections: Sequence[Inspection], *, strict: bool
-) -> tuple[list[MatchedReading], list[Reading]]:
-    """Readings with their features, and those of none. `strict`: a file for this part, every name is to be one of its.
+    profile: Profile, inspections: Sequence[Inspection], names: Mapping[str, str], *, strict: bool
+) -> tuple[list[MatchedReading], list[Touch], int]:
+    """Readings with their features, points as touches, and how many values are of no feature.
 
-    Raises MSR-FEATURE for a name that is none, and what is wrong about an inspection on this part.
+    `strict`: a file for this part, of which every name is to be one of its features. Raises MSR-FEATURE for a name
+    that is none, and what is wrong about an inspection on this part.
     """
-    if strict:
-        return [_named(profile, reading) for one in inspections for reading in one.readings], []
+    if strict and not names:
+        return [_named(profile, reading) for one in inspections for reading in one.readings], [], 0
     matched: list[MatchedReading] = []
-    unmatched: list[Reading] = []
+    touches: list[Touch] = []
+    unmatched = 0
     for one in inspections:
-        found = match_inspection(profile, one)
-        for finding in check_matches(profile, one, found, {}, None):
+        found = match_inspection(profile, one, names)
+        for finding in check_matches(profile, one, found, names, None):
             if finding.severity is Severity.ERROR:
                 raise finding.as_error()
         matched += found.readings
-        unmatched += [left.value for left in found.unmatched if isinstance(left.value, Reading)]
-    return matched, unmatched
+        touches += [each.touch for each in found.touches]
+        unmatched += len(found.unmatched)
+    return matched, touches, unmatched
 
 
 def _named(profile: Profile, reading: Reading) -> MatchedReading:

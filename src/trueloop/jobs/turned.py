@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
+from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.limits import Limits
 from trueloop.domain.machine import Machine
@@ -17,7 +18,7 @@ from trueloop.formats.tables.tool_tables.new_table import held_tool
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.characteristics import characteristics_of
+from trueloop.jobs.characteristics import characteristics_of, joined
 from trueloop.jobs.inspection import part_errors, part_type, read_inspection, read_part_errors
 from trueloop.jobs.job_files import JobFiles
 from trueloop.jobs.part_on_machine import read_part_on_machine
@@ -33,7 +34,7 @@ from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.options import Options
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.touches import Gauging
+from trueloop.turned.touches.touches import Gauging, in_order
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
 
@@ -121,14 +122,14 @@ def read_job(path: FilePath) -> ReadJob:
     machine = None
     if job.machine is not None:
         machine = read_part_on_machine(sources, path, job.machine, options_from(Gauging, job).ball_radius_mm)
-    inspections, vectors, notes = _measured(files, profile, machine)
+    measured = _measured(files, profile, machine)
     table = files.tool_table(job.tool.table) if job.tool.table is not None else None
     inputs = Inputs(
         part=part_type(job),
         profile=profile,
         nose_radius_mm=files.nose_radius_mm,
         program=program,
-        touches=vectors,
+        touches=measured.vectors,
         options=_options(job),
         made_at=datetime.now(UTC),
         made_by=user_name(),
@@ -137,7 +138,7 @@ def read_job(path: FilePath) -> ReadJob:
         parameters=job.programs.parameters,
         execute_deleted_blocks=job.programs.execute_deleted_blocks,
         lines=job.programs.finish_lines,
-        inspections=inspections,
+        inspections=measured.inspections,
         program_sha256=job.gauging.program_sha256,
         finish_touches=read_part_errors(finish_touches, job, profile) if finish_touches else None,
         nose=nose,
@@ -148,26 +149,41 @@ def read_job(path: FilePath) -> ReadJob:
         held=held_tool(job.tool.table_name, job.tool.table_edge, job.tool.number, table),
         inputs_sha256=sources.sha256,
         file=str(path),
-        characteristics=characteristics_of(files.located, profile),
+        characteristics=measured.characteristics,
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
-        notes=notes,
+        notes=measured.notes,
     )
     return ReadJob(inputs, sources.files, path.parent / job.output.folder, table, options_from(PageOptions, job))
 
 
-def _measured(
-    files: JobFiles, profile: Profile, machine: PartOnMachine | None
-) -> tuple[tuple[Inspection, ...], ErrorVectors, tuple[str, ...]]:
-    """Touches and readings as reported, as error vectors, and notes. Raises TCH and MSR errors."""
-    job, touches = files.job, None
+@dataclass(frozen=True)
+class _Measured:
+    """What was measured: as reported, as error vectors, and the characteristics that are judged by it; notes."""
+
+    inspections: tuple[Inspection, ...]
+    vectors: ErrorVectors
+    characteristics: tuple[Characteristic, ...]
+    notes: tuple[str, ...]
+
+
+def _measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None) -> _Measured:
+    """Touches and readings of a job's part. Raises TCH, MSR and TOL errors."""
+    job, file = files.job, None
     inspections: tuple[Inspection, ...] = ()
     if job.gauging.touches is not None:
         file = files.sources.file(job.gauging.touches)
-        inspection = read_inspection(file, job, machine)
-        inspections, touches = (inspection,), part_errors(inspection, file, job, profile)
+        inspections = (read_inspection(file, job, machine),)
     readings = read_readings(job, files.sources, profile)
-    vectors, notes = readings.joined(profile, touches)
-    return (*inspections, *readings.inspections), vectors, notes
+    touches = [touch for one in inspections for touch in one.touches]
+    if readings.touches:
+        touches = in_order(profile, [*touches, *readings.touches])
+    vectors = None
+    if touches or file is not None:
+        vectors = part_errors(touches, str(file) if file is not None else readings.file, job, profile)
+    joint, notes = readings.joined(profile, vectors)
+    asked = characteristics_of(files.located, profile)
+    characteristics, more = joined(asked, readings.asked, profile, readings.names)
+    return _Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))
 
 
 def _machine_tool(job: Job) -> Machine | None:

@@ -25,7 +25,7 @@ def two(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("name", ["out.qif", "OUT.DFQ", "new/out.qif"])
+@pytest.mark.parametrize("name", ["out.qif", "OUT.DFQ", "new/out.qif", "out.dmo"])
 def test_it_holds_what_was_read(two: Path, name: str) -> None:
     target = two.parent / name
     done = invoke("measure", "convert", two, "--unit", "mm", "-o", target)

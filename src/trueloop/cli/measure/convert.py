@@ -1,4 +1,4 @@
-"""`trueloop measure convert`: inspection files written as QIF or Q-DAS."""
+"""`trueloop measure convert`: inspection files written as QIF, Q-DAS or DMIS."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,7 +9,9 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import busy
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="What a gauge, a measuring machine or a control wrote.")]
-Output = Annotated[Path, typer.Option("--output", "-o", help="File to write: .qif is QIF 3.0, .dfq is Q-DAS.")]
+Output = Annotated[
+    Path, typer.Option("--output", "-o", help="File to write: QIF 3.0 (.qif), Q-DAS (.dfq) or DMIS (.dmo).")
+]
 UnitOf = Annotated[
     Literal["mm", "inch"] | None, typer.Option("--unit", help="Unit of its lengths.  [default: what it says]")
 ]

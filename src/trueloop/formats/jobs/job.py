@@ -245,11 +245,15 @@ class GaugingTable(Table):
     """
     readings: tuple[Path, ...] | Path = ()
     """One or several inspection files, in any format of [measurements.md](measurements.md): diameters, radii, lengths
-    and angles of features, by a micrometer as by a measuring machine. Of several parts in a file, `part.serial`
-    chooses one.
+    and angles of features, and points of a measuring machine, which are taken as touches. Of several parts in a file,
+    `part.serial` chooses one. Characteristics that a file asks for are judged beside the job's.
     """
     readings_unit: Literal["mm", "inch"] | None = None
     """Unit of lengths in files of readings that do not state it: `"mm"` or `"inch"`."""
+    readings_mapping: Path | None = None
+    """TOML file that says what the columns, variables and names of files of readings mean
+    ([measurements.md](measurements.md#tables-by-mapping)); `trueloop measure map` proposes one.
+    """
     after_record: Path | None = None
     """Record (`record.json`) of the last correction of this process: readings from before it are refused."""
     probe: Path | None = None

@@ -87,6 +87,17 @@ def standard_uncertainty_mm(outward_normal: Array, gauging: Gauging) -> Array:
     return np.hypot(normal[:, 0] * u_x, normal[:, 1] * u_z)
 
 
+def in_order(profile: Profile, touches: Sequence[Touch]) -> list[Touch]:
+    """Touches in their order along the profile: each on the feature that it names, else on the nearest."""
+
+    def along_mm(touch: Touch) -> float:
+        nearest = int(profile.locate(np.array([touch.nominal_mm])).feature_index[0])
+        index = profile.names.index(touch.feature) if touch.feature in profile.names else nearest
+        return profile.start_of(index) + float(profile.features[index].locate(touch.nominal_mm)[0])
+
+    return sorted(touches, key=along_mm)
+
+
 def error_vectors(profile: Profile, touches: Sequence[Touch], gauging: Gauging) -> ErrorVectors:
     """Part errors of the touches, ordered along the profile. Raises TCH errors for what cannot be right.
 

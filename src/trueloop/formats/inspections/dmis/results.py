@@ -9,6 +9,7 @@ from typing import Final
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.dmis.features import NOWHERE, Some
 from trueloop.formats.inspections.dmis.writing import comment, number, numbers, quoted, statements_text
 
@@ -22,7 +23,7 @@ NOT_IN_LABELS: Final = str.maketrans("()=,'$/\r\n\t", "__________")
 def dmis_results(inspections: Sequence[Inspection], file: str) -> str:
     """The file's text, in mm; one run for each inspection, read again as they are but for what DMIS has no words for.
 
-    These are standard uncertainty, temperature and the time of a single reading. Raises ValueError for centres of a
+    These are standard uncertainty, temperature and the time of a single reading. Raises MSR-FORMAT for centres of a
     ball and for touches: DMIS has points of the surface.
     """
     return statements_text([line for one in inspections for line in _run(one, file)] + ["ENDFIL"])
@@ -30,7 +31,12 @@ def dmis_results(inspections: Sequence[Inspection], file: str) -> str:
 
 def _run(inspection: Inspection, file: str) -> Iterator[str]:
     if inspection.ball_radius_mm > 0.0 or inspection.touches:
-        raise ValueError(f"{len(inspection.values)} values are no points of the surface: DMIS has no others")
+        raise TrueloopError(
+            Code.MSR_FORMAT,
+            f"{len(inspection.values)} values are centres of a ball or touches: DMIS has points of the surface alone",
+            hint="write them as QIF: name the output .qif",
+            values={"file": file},
+        )
     part = inspection.part
     yield f"FILNAM/{quoted(file)},05.2"
     yield "UNITS/MM,ANGDEC"
