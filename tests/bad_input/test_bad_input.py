@@ -175,7 +175,7 @@ def _run(folder: Path, *arguments: str) -> Result:
 def test_the_job_without_a_mistake_is_accepted(folder: Path) -> None:
     result = _run(folder)
     assert result.exit_code == ExitStatus.DONE, result.stderr
-    assert len(list((folder.parents[1] / "out" / "modbas2").iterdir())) == 5
+    assert len(list((folder.parents[1] / "out" / "modbas2").iterdir())) == 6
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -12,6 +12,7 @@ from tests.support.dmis import read_text
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.part import Part, PartType
+from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.dmis.results import dmis_results
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated
@@ -118,8 +119,9 @@ def test_a_verdict_is_that_of_the_limits(actual: float, verdict: str) -> None:
 @pytest.mark.parametrize("value", [Touch("1", (1.0, 2.0), error_mm=0.01), CmmPoint((1.0, 2.0, 3.0))])
 def test_centres_of_a_ball_and_touches_are_not_written(value: Touch | CmmPoint) -> None:
     part = Part(PartType("shaft"))
-    with pytest.raises(ValueError, match="1 values"):
+    with pytest.raises(TrueloopError, match="1 values") as refused:
         dmis_results([Inspection(part, "touches", "", 1, (value,), ball_radius_mm=1.0)], "shaft.dmo")
+    assert refused.value.code is Code.MSR_FORMAT
 
 
 @pytest.mark.corpus

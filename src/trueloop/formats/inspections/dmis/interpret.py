@@ -12,7 +12,7 @@ from trueloop.formats.inspections.dmis.numbers import number_of
 from trueloop.formats.inspections.dmis.passed_over import NO_RESULT
 from trueloop.formats.inspections.dmis.runs import Actual, Found, Heading, Notes, Run, shared, with_date, with_time
 from trueloop.formats.inspections.dmis.settings import FIRST, PLANES, Frame, Settings, with_units
-from trueloop.formats.inspections.dmis.tolerances import DISTANCES, Result, Tolerance, result_of, tolerance_of
+from trueloop.formats.inspections.dmis.tolerances import BETWEEN, Result, Tolerance, result_of, tolerance_of
 from trueloop.formats.inspections.dmis.words import Words, key_of, label_in, unquoted
 
 DATE: Final = re.compile(r"'?(\d{4})[/.-](\d{1,2})[/.-](\d{1,2})'?")
@@ -190,7 +190,7 @@ def _result(at: Interpreter, statement: Words) -> None:
     result = result_of(statement, at.settings)
     if isinstance(result, Result):
         features = at.about(statement.label)
-        if result.what not in DISTANCES and at.last in features:
+        if result.what not in BETWEEN and at.last in features:
             features = (at.last,)  # of several that are output together, the one that stands before
         limits = at.run.by_label.get(key_of(statement.label))  # a label may mean another tolerance further on
         at.run.found.append(Found(result, features, at.heading.moment, limits))

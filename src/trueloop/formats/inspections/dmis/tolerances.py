@@ -29,6 +29,8 @@ QUANTITIES: Final = {
 """By the word of the tolerance, of those that are read. A profile's deviations have a sign."""
 PROFILES: Final = ("PROFP", "PROFS", "PROFL")
 DISTANCES: Final = ("DISTB", "DISTWRT")
+BETWEEN: Final = (*DISTANCES, "LENGTH")
+"""What is between two features; a length is one that our own files state by `USETOL`."""
 ZONES: Final = tuple(
     word
     for word, quantity in QUANTITIES.items()

@@ -13,6 +13,7 @@ from trueloop.formats.inspections.dmis.features import POINTS, Feature, Side
 from trueloop.formats.inspections.dmis.runs import Actual, Found, Notes, Run
 from trueloop.formats.inspections.dmis.tolerances import (
     AXES,
+    BETWEEN,
     DISTANCES,
     PROFILES,
     QUANTITIES,
@@ -205,7 +206,7 @@ def _stated(values: Values, found: Found, actual: Actual | None, limits: Toleran
     feature, other = (*found.features[:2], "", "")[:2]
     source = Source(
         actual.feature.label if actual is not None else _label(values, feature),
-        _label(values, other) if result.what in DISTANCES else "",
+        _label(values, other) if result.what in BETWEEN else "",
         actual,
         found.moment,
         result.line,
