@@ -9,8 +9,11 @@ looks for all of them and for their translations.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
+from typing import Final
 
 from trueloop.units import UM_PER_MM
+
+MINUS: Final = "\u2212"
 
 
 @dataclass(frozen=True)
@@ -21,7 +24,7 @@ class Um:
     spec: str = ".1f"
 
     def __str__(self) -> str:
-        return f"{self.mm * UM_PER_MM:{self.spec}} µm"
+        return f"{self.mm * UM_PER_MM:{self.spec}}".replace("-", MINUS) + " µm"
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Signed:
     decimals: int
 
     def __str__(self) -> str:
-        return f"{self.value:+.{self.decimals}f}".replace("-", "\u2212")
+        return f"{self.value:+.{self.decimals}f}".replace("-", MINUS)
 
 
 class Wording(str):

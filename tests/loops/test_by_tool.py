@@ -50,7 +50,7 @@ def test_every_feature_that_the_tool_cuts_is_moved_along_its_normal(tmp_path: Pa
     assert (moved["arc-1"].low_mm, moved["arc-1"].high_mm) == pytest.approx((-0.012, 0.004), abs=2e-4)
     assert {name for name, one in moved.items() if one.touched} == {"cylinder-1", "cylinder-2", "face-1"}
     assert not any(one.against for one in moved.values())
-    assert "cone-1 -5.7 µm (not measured)" in by_tool_of(job(tmp_path, PLAIN)).moved_words
+    assert "cone-1 −5.7 µm (not measured)" in by_tool_of(job(tmp_path, PLAIN)).moved_words
 
 
 def test_its_share_is_what_of_the_correction_an_offset_leaves_out() -> None:
@@ -106,7 +106,7 @@ def test_a_feature_that_is_moved_the_wrong_way_is_named(tmp_path: Path) -> None:
     against = [one for one in found.features if one.against]
     assert [one.feature for one in against] == ["cylinder-1"]
     assert against[0].own_mm == pytest.approx(0.006, abs=2e-4) and against[0].moved_mm < -0.005
-    assert "cylinder-1 -6.0 µm (its own correction would be +6.0 µm, the other way)" in found.moved_words
+    assert "cylinder-1 −6.0 µm (its own correction would be +6.0 µm, the other way)" in found.moved_words
 
 
 def test_a_feature_that_nobody_touched_is_not_compared() -> None:

@@ -7,7 +7,7 @@ from trueloop.wording import Signed, Um, all_of, wording
 
 def test_the_text_is_that_of_template_and_values() -> None:
     said = wording("{feature}: {left} left, p = {p:.2g}", feature="dome {x}", left=Um(-0.0443, "+.1f"), p=1.6e-23)
-    assert said == "dome {x}: -44.3 µm left, p = 1.6e-23"
+    assert said == "dome {x}: −44.3 µm left, p = 1.6e-23"
     assert (said.template, said.values["feature"]) == ("{feature}: {left} left, p = {p:.2g}", "dome {x}")
 
 

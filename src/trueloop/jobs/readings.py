@@ -79,6 +79,7 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
         touches += [_less(one, gauging.allowance_mm) for one in points]
         asked += measured.characteristics
         notes += [f"{file.name}: {remark.text}." for remark in measured.remarks]
+        notes += _of_other_name(file.name, measured, job)
         notes += [f"{file.name}: {unmatched} values are of no feature of the part."] if unmatched else []
     if files and not matched and not touches:
         raise TrueloopError(
@@ -118,6 +119,13 @@ def _of_part(measured: MeasuredFile, job: Job) -> list[Inspection]:
         )
     chosen = [one for one in measured.inspections if not wanted or one.part.serial in (wanted, "")]
     return [_stated(one, job) for one in chosen]
+
+
+def _of_other_name(file: str, measured: MeasuredFile, job: Job) -> list[str]:
+    """A note for each name of a part that is not the job's: measuring machines often have their own."""
+    names = dict.fromkeys(one.part.part_type.name for one in measured.inspections)
+    others = [name for name in names if name and name.casefold() not in (job.part.name.casefold(), Path(file).stem)]
+    return [f"{file}: its part is {name!r}, that of the job {job.part.name!r}." for name in others]
 
 
 def _stated(one: Inspection, job: Job) -> Inspection:

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import Any, Final, TypeAlias
 
+from trueloop import wording
+
 Figure: TypeAlias = dict[str, Any]
 Trace: TypeAlias = dict[str, Any]
 
@@ -33,7 +35,7 @@ VERDICTS: Final = {"in": (IN, "✓"), "out": (OUT, "✗"), "undecided": (SOFT, "
 """Colour and sign by verdict."""
 FONT: Final = {"family": "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
 
-MINUS: Final = "\u2212"
+MINUS: Final = wording.MINUS
 
 
 def signed(value: float, decimals: int = 1) -> str:

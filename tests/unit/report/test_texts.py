@@ -63,7 +63,7 @@ def test_german_numbers_have_a_comma_and_keep_their_signs() -> None:
     say = Texts("de")
     assert (say.error(-1.25), say.size(1.25, 2), say.mm(44.7)) == ("−1,2", "1,25", "44,700")
     assert say("(bad: {percent:.1f} %)", percent=12.34) == "(fehlerhaft: 12,3 %)"
-    assert say.note(wording("{x} (on the radius)", x=Um(-0.0443, "+.1f"))) == "-44,3 µm (am Radius)"
+    assert say.note(wording("{x} (on the radius)", x=Um(-0.0443, "+.1f"))) == "−44,3 µm (am Radius)"
 
 
 def test_inches_are_exact() -> None:
@@ -71,7 +71,7 @@ def test_inches_are_exact() -> None:
     say = Texts("en", "inch")
     assert (say.mm(25.4), say.error(25.4), say.size(-25.4), say.slope(1.0)) == ("1.0000", "+1000", "−1000", "+1000")
     assert say("error ({um})") == "error (µin)"
-    assert say.note(wording("{x} (on the radius)", x=Um(-0.0254, "+.1f"))) == "-1000 µin (on the radius)"
+    assert say.note(wording("{x} (on the radius)", x=Um(-0.0254, "+.1f"))) == "−1000 µin (on the radius)"
 
 
 def test_a_sentence_without_parts_is_left_as_it_is() -> None:

@@ -87,4 +87,4 @@ def test_the_words_say_the_offset_with_its_sign_on_the_radius() -> None:
     """10 µm left on everywhere: the tool is to go 10 µm towards the axis."""
     normals = np.tile([1.0, 0.0], (6, 1))
     found = decide(np.full(6, 0.010), normals, 0.001, np.inf, 0.0001, 1.0)
-    assert found.x.words.startswith("X: a constant offset of -10.0 µm (on the radius) would leave up to 0.0 µm")
+    assert found.x.words.startswith("X: a constant offset of −10.0 µm (on the radius) would leave up to 0.0 µm")

@@ -10,7 +10,7 @@ from typing import Final
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.report.style import plain, signed
 from trueloop.units import MM_PER_INCH, UM_PER_MM
-from trueloop.wording import Signed, Um, Wording
+from trueloop.wording import MINUS, Signed, Um, Wording
 
 UIN_PER_UM: Final = 1000.0 / MM_PER_INCH
 """Microinches."""
@@ -75,7 +75,8 @@ class Texts:
     def _length(self, length: Um) -> str:
         inch = self.unit == "inch"
         spec = length.spec.replace(".1f", ".0f").replace(".2f", ".1f") if inch else length.spec
-        return self.spelled(f"{length.mm * UM_PER_MM * self.per_um:{spec.replace('g', '.3g') if inch else spec}}")
+        number = f"{length.mm * UM_PER_MM * self.per_um:{spec.replace('g', '.3g') if inch else spec}}"
+        return self.spelled(number.replace("-", MINUS))
 
     @property
     def separators(self) -> str:
