@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 from benches.nc_rivals import by_trueloop, loss, rivals
 from benches.ratio import Contender, Samples, compare, process, verdict
 from trueloop.domain.map_options import MapOptions
-from trueloop.jobs.mapped_program import map_program
+from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.field.field import similarity_field
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion, ToolPath

@@ -10,7 +10,7 @@ import numpy as np
 
 from benches.ratio import Contender, compare
 from trueloop.arrays import Array
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.simulated.simulated import Trial, finish, measured_part, semifinish_and_probe, simulate, trial_of
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.simulator.nose import Nose

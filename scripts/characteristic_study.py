@@ -17,7 +17,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import SimulatedPart, Trial, simulate, trial_of
 from trueloop.simulator.presets import Workshop, nist

@@ -23,7 +23,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.errors import TrueloopError
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import finish_along, finishing_machine, random_of
 from trueloop.loops.turned.correction import Correction, Inputs

@@ -18,7 +18,7 @@ from scripts.nist_parts import NistPart, example_touches, parameters, parts, pro
 from trueloop.arrays import Array
 from trueloop.formats.jobs.profile_of_job import part_table_toml
 from trueloop.geometry.feature import Arc
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.statistics import rms

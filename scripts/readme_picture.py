@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from tests.support.chromium import screenshot
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page
 

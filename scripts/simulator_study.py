@@ -21,7 +21,7 @@ from scripts.nist_bands import held, together
 from scripts.nist_parts import parts as nist_parts
 from scripts.nist_table import corrected
 from trueloop.arrays import Array
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.batch import run_batch
 from trueloop.loops.simulated.simulated import Trial, simulate, trial_of
 from trueloop.loops.simulated.study import Study, study

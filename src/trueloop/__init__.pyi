@@ -9,8 +9,8 @@ from trueloop.formats.outputs import write_all as write_all
 from trueloop.errors import TrueloopError as TrueloopError
 
 # A turned part: profile, touches, correction.
-from trueloop.jobs.turned import read_part as read_part
-from trueloop.jobs.turned import read_job as read_job
+from trueloop.jobs.turned.job import read_part as read_part
+from trueloop.jobs.turned.job import read_job as read_job
 from trueloop.formats.cad.dxf import read_dxf as read_dxf
 from trueloop.formats.cad.step_profile import read_step_profile as read_step_profile
 from trueloop.geometry.validate import checked_profile as checked_profile
@@ -23,8 +23,8 @@ from trueloop.loops.turned.process_intermittent import compensate as compensate
 from trueloop.report.turned.features import feature_summaries as feature_summaries
 from trueloop.report.turned.correction_json import correction_as_dict as correction_as_dict
 from trueloop.formats.tables.table_csv import table_to_csv as table_to_csv
-from trueloop.jobs.compensate import write_correction as write_correction
-from trueloop.jobs.compensate import compensate_job as compensate_job
+from trueloop.jobs.turned.compensate import write_correction as write_correction
+from trueloop.jobs.turned.compensate import compensate_job as compensate_job
 
 # NC programs.
 from trueloop.formats.program_file import read_program as read_program
@@ -36,11 +36,11 @@ from trueloop.nc.field.field import similarity_field as similarity_field
 from trueloop.nc.field.field import function_field as function_field
 from trueloop.formats.measurements.field_csv import read_field as read_field
 from trueloop.domain.map_options import MapOptions as MapOptions
-from trueloop.jobs.mapped_program import displace_program as displace_program
+from trueloop.jobs.machine.mapped_program import displace_program as displace_program
 
 # A machine's own errors.
-from trueloop.jobs.machine_model import fit_machine as fit_machine
-from trueloop.jobs.machine_model import FittedMachine as FittedMachine
+from trueloop.jobs.machine.machine_model import fit_machine as fit_machine
+from trueloop.jobs.machine.machine_model import FittedMachine as FittedMachine
 from trueloop.formats.jobs.machine_toml import read_machine as read_machine
 from trueloop.formats.measurements.readings_csv import read_readings as read_readings
 from trueloop.formats.measurements.history_csv import read_history as read_history
@@ -48,21 +48,21 @@ from trueloop.machine.identify.form import fit_form as fit_form
 from trueloop.machine.identify.hold_out import compare as compare
 from trueloop.formats.tables.model_file import read_model as read_model
 from trueloop.formats.tables.model_file import model_to_json as model_to_json
-from trueloop.jobs.machine_model import signals_of as signals_of
+from trueloop.jobs.machine.machine_model import signals_of as signals_of
 from trueloop.machine.model.validity import known_state as known_state
 from trueloop.machine.model.overview import overview as overview
 from trueloop.machine.model.overview import curves as curves
 from trueloop.machine.correct.setup import Setup as Setup
-from trueloop.jobs.mapped_program import ModelFile as ModelFile
-from trueloop.jobs.mapped_program import compensate_program as compensate_program
+from trueloop.jobs.machine.mapped_program import ModelFile as ModelFile
+from trueloop.jobs.machine.mapped_program import compensate_program as compensate_program
 
 # A free-form surface: measured parts, their pattern, the corrected surface and program.
-from trueloop.jobs.surface import read_surface as read_surface
+from trueloop.jobs.surface.job import read_surface as read_surface
 from trueloop.loops.surface.surface import deviations_of as deviations_of
 from trueloop.loops.surface.surface import model_of as model_of
-from trueloop.jobs.surface import pattern_of_parts as pattern_of_parts
-from trueloop.jobs.surface import correct_surface as correct_surface
-from trueloop.jobs.surface_files import corrected_files as corrected_files
+from trueloop.jobs.surface.job import pattern_of_parts as pattern_of_parts
+from trueloop.jobs.surface.job import correct_surface as correct_surface
+from trueloop.jobs.surface.files import corrected_files as corrected_files
 
 # Figures of the reports: specifications of Plotly, but for maps_picture, which is SVG.
 from trueloop.report.turned.whiskers import before_and_after as before_and_after

@@ -10,7 +10,7 @@ import pytest
 
 from trueloop.domain.limits import Limits
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program

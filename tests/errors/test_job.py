@@ -6,7 +6,7 @@ from pathlib import Path
 
 from trueloop.errors import Code
 from trueloop.formats.jobs.job import read_turned_job
-from trueloop.jobs.new import Wanted, new_job
+from trueloop.jobs.turned.new import Wanted, new_job
 
 
 def _read(text: str) -> object:

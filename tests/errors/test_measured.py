@@ -11,8 +11,8 @@ from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated, Unit
-from trueloop.formats.inspections.text import number_in
-from trueloop.jobs.measured import read_measured, read_part_of_job, write_measured
+from trueloop.formats.inspections.shared.text import number_in
+from trueloop.jobs.measure.measured import read_measured, read_part_of_job, write_measured
 from trueloop.turned.readings.match import match_inspection
 from trueloop.turned.readings.of_this_part import check_matches
 

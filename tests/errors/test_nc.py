@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.mapped_program import map_program
+from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.check.check import check
 from trueloop.nc.edit.edit import Edit, apply_edits, displace_word, set_offset
 from trueloop.nc.field.field import function_field, table_field

@@ -16,7 +16,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
 from trueloop.formats.tables.tool_tables.tool_table import Unit
-from trueloop.jobs.tool_offsets import apply_offset
+from trueloop.jobs.turned.tool_offsets import apply_offset
 from trueloop.turned.program.wear_words import counted
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.jobs.mapped_program import map_program
+from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.check.check import check
 from trueloop.nc.edit.edit import displace_word, set_offset
 from trueloop.nc.field.field import table_field

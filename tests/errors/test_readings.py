@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.support.gauged import EXAMPLES, shaft_with
 from trueloop.errors import Code
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 
 HEADER = "feature,z_mm,diameter_mm\n"
 SIX = (EXAMPLES / "shaft" / "readings.csv").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ from trueloop.controllers.linuxcnc.loop import drive_part
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.jobs.simulated import workshop_and_trial
-from trueloop.jobs.surface import read_surface
+from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.simulated.simulated_surface import surface_trial
 from trueloop.simulator.nose import Nose
 from trueloop.simulator.transfer import Transfer

@@ -20,7 +20,7 @@ from trueloop.formats.cad.step import read_face, read_faces, write_surface
 from trueloop.formats.measurements.points_csv import points_to_csv, read_points
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.jobs.surface import ReadSurface, compare_jobs, read_surface
+from trueloop.jobs.surface.job import ReadSurface, compare_jobs, read_surface
 from trueloop.loops.batch import run_batch
 from trueloop.loops.surface.figures import SurfaceFigures, check_support
 from trueloop.nc.program.program import read_program

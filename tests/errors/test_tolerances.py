@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from trueloop.errors import Code
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "facetst"
 

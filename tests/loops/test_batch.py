@@ -15,7 +15,7 @@ import pytest
 
 from tests.support.batch_tasks import always_killed, killed_once, refused, squared
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.surface import read_surface
+from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.batch import AHEAD, run_batch
 from trueloop.loops.surface.surface import Work, deviations_of, model_of, pattern_model
 from trueloop.report.surface.page import surface_page

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import outcomes
 from trueloop.loops.turned.process_intermittent import compensate

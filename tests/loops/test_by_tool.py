@@ -12,7 +12,7 @@ from tests.loops.test_tool_table_of_a_job import job
 from tests.support.cli import run
 from tests.support.correction import example_correction, example_inputs, size_error_correction
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.by_tool import by_tool_as_dict, by_tool_block, by_tool_lines
 from trueloop.turned.options import By

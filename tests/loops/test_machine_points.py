@@ -6,7 +6,7 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.jobs.points import write_corrected_points
+from trueloop.jobs.machine.points import write_corrected_points
 from trueloop.loops.machine import points as machine_points
 from trueloop.machine.standards.planar_field import QuadrupoleField
 from trueloop.nc.edit.edit import Edit, apply_edits

@@ -13,7 +13,7 @@ from tests.support.mapped import FREE, MIXED, displaced_path, mapped, path_of
 from tests.support.nc_judge import assert_same_moves
 from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs import mapped_program
+from trueloop.jobs.machine import mapped_program
 from trueloop.nc.field.field import Field, affine_field, function_field, similarity_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program

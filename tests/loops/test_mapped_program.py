@@ -16,8 +16,8 @@ from tests.support.refusals import refused
 from trueloop.arrays import Array
 from trueloop.domain.map_options import MapOptions
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs import mapped_program
-from trueloop.jobs.mapped_program import map_program
+from trueloop.jobs.machine import mapped_program
+from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.field.field import affine_field, function_field, similarity_field, table_field
 from trueloop.nc.match.difference import path_difference
 from trueloop.nc.program.program import read_program
@@ -363,7 +363,7 @@ def test_every_end_of_generated_programs_is_displaced(
 LARGE = """
 import resource, sys
 from pathlib import Path
-from trueloop.jobs.mapped_program import map_program
+from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.nc.field.field import similarity_field
 done = map_program(Path(sys.argv[1]), Path(sys.argv[2]), similarity_field(scale=1.0001), dialect="linuxcnc")
 print(done.blocks, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)

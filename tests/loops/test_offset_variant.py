@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.arrays import Array
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program

@@ -9,7 +9,7 @@ import pytest
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program

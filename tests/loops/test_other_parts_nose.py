@@ -6,7 +6,7 @@ import numpy as np
 
 from scripts.nist_parts import parts
 from scripts.nist_table import write_job
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 

@@ -13,8 +13,8 @@ from tests.support.mapped import mapped
 from tests.support.refusals import refused
 from trueloop.cli.failure import ExitStatus
 from trueloop.errors import Code, Severity, TrueloopError
-from trueloop.jobs.points import write_corrected_points
-from trueloop.jobs.surface import read_surface
+from trueloop.jobs.machine.points import write_corrected_points
+from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.machine.standards.planar_field import QuadrupoleField
 from trueloop.nc.check.check import check

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.errors import Code
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned import written
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from trueloop.domain.record import record_id
-from trueloop.jobs.turned import read_job, read_part
+from trueloop.jobs.turned.job import read_job, read_part
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 _opened: set[Path] = set()

@@ -8,8 +8,8 @@ import pytest
 from tests.support.cli import run
 from trueloop.domain.record import Record, sha256_of
 from trueloop.formats.record_file import read_record
-from trueloop.jobs.surface import correct_surface, read_surface
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.surface.job import correct_surface, read_surface
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -11,7 +11,7 @@ from tests.support.cli import run
 from tests.support.gauged import EXAMPLES, shaft_with
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.record_file import read_record
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.loops.turned.stored import CODEC

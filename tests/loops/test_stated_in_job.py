@@ -13,7 +13,7 @@ from trueloop.domain.part import PartType
 from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.record_file import read_record
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.record import as_dict, words
 

@@ -10,9 +10,9 @@ from trueloop.domain.correction import Correction
 from trueloop.domain.map_options import MapOptions
 from trueloop.formats.outputs import Named
 from trueloop.formats.record_file import read_record
-from trueloop.jobs.mapped_program import displace_program
-from trueloop.jobs.surface import read_surface
-from trueloop.jobs.surface_files import corrected_files
+from trueloop.jobs.machine.mapped_program import displace_program
+from trueloop.jobs.surface.files import corrected_files
+from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.machine import stored as machine
 from trueloop.loops.surface import stored as surface
 from trueloop.loops.surface.correction import correct_parts

@@ -14,7 +14,7 @@ from trueloop.arrays import Array
 from trueloop.domain.limits import Limits
 from trueloop.errors import Code
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.jobs.surface import correct_surface, read_surface
+from trueloop.jobs.surface.job import correct_surface, read_surface
 from trueloop.loops.surface.surface import SurfaceModel, correct, model_of, pattern_model
 from trueloop.report.surface.maps import colour_range_um
 from trueloop.report.surface.page import maps, surface_page

@@ -10,8 +10,8 @@ from tests.support.probing import EXAMPLES
 from trueloop.domain.limits import Limits
 from trueloop.formats.jobs.surface_job import SurfaceJobFile
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
-from trueloop.jobs.surface import options_of
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.surface.job import options_of
+from trueloop.jobs.turned.job import read_job
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.machine_error import ErrorTerm
 from trueloop.simulator.probe import VirtualProbe

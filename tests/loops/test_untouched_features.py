@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.outcome import expected_mm, outcomes
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.turned.page import page

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.chromium import console_errors, dump_dom
-from trueloop.jobs.surface import read_surface
+from trueloop.jobs.surface.job import read_surface
 from trueloop.loops.surface.surface import SurfaceModel, correct, maps_of, model_of, pattern_model
 from trueloop.report.style import LEFT_ON, TAKEN
 from trueloop.report.surface.maps import colour, colour_range_um, flat, rgb

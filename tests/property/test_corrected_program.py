@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.support.standoff import feed_moves_of, standoff_mm
 from trueloop.domain.limits import Limits
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program

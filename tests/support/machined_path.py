@@ -13,7 +13,7 @@ from tests.support.linuxcnc import Move, Tool, interpret
 from trueloop.arrays import Array
 from trueloop.domain.map_options import MapOptions
 from trueloop.domain.record import MARK
-from trueloop.jobs.mapped_program import map_program
+from trueloop.jobs.machine.mapped_program import map_program
 from trueloop.machine.correct.setup import Setup, compensation_field
 from trueloop.machine.model.model import MachineModel, State
 from trueloop.nc.program.program import read_program

@@ -13,7 +13,7 @@ from trueloop.errors import Severity
 from trueloop.geometry.feature import Line, Point
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.nc.program.program import read_program
 from trueloop.nc.program.tool_path import Motion

@@ -21,7 +21,7 @@ from scripts.nist_parts import (
 from tests.support.linuxcnc import Tool, interpret
 from trueloop.errors import Severity
 from trueloop.geometry.feature import Arc
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.check.check import check

@@ -70,7 +70,7 @@ def new(
     if person and dialect is None:
         dialect = _asked_dialect(program)
     with busy(f"reading {program}"):
-        from trueloop.jobs.new import Wanted, new_job
+        from trueloop.jobs.turned.new import Wanted, new_job
 
         made = new_job(
             Wanted(

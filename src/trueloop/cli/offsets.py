@@ -53,7 +53,7 @@ def apply(
     as_json: AsJson = False,
 ) -> None:
     """Write a tool table with the offset of a correction in it; all else of the table stays byte for byte."""
-    from trueloop.jobs.tool_offsets import apply_offset
+    from trueloop.jobs.turned.tool_offsets import apply_offset
     from trueloop.report.tool_tables import change_as_dict, change_words
 
     with busy(f"reading {correction}"):
@@ -79,7 +79,7 @@ def program(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write.  [default: stdout]")] = None,
 ) -> None:
     """Write the offset of a correction as a small program in the control's own words, to be run once."""
-    from trueloop.jobs.tool_offsets import offset_words
+    from trueloop.jobs.turned.tool_offsets import offset_words
 
     with busy(f"reading {correction}"):
         text = offset_words(correction, control, x_is)

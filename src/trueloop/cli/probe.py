@@ -23,7 +23,7 @@ Output = Annotated[Path | None, typer.Option("--output", "-o", help="File to wri
 @guarded
 def plan(job: Job, as_json: AsJson = False) -> None:
     """Show every touch: point, feature, contact, approach and the way there, free of collisions."""
-    from trueloop.jobs.probing import read_probing
+    from trueloop.jobs.measure.probing import read_probing
 
     probing = read_probing(job)
     touches = probing.plan.touches
@@ -54,7 +54,7 @@ def program(job: Job, control: OfControl, output: Output = None) -> None:
     """Write the probing program for a control."""
     from trueloop.controllers.probing import probing_program
     from trueloop.controllers.probing.settings import settings_of
-    from trueloop.jobs.probing import read_probing
+    from trueloop.jobs.measure.probing import read_probing
 
     probing = read_probing(job)
     text = probing_program(
@@ -74,7 +74,7 @@ def read(
 ) -> None:
     """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place."""
     from trueloop.formats.measurements.touches_csv import touches_to_csv
-    from trueloop.jobs.probing import read_logged_touches, read_probing
+    from trueloop.jobs.measure.probing import read_logged_touches, read_probing
 
     probing = read_probing(job)
     matched = read_logged_touches(probing, log, control)

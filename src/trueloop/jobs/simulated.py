@@ -9,8 +9,8 @@ from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.jobs.virtual_machine_toml import read_virtual_machine
 from trueloop.formats.jobs.virtual_mill_toml import VirtualMillFile, mill_of, read_virtual_mill
 from trueloop.formats.option_tables import options_from
-from trueloop.jobs.surface import read_surface
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.surface.job import read_surface
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.simulated.simulated import Trial, require_plan_fits, trial_of
 from trueloop.loops.simulated.simulated_surface import SurfaceTrial, surface_trial
 from trueloop.simulator.presets import Workshop, nist

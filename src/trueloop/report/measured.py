@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, replace
 
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.errors import Finding
-from trueloop.formats.inspections.checks import within
 from trueloop.formats.inspections.measured_file import MeasuredFile
+from trueloop.formats.inspections.shared.checks import within
 from trueloop.turned.readings.matched import MatchedReading
 from trueloop.turned.readings.matches import MatchedTouch, Matches
 

@@ -15,7 +15,7 @@ from typer.testing import Result
 from tests.support.cli import invoke
 from trueloop.cli.failure import ExitStatus
 from trueloop.domain.record import sha256_of
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 

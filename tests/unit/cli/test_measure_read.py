@@ -11,7 +11,7 @@ from tests.support.shaft import SHAFT, write_job
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.measurements.touches_csv import read_touches
-from trueloop.jobs.measured import read_measured, read_part_of_job
+from trueloop.jobs.measure.measured import read_measured, read_part_of_job
 
 PRINT = """   COMPONENT NO 4                    FEATURE NO 1
 SIZE D30.0000   ACTUAL 30.0232   TOL 0.0200   DEV 0.0232

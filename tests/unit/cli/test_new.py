@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.cli import run
-from trueloop.jobs.turned import read_part
+from trueloop.jobs.turned.job import read_part
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 FINISH = EXAMPLES / "linuxcnc" / "finish.ngc"

@@ -12,7 +12,7 @@ from tests.support.cli import invoke, run
 from tests.support.probing import EXAMPLES, log_of
 from trueloop.cli.probe import Control
 from trueloop.controllers.probing import WRITERS
-from trueloop.jobs.probing import read_probing
+from trueloop.jobs.measure.probing import read_probing
 
 JOB = EXAMPLES / "loop" / "modbas2.toml"
 MACHINE = EXAMPLES / "loop" / "machine.toml"

@@ -16,7 +16,7 @@ from trueloop.cli.failure import ExitStatus
 from trueloop.domain.record import sha256_of
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.cad.step import CadFace, read_face, read_faces
-from trueloop.jobs.surface import read_surface
+from trueloop.jobs.surface.job import read_surface
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "surface"
 

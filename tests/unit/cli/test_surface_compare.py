@@ -20,7 +20,7 @@ from trueloop.arrays import Array
 from trueloop.cli.failure import ExitStatus
 from trueloop.formats.cad.kernel import kernel
 from trueloop.formats.measurements.points_csv import points_to_csv
-from trueloop.jobs.surface import read_nominal, read_surface
+from trueloop.jobs.surface.job import read_nominal, read_surface
 from trueloop.loops.surface.surface import model_of, pattern_model
 
 SIDE_MM = 40.0

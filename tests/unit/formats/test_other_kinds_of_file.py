@@ -12,7 +12,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.input_file import read_text
 from trueloop.formats.jobs.job import read_turned_job
 from trueloop.formats.measurements.touches_csv import read_touches
-from trueloop.jobs.mapped_program import lines_of
+from trueloop.jobs.machine.mapped_program import lines_of
 
 TEXT = "point,nominal_x_mm,nominal_z_mm,error_um\n1,10,20,3\n"
 

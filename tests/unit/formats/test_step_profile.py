@@ -20,7 +20,7 @@ from trueloop.formats.cad.step_profile import read_step_profile
 from trueloop.geometry.feature import Arc, Feature
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.jobs.turned import read_part
+from trueloop.jobs.turned.job import read_part
 
 PROFILES = {"facetst": facetst(), "modbas2": modbas2(), "piecs11": piecs11()}
 

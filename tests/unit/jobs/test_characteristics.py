@@ -8,8 +8,8 @@ import pytest
 
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.characteristics import joined
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.characteristics import joined
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

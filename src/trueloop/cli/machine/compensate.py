@@ -113,7 +113,7 @@ def compensate(
     from trueloop.cli.nc.map import print_mapped
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.jobs.mapped_program import ModelFile, compensate_program
+    from trueloop.jobs.machine.mapped_program import ModelFile, compensate_program
     from trueloop.machine.model.validity import require_serial
 
     known = read_model(model)

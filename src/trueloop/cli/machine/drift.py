@@ -29,7 +29,7 @@ def drift_fit(
     from trueloop.formats.measurements.history_csv import read_drift
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.drift_file import drift_to_json
-    from trueloop.jobs.machine_model import hashes_of
+    from trueloop.jobs.machine.machine_model import hashes_of
     from trueloop.machine.drift.hold_out import held_out, judged_models
     from trueloop.report.machine.drift import drift_model_page
     from trueloop.report.machine.summary import drift_lines, drift_summary
@@ -98,7 +98,7 @@ def add_drift(
     from trueloop.formats.outputs import write_all
     from trueloop.formats.tables.drift_file import read_drift_models
     from trueloop.formats.tables.model_file import model_to_json, read_model
-    from trueloop.jobs.machine_model import hashes_of
+    from trueloop.jobs.machine.machine_model import hashes_of
     from trueloop.machine.drift.terms import turned, with_drift
     from trueloop.machine.model.names import error_name
 

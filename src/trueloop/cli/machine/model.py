@@ -31,7 +31,7 @@ def fit(
     as_json: AsJson = False,
 ) -> None:
     """Find the model of a machine from readings. Writes model.json and machine.html."""
-    from trueloop.jobs.machine_model import fit_machine
+    from trueloop.jobs.machine.machine_model import fit_machine
     from trueloop.report.machine.summary import fit_lines, fit_summary
 
     made = fit_machine(machine, readings, history, robust=robust)
@@ -88,7 +88,7 @@ def check(
     from trueloop.cli.failure import ExitStatus
     from trueloop.errors import in_file
     from trueloop.formats.tables.model_file import read_model
-    from trueloop.jobs.machine_model import readings_of
+    from trueloop.jobs.machine.machine_model import readings_of
     from trueloop.machine.identify.hold_out import compare
     from trueloop.machine.model.validity import check_state
 

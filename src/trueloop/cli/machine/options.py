@@ -42,7 +42,7 @@ def signals_of(
     model: "MachineModel", given: "Sequence[str] | None", until_s: float = math.inf
 ) -> "dict[str, Array | float]":
     """Values by name, and logs as they stand at their last row until then, lags among them. Raises MCH-HISTORY."""
-    from trueloop.jobs import machine_model
+    from trueloop.jobs.machine import machine_model
 
     values = parameters_of([text for text in given or () if "=" in text], "--temperatures")
     return machine_model.signals_of(model, logs_of(given), values, until_s)

@@ -134,7 +134,7 @@ def points(
 ) -> None:
     """Take errors in the plane out of a drilling program: every X and Y word, whatever cycles and macros it calls."""
     from trueloop.formats.program_file import read_program
-    from trueloop.jobs.points import write_corrected_points
+    from trueloop.jobs.machine.points import write_corrected_points
 
     field, provenance = errors.read()
     done = write_corrected_points(

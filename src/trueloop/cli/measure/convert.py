@@ -24,7 +24,7 @@ Mapping = Annotated[
 def convert(file: File, output: Output, unit: UnitOf = None, mapping: Mapping = None) -> None:
     """Write an inspection file in another format: all its parts, in mm and degrees."""
     from trueloop.formats.inspections.measured_file import Stated
-    from trueloop.jobs.converted import convert as write_converted
+    from trueloop.jobs.measure.converted import convert as write_converted
 
     with busy(f"reading {file}"):
         read = write_converted(file, Stated(unit, mapping), output)

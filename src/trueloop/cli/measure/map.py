@@ -9,7 +9,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import print_lines
 
 if TYPE_CHECKING:
-    from trueloop.jobs.table_mapping import Mapped
+    from trueloop.jobs.measure.table_mapping import Mapped
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="A table of measured values: CSV, .xlsx, .xls or .ods.")]
 Output = Annotated[
@@ -38,7 +38,7 @@ def map_columns(
 ) -> None:
     """Propose what the columns of a table mean, show its first values as they would be read, and write the mapping."""
     from trueloop.errors import TrueloopError
-    from trueloop.jobs.table_mapping import map_table
+    from trueloop.jobs.measure.table_mapping import map_table
 
     mapped = map_table(file, output, sheet, unit, _given(column or []))
     _print_columns(mapped)

@@ -48,7 +48,7 @@ def plan(job: Job, moves: Moves, angle: Angles = None, diameters: Diameters = Fa
         kinds = ", ".join(PROGRAMS), ", ".join(LISTS)
         raise typer.BadParameter(f"{output.name!r} ends with none of {kinds[0]} (program), {kinds[1]} (list)")
     from trueloop.formats.measurements.cmm_plan_csv import cmm_plan_to_csv
-    from trueloop.jobs.measuring import program_of, read_measuring
+    from trueloop.jobs.measure.measuring import program_of, read_measuring
     from trueloop.probing.cmm_moves import CmmApproach
 
     measuring = read_measuring(job, angle or (0.0,), diameters=diameters)

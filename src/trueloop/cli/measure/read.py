@@ -52,7 +52,7 @@ def read(files: Files, meant: Meant, job: Job = None, output: Output = None, as_
     """Show what inspection files hold, and with --job which feature each value was matched with, and why not."""
     from trueloop.errors import Severity
     from trueloop.formats.inspections.measured_file import Stated
-    from trueloop.jobs.measured import Chosen, read_measured, read_part_of_job, write_measured
+    from trueloop.jobs.measure.measured import Chosen, read_measured, read_part_of_job, write_measured
     from trueloop.report.measured import measured_as_dict
 
     if output is not None and job is None:

@@ -18,7 +18,7 @@ Output = Annotated[
 @guarded
 def sheet(job: Job, output: Output = None) -> None:
     """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
-    from trueloop.jobs.gauge_sheet import gauge_sheet_of
+    from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of
 
     planned = gauge_sheet_of(job)
     page = output is not None and output.suffix.lower() in (".html", ".htm")

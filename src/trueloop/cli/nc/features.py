@@ -38,7 +38,7 @@ def features_of_job(
 ) -> None:
     """Print which blocks of the finish program cut which feature. Exit status 1 when that is not plain for one."""
     from trueloop.errors import TrueloopError
-    from trueloop.jobs.turned import read_finish
+    from trueloop.jobs.turned.job import read_finish
     from trueloop.nc.match.matching import match_each
     from trueloop.nc.program.feed_moves import feed_moves
 

@@ -126,7 +126,7 @@ def map_program_file(
     as_json: AsJson = False,
 ) -> None:
     """Add a field of displacements to every position of a program, in streaming: a table, or shift, turn and scale."""
-    from trueloop.jobs.mapped_program import displace_program
+    from trueloop.jobs.machine.mapped_program import displace_program
 
     table, field = displacements.table, frame.of(displacements.field())
     with busy(f"mapping {file}"):

@@ -79,8 +79,8 @@ def pattern(
     as_json: AsJson = False,
 ) -> None:
     """The machining pattern of all parts: as STEP and IGES, pattern.json, pattern.html, maps.svg, maps as CSV."""
-    from trueloop.jobs.surface import pattern_of_parts
-    from trueloop.jobs.surface_files import pattern_files
+    from trueloop.jobs.surface.files import pattern_files
+    from trueloop.jobs.surface.job import pattern_of_parts
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     given = read(job)
@@ -97,8 +97,8 @@ def pattern(
 @guarded
 def compensate(job: JobFile, run: Run, as_json: AsJson = False) -> None:
     """Correct surface and program by the pattern: all files, or none when anything is wrong."""
-    from trueloop.jobs.surface import correct_surface
-    from trueloop.jobs.surface_files import corrected_files
+    from trueloop.jobs.surface.files import corrected_files
+    from trueloop.jobs.surface.job import correct_surface
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     given = read(job)

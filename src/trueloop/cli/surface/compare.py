@@ -21,7 +21,7 @@ def compare(
 ) -> None:
     """Set parts cut after a correction beside those before: deterministic, random, worst."""
     from trueloop.formats.outputs import write_all
-    from trueloop.jobs.surface import compare_jobs, read_surface
+    from trueloop.jobs.surface.job import compare_jobs, read_surface
     from trueloop.loops.surface.surface import Work
     from trueloop.report.surface.compare_page import compare_page
     from trueloop.report.surface.compare_summary import comparison_json, comparison_lines, comparison_summary

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from trueloop.formats.outputs import Named
     from trueloop.geometry.surface import Surface
-    from trueloop.jobs.surface import ReadSurface
+    from trueloop.jobs.surface.job import ReadSurface
     from trueloop.loops.surface.surface import Part, Work
 
 JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; docs/surface.md explains it.")]
@@ -22,7 +22,7 @@ JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's
 def read(job: Path) -> "ReadSurface":
     """A surface's job, read."""
     with busy(f"reading {job}"):
-        from trueloop.jobs.surface import read_surface
+        from trueloop.jobs.surface.job import read_surface
 
         return read_surface(job)
 
@@ -70,6 +70,6 @@ class Nominal:
 
     def read(self) -> "Surface":
         """The surface."""
-        from trueloop.jobs.surface import read_nominal
+        from trueloop.jobs.surface.job import read_nominal
 
         return read_nominal(self.nominal, self.face, flip=self.flip)

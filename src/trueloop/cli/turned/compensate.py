@@ -46,7 +46,7 @@ def run_job(path: Path, output: Path | None, page: PageChoice, as_json: bool) ->
     """Corrects as the job says and prints what was done."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.summary import print_summary
-        from trueloop.jobs.compensate import compensate_job
+        from trueloop.jobs.turned.compensate import compensate_job
         from trueloop.report.turned.correction_json import correction_as_dict
 
         correction, files = compensate_job(path, output, language=page.language, unit=page.unit, pdf=page.pdf)

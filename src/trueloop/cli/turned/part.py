@@ -31,7 +31,7 @@ def show(
 ) -> None:
     """Show a job's profile: features, junctions, and what of each feature the tool nose reaches."""
     from trueloop.cli.turned.profile_table import print_profile
-    from trueloop.jobs.turned import read_part
+    from trueloop.jobs.turned.job import read_part
     from trueloop.report.turned.profile import profile_as_dict
 
     with busy(f"reading {job}"):

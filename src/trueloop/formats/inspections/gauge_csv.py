@@ -27,9 +27,9 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.checks import filled_in, half_digits, numbered, stated_deviations
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
-from trueloop.formats.inspections.text import decoded, number_in, read_decoded
+from trueloop.formats.inspections.shared.checks import filled_in, half_digits, numbered, stated_deviations
+from trueloop.formats.inspections.shared.text import decoded, number_in, read_decoded
 from trueloop.formats.measurements.rows import NOTE, CsvFile, CsvKind, Rows, csv_of
 from trueloop.units import MM_PER_INCH, UM_PER_MM
 

@@ -16,8 +16,8 @@ from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Sta
 from trueloop.formats.inspections.pc_dmis import reader as pc_dmis
 from trueloop.formats.inspections.qdas import reader as qdas
 from trueloop.formats.inspections.qif import reader as qif
+from trueloop.formats.inspections.shared.text import HINT
 from trueloop.formats.inspections.tables import read as tables
-from trueloop.formats.inspections.text import HINT
 
 KNOWN: Final[tuple[Format, ...]] = (
     calypso.FORMAT,

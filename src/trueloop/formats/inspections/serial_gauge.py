@@ -16,9 +16,9 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.checks import numbered
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
-from trueloop.formats.inspections.text import beginning, number_in, read_decoded
+from trueloop.formats.inspections.shared.checks import numbered
+from trueloop.formats.inspections.shared.text import beginning, number_in, read_decoded
 from trueloop.units import MM_PER_INCH
 
 LINE: Final = re.compile(r"(\d{2}|0[A-Z])([A-Z1-9])\s*([-+]\s*\d{1,8}(?:[.,]\d{1,6})?)\s*(mm|in|inch)?")

@@ -7,7 +7,7 @@ import pytest
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
-from trueloop.formats.inspections.checks import (
+from trueloop.formats.inspections.shared.checks import (
     filled_in,
     half_digits,
     numbered,

@@ -6,7 +6,7 @@
 import re
 from typing import Final
 
-from trueloop.formats.inspections.text import MOST
+from trueloop.formats.inspections.shared.text import MOST
 
 TOKEN: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?|[-+*/\[\]])")
 PLAIN: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")

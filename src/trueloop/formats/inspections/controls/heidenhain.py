@@ -20,11 +20,11 @@ from typing import Final, Literal
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Inspection, Reading
-from trueloop.formats.inspections.checks import stated_deviations
 from trueloop.formats.inspections.controls.meaning import MM_PER, Meaning, meaning_of, unit_of
 from trueloop.formats.inspections.controls.one_part import inspection_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
-from trueloop.formats.inspections.text import NUMBER, beginning, number_in, read_decoded
+from trueloop.formats.inspections.shared.checks import stated_deviations
+from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded
 
 HEADING: Final = re.compile(
     r"\s*(?:Measuring log from touch probe cycle|Messprotokoll (?:vom )?Tastsystem-?zyklus)\b.*", re.I

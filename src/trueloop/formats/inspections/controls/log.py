@@ -17,7 +17,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.controls.meaning import MM_PER, LogTable, Meaning, meaning_of, not_stated, unit_of
 from trueloop.formats.inspections.controls.one_part import inspection_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
-from trueloop.formats.inspections.text import NUMBER, beginning, number_in, read_decoded
+from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded
 
 Kind: TypeAlias = Literal["linuxcnc", "words", "columns"]
 

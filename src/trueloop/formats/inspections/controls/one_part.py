@@ -6,8 +6,8 @@ from pathlib import Path
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
-from trueloop.formats.inspections.checks import numbered
 from trueloop.formats.inspections.controls.meaning import Meaning
+from trueloop.formats.inspections.shared.checks import numbered
 
 DEVICE = "probe of the machine tool"
 

@@ -22,7 +22,7 @@ from trueloop.formats.inspections.controls.meaning import (
 )
 from trueloop.formats.inspections.controls.one_part import inspection_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
-from trueloop.formats.inspections.text import beginning, read_decoded
+from trueloop.formats.inspections.shared.text import beginning, read_decoded
 
 EXAMPLE: Final = ('unit = "mm"', "[variables.500]", 'feature = "journal"', 'quantity = "diameter"', "z = -20.0")
 

@@ -21,7 +21,7 @@ from trueloop.formats.inspections.dmis.statements import dmis_text, statements_o
 from trueloop.formats.inspections.dmis.values import characteristics_of, quantity_is_size, values_of
 from trueloop.formats.inspections.dmis.words import Words, label_in, words_of
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Stated, Unit
-from trueloop.formats.inspections.text import HINT
+from trueloop.formats.inspections.shared.text import HINT
 
 SHOWN: Final = 5
 """How many names a remark repeats."""

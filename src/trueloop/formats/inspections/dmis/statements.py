@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from trueloop.formats.inspections.text import decoded
+from trueloop.formats.inspections.shared.text import decoded
 
 BLANKS: Final = " \t\f\v\x1a\0\ufeff"
 """No part of a statement at a line's ends; ^Z ends files of old systems, the last is a byte order mark."""

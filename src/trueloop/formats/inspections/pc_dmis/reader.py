@@ -20,13 +20,19 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.checks import filled_in, half_digits, numbered, stated_deviations, stated_verdicts
-from trueloop.formats.inspections.described import characteristics_of, require_order
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.pc_dmis.blocks import HEADING, Block, Line, Run, runs_in
-from trueloop.formats.inspections.quantities import AXES, quantity_in
-from trueloop.formats.inspections.text import NUMBER, beginning, number_in, read_decoded
-from trueloop.formats.inspections.times import moment, order_of
+from trueloop.formats.inspections.shared.checks import (
+    filled_in,
+    half_digits,
+    numbered,
+    stated_deviations,
+    stated_verdicts,
+)
+from trueloop.formats.inspections.shared.described import characteristics_of, require_order
+from trueloop.formats.inspections.shared.quantities import AXES, quantity_in
+from trueloop.formats.inspections.shared.text import NUMBER, beginning, number_in, read_decoded
+from trueloop.formats.inspections.shared.times import moment, order_of
 from trueloop.units import MM_PER_INCH
 
 AXIS: Final = {

@@ -12,11 +12,11 @@ from typing import Final
 from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.checks import Said, filled_in
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
 from trueloop.formats.inspections.qdas.fields import Column, Fields, fields_of
 from trueloop.formats.inspections.qdas.sizes import MM, Size, sizes_of
-from trueloop.formats.inspections.text import number_in, read_decoded
+from trueloop.formats.inspections.shared.checks import Said, filled_in
+from trueloop.formats.inspections.shared.text import number_in, read_decoded
 
 PLAN, VALUES = ".dfd", ".dfx"
 PARTNER: Final = {PLAN: VALUES, VALUES: PLAN}

@@ -10,8 +10,8 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Remark, Stated
 from trueloop.formats.inspections.qdas.fields import Fields
-from trueloop.formats.inspections.quantities import quantity_in
-from trueloop.formats.inspections.text import number_in
+from trueloop.formats.inspections.shared.quantities import quantity_in
+from trueloop.formats.inspections.shared.text import number_in
 
 MM: Final = {
     **dict.fromkeys(("mm", "millimeter", "millimetre"), 1.0),

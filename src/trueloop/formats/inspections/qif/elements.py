@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
-from trueloop.formats.inspections.text import HINT, MARKS
+from trueloop.formats.inspections.shared.text import HINT, MARKS
 
 CHUNK: Final = 1 << 16
 MAX_DEPTH: Final = 200

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Values
 from trueloop.domain.part import Part, PartType
-from trueloop.formats.inspections.checks import Said, numbered, within
 from trueloop.formats.inspections.qif.own import place_in
 from trueloop.formats.inspections.qif.plan import Item, Plan
 from trueloop.formats.inspections.qif.results import Result, ResultSet
+from trueloop.formats.inspections.shared.checks import Said, numbered, within
 
 NO_PLAN = "results refer to characteristics that are not in this file: no nominal value, no limits"
 

@@ -6,7 +6,7 @@ from typing import Final
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import Reading
 from trueloop.formats.inspections.qif.elements import Element
-from trueloop.formats.inspections.text import NUMBER
+from trueloop.formats.inspections.shared.text import NUMBER
 
 KEPT: Final = "trueloop."
 """How the names of these attributes begin."""

@@ -12,7 +12,7 @@ from trueloop.formats.inspections.measured_file import Remark
 from trueloop.formats.inspections.qif.elements import Element
 from trueloop.formats.inspections.qif.own import kept_in
 from trueloop.formats.inspections.qif.units import Units
-from trueloop.formats.inspections.text import NUMBER
+from trueloop.formats.inspections.shared.text import NUMBER
 
 NAMES: Final = {
     Quantity.DIAMETER: "Diameter SphericalDiameter",

@@ -10,13 +10,13 @@ from typing import Final
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import PartType
-from trueloop.formats.inspections.checks import Said, filled_in, stated_verdicts
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated
 from trueloop.formats.inspections.qif.elements import Element, encoding_of, records
 from trueloop.formats.inspections.qif.inspections import Document, inspections_of
 from trueloop.formats.inspections.qif.plan import Parts, Plan, plan_of
 from trueloop.formats.inspections.qif.results import ResultSet, take, traced
 from trueloop.formats.inspections.qif.units import Units, units_of
+from trueloop.formats.inspections.shared.checks import Said, filled_in, stated_verdicts
 
 VERSIONS: Final = ("2.", "3.")
 

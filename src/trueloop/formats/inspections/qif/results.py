@@ -6,11 +6,11 @@ from typing import Final
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint
-from trueloop.formats.inspections.checks import Said
 from trueloop.formats.inspections.qif.elements import Element
 from trueloop.formats.inspections.qif.plan import KINDS, POINTS, kind_of
 from trueloop.formats.inspections.qif.units import Units
-from trueloop.formats.inspections.text import number_in
+from trueloop.formats.inspections.shared.checks import Said
+from trueloop.formats.inspections.shared.text import number_in
 
 MAX_POINTS: Final = 500_000
 """Points that are kept of one file: 150 MB. Of more the inspections have the count."""

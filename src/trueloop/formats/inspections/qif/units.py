@@ -14,7 +14,7 @@ from trueloop.domain.characteristic import Quantity
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Stated, Unit
 from trueloop.formats.inspections.qif.elements import Element
-from trueloop.formats.inspections.text import number_in
+from trueloop.formats.inspections.shared.text import number_in
 
 MM: Final = {
     **dict.fromkeys(("mm", "millimeter", "millimetre", "millimeters", "millimetres"), 1.0),

@@ -16,8 +16,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import PartType
-from trueloop.formats.inspections.checks import within
 from trueloop.formats.inspections.qif.own import KEPT, kept_of, written_kind
+from trueloop.formats.inspections.shared.checks import within
 
 NAMESPACE: Final = "http://qifstandards.org/xsd/qif3"
 DOCUMENT: Final = uuid.UUID("3a6f4f0e-3c0b-5b0e-9a55-6f2d3c1e7b10")

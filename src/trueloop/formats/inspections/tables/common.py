@@ -10,6 +10,7 @@ from typing import Final
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading
 from trueloop.domain.part import Part, PartType
 from trueloop.formats.inspections.measured_file import Unit
+from trueloop.formats.inspections.shared.times import moment, order_of
 from trueloop.formats.inspections.tables.grid import Grid, is_empty
 from trueloop.formats.inspections.tables.header import Header
 from trueloop.formats.inspections.tables.headings import KNOWN, plain
@@ -17,7 +18,6 @@ from trueloop.formats.inspections.tables.long import Long
 from trueloop.formats.inspections.tables.mapping import Mapping as TableMapping
 from trueloop.formats.inspections.tables.roles import Role
 from trueloop.formats.inspections.tables.units import LENGTH_MM, unit_stated_in
-from trueloop.formats.inspections.times import moment, order_of
 from trueloop.units import MM_PER_INCH
 
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.text import HINT
+from trueloop.formats.inspections.shared.text import HINT
 
 Row: TypeAlias = Sequence[str]
 SEPARATORS: Final = ("\t", ";", "|", ",")

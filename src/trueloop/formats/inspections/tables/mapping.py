@@ -10,10 +10,10 @@ from typing import Final, Literal
 from pydantic import Field
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.formats.inspections.conventions import Deviation, LowerTolerance
 from trueloop.formats.inspections.measured_file import Unit
+from trueloop.formats.inspections.shared.conventions import Deviation, LowerTolerance
+from trueloop.formats.inspections.shared.times import Order
 from trueloop.formats.inspections.tables.roles import POINT, Role
-from trueloop.formats.inspections.times import Order
 from trueloop.formats.toml_tables import Count, Table, read_tables
 
 HINT: Final = "docs/measurements.md, 'Tables by mapping'; `trueloop measure map FILE` writes one from the headings"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.inspections.shared.text import NUMBER
 from trueloop.formats.inspections.tables.grid import Grid, is_empty
 from trueloop.formats.inspections.tables.header import (
     Header,
@@ -19,7 +20,6 @@ from trueloop.formats.inspections.tables.header import (
 from trueloop.formats.inspections.tables.headings import ENDS, IGNORED, IN_DOUBT, KNOWN, SIZES, names_in, plain
 from trueloop.formats.inspections.tables.mapping import Columns, Mapping, RowLabels, check
 from trueloop.formats.inspections.tables.roles import LIMITS, NUMBERS, POINT, Role
-from trueloop.formats.inspections.text import NUMBER
 
 LOOKED_AT: Final = 200
 """Rows whose cells tell numbers from texts, and limits from tolerances."""

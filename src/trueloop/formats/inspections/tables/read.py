@@ -7,6 +7,7 @@ from typing import Final
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.inspections.measured_file import Format, MeasuredFile, Remark, Stated, Unit
+from trueloop.formats.inspections.shared.text import beginning, read_decoded
 from trueloop.formats.inspections.tables.common import Common, title_of, unit_of_headings, unit_of_title
 from trueloop.formats.inspections.tables.grid import Grid, grid_of_text
 from trueloop.formats.inspections.tables.header import Header, find_header, header_at, score
@@ -19,7 +20,6 @@ from trueloop.formats.inspections.tables.readings import with_readings
 from trueloop.formats.inspections.tables.roles import Role
 from trueloop.formats.inspections.tables.sizes import sizes_of
 from trueloop.formats.inspections.tables.workbook import is_workbook, sheets_of
-from trueloop.formats.inspections.text import beginning, read_decoded
 
 NAMES: Final = frozenset((".csv", ".tsv", ".tab"))
 TITLES: Final = (Role.PART, Role.SERIAL, Role.DATE, Role.TIME, Role.OPERATOR, Role.DEVICE)

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
+from trueloop.formats.inspections.shared.text import HINT
 from trueloop.formats.inspections.tables.grid import Grid
-from trueloop.formats.inspections.text import HINT
 
 if TYPE_CHECKING:
     from python_calamine import CalamineSheet

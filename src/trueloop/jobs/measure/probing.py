@@ -12,7 +12,7 @@ from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.probe_log import read_probe_log
 from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.turned import ReadPart, read_part
+from trueloop.jobs.turned.job import ReadPart, read_part
 from trueloop.probing.obstacle import stock_obstacle
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
 from trueloop.probing.probe_match import MatchedTouches, match_touches, renamed

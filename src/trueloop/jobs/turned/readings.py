@@ -13,16 +13,15 @@ from trueloop.errors import Code, Place, Severity, TrueloopError, in_file
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
-from trueloop.formats.inspections.names import feature_names
+from trueloop.formats.inspections.shared.names import feature_names
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.option_tables import options_from
 from trueloop.formats.record_file import read_record
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.inspection import part_type
-from trueloop.jobs.measured import require_features
 from trueloop.jobs.sources import Sources
-from trueloop.turned.readings.match import match_inspection
-from trueloop.turned.readings.matched import MatchedReading, match_by_name
+from trueloop.jobs.turned.inspection import part_type
+from trueloop.turned.readings.match import features_listed, match_inspection
+from trueloop.turned.readings.matched import MatchedReading, feature_named, match_by_name
 from trueloop.turned.readings.observed import corrected, repeated
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.readings.vectors import assumed_words, with_readings
@@ -95,6 +94,19 @@ def read_readings(job: Job, sources: Sources, profile: Profile) -> ReadReadings:
     return ReadReadings(
         tuple(inspections), tuple(matched), tuple(touches), tuple(asked), names, tuple(notes), gauging, one_file
     )
+
+
+def require_features(mapping: Path | None, names: Mapping[str, str], profile: Profile) -> None:
+    """Raises MSR-MAPPING for a name of the mapping's list that is no feature of the part: it would match nothing."""
+    for name, listed in names.items():
+        for feature in filter(None, features_listed(profile, listed)):
+            if feature_named(profile, feature) is None:
+                raise TrueloopError(
+                    Code.MSR_MAPPING,
+                    f"features.{name!r} is {feature!r}, none of the {len(profile.names)} features of the part",
+                    hint=f"the part's features are: {', '.join(profile.names)}",
+                    place=Place(str(mapping)),
+                )
 
 
 def _less(touch: Touch, allowance_mm: float) -> Touch:

@@ -15,7 +15,7 @@ from trueloop.formats.measurements.points_csv import read_points
 from trueloop.formats.option_tables import options_from
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_fit import fit_grid
-from trueloop.jobs.surface_points import inspection_of, point_files, read_measured, require_measured_once
+from trueloop.jobs.surface.points import inspection_of, point_files, read_measured, require_measured_once
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts

@@ -13,7 +13,7 @@ from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import NewTable, new_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable, Unit, XIs
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.dialect import dialect_named
 from trueloop.turned.compensation.limits import check_offset

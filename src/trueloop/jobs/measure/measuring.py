@@ -11,9 +11,9 @@ from trueloop.formats.jobs.job import locate_turned_job
 from trueloop.formats.jobs.probe_toml import read_probe
 from trueloop.geometry.feature import Line
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.characteristics import characteristics_of
-from trueloop.jobs.probing import points_of_job
-from trueloop.jobs.turned import ReadPart, read_part
+from trueloop.jobs.measure.probing import points_of_job
+from trueloop.jobs.turned.characteristics import characteristics_of
+from trueloop.jobs.turned.job import ReadPart, read_part
 from trueloop.probing.cmm_moves import CmmApproach, cmm_moves
 from trueloop.probing.cmm_plan import CmmTouch, cmm_plan
 from trueloop.probing.obstacle import stock_obstacle

@@ -8,7 +8,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.measurements.surface_csv import maps_to_csv, pattern_to_json
 from trueloop.formats.outputs import Named
 from trueloop.geometry.surface import Surface
-from trueloop.jobs.surface import ReadSurface
+from trueloop.jobs.surface.job import ReadSurface
 from trueloop.loops.surface.correction import RecordedCorrection
 from trueloop.loops.surface.surface import SurfaceCorrection, SurfaceModel, maps_of
 from trueloop.report.surface.page import maps_picture, surface_page

@@ -18,11 +18,11 @@ from trueloop.formats.tables.tool_tables.new_table import held_tool
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.characteristics import characteristics_of, joined
-from trueloop.jobs.inspection import part_errors, part_type, read_inspection, read_part_errors
-from trueloop.jobs.job_files import JobFiles
-from trueloop.jobs.part_on_machine import read_part_on_machine
-from trueloop.jobs.readings import read_readings
+from trueloop.jobs.turned.characteristics import characteristics_of, joined
+from trueloop.jobs.turned.inspection import part_errors, part_type, read_inspection, read_part_errors
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.part_on_machine import read_part_on_machine
+from trueloop.jobs.turned.readings import read_readings
 from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs

@@ -10,7 +10,7 @@ from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
 from trueloop.formats.tables.tool_tables.new_table import new_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
-from trueloop.jobs.turned import read_job
+from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.pdf import as_pdf

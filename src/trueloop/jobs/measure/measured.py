@@ -8,15 +8,16 @@ from trueloop.domain.inspection import Inspection, Reading
 from trueloop.errors import Code, Place, Severity, TrueloopError
 from trueloop.formats.inspections.known import read_measured_file
 from trueloop.formats.inspections.measured_file import MeasuredFile, Stated
-from trueloop.formats.inspections.names import feature_names
+from trueloop.formats.inspections.shared.names import feature_names
 from trueloop.formats.measurements.gauged_csv import readings_to_csv
 from trueloop.formats.measurements.touches_csv import touches_to_csv
 from trueloop.formats.outputs import Named, write_all
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.job_files import JobFiles
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.jobs.turned.readings import require_features
 from trueloop.report.measured import FileOnPart, OnPart
-from trueloop.turned.readings.match import features_listed, match_inspection
-from trueloop.turned.readings.matched import MatchedReading, feature_named
+from trueloop.turned.readings.match import match_inspection
+from trueloop.turned.readings.matched import MatchedReading
 from trueloop.turned.readings.matches import Axis
 from trueloop.turned.readings.of_this_part import check_matches
 from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
@@ -57,19 +58,6 @@ def read_measured(
     require_features(stated.mapping, names, part.profile)
     found = tuple(_on_part(part.profile, file, run, one, names, axis) for run, one in inspections)
     return FileOnPart(file, found, part.name, part.profile.names)
-
-
-def require_features(mapping: Path | None, names: Mapping[str, str], profile: Profile) -> None:
-    """Raises MSR-MAPPING for a name of the mapping's list that is no feature of the part: it would match nothing."""
-    for name, listed in names.items():
-        for feature in filter(None, features_listed(profile, listed)):
-            if feature_named(profile, feature) is None:
-                raise TrueloopError(
-                    Code.MSR_MAPPING,
-                    f"features.{name!r} is {feature!r}, none of the {len(profile.names)} features of the part",
-                    hint=f"the part's features are: {', '.join(profile.names)}",
-                    place=Place(str(mapping)),
-                )
 
 
 def _on_part(

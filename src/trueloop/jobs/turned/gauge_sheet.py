@@ -6,8 +6,8 @@ from pathlib import Path
 from trueloop.domain.characteristic import Characteristic
 from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
 from trueloop.geometry.profile import Profile
-from trueloop.jobs.characteristics import characteristics_of
-from trueloop.jobs.job_files import JobFiles
+from trueloop.jobs.turned.characteristics import characteristics_of
+from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.nc.program.unit import unit_of_path
 from trueloop.report.turned.touch_sheet import touch_sheet
 from trueloop.turned.readings.plan import gauge_plan

@@ -1,0 +1,1 @@
+"""Machine models from their files, and programs corrected by them."""

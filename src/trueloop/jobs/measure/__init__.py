@@ -1,0 +1,1 @@
+"""Inspection files and measuring plans of a job."""
