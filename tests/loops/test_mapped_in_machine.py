@@ -93,7 +93,7 @@ def test_a_register_set_at_a_place_of_the_machine_wants_the_table(
 ) -> None:
     """With the tool's vector alone, what the place is called would be off by it."""
     field = machine_field(lambda points, *_: 0 * points, {})
-    with pytest.raises(TrueloopError, match="hangs on the control's offset of the tool") as refused:
+    with pytest.raises(TrueloopError, match="depends on the control's offset of the tool") as refused:
         mapped(tmp_path, program, field, dialect)
     assert (refused.value.code, refused.value.place and refused.value.place.line) == (Code.MCH_FRAME, line)
     lines = program.splitlines(keepends=True)

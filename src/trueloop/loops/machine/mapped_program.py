@@ -107,7 +107,7 @@ def _require_followed(survey: Survey, field: Field) -> None:
         raise TrueloopError(
             Code.MCH_FRAME,
             f"the position register is set in line {survey.sets_register}, and line {survey.goes_to_machine} goes to a "
-            "place of the machine: what that is called hangs on the control's offset of the tool",
+            "place of the machine: what that is called depends on the control's offset of the tool",
             hint="give the control's tables with --offsets",
             place=Place(line=survey.sets_register),
         )

@@ -82,7 +82,7 @@ class SimulatedPart:
 
 @dataclass(frozen=True)
 class Trial:
-    """A job ready to be simulated: what the loop will be given, but for the touches, which are made anew.
+    """A job ready to be simulated: what the loop will be given, except the touches, which are made anew.
 
     `inputs.touches` says where to touch. `rough`, `semifinish` and `finish` are the commanded paths
     of the nose centre.

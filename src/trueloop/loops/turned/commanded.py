@@ -1,6 +1,6 @@
 """What the programs command of the part: the contour's own deviation d from the nominal, before any error.
 
-What is corrected is what was commanded: if the semi-finish program's contour itself stands off the nominal (a mock
+What is corrected is what was commanded: if the semi-finish program's contour itself deviates from the nominal (a mock
 error, a slip), the touches contain it, and the process must not be blamed for it.
 """
 
@@ -66,9 +66,9 @@ class Run:
 class Commanded:
     """The finish program run and matched, with the deviations that matter by feature.
 
-    `finish` is what the finish program's contour stands off the nominal by. `rounding` is that of it which is no more
-    than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
-    surface that was touched was commanded to stand off by; zero where that is rounding.
+    `finish` is by what the finish program's contour deviates from the nominal. `rounding` is that of it which is no
+    more than the control resolves, and is kept; zero where it is more, which is corrected away. `measured` is what the
+    surface that was touched was commanded to deviate by; zero where that is rounding.
     """
 
     path: ToolPath

@@ -16,7 +16,7 @@ from trueloop.turned.options import Options
 
 @dataclass(frozen=True)
 class Shifts:
-    """By feature: `correction` = −w × process error, and `contour`, where the contour then stands off the nominal.
+    """By feature: `correction` = −w × process error, and `contour`, where the contour then deviates from the nominal.
 
     `by_offset` says for which features the correction is the fitted constant offset instead of their own curve.
     `unasked` is what the slopes ask for besides where nobody says whether errors follow the nose (`lean.of_slope`).

@@ -1,7 +1,7 @@
 """How likely holes of drilled plates are under a pattern's four parameters, and the likeliest ones.
 
 Errors are complex numbers e (n,), x in the real part; X (n, k) holds the plates' similarities. With the covariance
-K = spread² S(length) + tools² T + noise² I of e, minus twice the restricted logarithmic likelihood is, but for a
+K = spread² S(length) + tools² T + noise² I of e, minus twice the restricted logarithmic likelihood is, apart from a
 constant,
 
     log det K + log det XᴴK⁻¹X + eᴴPe,     P = K⁻¹ − K⁻¹X (XᴴK⁻¹X)⁻¹ XᴴK⁻¹,

@@ -150,7 +150,7 @@ def _hangs_on_next(program: Program, path: ToolPath, move: int) -> bool:
 
 
 def _require_same(program: Program, path: ToolPath, after: WrittenOut) -> None:
-    """Refuses a written-out program that is not the same path but for rounding."""
+    """Refuses a written-out program that is not the same path within rounding."""
     other = after.path
     unknown = [finding for finding in after.program.findings if finding.code in NOT_UNDERSTOOD]
     if len(unknown) > sum(finding.code in NOT_UNDERSTOOD for finding in program.findings):

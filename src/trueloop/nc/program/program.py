@@ -75,7 +75,7 @@ class Block:
 
     @property
     def data(self) -> tuple[Word, ...]:
-        """Its words but for its number and its label, which come first."""
+        """Its words without its number and its label, which come first."""
         return tuple(word for word in self.words if word.letter != "N" and word.kind != "label")
 
 

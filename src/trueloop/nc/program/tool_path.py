@@ -208,7 +208,7 @@ CSV_HEADER = (
     *("line", "column", "motion", "x_mm", "y_mm", "z_mm", "start_x_mm", "start_y_mm", "start_z_mm"),
     *("centre_x_mm", "centre_y_mm", "centre_z_mm", "sweep_rad", "feed", "feed_unit", "tool"),
 )
-"""Columns of `csv_text`: x is a radius; x, y, z the end of the move; centre and sweep empty but for arcs."""
+"""Columns of `csv_text`: x is a radius; x, y, z the end of the move; centre and sweep empty except of arcs."""
 
 _FEED_UNITS: Final = {INVERSE_TIME: "1/min", PER_MINUTE: "mm/min", PER_REVOLUTION: "mm/rev"}
 _LENGTH_DECIMALS, _ANGLE_DECIMALS = 9, 12

@@ -2,7 +2,7 @@
 
 A point of feature i at arc length s goes to `c(s) = p(s) + u(s) n(s)`, u the shift along the outward normal, −w times
 the error. Neighbouring contours are trimmed or extended to where they cross, so that at every nominal point the contour
-stands off by u to the last digit; moving points along the feature to close the corners, as [6811 Fig. 9] does, would
+deviates by u to the last digit; moving points along the feature to close the corners, as [6811 Fig. 9] does, would
 change u by its slope times the corner's slide (0.9 µm on the knob of PIECS11). The nose centre runs at
 `c(s) + R m(s)`, m the normal of the *compensated* contour: with slope u′ the contact moves tangentially by R u′, which
 shifting the nominal centre path would leave out.

@@ -64,7 +64,7 @@ class Budget:
 
     @property
     def alike(self) -> "Budget":
-        """The same were the two cuts alike but for their scatter."""
+        """The same were the two cuts alike except in their scatter."""
         zero = np.zeros_like(self.common_mm)
         return replace(self, common_mm=zero, along_mm=zero)
 

@@ -27,7 +27,7 @@ class DisplacedJunction:
 
     `before`, `after`: feature indices, None at the ends of the profile. `displacement_mm` is d = (dx, dz), its
     tangential parts are along the direction of travel of either feature. `gap_mm` is what the two displaced curves
-    miss each other by: zero but for a corner too flat to solve. `kind` is None at the ends of the profile.
+    miss each other by: zero except at a corner too flat to solve. `kind` is None at the ends of the profile.
     """
 
     before: int | None

@@ -21,7 +21,7 @@ NOT_IN_LABELS: Final = str.maketrans("()=,'$/\r\n\t", "__________")
 
 
 def dmis_results(inspections: Sequence[Inspection], file: str) -> str:
-    """The file's text, in mm; one run for each inspection, read again as they are but for what DMIS has no words for.
+    """The file's text, in mm; one run for each inspection, read again as they are, except what DMIS has no words for.
 
     These are standard uncertainty, temperature and the time of a single reading. Raises MSR-FORMAT for centres of a
     ball and for touches: DMIS has points of the surface.
