@@ -65,9 +65,9 @@ from trueloop.jobs.surface.job import correct_surface as correct_surface
 from trueloop.jobs.surface.files import corrected_files as corrected_files
 
 # Figures of the reports: specifications of Plotly, but for maps_picture, which is SVG.
-from trueloop.report.turned.whiskers import before_and_after as before_and_after
-from trueloop.report.turned.whiskers import after_enlarged as after_enlarged
-from trueloop.report.turned.curves import error_curve as error_curve
+from trueloop.report.turned.figures.whiskers import before_and_after as before_and_after
+from trueloop.report.turned.figures.whiskers import after_enlarged as after_enlarged
+from trueloop.report.turned.figures.curves import error_curve as error_curve
 from trueloop.report.machine.page import term_figure as term_figure
 from trueloop.report.machine.page import residual_figure as residual_figure
 from trueloop.report.surface.page import maps_picture as maps_picture

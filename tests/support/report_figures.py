@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.style import Figure
-from trueloop.report.turned import whiskers
-from trueloop.report.turned.curves import error_curve
+from trueloop.report.turned.figures import whiskers
+from trueloop.report.turned.figures.curves import error_curve
 from trueloop.report.turned.page import WIDTHS
 
 

@@ -10,7 +10,7 @@ from tests.support.correction import example_correction, example_inputs
 from trueloop.domain.limits import Limits
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.report.style import Figure, Trace
-from trueloop.report.turned.curves import error_curve
+from trueloop.report.turned.figures.curves import error_curve
 from trueloop.turned.fit.chain import TangentPolicy
 
 MODBAS2 = example_correction("modbas2")

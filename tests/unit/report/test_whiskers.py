@@ -12,8 +12,8 @@ from tests.support.correction import example_correction
 from trueloop.loops.turned.correction import Correction
 from trueloop.report.style import LEFT_ON, TAKEN, Figure, Trace
 from trueloop.report.texts.texts import Texts
-from trueloop.report.turned import whiskers
-from trueloop.report.turned.part_drawing import round_down
+from trueloop.report.turned.figures import whiskers
+from trueloop.report.turned.figures.part_drawing import round_down
 from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.error_curve.budget import Budget
 

@@ -14,8 +14,8 @@ from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profi
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
 from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.prior.untouched import BETWEEN_FEATURES_MM, NOSE_MM, SETTING_MM
 from trueloop.turned.fit.spline import EndConditions
-from trueloop.turned.fit.untouched import BETWEEN_FEATURES_MM, NOSE_MM, SETTING_MM
 
 PROFILE = modbas2()
 COLLAR, STEP, CONE, CYLINDER, FACE, NECK, DOME = range(7)

@@ -12,7 +12,7 @@ from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.error_curve.fit_profile import fit_profile
-from trueloop.turned.fit.gauged import Places, known
+from trueloop.turned.fit.prior.gauged import Places, known
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.turned.touches.seen import Seen
 

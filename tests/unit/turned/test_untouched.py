@@ -12,7 +12,7 @@ from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.geometry.validate import checked_profile
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
-from trueloop.turned.fit.untouched import expect
+from trueloop.turned.fit.prior.untouched import expect
 
 # The stated prior, again: setting, form of the nose, between features, noise of a touch (µm); 20° of contact angle.
 SETTING, NOSE, BETWEEN, NOISE, ALIKE_DEG = 20.0, 20.0, 16.0, 1.5, 20.0

@@ -11,8 +11,8 @@ from trueloop.report.turned.by_tool import by_tool_lines
 from trueloop.report.turned.characteristics import characteristics_words
 from trueloop.report.turned.composed import composed_words
 from trueloop.report.turned.features import feature_summaries
+from trueloop.report.turned.figures.uncertainty import budget_words
 from trueloop.report.turned.summary import headline, offset_words
-from trueloop.report.turned.uncertainty import budget_words
 
 
 def print_summary(correction: Correction, files: Sequence[Path]) -> None:

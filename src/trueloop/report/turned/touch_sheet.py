@@ -9,7 +9,7 @@ from trueloop.report import style
 from trueloop.report.markup import esc, section, table
 from trueloop.report.shell import figure_block, html_page
 from trueloop.report.style import Figure
-from trueloop.report.turned.part_drawing import diagonal_mm, material, outline_mm
+from trueloop.report.turned.figures.part_drawing import diagonal_mm, material, outline_mm
 from trueloop.units import MM_PER_INCH
 
 WIDTH: Final = 900

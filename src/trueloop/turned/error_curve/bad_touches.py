@@ -24,7 +24,7 @@ from trueloop.turned.error_curve.coverage import student_t_factor
 from trueloop.turned.error_curve.uncertainty import FittedChains, finish
 from trueloop.turned.fit.fit_chains import Known, fit_chains, fit_touched
 from trueloop.turned.fit.options import FitOptions
-from trueloop.turned.fit.untouched import BETWEEN_FEATURES_MM
+from trueloop.turned.fit.prior.untouched import BETWEEN_FEATURES_MM
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 from trueloop.wording import Um, wording

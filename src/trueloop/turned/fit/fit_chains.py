@@ -13,17 +13,17 @@ from typing import TypeAlias
 import numpy as np
 
 from trueloop.geometry.profile import Profile
-from trueloop.turned.fit import gauged
 from trueloop.turned.fit.arc_fit import fit_arcs
 from trueloop.turned.fit.chain import Chain, TangentPolicy, chains_of
 from trueloop.turned.fit.chain_fit import ChainFit, ChainTouches, Sources, touches_of
 from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, choose
 from trueloop.turned.fit.conditions import chain_conditions
-from trueloop.turned.fit.gauged_fit import fit_gauged, is_supported
 from trueloop.turned.fit.line_fit import fit_lines
 from trueloop.turned.fit.options import FitOptions
+from trueloop.turned.fit.prior import gauged
+from trueloop.turned.fit.prior.gauged_fit import fit_gauged, is_supported
+from trueloop.turned.fit.prior.untouched_fit import fit_untouched
 from trueloop.turned.fit.spline import EndConditions
-from trueloop.turned.fit.untouched_fit import fit_untouched
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 Known: TypeAlias = dict[Hashable, ChainFit]

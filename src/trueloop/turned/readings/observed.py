@@ -25,7 +25,7 @@ import numpy as np
 from trueloop.domain.characteristic import Quantity
 from trueloop.geometry.feature import Arc
 from trueloop.geometry.profile import Profile
-from trueloop.turned.fit.gauged import TAPER
+from trueloop.turned.fit.prior.gauged import TAPER
 from trueloop.turned.readings.matched import MatchedReading
 from trueloop.turned.readings.nominal import CORRECTED, FACES_Z, arc_length_of, nominal_of, tilt_rad
 from trueloop.turned.readings.plausibility import check_places, check_sizes

@@ -14,11 +14,11 @@ from trueloop.arrays import Array
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain
 from trueloop.turned.fit.chain_fit import ChainFit, Sources, own_fit, touches_of
-from trueloop.turned.fit.gauged import Known, Places
 from trueloop.turned.fit.knots import fit_determined
+from trueloop.turned.fit.prior.gauged import Known, Places
+from trueloop.turned.fit.prior.untouched import NOISE_MM, SUPPORTED
+from trueloop.turned.fit.prior.untouched_fit import chain_knots, chain_samples, name_of, root_of, through
 from trueloop.turned.fit.spline import EndConditions
-from trueloop.turned.fit.untouched import NOISE_MM, SUPPORTED
-from trueloop.turned.fit.untouched_fit import chain_knots, chain_samples, name_of, root_of, through
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
 

@@ -16,7 +16,7 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.report import style
 from trueloop.report.style import Figure, Trace
 from trueloop.report.texts.texts import ENGLISH, Texts
-from trueloop.report.turned.part_drawing import (
+from trueloop.report.turned.figures.part_drawing import (
     CHARACTER_PX,
     Box,
     Strip,

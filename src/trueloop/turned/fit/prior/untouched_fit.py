@@ -21,8 +21,8 @@ from trueloop.turned.fit.chain import Chain
 from trueloop.turned.fit.chain_fit import ChainFit, Sources, own_fit, touches_of
 from trueloop.turned.fit.knots import Knots, fit_determined
 from trueloop.turned.fit.nose_curve import carried
+from trueloop.turned.fit.prior.untouched import Expected, expect
 from trueloop.turned.fit.spline import EndConditions, least_squares_spline
-from trueloop.turned.fit.untouched import Expected, expect
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.wording import Um, all_of, wording
 

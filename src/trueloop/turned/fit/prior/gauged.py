@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from trueloop.arrays import Array
 from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.profile import Profile
-from trueloop.turned.fit.untouched import NOISE_MM, groups_of, prior_covariance, touched_means
+from trueloop.turned.fit.prior.untouched import NOISE_MM, groups_of, prior_covariance, touched_means
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
 TAPER: Final = 50e-6

@@ -1,0 +1,1 @@
+"""The figures of a turned part's page."""
