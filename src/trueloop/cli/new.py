@@ -2,10 +2,10 @@
 
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, TypeVar
 
-import click
 import typer
 
 from trueloop.cli.failure import guarded
@@ -13,7 +13,9 @@ from trueloop.cli.numbers import not_negative
 from trueloop.cli.program_file import DialectName, ProgramFile, Settings, UnitAtStart, parameters_of
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
-HOW: Final = "Measured with a micrometer (gauge), or by a probe or measuring machine (points)"
+HOW: Final = "Measured with a micrometer, or as points by a probe or measuring machine"
+MEASURED: Final[tuple[Literal["gauge", "points"], ...]] = ("gauge", "points")
+Choice = TypeVar("Choice", bound=str)
 
 
 @guarded
@@ -62,11 +64,10 @@ def new(
     if radius is None:
         if not person:
             raise typer.BadParameter("the program does not say it: give it", param_hint="--nose-radius-mm")
-        radius = typer.prompt("Nose radius of the finishing tool, mm", type=click.FloatRange(min=0.0))
+        radius = float(typer.prompt("Nose radius of the finishing tool, mm", type=float))
+        not_negative(radius)
     part = name or (typer.prompt("Name of the part", default=program.stem) if person else program.stem)
-    how = measured or (
-        typer.prompt(HOW, default="gauge", type=click.Choice(("gauge", "points"))) if person else "gauge"
-    )
+    how = measured or (_chosen(HOW, MEASURED, "gauge") if person else "gauge")
     if person and dialect is None:
         dialect = _asked_dialect(program)
     with busy(f"reading {program}"):
@@ -112,6 +113,13 @@ def _asked_dialect(program: Path) -> str | None:
         read_program(program)
     except TrueloopError as error:
         if error.code is Code.NC_DIALECT:
-            asked: str = typer.prompt("The program does not tell its control", type=click.Choice(tuple(DIALECTS)))
-            return asked
+            return _chosen("The program may be for several controls; which", tuple(DIALECTS))
     return None
+
+
+def _chosen(question: str, choices: Sequence[Choice], default: Choice | None = None) -> Choice:
+    """One of the choices, asked for until it is one."""
+    while True:
+        answer = typer.prompt(f"{question} ({', '.join(choices)})", default=default)
+        if answer in choices:
+            return choices[choices.index(answer)]

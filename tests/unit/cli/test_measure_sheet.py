@@ -59,3 +59,10 @@ def test_a_job_is_not_written_over(tmp_path: Path) -> None:
     before = path.read_bytes()
     assert "OUT-INPUT" in run("measure", "sheet", path, "-o", path, status=4)
     assert path.read_bytes() == before
+
+
+def test_on_paper_it_is_one_a4_document(tmp_path: Path) -> None:
+    path = tmp_path / "sheet.pdf"
+    run("measure", "sheet", job(tmp_path), "-o", path)
+    content = path.read_bytes()
+    assert (content.startswith(b"%PDF-") and b"/MediaBox [0 0 595" in content) or b"/MediaBox [0 0 594.9" in content

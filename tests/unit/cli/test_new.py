@@ -2,6 +2,10 @@
 
 import csv
 import json
+import os
+import pty
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -83,3 +87,26 @@ def test_what_cannot_be_begun_is_refused_and_nothing_is_written(
 ) -> None:
     assert said in run("new", *arguments, "--folder", tmp_path / "job", status=status)
     assert not (tmp_path / "job").exists()
+
+
+def test_at_a_terminal_it_asks_for_what_is_missing(tmp_path: Path) -> None:
+    """Answers that are none of the choices are asked for again."""
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-c", "from trueloop.cli.main import main; main()"]
+    finish = EXAMPLES / "shaft" / "finish.nc"
+    with subprocess.Popen(
+        [*command, "new", str(finish)], cwd=tmp_path, stdin=theirs, stdout=theirs, stderr=theirs
+    ) as it:
+        os.close(theirs)
+        os.write(ours, b"0.8\nmy shaft\ncaliper\ngauge\nfanuc\nfanuc-lathe\n")
+        said = b""
+        while True:
+            try:
+                said += os.read(ours, 4096)
+            except OSError:  # the terminal's other end was closed
+                break
+        assert it.wait(timeout=60) == 0, said.decode()
+    os.close(ours)
+    assert said.count(b"Measured with a micrometer") == said.count(b"may be for several controls") == 2
+    part = read_part(tmp_path / "my-shaft" / "job.toml")
+    assert (part.name, part.nose_radius_mm) == ("my shaft", 0.8)

@@ -11,15 +11,17 @@ from trueloop.cli.terminal import put
 Job = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job of the part.")]
 Output = Annotated[
     Path | None,
-    typer.Option("--output", "-o", help="File to write: .html to print, else CSV.  [default: stdout]"),
+    typer.Option("--output", "-o", help="File to write: .pdf or .html to print, else CSV.  [default: stdout]"),
 ]
 
 
 @guarded
 def sheet(job: Job, output: Output = None) -> None:
     """List the diameters and lengths to measure by hand, each with an empty cell: to print, or to fill in."""
-    from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of
+    from trueloop.jobs.turned.gauge_sheet import gauge_sheet_of, write_sheet
 
     planned = gauge_sheet_of(job)
-    page = output is not None and output.suffix.lower() in (".html", ".htm")
-    put(planned.page if page else planned.csv, output, planned.files)
+    if output is None:
+        put(planned.csv, None, ())
+    else:
+        typer.echo(f"written: {write_sheet(planned, output)}", err=True)

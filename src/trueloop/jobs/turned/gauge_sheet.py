@@ -5,10 +5,12 @@ from pathlib import Path
 
 from trueloop.domain.characteristic import Characteristic
 from trueloop.formats.inspections.gauge_sheet import gauge_sheet_csv
+from trueloop.formats.outputs import write_all
 from trueloop.geometry.profile import Profile
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.nc.program.unit import unit_of_path
+from trueloop.report.pdf import as_pdf
 from trueloop.report.turned.touch_sheet import touch_sheet
 from trueloop.turned.readings.plan import gauge_plan
 
@@ -45,3 +47,15 @@ def gauge_sheet_of(path: Path) -> GaugeSheet:
     planned = gauge_plan(profile, characteristics_of(files.located, profile))
     inch = unit_of_path(program.unit, files.run.of(program))["unit"] == "inch"
     return GaugeSheet(files.job.part.name, profile, planned, inch, (path, *files.sources.files))
+
+
+def write_sheet(sheet: GaugeSheet, target: Path) -> Path:
+    """The sheet as a page (.html), as that on paper (.pdf, by a browser), or as the file to fill in.
+
+    Raises OUT errors; the files that it was made from are never written over.
+    """
+    ending = target.suffix.lower()
+    content = sheet.page if ending in (".html", ".htm", ".pdf") else sheet.csv
+    pdf = ending == ".pdf"
+    (written,) = write_all(target.parent, [(target.name, as_pdf(content) if pdf else content.encode())], sheet.files)
+    return written

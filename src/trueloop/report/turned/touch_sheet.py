@@ -55,6 +55,7 @@ def places_figure(profile: Profile, planned: Sequence[Characteristic], inch: boo
     height = min(HIGHEST, round(90 + (WIDTH - 80) * (x_high - x_low) / (z_high - z_low)))
     xaxis = style.axis(f"z ({'inch' if inch else 'mm'})", z_low, z_high)
     yaxis = style.axis("", x_low, x_high, zeroline=False, scaleanchor="x", scaleratio=1, constrain="domain")
+    yaxis |= {"tickvals": [], "ticktext": []}  # below the axis are dimensions, no radii
     return {"data": traces, "layout": style.layout(WIDTH, height, annotations=notes, xaxis=xaxis, yaxis=yaxis)}
 
 
