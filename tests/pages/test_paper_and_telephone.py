@@ -60,6 +60,7 @@ def test_the_pdf_is_a4_and_says_what_is_folded_on_a_screen(german: Path, tmp_pat
     file.write_bytes(pdf)
     if pdftotext := which("pdftotext"):
         text = subprocess.run([pdftotext, "-layout", file, "-"], capture_output=True, text=True, check=True).stdout
-        assert re.search(r"MODBAS2, 3.52 in – Korrektur 0e318569712be552 +1 / \d", text)
-        for line in example_correction("modbas2").corrected_program.decode().splitlines()[33:48]:
+        correction = example_correction("modbas2")
+        assert re.search(rf"MODBAS2, 3.52 in – Korrektur {correction.record.id} +1 / \d", text)
+        for line in correction.corrected_program.decode().splitlines()[33:48]:
             assert " ".join(line.split()) in " ".join(text.split())
