@@ -31,8 +31,8 @@ def by_tool_of(path: Path, by: By = "auto") -> ByTool:
 
 def test_it_is_the_first_line_of_the_summary_and_stands_in_record_json_and_page(tmp_path: Path) -> None:
     path = job(tmp_path, PLAIN)
-    told = run("compensate", path, "-o", tmp_path / "out")
-    assert told.startswith(f"{ANSWER}\n")
+    printed = run("compensate", path, "-o", tmp_path / "out")
+    assert printed.startswith(f"{ANSWER}\n")
     answer = json.loads(run("compensate", path, "-o", tmp_path / "out", "--json"))["by_tool"]
     assert answer["words"] == ANSWER and answer["comes_first"]
     record = json.loads((tmp_path / "out" / "record.json").read_text())

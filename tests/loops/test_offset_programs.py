@@ -99,8 +99,8 @@ def test_a_sinumerik_in_inch_and_an_unknown_control_are_refused(tmp_path: Path) 
 
 
 def test_a_job_gives_the_program_of_its_control(tmp_path: Path) -> None:
-    told = run("offsets", "program", job(tmp_path, "number = 3\nnose_radius_mm = 0.4"))
-    assert "G21 G10 P3 U-0.024 W0.004" in told.splitlines()
+    printed = run("offsets", "program", job(tmp_path, "number = 3\nnose_radius_mm = 0.4"))
+    assert "G21 G10 P3 U-0.024 W0.004" in printed.splitlines()
 
 
 def test_the_command_knows_the_controls() -> None:

@@ -98,19 +98,19 @@ def test_limits_are_judged_on_the_face_that_exists() -> None:
 
 def test_a_notch_is_air_to_limits_figures_maps_and_colours(tmp_path: Path) -> None:
     path = job(tmp_path, air(U, V), form=steep)
-    told, blind = modelled(path, air), modelled(path)
-    assert told.figures.unsupported < blind.figures.unsupported
+    trimmed, blind = modelled(path, air), modelled(path)
+    assert trimmed.figures.unsupported < blind.figures.unsupported
     u, v = (a.ravel() for a in np.meshgrid(np.linspace(0, 1, 61), np.linspace(0, 1, 61), indexing="ij"))
-    found = np.abs(told.pattern.mean.value_mm(u, v))
-    assert told.figures.largest_mm == pytest.approx(np.max(found[~air(u, v)]))
-    (shown,) = [one for one in maps(told) if one.name == "pattern"]
+    found = np.abs(trimmed.pattern.mean.value_mm(u, v))
+    assert trimmed.figures.largest_mm == pytest.approx(np.max(found[~air(u, v)]))
+    (shown,) = [one for one in maps(trimmed) if one.name == "pattern"]
     np.testing.assert_array_equal(np.isnan(shown.error_mm), air(*np.moveaxis(shown.uv, 2, 0)))
-    largest = max(float(np.nanmax(np.abs(one.error_mm))) for one in maps(told))
-    assert colour_range_um(maps(told)) < 1.4e3 * largest
-    assert correct(told).surface.largest_shift_mm < 0.06
+    largest = max(float(np.nanmax(np.abs(one.error_mm))) for one in maps(trimmed))
+    assert colour_range_um(maps(trimmed)) < 1.4e3 * largest
+    assert correct(trimmed).surface.largest_shift_mm < 0.06
 
 
-def test_a_window_is_told_in_headline_finding_record_and_page(tmp_path: Path) -> None:
+def test_a_window_is_named_in_headline_finding_record_and_page(tmp_path: Path) -> None:
     def waves(u: Array, v: Array) -> Array:
         return np.asarray(0.012 * np.sin(19 * u + 4) * np.cos(17 * v) + 0.004 * u, float)
 

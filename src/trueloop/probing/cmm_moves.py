@@ -16,7 +16,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Point
 from trueloop.probing.cmm_plan import CmmTouch, Vector, turned
 from trueloop.probing.obstacle import CHORD_MM, Obstacle
-from trueloop.probing.probe_plan import OVERLAP_MM
+from trueloop.probing.probe_plan import OVERLAP_MM, no_room_for_ball
 
 MARGIN_MM: Final = 0.5
 """What stays free between ball and part on every move but the last, along the normal."""
@@ -118,22 +118,10 @@ def _without_repeats(positions: Sequence[Vector]) -> list[Vector]:
 def _refusal(
     code: Code, touch: CmmTouch, nearest: str, approach: CmmApproach, at: Point, distance_mm: float
 ) -> TrueloopError:
-    ball_mm, left_mm = 2 * approach.ball_radius_mm, max(distance_mm - approach.ball_radius_mm, 0.0)
+    left_mm = max(distance_mm - approach.ball_radius_mm, 0.0)
     if code is Code.PRB_BALL:
         overlap_mm = approach.ball_radius_mm - distance_mm
-        return TrueloopError(
-            code,
-            f"at point {touch.name!r} on {touch.feature!r} a ball of {ball_mm:.3f} mm overlaps {nearest!r} by "
-            f"{overlap_mm:.3f} mm",
-            hint="use a smaller ball, or move the point away from the corner or out of the groove",
-            values={
-                "point": touch.name,
-                "feature": touch.feature,
-                "obstacle": nearest,
-                "ball_diameter_mm": ball_mm,
-                "overlap_mm": overlap_mm,
-            },
-        )
+        return no_room_for_ball(touch.name, touch.feature, nearest, approach.ball_radius_mm, overlap_mm)
     return TrueloopError(
         code,
         f"point {touch.name!r} on {touch.feature!r} cannot be reached from outside or along z: on the way to the "

@@ -172,19 +172,24 @@ def require_ball_fits(touch: PlannedTouch, obstacle: Obstacle, stylus: Stylus) -
     """At contact the ball touches the surface at its point and nothing else, or PRB-BALL."""
     clearance, nearest = stylus.ball_clearance_mm(obstacle, np.array(touch.contact_mm))
     if clearance < -OVERLAP_MM:
-        raise TrueloopError(
-            Code.PRB_BALL,
-            f"at point {touch.point!r} on {touch.feature!r} a ball of {2 * stylus.ball_radius_mm:.3f} mm overlaps "
-            f"{nearest!r} by {-clearance:.3f} mm",
-            hint="use a smaller ball, or move the point away from the corner or out of the groove",
-            values={
-                "point": touch.point,
-                "feature": touch.feature,
-                "obstacle": nearest,
-                "ball_diameter_mm": 2 * stylus.ball_radius_mm,
-                "overlap_mm": -clearance,
-            },
-        )
+        raise no_room_for_ball(touch.point, touch.feature, nearest, stylus.ball_radius_mm, -clearance)
+
+
+def no_room_for_ball(point: str, feature: str, nearest: str, ball_radius_mm: float, overlap_mm: float) -> TrueloopError:
+    """PRB-BALL: at a point the ball overlaps another feature than its own."""
+    return TrueloopError(
+        Code.PRB_BALL,
+        f"at point {point!r} on {feature!r} a ball of {2 * ball_radius_mm:.3f} mm overlaps {nearest!r} by "
+        f"{overlap_mm:.3f} mm",
+        hint="use a smaller ball, or move the point away from the corner or out of the groove",
+        values={
+            "point": point,
+            "feature": feature,
+            "obstacle": nearest,
+            "ball_diameter_mm": 2 * ball_radius_mm,
+            "overlap_mm": overlap_mm,
+        },
+    )
 
 
 def _require_free(
