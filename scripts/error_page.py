@@ -23,6 +23,11 @@ AREAS: Final = {
     "SIM": "The simulator",
     "CTL": "Controls",
     "JOB": "Job files",
+    "STO": "the store of parts, tools, inspections and corrections",
+    "LAB": "labels of parts and programs",
+    "EDG": "cutting edges and their events",
+    "MEM": "what is remembered",
+    "SER": "series of parts",
     "VAL": "Stored values",
     "OUT": "Outputs",
 }

@@ -343,6 +343,22 @@ class Code(StrEnum):
     JOB_EXISTS = "JOB-EXISTS", "a new job where there is one already", ("file",)
     JOB_KEY = "JOB-KEY", "a key of a job that is unknown, missing, or has a value that it cannot have", ("key",)
 
+    # STO: the store of parts, tools, inspections and corrections
+    STO_FILE = "STO-FILE", "a store that is missing, or a file that is no store"
+    STO_SCHEMA = "STO-SCHEMA", "a store that a later version of trueloop wrote, or one to be migrated"
+    STO_BUSY = "STO-BUSY", "a store that another program keeps locked"
+    STO_WRITE = "STO-WRITE", "a store that cannot be written: read-only, or no room left"
+    STO_DIFFERS = "STO-DIFFERS", "a value that is stored already, with another content"
+    STO_UNKNOWN = "STO-UNKNOWN", "something that is not in the store"
+
+    # LAB: labels of parts and programs
+
+    # EDG: cutting edges and their events
+
+    # MEM: what is remembered
+
+    # SER: series of parts
+
     # VAL: stored values
     VAL_FORM = "VAL-FORM", "a stored value that cannot be read back"
 
