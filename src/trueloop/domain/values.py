@@ -10,6 +10,7 @@ from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKin
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
+from trueloop.domain.proposal import Effect, Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.record import ChangedWord, Component, Product, Record
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
@@ -21,4 +22,5 @@ CODEC: Final = Codec.of(
     *(Inspection, Touch, Reading, CmmPoint),
     *(Cut, Stage, CuttingConditions, InspectionLink, EdgeEvent, EdgeEventKind),
     *(Record, ChangedWord, Component, Product),
+    *(Proposal, ProposalClass, ProposalDecision, Effect),
 )

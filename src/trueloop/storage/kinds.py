@@ -14,6 +14,7 @@ from trueloop.domain.life import Cut, EdgeEvent, InspectionLink
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
+from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Setting, Tool
 
 Columns = Mapping[str, str | None]
@@ -72,6 +73,8 @@ SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
     "inspection_link": ("cut",),
     "edge_event": ("edge", "event"),
     "correction": ("part_type", "serial", "edge", "program_sha256", "product"),
+    "proposal": ("part_type", "changes"),
+    "proposal_decision": ("verdict",),
 }
 
 KINDS: Final[tuple[Kind, ...]] = (
@@ -87,4 +90,6 @@ KINDS: Final[tuple[Kind, ...]] = (
     Kind("inspection_link", InspectionLink, lambda one: {"cut": joined(one.cut)}),
     Kind("edge_event", EdgeEvent, lambda one: {"edge": joined(one.edge.identity), "event": one.kind}),
     Kind("correction", Correction, _of_correction),
+    Kind("proposal", Proposal, lambda one: {"part_type": one.part_type.name, "changes": one.changes}),
+    Kind("proposal_decision", ProposalDecision, lambda one: {"verdict": one.verdict}),
 )

@@ -1,0 +1,102 @@
+"""Proposals of the post-process loop, and what was decided of them: records, never changed, found by id.
+
+A proposal changes tool offsets, what is remembered, or weights: never an NC program, never values of real time
+[4773 §5]. There is no class for those.
+"""
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
+from typing import Literal
+
+from trueloop.domain.life import Identity
+from trueloop.domain.part import PartType
+from trueloop.domain.tool_offset import ToolOffset
+
+
+class ProposalClass(StrEnum):
+    """What a proposal changes."""
+
+    TOOL_OFFSET = "tool offset"  # where the next part's cut lies
+    MEMORY = "memory"  # from which part on the parts of a series are learned from
+    WEIGHT = "weight"  # which share of what was learned is acted on
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a proposal is predicted to do to one characteristic of the next part.
+
+    Errors are actual less nominal size, mm (of angles degrees): of a shaft positive where material is left on.
+    `error_before` is expected without the proposal, `error_after` with it, both ± `standard_u` (one standard deviation
+    of one part, scatter included). `size_change` is what the proposal adds to the size. Probabilities are those of
+    being inside the limits; None: there are none.
+    """
+
+    characteristic: str
+    series: Identity
+    parts: int
+    size_change: float
+    error_before: float
+    error_after: float
+    standard_u: float
+    probability_in_before: float | None = None
+    probability_in_after: float | None = None
+    weight: float = 1.0
+    unit: Literal["mm", "deg"] = "mm"
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """One change that the parts of a series suggest for the next part. It is not in force before it is accepted.
+
+    `last_serial` is the last part behind it: a later part supersedes it. `tool_offset` says it in a tool's offset where
+    a job names the tool. `weight` is the new factor of a proposal of that class, `from_serial` the part with which
+    learning begins anew of one of memory. `alarms` were open when it was made, and `why` says what it comes from.
+    """
+
+    id: str
+    changes: ProposalClass
+    part_type: PartType
+    effects: tuple[Effect, ...]
+    last_serial: str
+    made_at: datetime
+    made_by: str
+    tool_offset: ToolOffset | None = None
+    weight: float | None = None
+    from_serial: str = ""
+    alarms: tuple[str, ...] = ()
+    why: str = ""
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> Identity:
+        """The id: of what it was made from."""
+        return (self.id,)
+
+    @property
+    def characteristics(self) -> tuple[str, ...]:
+        """The names of the characteristics that it changes."""
+        return tuple(one.characteristic for one in self.effects)
+
+
+@dataclass(frozen=True)
+class ProposalDecision:
+    """What was decided of a proposal, once: by whom, why and when.
+
+    `automatic`: its class was switched to automatic, and nobody was asked. `overrides` are the refusals that were
+    overridden, by their codes.
+    """
+
+    proposal: str
+    verdict: Literal["accepted", "rejected"]
+    who: str
+    at: datetime
+    why: str = ""
+    automatic: bool = False
+    overrides: tuple[str, ...] = ()
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> Identity:
+        """The proposal's: it is decided once."""
+        return (self.proposal,)
