@@ -352,6 +352,8 @@ class Code(StrEnum):
     STO_UNKNOWN = "STO-UNKNOWN", "something that is not in the store"
 
     # LAB: labels of parts and programs
+    LAB_FORM = "LAB-FORM", "text that is no label of a part or a program", ("label", "character")
+    LAB_LINK = "LAB-LINK", "a label that contradicts what it is linked with", ("label", "in_label", "in_link")
 
     # EDG: cutting edges and their events
 
