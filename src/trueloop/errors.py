@@ -349,6 +349,7 @@ class Code(StrEnum):
     STO_BUSY = "STO-BUSY", "a store that another program keeps locked"
     STO_WRITE = "STO-WRITE", "a store that cannot be written: read-only, or no room left"
     STO_DIFFERS = "STO-DIFFERS", "a value that is stored already, with another content"
+    STO_PROGRAM = "STO-PROGRAM", "a cut whose program is not of the correction that it names"
     STO_UNKNOWN = "STO-UNKNOWN", "something that is not in the store"
 
     # LAB: labels of parts and programs

@@ -26,6 +26,14 @@ class Stage(StrEnum):
     FINISH = "finish"
 
 
+class Ran(StrEnum):
+    """Which program a finish cut ran, of those that a correction gives."""
+
+    CORRECTED = "corrected"  # the contour in the program is corrected
+    OFFSETS = "offsets"  # tool offsets alone, by the program or entered at the control
+    AS_PROGRAMMED = "as-programmed"  # the given program, nothing corrected
+
+
 @dataclass(frozen=True)
 class CuttingConditions:
     """Of one cut: depths and lengths in mm, radius for a depth on X; None: not stated.
@@ -78,6 +86,26 @@ class InspectionLink:
     def identity(self) -> Identity:
         """That of the inspection: it shows one cut."""
         return self.inspection
+
+
+@dataclass(frozen=True)
+class Quarantine:
+    """That a cut is not to teach anything, because an alarm said so or a person did; `lifted`: it may again.
+
+    Of several of one cut the latest counts. The cut and its inspections stay as they are.
+    """
+
+    cut: Identity
+    at: datetime
+    why: str = ""
+    by: str = ""
+    lifted: bool = False
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> Identity:
+        """Cut and time."""
+        return *self.cut, self.at.isoformat()
 
 
 class EdgeEventKind(StrEnum):

@@ -43,16 +43,16 @@ class Edge:
 
 @dataclass(frozen=True)
 class Setting:
-    """An edge from one setting of the tool to the next: it was mounted and measured at `set_at`.
+    """An edge from one setting of the tool to the next: it was mounted and measured at `set_at`; None: not stated.
 
     Form and wear belong to the edge and outlast a setting; where the tool's tip lies belongs to the setting.
     """
 
     edge: Edge
-    set_at: datetime
+    set_at: datetime | None = None
     schema: Literal[1] = field(default=1, kw_only=True)
 
     @property
     def identity(self) -> tuple[str, ...]:
         """That of the edge, and when it was set."""
-        return *self.edge.identity, self.set_at.isoformat()
+        return *self.edge.identity, "" if self.set_at is None else self.set_at.isoformat()

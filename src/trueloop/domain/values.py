@@ -6,7 +6,7 @@ from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.judged import Judged, Judgement
-from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKind, InspectionLink, Stage
+from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKind, InspectionLink, Quarantine, Stage
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
@@ -20,7 +20,7 @@ CODEC: Final = Codec.of(
     *(ToolOffset, TableRow, HeldTool),
     *(Characteristic, Quantity, Judged, Judgement),
     *(Inspection, Touch, Reading, CmmPoint),
-    *(Cut, Stage, CuttingConditions, InspectionLink, EdgeEvent, EdgeEventKind),
+    *(Cut, Stage, CuttingConditions, InspectionLink, Quarantine, EdgeEvent, EdgeEventKind),
     *(Record, ChangedWord, Component, Product),
     *(Proposal, ProposalClass, ProposalDecision, Effect),
 )

@@ -38,8 +38,9 @@ class MadePart:
     after it (F), None while there is none; `correction_mm` (n,) is what the correction took off at the places of
     `finish`, along their normals, positive where material was taken off (C), so that E = F + C is the finish error had
     nothing been corrected. `from_memory_mm` (n,) is the share of C that came from memory and not from own touches.
-    `order` counts the parts of this edge as they were cut; `setting` names the setting of the tool (one mounting or
-    touch-off), `minutes_in_cut` the edge's age. `depth_of_cut_mm` and `feed_mm` are those of the finish cut.
+    `order` counts the parts of this edge as they were cut; `order_in_doubt`: other facts contradict it. `setting` names
+    the setting of the tool (one mounting or touch-off), `minutes_in_cut` the edge's age. `depth_of_cut_mm` and
+    `feed_mm` are those of the finish cut.
     """
 
     part_type: str
@@ -53,6 +54,7 @@ class MadePart:
     minutes_in_cut: float | None = None
     depth_of_cut_mm: float | None = None
     feed_mm: float | None = None
+    order_in_doubt: bool = False
 
     @property
     def uncorrected_mm(self) -> Array | None:

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Cut, EdgeEvent, InspectionLink
+from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program
@@ -71,6 +71,7 @@ SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
     "cut": ("part_type", "serial", "stage", "edge", "correction"),
     "inspection": ("part_type", "serial", "file_sha256"),
     "inspection_link": ("cut",),
+    "quarantine": ("cut",),
     "edge_event": ("edge", "event"),
     "correction": ("part_type", "serial", "edge", "program_sha256", "product"),
     "proposal": ("part_type", "changes"),
@@ -88,6 +89,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     Kind("cut", Cut, _of_cut),
     Kind("inspection", Inspection, lambda one: {**_of_part(one.part), "file_sha256": one.sha256}),
     Kind("inspection_link", InspectionLink, lambda one: {"cut": joined(one.cut)}),
+    Kind("quarantine", Quarantine, lambda one: {"cut": joined(one.cut)}),
     Kind("edge_event", EdgeEvent, lambda one: {"edge": joined(one.edge.identity), "event": one.kind}),
     Kind("correction", Correction, _of_correction),
     Kind("proposal", Proposal, lambda one: {"part_type": one.part_type.name, "changes": one.changes}),

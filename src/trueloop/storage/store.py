@@ -75,7 +75,7 @@ def find(store: Store, kind: type[T], *, superseded: bool = False, **columns: st
     with store.engine.connect() as connection:
         rows = list(connection.execute(query))
         names = select(table.c.supersedes, table.c.id).where(table.c.supersedes.is_not(None))
-        replaced = dict(connection.execute(names).tuples().all())
+        replaced = {row[0]: row[1] for row in connection.execute(names)}
     every = [
         Kept(
             row.id,

@@ -10,9 +10,10 @@ from trueloop.arrays import Array, by_content
 from trueloop.domain.characteristic import Characteristic
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.judged import Judged
+from trueloop.domain.life import Ran
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import PartType
-from trueloop.domain.record import Record
+from trueloop.domain.record import Record, sha256_of
 from trueloop.domain.tool import Edge
 from trueloop.domain.tool_offset import HeldTool
 from trueloop.geometry.profile import Profile
@@ -157,6 +158,17 @@ class Correction:
         """What of the errors at the touches was commanded by the program that cut them, (n,)."""
         cut_in_mm = self.composed.cut_in_mm if self.composed is not None else 0.0
         return np.asarray(self.touches.error_mm - cut_in_mm - self.model.vectors.error_mm)
+
+    @property
+    def programs_sha256(self) -> Mapping[Ran, str]:
+        """Hashes of the programs that can be run, by what they are; the given one with `wear` entered has its own."""
+        by_hand = self.source_program if self.runs_as_given else None
+        programs = {
+            Ran.CORRECTED: self.corrected_program,
+            Ran.OFFSETS: self.offsets_program or by_hand,
+            Ran.AS_PROGRAMMED: self.source_program,
+        }
+        return {ran: sha256_of(content) for ran, content in programs.items() if content is not None}
 
     @property
     def ending(self) -> str:

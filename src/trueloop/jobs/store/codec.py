@@ -1,0 +1,19 @@
+"""The types of all products' corrections, for a store that keeps any of them."""
+
+from functools import cache
+
+from trueloop.domain.codec import Codec
+from trueloop.loops.machine import stored as machine
+from trueloop.loops.surface import stored as surface
+from trueloop.loops.turned import stored as turned
+
+
+@cache
+def store_codec() -> Codec:
+    """One codec that reads what those of the products write."""
+    types: dict[str, type] = {}
+    for codec in (turned.CODEC, surface.CODEC, machine.CODEC):
+        for name, kind in codec.types.items():
+            if types.setdefault(name, kind) is not kind:
+                raise TypeError(f"{name!r} names two types: {types[name]} and {kind}")
+    return Codec(types)

@@ -1,0 +1,123 @@
+"""An edge's parts out of the store, as memory works on them: state is recomputed from records, never kept."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from trueloop.domain.correction import Correction
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
+from trueloop.domain.tool import Edge
+from trueloop.geometry.profile import Profile
+from trueloop.jobs.store.order import Dated, cutting_order
+from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.made_parts import made_part
+from trueloop.memory.made_part import MadePart
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Kept, Store, find
+from trueloop.turned.readings.match import match_inspection
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
+
+REMEMBERED: Final = "turned"
+"""What memory is of: contours that an edge turned."""
+
+
+@dataclass(frozen=True)
+class LivedPart:
+    """A finish cut in the store with its correction and the inspection after it, None while there is none.
+
+    `order_in_doubt`: what is known of when it was cut contradicts itself or other parts.
+    """
+
+    cut: Cut
+    correction: Correction[turned.Correction]
+    finish: Inspection | None
+    order_in_doubt: bool
+
+
+def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
+    """The parts that an edge finished, in cutting order: without those superseded or quarantined, and without
+    parts of which no correction is known. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began,
+    None where the time of one of its earlier cuts is not known.
+
+    Raises STO errors, and what the finish inspections refuse.
+    """
+    ages = _ages_min(store, edge)
+    return tuple(
+        replace(
+            made_part(lived.correction.payload, replace(lived.cut, order=order), _finish_errors(lived)),
+            minutes_in_cut=ages.get(lived.cut.identity),
+            order_in_doubt=lived.order_in_doubt,
+        )
+        for order, lived in enumerate(life_of(store, edge))
+    )
+
+
+def life_of(store: Store, edge: Edge) -> tuple[LivedPart, ...]:
+    """The finish cuts of an edge in cutting order, as `history_of` takes them, with what is stored about each."""
+    corrections = find(store, Correction, edge=joined(edge.identity), product=REMEMBERED)
+    found = [
+        (kept.row, kept.value, correction, finish_inspection(store, kept.value))
+        for kept in _not_quarantined(store, find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH))
+        if (correction := _correction_of(kept.value, corrections)) is not None
+    ]
+    dated = [Dated(cut, None if finish is None else finish.measured_at, row) for row, cut, _, finish in found]
+    order = cutting_order(dated)
+    return tuple(
+        LivedPart(cut, correction, finish, in_doubt)
+        for place, in_doubt in zip(order.places, order.in_doubt, strict=True)
+        for _, cut, correction, finish in [found[place]]
+    )
+
+
+def finish_inspection(store: Store, cut: Cut) -> Inspection | None:
+    """What a cut left, by the latest of the inspections that are linked to it."""
+    links = {kept.value.inspection for kept in find(store, InspectionLink, cut=joined(cut.identity))}
+    part = cut.part
+    of_part = find(store, Inspection, part_type=part.part_type.name, serial=part.serial) if links else []
+    return next((kept.value for kept in reversed(of_part) if kept.value.identity in links), None)
+
+
+def errors_of(profile: Profile, inspection: Inspection) -> ErrorVectors | None:
+    """The part errors at places that an inspection found; None where it found none. Raises TCH errors."""
+    touches = [matched.touch for matched in match_inspection(profile, inspection).touches]
+    if not touches:
+        return None
+    return error_vectors(profile, in_order(profile, touches), Gauging(z_reference=inspection.z_reference))
+
+
+def _finish_errors(lived: LivedPart) -> ErrorVectors | None:
+    return None if lived.finish is None else errors_of(lived.correction.payload.profile, lived.finish)
+
+
+def _correction_of(cut: Cut, corrections: list[Kept[Correction[Any]]]) -> Correction[turned.Correction] | None:
+    """That which the cut names; of one as programmed the last that was made for its part, whose touches it has."""
+    named = [kept.value for kept in corrections if kept.value.record.id == cut.correction]
+    of_part = [kept.value for kept in corrections if _made_for(kept.value, cut)]
+    return next(iter(reversed(named if cut.correction else of_part)), None)
+
+
+def _made_for(correction: Correction[Any], cut: Cut) -> bool:
+    return any(one.part.identity == cut.part.identity for one in correction.record.inspections)
+
+
+def _not_quarantined(store: Store, cuts: list[Kept[Cut]]) -> Iterator[Kept[Cut]]:
+    for kept in cuts:
+        words = [one.value for one in find(store, Quarantine, cut=joined(kept.value.identity))]
+        if not words or max(words, key=lambda word: word.at).lifted:
+            yield kept
+
+
+def _ages_min(store: Store, edge: Edge) -> Mapping[Identity, float]:
+    """Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own."""
+    cuts = [kept.value for kept in find(store, Cut, edge=joined(edge.identity))]
+    order = cutting_order([Dated(cut, None, row) for row, cut in enumerate(cuts)])
+    ages, age = dict[Identity, float](), 0.0
+    for cut in (cuts[place] for place in order.places):
+        ages[cut.identity] = age
+        minutes = cut.conditions.time_in_cut_min
+        if minutes is None:
+            break
+        age += minutes
+    return ages

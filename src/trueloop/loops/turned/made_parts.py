@@ -1,0 +1,129 @@
+"""A corrected part as the memory of an edge sees it: S, F and C of the model of `memory`, from what is stored.
+
+What a program commands off the nominal is no error of the process: it is taken out of S as of F, so that E = F + C is
+the error of the finish cut had nothing been corrected [6811 §3.2], whichever program ran.
+"""
+
+import math
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags, Integers
+from trueloop.domain.life import Cut, Ran
+from trueloop.domain.part import PartType
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.feature import Arc, contact_angle_rad
+from trueloop.geometry.profile import Profile
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.shifts import whole_mm
+from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
+from trueloop.turned.touches.error_vectors import ErrorVectors
+
+
+def made_part(correction: Correction, cut: Cut, finish: ErrorVectors | None) -> MadePart:
+    """One part with its correction, its finish cut and, where there is one, the inspection after it.
+
+    `cut` says by its correction and the hash of its program which program ran; `finish` are the part errors that the
+    inspection found. `order` is that of the cut, nan where it has none; the age of the edge is not known here.
+
+    Raises STO-PROGRAM where the cut ran a program that is not of this correction.
+    """
+    profile, conditions = correction.profile, cut.conditions
+    took_off = None if finish is None else taken_off_mm(correction, finish, program_that_ran(correction, cut))
+    rows = None if finish is None else rows_on_arcs(profile, finish)
+    return MadePart(
+        part_type=name_of(cut.part.part_type),
+        serial=cut.part.serial,
+        setting="" if cut.setting is None else " ".join(cut.setting.identity),
+        order=math.nan if cut.order is None else float(cut.order),
+        semifinish=semifinish_errors(correction.model),
+        finish=None if finish is None or rows is None else arc_errors(profile, finish.chosen(rows)),
+        correction_mm=None if took_off is None else took_off[rows],
+        from_memory_mm=None if rows is None else np.zeros(len(rows)),
+        depth_of_cut_mm=conditions.depth_of_cut_mm,
+        feed_mm=conditions.feed_mm_per_rev,
+    )
+
+
+def name_of(part_type: PartType) -> str:
+    """By which memory knows parts of one drawing: another revision is another part type."""
+    return " ".join(text for text in part_type.identity if text)
+
+
+def semifinish_errors(model: ProfileErrorModel) -> ArcErrors:
+    """S: the process errors that were touched on arcs; touches left out of the fit as bad are left out here too."""
+    good = model.vectors.chosen(np.flatnonzero(model.weight))
+    return arc_errors(model.profile, good.chosen(rows_on_arcs(model.profile, good)))
+
+
+def rows_on_arcs(profile: Profile, vectors: ErrorVectors) -> Integers:
+    """Positions of the gauging points that lie on arcs: along a line the contact angle is one."""
+    arcs: Flags = np.array([isinstance(feature, Arc) for feature in profile.features])
+    return np.flatnonzero(arcs[vectors.feature_index])
+
+
+def arc_errors(profile: Profile, vectors: ErrorVectors) -> ArcErrors:
+    """Error vectors by contact angle. Uncertainties are the touches' own: what all share from the reference point
+    moves the part as a setting does.
+    """
+    return ArcErrors(
+        tuple(profile.names[i] for i in vectors.feature_index),
+        vectors.point,
+        contact_angle_rad(vectors.outward_normal),
+        vectors.error_mm,
+        vectors.own_u_mm,
+    )
+
+
+def program_that_ran(correction: Correction, cut: Cut) -> Ran:
+    """Which of a correction's programs made a cut; one without a hash ran what the correction says to run.
+
+    A cut that names no correction ran as programmed, without an offset entered by hand. Raises STO-PROGRAM.
+    """
+    if not cut.correction:
+        return Ran.AS_PROGRAMMED
+    if cut.correction != correction.record.id:
+        raise _other_program(correction, cut, f"correction {cut.correction}")
+    recommended = Ran.OFFSETS if correction.decision.by_offset else Ran.CORRECTED
+    hashes = correction.programs_sha256
+    ran = [one for one in (recommended, *Ran) if hashes.get(one) == cut.program_sha256]
+    if cut.program_sha256 and not ran:
+        raise _other_program(correction, cut, f"program {cut.program_sha256[:16]}…")
+    return ran[0] if ran else recommended
+
+
+def taken_off_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
+    """C: what the program that ran takes off along the normals at places of the part, (n,), positive where it does.
+
+    C = −(commanded contour − nominal)·n, of the process alone: what the program moves for the machine's errors is no
+    part of it. A tool offset D moves the contour by D, so C = −(own deviation + D·n). Where z was taken from a face, C
+    counts from what was taken off there, as the errors do. To first order in the deviation: good to D²/2ρ on an arc of
+    radius ρ, 0.05 µm for 50 µm on 25 mm.
+    """
+    off_mm = at.outward_normal @ np.array(_whole_mm(correction, ran))
+    pieces = correction.corrected if ran is Ran.CORRECTED else correction.commanded
+    for index, piece in enumerate(pieces):
+        rows = at.of_feature(index)
+        off_mm[rows] += piece.shifted.undisplaced.off_nominal_mm(at.arc_length_mm[rows])
+    reference = np.flatnonzero(at.at_reference)
+    if len(reference):
+        off_mm -= np.where(at.at_reference, 1.0, at.z_share) * off_mm[reference[0]]
+    return np.asarray(0.0 - off_mm)
+
+
+def _whole_mm(correction: Correction, ran: Ran) -> tuple[float, float]:
+    """What the whole contour is displaced by for the process: by the tool offset, or within the contour."""
+    decision = correction.decision
+    if ran is Ran.AS_PROGRAMMED:
+        return 0.0, 0.0
+    return decision.offset_mm if ran is Ran.OFFSETS or decision.by_offset else whole_mm(decision)
+
+
+def _other_program(correction: Correction, cut: Cut, ran: str) -> TrueloopError:
+    return TrueloopError(
+        Code.STO_PROGRAM,
+        f"the finish cut of part {cut.part.serial!r} ran {ran}, which is not of correction {correction.record.id}",
+        hint="name the correction that the cut was made with, or say that it ran as programmed",
+        values={"correction": correction.record.id, "program_sha256": cut.program_sha256},
+    )
