@@ -357,6 +357,15 @@ class Code(StrEnum):
     LAB_LINK = "LAB-LINK", "a label that contradicts what it is linked with", ("label", "in_label", "in_link")
 
     # EDG: cutting edges and their events
+    EDG_UNKNOWN = "EDG-UNKNOWN", "a tool or an edge that no event in the store names", ("tool", "known")
+    EDG_OTHER = "EDG-OTHER", "a job that states another edge than the one that is mounted", ("stated", "mounted")
+    EDG_ENDED = "EDG-ENDED", "a cut by an edge that was turned away or removed before", ("edge", "ended_at")
+    EDG_POCKET = "EDG-POCKET", "a pocket that holds another tool, or one number in several machines", ("tool", "held")
+    EDG_CORNER = "EDG-CORNER", "a corner that cuts already, or did before", ("corner",)
+    EDG_VALUE = "EDG-VALUE", "a mounting without nose radius, or a value that no edge can have", ("name",)
+    EDG_TIME = "EDG-TIME", "an event later than the clock", ("at", "now")
+    EDG_PAST = "EDG-PAST", "an event earlier than facts that are kept of the same tool", ("at", "kept_at")
+    EDG_SETTING = "EDG-SETTING", "touches that are older than the setting of the tool", ("set_at", "measured_at")
 
     # MEM: what is remembered
 

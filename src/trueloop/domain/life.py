@@ -120,13 +120,18 @@ class EdgeEventKind(StrEnum):
 
 @dataclass(frozen=True)
 class EdgeEvent:
-    """One event of an edge. `values` by name with the unit in the name: {"flank_wear_mm": 0.12, "x_offset_mm": …}."""
+    """One event of an edge. `values` by name with the unit in the name: {"flank_wear_mm": 0.12, "minutes_in_cut": 35}.
+
+    Offsets among them are `x_mm`, a radius, and `z_mm`. `machine` tells tools of one number apart, in whose pockets
+    they are; None: the store knows one machine.
+    """
 
     edge: Edge
     kind: EdgeEventKind
     at: datetime
     by: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
+    machine: Machine | None = None
     schema: Literal[1] = field(default=1, kw_only=True)
 
     @property

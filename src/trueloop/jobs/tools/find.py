@@ -1,0 +1,68 @@
+"""Tools and edges by what a user calls them: T3, 3, or the holder's name."""
+
+import re
+from collections.abc import Sequence
+from datetime import datetime
+from difflib import get_close_matches
+from typing import Final
+
+from trueloop.domain.edge_life import EdgeLife, in_pockets
+from trueloop.domain.machine import Machine
+from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.tools.edge import several, tool_name
+
+NUMBER: Final = re.compile(r"[Tt]?(\d{1,6})")
+
+
+def number_of(tool: str) -> int | None:
+    """The number of a tool that is called by it; None for a name."""
+    found = NUMBER.fullmatch(tool.strip())
+    return int(found[1]) if found else None
+
+
+def mounted_as(known: Sequence[EdgeLife], tool: str, at: datetime, machine: Machine | None = None) -> EdgeLife:
+    """The edge of a tool that is mounted at that time. Raises EDG-UNKNOWN with those that are, EDG-POCKET."""
+    mounted = in_pockets(known, at, machine)
+    found = [life for life in mounted if _called(life, tool)]
+    if not found:
+        raise _unknown(tool, mounted, "is mounted")
+    if len(found) > 1:
+        raise several(found)
+    return found[0]
+
+
+def edges_of(
+    known: Sequence[EdgeLife], tool: str, corner: str | None = None, machine: Machine | None = None
+) -> tuple[EdgeLife, ...]:
+    """All lives of a tool's edges, of one corner where it is named. Raises EDG-UNKNOWN with those that there are."""
+    own = [life for life in known if _called(life, tool) and (machine is None or life.of_machine(machine))]
+    if not own:
+        raise _unknown(tool, known, "is in the store")
+    found = tuple(life for life in own if corner is None or life.edge.corner == corner)
+    if not found:
+        corners = list(dict.fromkeys(life.edge.corner for life in own))
+        raise TrueloopError(
+            Code.EDG_UNKNOWN,
+            f"{tool_name(own[-1].edge)} has no corner {corner!r} in the store",
+            hint=f"its corners there are {', '.join(map(repr, corners))}",
+            values={"tool": tool, "known": corners},
+        )
+    return found
+
+
+def _called(life: EdgeLife, tool: str) -> bool:
+    number = number_of(tool)
+    own = life.edge.tool
+    return own.name == tool or (number is not None and own.number == number)
+
+
+def _unknown(tool: str, others: Sequence[EdgeLife], what: str) -> TrueloopError:
+    names = list(dict.fromkeys(name for life in others for name in (tool_name(life.edge), life.edge.tool.name) if name))
+    near = get_close_matches(tool, names, n=2)
+    known = f"those that are: {', '.join(names)}" if names else "none is"
+    return TrueloopError(
+        Code.EDG_UNKNOWN,
+        f"no tool {tool!r} {what}; {known}",
+        hint=f"did you mean {' or '.join(near)}?" if near else "`trueloop tool mount` keeps a tool's edge",
+        values={"tool": tool, "known": names},
+    )
