@@ -15,6 +15,12 @@ def _mounted() -> Store:
     return store
 
 
+def _past() -> object:
+    store = _mounted()
+    set_anew(store, at(9))
+    return set_anew(store, at(8, 30))
+
+
 def _ended() -> object:
     store = _mounted()
     turn(store, "2", at(10))
@@ -30,6 +36,6 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.EDG_CORNER: lambda: turn(_mounted(), "1", at(9)),
     Code.EDG_VALUE: lambda: mount(_mounted(), at(9), nose_radius_mm=None),
     Code.EDG_TIME: lambda: set_anew(_mounted(), NOW.replace(hour=20)),
-    Code.EDG_PAST: lambda: set_anew(_mounted(), at(7, 30)),
+    Code.EDG_PAST: _past,
     Code.EDG_SETTING: lambda: require_touches_since(Setting(Edge(Tool(3, "SVJBR 2020")), at(10)), at(9)),
 }

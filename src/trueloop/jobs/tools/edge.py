@@ -54,7 +54,7 @@ def require_touches_since(setting: Setting, measured_at: datetime | None) -> Non
             Code.EDG_SETTING,
             f"{tool_name(setting.edge)} was set at {time(setting.set_at)}, after the touches of {time(measured_at)}",
             hint="cut the semi-finish pass with the tool as it is set now and touch it, or correct without memory",
-            values={"set_at": setting.set_at.isoformat(), "measured_at": measured_at.isoformat()},
+            values={"set_at": time(setting.set_at), "measured_at": time(measured_at)},
         )
 
 
@@ -65,7 +65,7 @@ def ended(life: EdgeLife, at: datetime) -> TrueloopError:
         Code.EDG_ENDED,
         f"{edge_name(life.edge)} was {end.kind} at {time(end.at)}, before this cut of {time(at)}",
         hint="name the edge that cut; `trueloop tool list` shows what is mounted",
-        values={"edge": edge_name(life.edge), "ended_at": end.at.isoformat()},
+        values={"edge": edge_name(life.edge), "ended_at": time(end.at)},
     )
 
 

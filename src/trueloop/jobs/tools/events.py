@@ -117,7 +117,7 @@ def require_time(at: datetime, now: datetime) -> None:
             Code.EDG_TIME,
             f"the event is of {time(at)}, and it is {time(now)} now",
             hint="an event is kept when it has happened: give its time by --at, or set this computer's clock",
-            values={"at": at.isoformat(), "now": now.isoformat()},
+            values={"at": time(at), "now": time(now)},
         )
 
 
@@ -138,7 +138,7 @@ def _wanted_edge(known: Sequence[EdgeLife], wanted: Mounting) -> Edge:
     if wanted.nose_radius_mm is None:
         raise TrueloopError(
             Code.EDG_VALUE,
-            f"the nose radius of {edge_name(edge)} is missing",
+            f"nose_radius_mm of {edge_name(edge)} is missing",
             hint="give --nose-radius-mm: on the insert's box, RE of ISO 13399; 0 for a pointed tool",
             values={"name": "nose_radius_mm"},
         )

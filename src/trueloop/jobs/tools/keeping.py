@@ -80,7 +80,7 @@ def _past(event: EdgeEvent, at: datetime, what: str) -> TrueloopError:
         f"{tool_name(event.edge)} {event.kind} at {time(event.at)} is before what is kept already: {what}, {time(at)}",
         hint="look at the time, at the clock, and at `trueloop tool show`",
         override="--late takes it: cuts are then judged by the edge and the setting of their time",
-        values={"at": event.at.isoformat(), "kept_at": at.isoformat()},
+        values={"at": time(event.at), "kept_at": time(at)},
     )
 
 
