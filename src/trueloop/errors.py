@@ -368,6 +368,10 @@ class Code(StrEnum):
     EDG_SETTING = "EDG-SETTING", "touches that are older than the setting of the tool", ("set_at", "measured_at")
 
     # MEM: what is remembered
+    MEM_UNSEEN = "MEM-UNSEEN", "a contact angle far from all that were seen", ("angle_deg", "nearest_deg", "most_deg")
+    MEM_SETTING = "MEM-SETTING", "no touch after a new setting of the tool", ("setting",)
+    MEM_TYPE = "MEM-TYPE", "no touch of a part type that the edge has never cut", ("part_type",)
+    MEM_PART = "MEM-PART", "a part that the edge has not cut", ("last_part",)
 
     # SER: series of parts
 

@@ -1,0 +1,79 @@
+"""What is expected of today's finish cut, from earlier parts of the edge and today's touches."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.memory.edge.advice import enough_touches
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.predict import predict, with_finish_at
+from trueloop.memory.edge.refuse import flags, nearest_rad, refuse, up_to
+from trueloop.memory.expected import Expected
+from trueloop.memory.made_part import MadePart
+
+FEW_PARTS: Final = 3
+"""With fewer inspected parts the sizes of the terms are known so badly that bands are widened."""
+
+WIDENED: Final = 1.3
+"""By so much the variance then grows: simulated with two parts of history, 1.2 to 1.3 is missing."""
+
+CONFIRMS: Final = 1 / 3
+"""An inspected correction confirms the actuator for corrections up to three times as large."""
+
+
+def expect(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array, options: MemoryOptions) -> Expected:
+    """The finish error of today's part had nothing been corrected, at contact angles (n,) in rad.
+
+    `history` holds the edge's earlier parts in cutting order, `today` the part in hand, without its finish inspection;
+    of neither is anything used that comes later. Command `weight` × `mean_mm` as the correction: positive where
+    material is to be taken off. Where `own_fit` is set, correct by the fit of today's touches as without memory: it is
+    the first part of the edge, or the options say so; the rest then is what the model says of today's touches.
+
+    Raises MEM-UNSEEN where an angle is too far from all that were seen, MEM-SETTING without a touch after a new
+    setting, MEM-TYPE without a touch of a part type that the edge has never cut, MEM-PART for an unknown `last_part`.
+    Valid for arcs, whose contact angle turns: straight features err by more than their contact angle says.
+    """
+    learned = remembered(history, options)
+    if learned:
+        refuse(learned, today, contact_angle_rad, options)
+    found = predict(learned, with_finish_at(today, contact_angle_rad))
+    finish = found.after
+    parts = sum(part.uncorrected_mm is not None for part in learned)
+    command_mm = finish.mean_mm / finish.gain
+    _, left_mm2 = finish.after(command_mm)
+    return Expected(
+        contact_angle_rad,
+        command_mm,
+        left_mm2 * (WIDENED if parts < FEW_PARTS else 1.0),
+        found.memory_mm / finish.gain,
+        np.full(len(contact_angle_rad), 1.0 if _confirmed(learned, command_mm) else options.first_weight),
+        nearest_rad(learned, today, contact_angle_rad),
+        parts,
+        enough_touches(found.before.covariance_mm2, found.touches),
+        flags(learned, today, finish.gain),
+        gain=finish.gain,
+        gain_u=finish.gain_u,
+        own_fit=not learned or options.memory == "bands",
+    )
+
+
+def remembered(history: Sequence[MadePart], options: MemoryOptions) -> tuple[MadePart, ...]:
+    """The parts that are learned from."""
+    if options.memory == "off":
+        return ()
+    if options.memory != "frozen":
+        return tuple(history)
+    return up_to(history, options.last_part)
+
+
+def _confirmed(learned: Sequence[MadePart], command_mm: Array) -> bool:
+    """Whether an inspected part has shown what the machine makes of a correction of about this size."""
+    shown = [part.correction_mm for part in learned if part.uncorrected_mm is not None]
+    largest = max((_largest(taken) for taken in shown if taken is not None), default=0.0)
+    return largest > 0 and largest >= CONFIRMS * _largest(command_mm)
+
+
+def _largest(values: Array) -> float:
+    return float(np.max(np.abs(values), initial=0.0))

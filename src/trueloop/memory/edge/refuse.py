@@ -1,0 +1,122 @@
+"""When memory does not predict, and what is said when it does so on weak ground."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.errors import Code, TrueloopError
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.made_part import MadePart
+from trueloop.wording import wording
+
+OFF = 'correct by today\'s touches alone: [memory] use = "off"'
+
+
+def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
+    """The history up to a part and with it. Raises MEM-PART where it holds none of that serial number."""
+    serials = [part.serial for part in history]
+    if last_part not in serials:
+        raise TrueloopError(
+            Code.MEM_PART,
+            f"memory is frozen after part {last_part!r}, which this edge has not cut; it has cut "
+            f"{', '.join(map(repr, serials)) or 'none'}",
+            hint="name one of them",
+            override=OFF,
+            values={"last_part": last_part},
+        )
+    return tuple(history[: len(serials) - serials[::-1].index(last_part)])
+
+
+def nearest_rad(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array) -> Array:
+    """How far the nearest contact angle is that earlier parts or today's touches have seen, (n,); inf without any."""
+    seen = [today.semifinish.contact_angle_rad]
+    for part in history:
+        seen += [part.semifinish.contact_angle_rad] + ([] if part.finish is None else [part.finish.contact_angle_rad])
+    angles = np.concatenate(seen)
+    if not len(angles):
+        return np.full(len(contact_angle_rad), np.inf)
+    return np.asarray(np.abs(np.subtract.outer(contact_angle_rad, angles)).min(axis=1))
+
+
+def refuse(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Array, options: MemoryOptions) -> None:
+    """Raises where nothing may be predicted; `history` is not empty."""
+    if not len(today.semifinish.error_mm):
+        _refuse_untouched(history, today)
+    nearest = nearest_rad(history, today, contact_angle_rad)
+    if np.any(nearest > options.unseen_rad):
+        raise _unseen(today, contact_angle_rad, nearest, options)
+
+
+def flags(history: Sequence[MadePart], today: MadePart, gain: float) -> tuple[str, ...]:
+    """What is said beside a prediction, as sentences."""
+    if not history:
+        return (wording("First part of this edge: corrected by the fit of its own touches."),)
+    inspected = [part for part in history if part.uncorrected_mm is not None]
+    said = []
+    if not inspected:
+        said.append(wording("No earlier part was inspected: what the finish cut does differently is assumed."))
+    elif len(inspected) < 3:
+        said.append(wording("Only {n} inspected parts so far: the band is widened.", n=len(inspected)))
+    if any(part.finish is not None and part.correction_mm is None for part in history):
+        said.append(wording("Finish inspections whose correction is not known are not learned from."))
+    if _differs(today.depth_of_cut_mm, [part.depth_of_cut_mm for part in inspected]):
+        said.append(wording("Another depth of cut than earlier parts: what was learned may not hold."))
+    if _differs(today.feed_mm, [part.feed_mm for part in inspected]):
+        said.append(wording("Another feed than earlier parts: what was learned may not hold."))
+    if _order_in_doubt([*history, today]):
+        said.append(wording("The order in which the parts were cut is in doubt."))
+    if not 0.8 <= gain <= 1.2:
+        said.append(
+            wording("The machine makes {gain} of a correction of 1: look whether it is run twice.", gain=f"{gain:.2f}")
+        )
+    return tuple(said)
+
+
+def _refuse_untouched(history: Sequence[MadePart], today: MadePart) -> None:
+    if today.setting not in {part.setting for part in history}:
+        raise TrueloopError(
+            Code.MEM_SETTING,
+            f"part {today.serial!r}: the tool was set anew ({today.setting}) and no point of the part was touched; "
+            "where the tool's tip lies is not known",
+            hint="touch the arc at two places far apart",
+            override=OFF,
+            values={"setting": today.setting},
+        )
+    if today.part_type not in {part.part_type for part in history}:
+        raise TrueloopError(
+            Code.MEM_TYPE,
+            f"part {today.serial!r}: this edge has never cut a part of type {today.part_type!r}, and no point of it "
+            "was touched",
+            hint="touch all points of a new part type; three are enough where all contact angles were seen",
+            override=OFF,
+            values={"part_type": today.part_type},
+        )
+
+
+def _unseen(today: MadePart, contact_angle_rad: Array, nearest: Array, options: MemoryOptions) -> TrueloopError:
+    worst = int(np.argmax(nearest))
+    angle, off, most = (math.degrees(a) for a in (contact_angle_rad[worst], nearest[worst], options.unseen_rad))
+    return TrueloopError(
+        Code.MEM_UNSEEN,
+        f"part {today.serial!r}: contact angle {angle:.1f}° is {off:.1f}° from the nearest that this edge's parts or "
+        f"today's touches have seen; at most {most:.1f}° is accepted",
+        hint="touch the part there",
+        override=f"[memory] unseen_deg = {math.ceil(off)}",
+        values={"angle_deg": angle, "nearest_deg": off, "most_deg": most},
+    )
+
+
+def _differs(value: float | None, others: Sequence[float | None]) -> bool:
+    """Whether a stated value is by more than 10 % off the median of those that are stated."""
+    stated = [other for other in others if other is not None]
+    return value is not None and bool(stated) and abs(value / float(np.median(stated)) - 1) > 0.1
+
+
+def _order_in_doubt(parts: Sequence[MadePart]) -> bool:
+    """Whether two parts have one place in the order, or the edge's age falls."""
+    order = [part.order for part in parts]
+    age = [part.minutes_in_cut for part in parts if part.minutes_in_cut is not None]
+    return any(later <= earlier for earlier, later in pairwise(order)) or age != sorted(age)

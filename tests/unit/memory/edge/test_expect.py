@@ -1,0 +1,57 @@
+"""What memory expects of the next finish cut, on parts made up by another model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.unit.memory.edge.parts import ANGLES, series
+from trueloop.memory.edge.expect import expect
+from trueloop.memory.edge.innovation import innovations
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.expected import Expected
+from trueloop.memory.made_part import MadePart
+
+
+def unfinished(part: MadePart) -> MadePart:
+    return replace(part, finish=None, correction_mm=None)
+
+
+def expected(parts: tuple[MadePart, ...], **options: object) -> Expected:
+    return expect(parts[:-1], unfinished(parts[-1]), ANGLES, MemoryOptions(**options))  # type: ignore[arg-type]
+
+
+def test_expects_what_the_finish_cut_does_differently() -> None:
+    parts = series(7)
+    found, uncorrected = expected(parts), parts[-1].uncorrected_mm
+    assert uncorrected is not None
+    left, own = uncorrected - found.mean_mm, uncorrected - parts[-1].semifinish.error_mm
+    assert np.sqrt(np.mean(left**2)) < 0.0020 < np.sqrt(np.mean(own**2))
+    assert not found.own_fit and found.parts == 6 and found.gain == 1.0
+
+
+def test_the_first_part_is_corrected_by_its_own_fit() -> None:
+    for parts, options in ((series(1), {}), (series(4), {"memory": "off"})):
+        found = expected(parts, **options)
+        assert found.own_fit and found.parts == 0
+        assert found.weight == pytest.approx(0.75)
+
+
+def test_an_actuator_that_moves_twice_is_learned_from_one_part() -> None:
+    parts = series(3, gain=2.2)
+    found, right = expected(parts), series(3)[-1].uncorrected_mm
+    assert right is not None
+    assert found.gain == pytest.approx(2.2, abs=0.2)
+    assert np.sqrt(np.mean((right - 2.2 * found.mean_mm) ** 2)) < 0.006
+
+
+def test_innovations_are_those_of_the_cut_that_was_not_corrected() -> None:
+    parts = series(6)
+    last = parts[-1]
+    assert last.finish is not None and last.correction_mm is not None
+    not_run = replace(last, finish=replace(last.finish, error_mm=last.finish.error_mm + last.correction_mm))
+    _, usual = innovations(parts[:-1], last)
+    _, changed = innovations(parts[:-1], not_run)
+    assert changed.error_mm - usual.error_mm == pytest.approx(last.correction_mm, abs=1e-12)
+    z = usual.error_mm / np.sqrt(np.diag(usual.covariance_mm2))
+    assert 0.3 < np.sqrt(np.mean(z**2)) < 2.0
