@@ -9,6 +9,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
 from trueloop.domain.tool import Edge
 from trueloop.geometry.profile import Profile
+from trueloop.jobs.store.mountings import since_mounting
 from trueloop.jobs.store.order import Dated, cutting_order
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.made_parts import made_part
@@ -37,9 +38,9 @@ class LivedPart:
 
 
 def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
-    """The parts that an edge finished, in cutting order: without those superseded or quarantined, and without
-    parts of which no correction is known. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began,
-    None where the time of one of its earlier cuts is not known.
+    """The parts that an edge finished since it was mounted, in cutting order: without those superseded or quarantined,
+    and without parts of which no correction is known. `order` counts from 0; `minutes_in_cut` is the edge's age as the
+    cut began, None where the time of one of its earlier cuts is not known.
 
     Raises STO errors, and what the finish inspections refuse.
     """
@@ -55,11 +56,14 @@ def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
 
 
 def life_of(store: Store, edge: Edge) -> tuple[LivedPart, ...]:
-    """The finish cuts of an edge in cutting order, as `history_of` takes them, with what is stored about each."""
+    """The finish cuts of an edge since it was mounted, in cutting order, as `history_of` takes them, with what is
+    stored about each.
+    """
+    cuts = since_mounting(store, edge, find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH))
     corrections = find(store, Correction, edge=joined(edge.identity), product=REMEMBERED)
     found = [
         (kept.row, kept.value, correction, finish_inspection(store, kept.value))
-        for kept in _not_quarantined(store, find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH))
+        for kept in _not_quarantined(store, cuts)
         if (correction := _correction_of(kept.value, corrections)) is not None
     ]
     dated = [Dated(cut, None if finish is None else finish.measured_at, row) for row, cut, _, finish in found]
@@ -111,7 +115,8 @@ def _not_quarantined(store: Store, cuts: list[Kept[Cut]]) -> Iterator[Kept[Cut]]
 
 def _ages_min(store: Store, edge: Edge) -> Mapping[Identity, float]:
     """Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own."""
-    cuts = [kept.value for kept in find(store, Cut, edge=joined(edge.identity))]
+    kept = since_mounting(store, edge, find(store, Cut, edge=joined(edge.identity)))
+    cuts = [one.value for one in kept]
     order = cutting_order([Dated(cut, None, row) for row, cut in enumerate(cuts)])
     ages, age = dict[Identity, float](), 0.0
     for cut in (cuts[place] for place in order.places):
