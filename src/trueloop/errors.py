@@ -351,6 +351,11 @@ class Code(StrEnum):
     STO_DIFFERS = "STO-DIFFERS", "a value that is stored already, with another content"
     STO_PROGRAM = "STO-PROGRAM", "a cut whose program is not of the correction that it names"
     STO_UNKNOWN = "STO-UNKNOWN", "something that is not in the store"
+    STO_EXISTS = "STO-EXISTS", "a new store where there is one, or another file, already", ("store",)
+    STO_IMPORT = "STO-IMPORT", "a file that no store can take in"
+    STO_EXPORT = "STO-EXPORT", "an export of a store that is not whole, or was changed", ("line",)
+    STO_PART = "STO-PART", "an inspection that does not say of which part it is", ("file",)
+    STO_OTHER_PART = "STO-OTHER-PART", "a file that is stored already, as an inspection of another part", ("file",)
 
     # LAB: labels of parts and programs
     LAB_FORM = "LAB-FORM", "text that is no label of a part or a program", ("label", "character")

@@ -7,6 +7,7 @@ from typing import Annotated, Final
 import typer
 
 from trueloop.cli import offsets, probe, record
+from trueloop.cli.db import commands as db
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.machine import commands as machine
@@ -49,6 +50,7 @@ app.add_typer(machine.app, name="machine")
 app.add_typer(surface.app, name="surface")
 app.add_typer(offsets.app, name="offsets")
 app.add_typer(record.app, name="record")
+app.add_typer(db.app, name="db")
 app.command()(explain)
 
 

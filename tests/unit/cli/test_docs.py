@@ -41,6 +41,9 @@ COMMANDS = (
     "offsets apply",
     "offsets program",
     "record show",
+    "db init",
+    "db import",
+    "db find",
     "explain",
     "simulate",
     "linuxcnc loop",
@@ -82,7 +85,7 @@ def _help(*command: str) -> str:
 
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
-    rooms = "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets "
+    rooms = "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |db "
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)
     groups: dict[str, list[str]] = {command.rpartition(" ")[0]: [] for command in COMMANDS}
@@ -107,7 +110,7 @@ def test_exit_statuses_are_those_of_the_code() -> None:
     assert in_document == [status.value for status in ExitStatus]
 
 
-GROUPS = ("part", "nc", "probe", "measure", "linuxcnc", "record")
+GROUPS = ("part", "nc", "probe", "measure", "linuxcnc", "record", "db")
 HELP_OF_ALL = """
 import contextlib, io, json, sys
 from trueloop.cli.main import app

@@ -60,7 +60,7 @@ def life_of(store: Store, edge: Edge) -> tuple[LivedPart, ...]:
     stored about each.
     """
     cuts = since_mounting(store, edge, find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH))
-    corrections = find(store, Correction, edge=joined(edge.identity), product=REMEMBERED)
+    corrections = _whole(find(store, Correction, edge=joined(edge.identity), product=REMEMBERED))
     found = [
         (kept.row, kept.value, correction, finish_inspection(store, kept.value))
         for kept in _not_quarantined(store, cuts)
@@ -100,6 +100,11 @@ def _correction_of(cut: Cut, corrections: list[Kept[Correction[Any]]]) -> Correc
     named = [kept.value for kept in corrections if kept.value.record.id == cut.correction]
     of_part = [kept.value for kept in corrections if _made_for(kept.value, cut)]
     return next(iter(reversed(named if cut.correction else of_part)), None)
+
+
+def _whole(corrections: list[Kept[Correction[Any]]]) -> list[Kept[Correction[Any]]]:
+    """Those with what the loop gave: of a correction that was imported as a record alone there are no curves."""
+    return [kept for kept in corrections if isinstance(kept.value.payload, turned.Correction)]
 
 
 def _made_for(correction: Correction[Any], cut: Cut) -> bool:
