@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.support.correction import example_inputs
 from tests.support.profiles import polyline
 from tests.support.touched import touched
 from trueloop.arrays import Array
@@ -190,3 +191,13 @@ def test_a_scanned_arc_says_what_its_means_say() -> None:
         found = expect(profile, vectors, np.array([math.radians(angle_deg)]), feature)
         assert low < found.mean_mm[0] / UM < high
         assert BETWEEN < math.sqrt(found.covariance_mm2[0, 0]) / UM < 25.0
+
+
+def test_an_arc_without_a_touch_beside_a_touched_line_follows_its_reference() -> None:
+    """The part's z is taken from a touch, and the dome, which no probe touched, begins at the cylinder's value."""
+    inputs = example_inputs("modbas2")
+    dome = inputs.profile.names.index("dome")
+    touches = inputs.touches.chosen(np.flatnonzero(inputs.touches.feature_index != dome))
+    assert np.count_nonzero(touches.at_reference) == 1
+    curves = fit_profile(inputs.profile, touches).curves
+    assert curves[dome].value_mm(0.0)[0] == pytest.approx(curves[dome - 1].value_mm(curves[dome - 1].length_mm)[0])

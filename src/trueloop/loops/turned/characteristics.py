@@ -55,11 +55,13 @@ class Corrected:
 
     def _expected_mm(self, places: Places) -> Array:
         """Errors that the next cut is expected to have: what is not taken out, and what of the program's stays."""
-        curve, options = places.curve_mm, self.inputs.options
+        curve, options, expected = places.curve_mm, self.inputs.options, places.expected_mm
+        gain = places.each(lambda curve, s: np.full(len(s), curve.gain))
         by_offset = np.array(self.shifts.by_offset)[places.feature_index]
         offset = places.outward_normal @ np.array(self.decision.offset_mm)
         kept = places.shifted_mm(self.shifts.contour) - places.shifted_mm(self.shifts.correction)
-        return np.asarray(np.where(by_offset, curve + offset, (1.0 - options.weight) * curve) + kept)
+        left = np.where(expected == curve, (1.0 - options.weight) * curve, expected - gain * options.weight * curve)
+        return np.asarray(np.where(by_offset, expected + gain * offset, left) + kept)
 
     def _next_cut(self, places: Places) -> Covariance:
         covariance = of_next_cut(places, self.shifts.unasked)

@@ -56,10 +56,13 @@ def _outcome(correction: Correction, index: int) -> Outcome:
 
 def expected_mm(correction: Correction, index: int, arc_length_mm: Array) -> Array:
     """Error that the correction is expected to leave along feature `index`, (n,)."""
-    error = correction.model.curves[index].value_mm(arc_length_mm)
+    curve = correction.model.curves[index]
+    error = curve.expected_mm(arc_length_mm)
     if correction.by_offset[index]:
         normal = correction.profile.features[index].outward_normal(arc_length_mm)
-        return np.asarray(error + normal @ np.array(correction.decision.offset_mm))
+        return np.asarray(error + curve.gain * (normal @ np.array(correction.decision.offset_mm)))
+    if curve.next_cut is not None:
+        return error - correction.options.weight * curve.gain * curve.value_mm(arc_length_mm)
     return (1.0 - correction.options.weight) * error
 
 
@@ -72,6 +75,7 @@ def causes_um(budget: Budget) -> dict[str, float]:
         "between cuts (whole cut)": float(budget.common_mm[0]) * UM_PER_MM,
         "between cuts (along it)": float(budget.along_mm[0]) * UM_PER_MM,
         "no touch": float(budget.estimate_mm[0]) * UM_PER_MM,
+        **({} if budget.memory_mm is None else {"earlier parts": float(budget.memory_mm[0]) * UM_PER_MM}),
     }
 
 

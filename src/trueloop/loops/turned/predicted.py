@@ -18,24 +18,37 @@ def prediction_at_touches(
     """What the correction that was chosen leaves: a curve where the contour moves, a constant where an offset does.
 
     The constant comes from all touches together, so that it is known better than a curve and has an uncertainty of its
-    own. A touch left out as bad says nothing of the part: there, the error is what was fitted.
+    own. A touch left out as bad says nothing of the part: there, the error is what was fitted. Where earlier parts tell
+    the next cut, its error had nothing been corrected is what they and the touches say, not what was touched.
     """
     left_out_as_bad = model.weight == 0.0
     fitted = model.vectors.error_mm - model.residual_mm
-    process = np.where(left_out_as_bad, fitted, model.vectors.error_mm)
+    process = expected_uncorrected_mm(model)
     left_out = process - np.where(left_out_as_bad, 0.0, model.leave_one_out_mm)
     constant = -np.asarray(touches.outward_normal @ np.array(decision.offset_mm)) / weight
     leverage = decision.leverage(touches.outward_normal)
     without = process - (process - constant) / np.where(leverage < 1.0 - 1e-9, 1.0 - leverage, np.nan)
     by_offset = np.array(shifts.by_offset)[touches.feature_index]
+    gain = np.array([curve.gain for curve in model.curves])[touches.feature_index]
     return predict(
         measured_mm=touches.error_mm,
         process_mm=process,
-        fitted_mm=np.where(by_offset, constant, fitted),
-        left_out_fitted_mm=np.where(by_offset, without, left_out),
+        fitted_mm=gain * np.where(by_offset, constant, fitted),
+        left_out_fitted_mm=gain * np.where(by_offset, without, left_out),
         budget=joined([_budget(touches, model, shifts, leverage, i) for i in range(len(model.curves))]),
         weight=weight,
     )
+
+
+def expected_uncorrected_mm(model: ProfileErrorModel) -> Array:
+    """Errors of the next cut at the touches had nothing been corrected, of the process, (n,)."""
+    vectors = model.vectors
+    expected = np.where(model.weight == 0.0, vectors.error_mm - model.residual_mm, vectors.error_mm)
+    for index, curve in enumerate(model.curves):
+        if curve.next_cut is not None:
+            rows = vectors.of_feature(index)
+            expected[rows] = curve.expected_mm(vectors.arc_length_mm[rows])
+    return expected
 
 
 def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, leverage: Array, index: int) -> Budget:
@@ -43,6 +56,6 @@ def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, lev
     rows, curve = touches.of_feature(index), model.curves[index]
     s = touches.arc_length_mm[rows]
     unasked = unasked_u_mm(shifts.unasked[index], s)
-    if shifts.by_offset[index]:
+    if shifts.by_offset[index] and curve.next_cut is None:
         return curve.budget_of(np.sqrt(leverage[rows]) * curve.scatter_mm, s).with_more(unasked)
     return curve.budget(s).with_more(unasked)

@@ -31,6 +31,7 @@ from trueloop.turned.error_curve.tangency import Tangency
 from trueloop.turned.fit.between_cuts import BetweenCuts
 from trueloop.turned.fit.chain import TangentPolicy
 from trueloop.turned.fit.choose import ModelChoice
+from trueloop.turned.fit.next_cut import NextCut
 from trueloop.turned.fit.options import BadTouches, FitOptions
 from trueloop.turned.fit.spline import EndConditions, Spline
 from trueloop.turned.options import Options
@@ -44,7 +45,7 @@ CODEC: Final = values.CODEC.with_more(
     *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
-    *(ByTool, MovedFeature, ToolAnswer),
+    *(ByTool, MovedFeature, ToolAnswer, NextCut),
     *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
     *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),
     TurnedCorrection=turned.Correction,

@@ -9,6 +9,7 @@ common: what moves a whole cut moves both faces alike and changes no length.
 | the process' scatter | none: it differs from touch to touch |
 | between cuts, the whole cut | one vector (x, z) for all; with a z reference, along x alone |
 | between cuts, along the cut | exp(−d/ℓ) on one feature, ℓ its length, of an arc at most 30°; features independent |
+| a next cut that earlier parts tell | the same, of all that is uncertain there |
 | what nobody says the error follows (`lean`) | one sign along a feature |
 
 The next cut's own reference touch is common to all places that follow it.
@@ -98,6 +99,11 @@ class Places:
         """The fitted error of the process, (n,)."""
         return self.each(lambda curve, s: curve.value_mm(s))
 
+    @property
+    def expected_mm(self) -> Array:
+        """What the next cut would have had nothing been corrected, (n,)."""
+        return self.each(ErrorCurve.expected_mm)
+
     def each(self, of: CurveFunction) -> Array:
         """A function of every place's curve and its arc length there, (n,)."""
         found = np.zeros(len(self.feature_index))
@@ -125,9 +131,13 @@ def of_next_cut(places: Places, unasked: tuple[Shift, ...]) -> Covariance:
     share = _reference_share(places)
     own = repeatability * share
     lean = _same_feature(places) * np.outer(one := places.shifted_mm(unasked) / np.sqrt(3.0), one)
-    stated = estimated + lean + _whole_cut(places) + _along_cut(places, share)
+    stated = estimated + _whole_cut(places) + _along_cut(places, share)
     process = np.diag(repeatability**2) + np.outer(own, own)
-    return Covariance(found + process, stated, _freedom(places.model))
+    told = places.each(lambda curve, s: np.full(len(s), float(curve.next_cut is not None)))
+    else_known = np.outer(1.0 - told, 1.0 - told)
+    u = places.each(lambda curve, s: np.zeros(len(s)) if curve.next_cut is None else curve.budget(s).stated_mm)
+    remembered = _alike(places) * np.outer(u, u)
+    return Covariance(else_known * (found + process), else_known * stated + remembered + lean, _freedom(places.model))
 
 
 def _freedom(model: ProfileErrorModel) -> int | None:
@@ -185,7 +195,11 @@ def _alike_over_mm(feature: Feature) -> float:
 def _along_cut(places: Places, share: Array) -> Array:
     """What varies along the cut, over more than the distance of touches, and what the reference has of it."""
     difference = places.each(lambda curve, s: np.full(len(s), curve.between_cuts.scatter_difference_mm))
+    return np.asarray((_alike(places) + np.outer(share, share)) * np.outer(difference, difference))
+
+
+def _alike(places: Places) -> Array:
+    """How far what a cut does otherwise is the same at two places, (n, n)."""
     length = np.array([_alike_over_mm(places.model.profile.features[i]) for i in places.feature_index])
     apart = np.abs(np.subtract.outer(places.arc_length_mm, places.arc_length_mm))
-    alike = _same_feature(places) * np.exp(-apart / length)
-    return np.asarray((alike + np.outer(share, share)) * np.outer(difference, difference))
+    return np.asarray(_same_feature(places) * np.exp(-apart / length))

@@ -19,6 +19,7 @@ class Budget:
     `process_mm`: how the next cut scatters by itself. These are known from `degrees_of_freedom` spare touches (None:
     from gauging alone). `common_mm` and `along_mm`: what the next cut does otherwise, as a whole and along itself;
     `estimate_mm`: of a feature without a touch, whose error was estimated. These are stated, not found from touches.
+    `memory_mm`: of a next cut that earlier parts tell, everything in it; None: of no place.
     """
 
     probe_mm: Array
@@ -28,6 +29,7 @@ class Budget:
     along_mm: Array
     estimate_mm: Array
     degrees_of_freedom: int | None
+    memory_mm: Array | None = None
 
     @property
     def found_mm(self) -> Array:
@@ -42,7 +44,8 @@ class Budget:
     @property
     def stated_mm(self) -> Array:
         """Root of squares of what is stated beforehand."""
-        return np.hypot(self.between_cuts_mm, self.estimate_mm)
+        stated = np.hypot(self.between_cuts_mm, self.estimate_mm)
+        return stated if self.memory_mm is None else np.hypot(stated, self.memory_mm)
 
     @property
     def standard_u_mm(self) -> Array:
@@ -78,11 +81,19 @@ def joined(budgets: Sequence[Budget]) -> Budget:
     return _of_causes(np.hstack([_causes(one) for one in budgets]), budgets[0].degrees_of_freedom)
 
 
+def remembered_only(standard_u_mm: Array, degrees_of_freedom: int | None) -> Budget:
+    """Of a next cut that earlier parts tell, (n,): its uncertainty is known as a whole."""
+    zero = np.zeros_like(standard_u_mm)
+    return Budget(zero, zero, zero, zero, zero, zero, degrees_of_freedom, standard_u_mm)
+
+
 def _causes(budget: Budget) -> Array:
-    """A row a cause, (6, n)."""
+    """A row a cause, (7, n)."""
     found = (budget.probe_mm, budget.curve_mm, budget.process_mm)
-    return np.stack([*found, budget.common_mm, budget.along_mm, budget.estimate_mm])
+    memory = np.zeros_like(budget.probe_mm) if budget.memory_mm is None else budget.memory_mm
+    return np.stack([*found, budget.common_mm, budget.along_mm, budget.estimate_mm, memory])
 
 
 def _of_causes(rows: Array, degrees_of_freedom: int | None) -> Budget:
-    return Budget(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], degrees_of_freedom)
+    memory = rows[6] if np.any(rows[6]) else None
+    return Budget(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], degrees_of_freedom, memory)

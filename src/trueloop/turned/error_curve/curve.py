@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trueloop.arrays import Array, by_content
-from trueloop.turned.error_curve.budget import Budget
+from trueloop.turned.error_curve.budget import Budget, remembered_only
 from trueloop.turned.error_curve.coverage import COVERAGE, student_t_factor
 from trueloop.turned.fit.between_cuts import BetweenCuts
+from trueloop.turned.fit.next_cut import NextCut
 from trueloop.turned.fit.spline import EndConditions, Spline
 
 SAME_MM: Final = 1e-9
@@ -31,7 +32,8 @@ class ErrorCurve:
     that was touched;
     `probe_share` is the probe's part of the touches' variance. Without `touches` on the feature or on those it runs on
     from, the curve is an estimate; where the touches say nothing of it at all it is `unsupported`, and zero.
-    `knot_every` is r of [6517 Eq. 5]; `notes` say in words how the curve came about.
+    `knot_every` is r of [6517 Eq. 5]; `notes` say in words how the curve came about. `next_cut` is what earlier parts
+    and these touches say of the next cut, whose uncertainty is then known as a whole; None: nothing.
     """
 
     feature: str
@@ -49,10 +51,22 @@ class ErrorCurve:
     unsupported: bool
     degrees_of_freedom: int | None
     notes: tuple[str, ...]
+    next_cut: NextCut | None = None
 
     def value_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Part error at arc lengths of shape (n,) or a number, → (n,)."""
         return self.spline.of(self.spline.value_form(*self._stretch(arc_length_mm)))
+
+    def expected_mm(self, arc_length_mm: ArrayLike) -> Array:
+        """Error that the next cut would have had nothing been corrected, (n,): the curve, or what is remembered."""
+        if self.next_cut is None:
+            return self.value_mm(arc_length_mm)
+        return self.next_cut.expected_mm(self._stretch(arc_length_mm)[0])
+
+    @property
+    def gain(self) -> float:
+        """What a correction of 1 is expected to take off."""
+        return 1.0 if self.next_cut is None else self.next_cut.gain
 
     def slope(self, arc_length_mm: ArrayLike) -> Array:
         """Change of the error along the feature, mm per mm, (n,)."""
@@ -86,6 +100,8 @@ class ErrorCurve:
 
     def budget_of(self, curve_u_mm: Array, arc_length_mm: ArrayLike) -> Budget:
         """The budget where what is taken out has these standard uncertainties, (n,), instead of the curve's."""
+        if self.next_cut is not None:
+            return remembered_only(self.next_cut.u_mm(self._stretch(arc_length_mm)[0]), self.degrees_of_freedom)
         share = self._reference_share(arc_length_mm)
         with_reference = np.hypot(1.0, share)
         along_x = np.sqrt(np.maximum(1.0 - share**2, 0.0))  # what moves a whole cut along z moves its reference as well

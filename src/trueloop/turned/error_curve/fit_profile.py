@@ -22,6 +22,7 @@ from trueloop.turned.fit.choose import ModelChoice, NoseOnPart, nose_on_part
 from trueloop.turned.fit.fit_chains import fit_chains
 from trueloop.turned.fit.nose_model import NoseModel
 from trueloop.turned.fit.options import BadTouches, FitOptions
+from trueloop.turned.fit.prior.remembered import Remembered
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
 from trueloop.units import UM_PER_MM
@@ -75,15 +76,21 @@ class ProfileErrorModel:
 
 
 def fit_profile(
-    profile: Profile, vectors: ErrorVectors, options: FitOptions | None = None, nose: NoseModel | None = None
+    profile: Profile,
+    vectors: ErrorVectors,
+    options: FitOptions | None = None,
+    nose: NoseModel | None = None,
+    remembered: Remembered | None = None,
 ) -> ProfileErrorModel:
     """Straight lines on lines, constrained cubic splines on arcs, joined at the junctions [6517 §2–4, 6811 §3].
 
     Features without a touch follow their tangent neighbours, else what the same contact angle did elsewhere (module
     `untouched`); one touch gives a constant. Curves are fitted with equal weights: the scatter of the cut (about 1 µm)
     hides the differences of the touches' own uncertainty. With a nose model from other parts, each arc gets whichever
-    of the two predicts its touches better, left out one at a time. Touches that are bad beyond doubt are left out, and
-    all suspect ones named (module `bad_touches`). Raises FIT errors; `tests/errors` has one of each.
+    of the two predicts its touches better, left out one at a time. Arcs of which earlier parts of the edge tell enough
+    have their curves from there (module `remembered`), with these touches among what is known. Touches that are bad
+    beyond doubt are left out, and all suspect ones named (module `bad_touches`). Raises FIT errors; `tests/errors` has
+    one of each.
     """
     options = options or FitOptions()
     check_options(profile, options)
@@ -92,12 +99,12 @@ def fit_profile(
     kept = np.setdiff1d(np.arange(len(vectors.point)), [one.position for one in suspects if one.left_out])
     good = vectors if len(kept) == len(vectors.point) else vectors.chosen(kept)
     on_part, unused = _nose(profile, good, nose)
-    fits, choices = fit_chains(profile, good, options, on_part)
+    fits, choices = fit_chains(profile, good, options, on_part, remembered=remembered)
     fitted = finish(fits, good)
     free = fitted
     if options.junctions == TangentPolicy.PATH:
         with_kinks = replace(options, junctions=TangentPolicy.PART)
-        free = finish(fit_chains(profile, good, with_kinks, on_part)[0], good)
+        free = finish(fit_chains(profile, good, with_kinks, on_part, remembered=remembered)[0], good)
     curves = tuple(_curves(profile, good, fitted, options))
     drawn_out = [note for i, curve in enumerate(curves) if len(vectors.of_feature(i)) for note in _drawn_out(curve)]
     residual, left_out = _by_touch(vectors, curves, kept, fitted)
@@ -156,6 +163,7 @@ def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, optio
                 unsupported=fit.unsupported,
                 degrees_of_freedom=fitted.degrees_of_freedom or None,
                 notes=fit.notes,
+                next_cut=fit.next_cut,
             )
 
 
@@ -163,7 +171,7 @@ def _drawn_out(curve: ErrorCurve) -> Iterator[str]:
     """A note for each end that the touches leave more uncertain than `DRAWN_OUT` times their scatter."""
     for end, s in ((wording("start"), 0.0), (wording("end"), curve.length_mm)):
         u = float(curve.standard_deviation_mm(s)[0])
-        if u > DRAWN_OUT * curve.scatter_mm:
+        if curve.next_cut is None and u > DRAWN_OUT * curve.scatter_mm:
             yield wording(
                 "{feature}: drawn out beyond its touches, the curve is uncertain by {u} (standard uncertainty) at its "
                 "{end}; a touch nearer to it would tell",

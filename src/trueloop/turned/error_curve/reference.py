@@ -18,7 +18,8 @@ from trueloop.turned.touches.error_vectors import ErrorVectors
 def reference_responses(fits: Mapping[int, ChainFit], vectors: ErrorVectors) -> dict[int, Array]:
     """By how much the coefficients of each chain fall for an error of 1 of the reference touch, (coefficients,) each.
 
-    What the user prescribes, and features that are estimated without a touch or from readings, do not follow it. A
+    What the user prescribes, and features that are estimated without a touch or from readings, do not follow it, nor do
+    curves that earlier parts make: what their references did is in what is known of how parts differ. A
     curve from a nose model is taken to follow it as one through its touches would: exact for the offset along z that
     the model finds.
     """
@@ -42,7 +43,9 @@ def _response(fit: ChainFit, fits: Mapping[int, ChainFit], found: dict[int, Arra
     starts = np.array([start[i] for i in vectors.feature_index[fit.touches].tolist()])
     s = np.clip(starts + vectors.arc_length_mm[fit.touches], 0.0, spline.length_mm)
     share = vectors.z_share[fit.touches]
-    if fit.from_model_mm is not None and len(s):
+    if fit.scattered_mm is not None or (fit.from_model_mm is not None and not len(s)):
+        s, share = (every := np.linspace(0.0, spline.length_mm, 8 * len(spline.coefficients_mm))), np.zeros_like(every)
+    elif fit.from_model_mm is not None:
         every = np.linspace(0.0, spline.length_mm, 8 * len(spline.coefficients_mm))
         s, share = every, np.interp(every, s, share)
     knots, degree = spline.interior_knots_mm, spline.degree

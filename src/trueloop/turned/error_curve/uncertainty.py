@@ -71,7 +71,8 @@ def _reference_scatter_mm(
 def _spread(fit: ChainFit, vectors: ErrorVectors) -> Spread:
     """What a chain's residuals say of the scatter, and how much of it is the probe's."""
     probe = float(np.mean(vectors.own_u_mm[fit.touches] ** 2))
-    return Spread(fit.spare, float(np.sum(fit.residual_mm**2)), probe)
+    residual = fit.residual_mm if fit.scattered_mm is None else fit.scattered_mm
+    return Spread(fit.spare, float(np.sum(residual**2)), probe)
 
 
 def _at_least_type_b(fit: ChainFit, vectors: ErrorVectors, pooled_mm2: float) -> float:

@@ -10,6 +10,7 @@ from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain, End
+from trueloop.turned.fit.next_cut import NextCut
 from trueloop.turned.fit.spline import SplineFit
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -51,7 +52,8 @@ class ChainFit:
     positions in the error vectors; `spare` are the degrees of freedom. A curve from a model instead of the touches
     brings the square root of its coefficients' covariance, `from_model_mm`, (coefficients, m). `unsupported`: no touch
     says anything of the chain, and it is left as programmed. `scatter_mm` of a touch about a curve that was fitted to
-    readings, which are too few to show it; None: found.
+    readings, which are too few to show it; None: found. `next_cut` is what is remembered of the next cut; where that
+    makes the curve, `scattered_mm` are the residuals about the touches' own curve, which show how touches scatter.
     """
 
     chain: Chain
@@ -66,6 +68,8 @@ class ChainFit:
     from_model_mm: Array | None = None
     unsupported: bool = False
     scatter_mm: float | None = None
+    next_cut: NextCut | None = None
+    scattered_mm: Array | None = None
 
 
 def own_fit(

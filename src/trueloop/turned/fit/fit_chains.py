@@ -3,7 +3,8 @@
 Touched lines come first; touched arcs take their end values (and slopes, under the policy PATH) from them; lines
 without a touch follow the arcs they are tangent to; what is left is expected from the other features
 (`untouched_fit`). Where gauges were read, all chains without a touch have their curves from the readings
-(`gauged_fit`).
+(`gauged_fit`). Arcs that earlier parts of the edge tell have their curves from there (`remembered_fit`), in the place
+of all these.
 """
 
 from collections.abc import Hashable
@@ -22,6 +23,8 @@ from trueloop.turned.fit.line_fit import fit_lines
 from trueloop.turned.fit.options import FitOptions
 from trueloop.turned.fit.prior import gauged
 from trueloop.turned.fit.prior.gauged_fit import fit_gauged, is_supported
+from trueloop.turned.fit.prior.remembered import Remembered
+from trueloop.turned.fit.prior.remembered_fit import fit_remembered
 from trueloop.turned.fit.prior.untouched_fit import fit_untouched
 from trueloop.turned.fit.spline import EndConditions
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -31,16 +34,22 @@ Known: TypeAlias = dict[Hashable, ChainFit]
 
 
 def fit_chains(
-    profile: Profile, vectors: ErrorVectors, options: FitOptions, nose: NoseOnPart | None, known: Known | None = None
+    profile: Profile,
+    vectors: ErrorVectors,
+    options: FitOptions,
+    nose: NoseOnPart | None,
+    known: Known | None = None,
+    remembered: Remembered | None = None,
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
     """Fits of every chain by its index, in the profile's order, and the choices between own curve and nose model."""
     chains = chains_of(profile)
-    fits, choices = fit_touched(profile, vectors, options, nose, known)
+    fits, choices = fit_touched(profile, vectors, options, nose, known, remembered)
     if vectors.seen:
         return _with_gauged(profile, vectors, options, fits), choices
     for i in sorted(set(range(len(chains))) - set(fits), key=lambda i: chains[i].curved):
         conditions, sources = chain_conditions(profile, chains, i, fits, options)
-        fits[i] = fit_untouched(profile, chains[i], vectors, conditions, sources, fits)
+        own = fit_untouched(profile, chains[i], vectors, conditions, sources, fits)
+        fits[i] = _recalled(profile, vectors, own, options, remembered) or own
     return {i: fits[i] for i in range(len(chains))}, choices
 
 
@@ -60,7 +69,12 @@ def _with_gauged(
 
 
 def fit_touched(
-    profile: Profile, vectors: ErrorVectors, options: FitOptions, nose: NoseOnPart | None, known: Known | None = None
+    profile: Profile,
+    vectors: ErrorVectors,
+    options: FitOptions,
+    nose: NoseOnPart | None,
+    known: Known | None = None,
+    remembered: Remembered | None = None,
 ) -> tuple[dict[int, ChainFit], tuple[ModelChoice, ...]]:
     """The same of the chains with a touch: those without one have no part in them. `known` is added to."""
     chains = chains_of(profile)
@@ -70,12 +84,27 @@ def fit_touched(
     choices: list[ModelChoice] = []
     for i in sorted(touched, key=lambda i: chains[i].curved):
         conditions, sources = chain_conditions(profile, chains, i, fits, options)
-        fits[i] = _touched(profile, chains[i], vectors, options, conditions, sources, {} if known is None else known)
-        held = any(name in options.prescribed for name in _names(profile, chains[i]))
-        if nose is not None and chains[i].curved and not held and np.any(np.isin(nose.positions, fits[i].touches)):
-            fits[i], choice = choose(profile, vectors, fits[i], nose, options.junctions)
+        own = _touched(profile, chains[i], vectors, options, conditions, sources, {} if known is None else known)
+        recalled = _recalled(profile, vectors, own, options, remembered)
+        fits[i] = recalled or own
+        free = recalled is None and chains[i].curved and not _held(profile, chains[i], options)
+        if nose is not None and free and np.any(np.isin(nose.positions, own.touches)):
+            fits[i], choice = choose(profile, vectors, own, nose, options.junctions)
             choices.append(choice)
     return {i: fits[i] for i in touched}, tuple(choices)
+
+
+def _recalled(
+    profile: Profile, vectors: ErrorVectors, own: ChainFit, options: FitOptions, remembered: Remembered | None
+) -> ChainFit | None:
+    """The fit of a chain with what is remembered of it; None where nothing is, or the user prescribes its ends."""
+    if remembered is None or _held(profile, own.chain, options) or not remembered.knows(own.chain):
+        return None
+    return fit_remembered(profile, vectors, own, remembered, options.junctions)
+
+
+def _held(profile: Profile, chain: Chain, options: FitOptions) -> bool:
+    return any(name in options.prescribed for name in _names(profile, chain))
 
 
 def _names(profile: Profile, chain: Chain) -> list[str]:

@@ -1,0 +1,118 @@
+"""The curve of a chain of arcs from what is remembered (`remembered`), under the chain's own end conditions.
+
+A tangent neighbour that is straight has errors that memory does not know, and the contour must not step: within
+`FADE_RAD` of that junction the curve goes over from the neighbour's value to what is remembered. Parts are touched no
+nearer to it, so a curve through touches does the same there. How fast the part itself goes over nobody has seen: the
+difference counts as uncertain there, anywhere between nothing and all of it.
+"""
+
+import math
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.geometry.profile import Profile
+from trueloop.turned.fit.chain import Chain, TangentPolicy
+from trueloop.turned.fit.chain_fit import ChainFit, touches_of
+from trueloop.turned.fit.knots import Knots, fit_determined, joint_repeats
+from trueloop.turned.fit.next_cut import NextCut
+from trueloop.turned.fit.nose_curve import carried
+from trueloop.turned.fit.prior.remembered import Remembered, angles_along
+from trueloop.turned.fit.prior.untouched_fit import name_of, root_of
+from trueloop.turned.fit.spline import EndConditions
+from trueloop.turned.touches.error_vectors import ErrorVectors
+from trueloop.wording import Um, wording
+
+FADE_RAD: Final = math.radians(4.0)
+"""The contact angle over which the curve goes over to a straight neighbour's value; at most half of the chain's."""
+
+KNOT_RAD: Final = math.radians(5.0)
+"""Knots of the curve this close follow the form of a nose that is alike over 20° to a hundredth of a micrometre."""
+
+
+def fit_remembered(
+    profile: Profile, vectors: ErrorVectors, own: ChainFit, remembered: Remembered, policy: TangentPolicy
+) -> ChainFit:
+    """The fit of one chain in the place of its `own`, or that one with what is remembered of the next cut.
+
+    The chain has to be one that it `knows`. The scatter of the touches stays that about their own curve.
+    """
+    chain, conditions = own.chain, own.fit.conditions
+    s, angle, turned = _samples(profile, chain)
+    fades = _fades(turned, conditions)
+    mean = remembered.at(remembered.mean_mm, angle)
+    met = _met(mean, fades, conditions)
+    u = np.hypot(remembered.at(remembered.standard_u_mm, angle), (met - mean) / math.sqrt(3.0))
+    next_cut = NextCut(s, met, u, remembered.gain)
+    if not remembered.corrects:
+        return replace(own, next_cut=next_cut)
+    once = np.append(np.diff(s) > 0.0, True)  # a joint is sampled from both sides
+    knots = Knots(_knots(chain, s, turned), chain.joints_mm, joint_repeats(policy, 3))
+    correct = _met(remembered.at(remembered.correct_mm, angle), fades, conditions)
+    curve, knots = fit_determined(s[once], correct[once], knots, chain.length_mm, 3, conditions)
+    kept = np.prod(1.0 - fades, axis=0)[:, None]
+    root = kept * remembered.at(root_of(remembered.covariance_mm2), angle)
+    touches = touches_of(profile, chain, vectors)
+    return replace(
+        own,
+        fit=curve,
+        residual_mm=touches.error_mm - curve.spline.of(curve.spline.value_form(touches.arc_length_mm)),
+        leave_one_out_mm=np.full(len(touches.positions), np.nan),
+        scattered_mm=own.residual_mm,
+        knot_every=(None,) * len(chain.features),
+        from_model_mm=carried(s[once], root[once], knots, curve),
+        next_cut=next_cut,
+        notes=(_note(profile, chain, len(touches.positions), met, u),),
+        unsupported=False,
+    )
+
+
+def _samples(profile: Profile, chain: Chain) -> tuple[Array, Array, Array]:
+    """Arc lengths along the chain, contact angles, and by how much the contact angle has turned since its start."""
+    along = [angles_along(profile.features[i]) for i in chain.features]
+    s = np.concatenate([start + own for start, (own, _) in zip(chain.starts_mm, along, strict=True)])
+    angle = np.concatenate([angle for _, angle in along])
+    return s, angle, np.append(0.0, np.cumsum(np.abs(np.diff(angle))))
+
+
+def _fades(turned: Array, conditions: EndConditions) -> Array:
+    """From 1 at start and end to 0 within `FADE_RAD` of contact angle, 1 − 3u² + 2u³, (2, n); 0 from a free end."""
+    reach = min(FADE_RAD, 0.5 * float(turned[-1]))
+    u = np.minimum(np.stack([turned, turned[-1] - turned]) / reach, 1.0)
+    held = np.array([conditions.start_value_mm is not None, conditions.end_value_mm is not None])
+    return np.asarray((1.0 - 3.0 * u**2 + 2.0 * u**3) * held[:, None])
+
+
+def _met(values: Array, fades: Array, conditions: EndConditions) -> Array:
+    """Values along the chain, (n,), that go over to those prescribed at its ends."""
+    given = zip((conditions.start_value_mm, conditions.end_value_mm), values[[0, -1]].tolist(), strict=True)
+    short = np.array([0.0 if value is None else value - own for value, own in given])
+    return np.asarray(values + short @ fades)
+
+
+def _knots(chain: Chain, s: Array, turned: Array) -> tuple[float, ...]:
+    """Every `KNOT_RAD`, clear of ends and joints; two at once where the curve has gone over from a neighbour's value.
+
+    There its second derivative steps, and a cubic spline with such a knot has the transition without loss.
+    """
+    whole = float(turned[-1])
+    reach = min(FADE_RAD, 0.5 * whole)
+    inner = np.linspace(reach, whole - reach, max(math.ceil((whole - 2.0 * reach) / KNOT_RAD), 1) + 1)
+    ends = [0.5 * reach, reach, whole - reach, whole - 0.5 * reach]
+    places = np.interp(np.sort([*ends, *inner]), turned, s)
+    joints = np.array([*chain.starts_mm, chain.length_mm])
+    return tuple(float(t) for t in places if np.min(np.abs(joints - t)) > 0.01 * chain.length_mm)
+
+
+def _note(profile: Profile, chain: Chain, touches: int, mean: Array, u: Array) -> str:
+    return wording(
+        "{feature}: {low} to {high} by earlier parts of the edge and {n} touches of this one; standard uncertainty of "
+        "the next cut up to {u}",
+        feature=name_of(profile, chain),
+        low=Um(float(np.min(mean))),
+        high=Um(float(np.max(mean))),
+        n=touches,
+        u=Um(float(np.max(u))),
+    )
