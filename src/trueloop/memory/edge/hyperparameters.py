@@ -27,15 +27,16 @@ class Prior:
 
 PRIORS: Final = (
     Prior("nose_mm", 0.020, 1.0, "w: form of the edge"),
-    Prior("angle_rad", radians(25.0), 0.5, "over which contact angle forms change"),
+    Prior("angle_rad", radians(25.0), 0.5, "over which contact angle the edge's form changes"),
     Prior("setting_mm", 0.020, 1.0, "o: setting of the tool and of the part type, along x and z each"),
     Prior("walk_mm", 0.001, 1.0, "o: random walk from part to part"),
     Prior("clamping_mm", 0.002, 0.5, "o: of one part, by clamping and heat"),
     Prior("wear_mm", 0.001, 1.0, "wear: form of the edge, from part to part"),
     Prior("part_mm", 0.0015, 0.5, "g: form of one part, alike in both cuts"),
-    Prior("finish_mm", 0.003, 1.0, "d: of every finish cut against the semi-finish cut"),
-    Prior("finish_type_mm", 0.002, 1.0, "d_type: the same, of a part type"),
+    Prior("finish_mm", 0.005, 0.5, "d: of every finish cut against the semi-finish cut"),
+    Prior("finish_type_mm", 0.001, 0.5, "d_type: the same, of a part type"),
     Prior("finish_part_mm", 0.002, 0.5, "d_k: the same, of one part"),
+    Prior("finish_angle_rad", radians(25.0), 0.5, "over which contact angle d changes"),
     Prior("noise_mm", 0.0015, 0.5, "ε: scatter of a cut from place to place"),
 )
 NAMES: Final = tuple(prior.name for prior in PRIORS)
@@ -45,7 +46,13 @@ GAIN_SD: Final = 0.3
 """Of what a wrong actuator makes of a correction of 1."""
 
 WRONG: Final = 0.01
-"""Share of actuators that were believed wrong beforehand: diameter taken for radius, a correction run twice."""
+"""Share of actuators that were believed wrong beforehand: a diameter taken for a radius, a correction run twice."""
+
+SUSPECT: Final = 0.2
+"""Only a gain that seems to be off by more is asked about: one nearer to 1 cannot be told from d(φ)."""
+
+JITTER_MM2: Final = 1e-10
+"""Added to every variance: (0.01 µm)². Keeps the covariance of coincident touches positive definite."""
 
 
 @by_content

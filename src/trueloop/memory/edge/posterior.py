@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from trueloop.arrays import Array, by_content
-from trueloop.memory.edge.fit import JITTER_MM2
-from trueloop.memory.edge.hyperparameters import Hyperparameters
+from trueloop.memory.edge.hyperparameters import JITTER_MM2, Hyperparameters
 from trueloop.memory.edge.observations import Observations
-from trueloop.memory.edge.terms import between_cuts, matern, terms
+from trueloop.memory.edge.terms import along_angle, between_cuts, terms
 
 
 @by_content
@@ -54,10 +53,10 @@ def joint(asked: Observations, size: Hyperparameters) -> Posterior:
 
     With gain γ the inspected error is F = E − γC; thus F + C = E − (γ − 1)C.
     """
-    form, offset = between_cuts(terms(asked.cuts), size)
     places = np.ix_(asked.cut, asked.cut)
     difference = np.subtract.outer(asked.contact_angle_rad, asked.contact_angle_rad)
-    errors = form[places] * matern(difference, size["angle_rad"]) + offset[places] * np.cos(difference)
+    shared, along = between_cuts(terms(asked.cuts), size), along_angle(difference, size)
+    errors = np.sum([shared[goes][places] * along[goes] for goes in along], axis=0)
     gain = np.append(-asked.correction_mm, 1.0)
     covariance = size.gain_sd**2 * np.outer(gain, gain)
     covariance[:-1, :-1] += errors
