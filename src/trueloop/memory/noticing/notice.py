@@ -7,12 +7,10 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.memory.noticing.alarm import Alarm, LeftOut, Noticed, What
+from trueloop.memory.noticing.alarm import Alarm, Noticed, What
 from trueloop.memory.noticing.left_out import kept
-from trueloop.memory.noticing.tests import White, gain_of, level_and_shape
-from trueloop.statistics import rms
-from trueloop.units import UM_PER_MM
-from trueloop.wording import Signed, Um, wording
+from trueloop.memory.noticing.sentences import is_slip, of_gain, of_left_out, of_level, of_memory, of_shape
+from trueloop.memory.noticing.tests import Gain, White, gain_of, level_and_shape
 
 BY_CHANCE: Final = 0.001
 """Probability below which a test raises an alarm."""
@@ -20,8 +18,6 @@ FEW_PARTS: Final = 5
 WIDER: Final = 1.25
 """By which variances are taken to be larger while fewer parts than that are known: they are then too small."""
 RIGHT_GAIN: Final = (0.8, 1.2)
-NEAR: Final = 0.12
-"""A gain this near to one that an error in the shop makes is taken for it."""
 
 
 def notice(
@@ -41,29 +37,19 @@ def notice(
     places; without, they are numbered from 1.
 
     Each test alarms by chance in one part of a thousand where errors are normal, seldom more where they are not, as
-    touches that all others contradict are left out first, two or 15 % of them at
-    most. What stays within the limits is learned, and later taken for what the edge does.
+    touches that all others contradict are left out first: of six at most two, of many at most 15 %. What stays within
+    the limits is learned, and later taken for what the edge does.
     """
     names = [str(k + 1) for k in range(len(error_mm))] if points is None else points
     covariance = np.asarray(covariance_mm2) * (WIDER if parts < FEW_PARTS else 1.0)
     stay, left = kept(error_mm, covariance, names)
     if len(stay) == 0:
         return Noticed()
-    white = White.of(error_mm[stay], covariance[np.ix_(stay, stay)])
-    shift, by_level, by_shape = level_and_shape(white, contact_angle_rad[stay])
-    rest_mm = error_mm[stay] - np.column_stack([np.sin(contact_angle_rad), np.cos(contact_angle_rad)])[stay] @ shift
-    before = correction_mm is None
-    found = [
-        _Found(Alarm(What.LEVEL, by_level, _of_level(shift, before)), by_shape),
-        _Found(Alarm(What.SHAPE, by_shape, _of_shape(rest_mm, before)), by_level),
-    ]
+    white, angle = White.of(error_mm[stay], covariance[np.ix_(stay, stay)]), contact_angle_rad[stay]
+    shift, of_error = _of_error(white, error_mm[stay], angle, before_finish=correction_mm is None)
     gain = None if correction_mm is None else gain_of(white, correction_mm[stay])
     memory = None if from_memory_mm is None else gain_of(white, from_memory_mm[stay])
-    if gain is not None:
-        found.append(_Found(Alarm(What.GAIN, gain.by_chance, _of_gain(gain.share)), gain.rest, gain.share))
-    if memory is not None:
-        alarm = Alarm(What.MEMORY_GAIN, memory.by_chance, _of_memory(memory.share))
-        found.append(_Found(alarm, memory.rest, memory.share))
+    found = [*of_error, *_of_gains(gain, memory)]
     raised = sorted((one for one in found if one.alarm.probability < BY_CHANCE), key=_Found.rank)
     return Noticed(
         alarms=tuple(one.alarm for one in raised),
@@ -73,7 +59,7 @@ def notice(
         gain_u=None if gain is None else gain.u,
         memory_gain=None if memory is None else memory.share,
         quarantine=any(one.wrong_gain() for one in raised),
-        notes=tuple(_of_left_out(touch) for touch in left),
+        notes=tuple(of_left_out(touch) for touch in left),
     )
 
 
@@ -87,72 +73,28 @@ class _Found:
 
     def rank(self) -> tuple[bool, bool, float]:
         """First what explains all else, and of that a gain that an error in the shop makes."""
-        named = self.gain is not None and any(abs(self.gain - known) < NEAR for known in (-1.0, 0.0, 0.5, 2.0))
+        named = self.gain is not None and is_slip(self.gain)
         return self.rest < BY_CHANCE, not named, self.alarm.probability
 
     def wrong_gain(self) -> bool:
         return self.gain is not None and not RIGHT_GAIN[0] <= self.gain <= RIGHT_GAIN[1]
 
 
-def _of_level(shift: Array, before_finish: bool) -> str:
-    x, z = Signed(shift[0] * UM_PER_MM, 1), Signed(shift[1] * UM_PER_MM, 1)
-    if before_finish:
-        return wording(
-            "the part lies {x} µm in X (radius) and {z} µm in Z beside what earlier parts predict: the tool was set, "
-            "an offset was entered or the work was clamped otherwise",
-            x=x,
-            z=z,
-        )
-    return wording(
-        "the finished part lies {x} µm in X (radius) and {z} µm in Z beside what was predicted: an offset changed "
-        "between the two cuts, or the finish cut was made otherwise",
-        x=x,
-        z=z,
-    )
+def _of_error(white: White, error_mm: Array, angle_rad: Array, before_finish: bool) -> tuple[Array, list[_Found]]:
+    """(dX, dZ), mm, and the tests of level and shape."""
+    shift, by_level, by_shape = level_and_shape(white, angle_rad)
+    rest_mm = error_mm - np.column_stack([np.sin(angle_rad), np.cos(angle_rad)]) @ shift
+    level = Alarm(What.LEVEL, by_level, of_level(shift, before_finish))
+    shape = Alarm(What.SHAPE, by_shape, of_shape(rest_mm, before_finish))
+    return shift, [_Found(level, by_shape), _Found(shape, by_level)]
 
 
-def _of_shape(rest_mm: Array, before_finish: bool) -> str:
-    form = Um(rms(rest_mm))
-    if before_finish:
-        return wording(
-            "the form of the error differs by {form} RMS from that of the edge: the edge was turned or changed, it "
-            "chipped, or the stock is another",
-            form=form,
-        )
-    return wording(
-        "the form that the finish cut left differs by {form} RMS from what was predicted: the edge was turned or "
-        "chipped between the cuts, or depth of cut or feed differ",
-        form=form,
-    )
-
-
-def _of_gain(gain: float) -> str:
-    share = Signed(gain, 2)
-    if abs(gain) < NEAR:
-        return wording("{gain} of the correction arrived: the corrected program or offset was not run", gain=share)
-    if abs(gain - 2) < NEAR:
-        return wording(
-            "{gain} of the correction arrived: it was applied twice, or a radius was entered as a diameter", gain=share
-        )
-    if abs(gain - 0.5) < NEAR:
-        return wording("{gain} of the correction arrived: a diameter was entered as a radius", gain=share)
-    if abs(gain + 1) < NEAR:
-        return wording("{gain} of the correction arrived: it was applied with the wrong sign", gain=share)
-    return wording("{gain} of the correction arrived: it was changed, or something else makes the error", gain=share)
-
-
-def _of_memory(gain: float) -> str:
-    share = Signed(gain, 2)
-    if abs(gain) < NEAR:
-        return wording("{gain} of what memory added to the correction arrived: it was not applied", gain=share)
-    if abs(gain - 2) < NEAR:
-        return wording("{gain} of what memory added to the correction arrived: it was applied twice", gain=share)
-    return wording("{gain} of what memory added to the correction arrived: memory is wrong of this part", gain=share)
-
-
-def _of_left_out(touch: LeftOut) -> str:
-    return wording(
-        "touch {point} was left out: it lies {z} standard deviations beside what all others say of it",
-        point=touch.point,
-        z=Signed(touch.deviations, 1),
-    )
+def _of_gains(gain: Gain | None, memory: Gain | None) -> list[_Found]:
+    """The tests of what arrived of the correction, and of what memory added to it."""
+    found = []
+    if gain is not None:
+        found.append(_Found(Alarm(What.GAIN, gain.by_chance, of_gain(gain.share)), gain.rest, gain.share))
+    if memory is not None:
+        alarm = Alarm(What.MEMORY_GAIN, memory.by_chance, of_memory(memory.share))
+        found.append(_Found(alarm, memory.rest, memory.share))
+    return found

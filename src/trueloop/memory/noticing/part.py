@@ -1,0 +1,57 @@
+"""Changes of a whole part, known by an edge's memory or by one number."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import ndtr
+
+from trueloop.domain.life import Stage
+from trueloop.memory.edge.innovation import innovations
+from trueloop.memory.level.step import PartReading, Step
+from trueloop.memory.made_part import MadePart
+from trueloop.memory.noticing.alarm import Alarm, Noticed, What
+from trueloop.memory.noticing.notice import BY_CHANCE, FEW_PARTS, WIDER, notice
+from trueloop.memory.noticing.sentences import NEAR, is_slip, of_gain, of_number
+
+
+def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Noticed]:
+    """By cut, what a part shows beyond what earlier parts of the edge, in cutting order, predict of it.
+
+    Its touches are judged by earlier parts, its finish inspection by these and by its own touches. A cut without
+    places is absent; the first part of an edge has nothing to be judged by, so that only priors speak.
+    """
+    parts = sum(earlier.uncorrected_mm is not None for earlier in history)
+    found = {}
+    for one in innovations(history, part):
+        finish = part.finish if one.stage is Stage.FINISH else None
+        found[one.stage] = notice(
+            one.error_mm,
+            one.covariance_mm2,
+            one.contact_angle_rad,
+            parts,
+            None if finish is None else one.correction_mm,
+            None if finish is None else part.from_memory_mm,
+            (part.semifinish if finish is None else finish).point,
+        )
+    return found
+
+
+def notice_step(step: Step, reading: PartReading, parts: int) -> Noticed:
+    """Of a series of one number: `step` is the one that `memory.level.kalman.steps` made of the reading, `parts` the
+    number of parts behind it.
+
+    One number does not tell a moved level from a correction that was not run. Where the share of the correction that
+    would have arrived is that of a slip in the shop, this is said, and the record goes into quarantine; else it is
+    said that the part differs. Raises ValueError for a step of a rule without a model, which predicts nothing.
+    """
+    if step.innovation_mm is None or step.innovation_sd_mm is None:
+        raise ValueError("a step without an innovation")
+    beyond, deviation = step.innovation_mm, step.innovation_sd_mm * (np.sqrt(WIDER) if parts < FEW_PARTS else 1.0)
+    chance = float(2 * ndtr(-abs(beyond) / deviation))
+    if chance >= BY_CHANCE:
+        return Noticed()
+    taken = reading.correction_mm
+    arrived, u = (1 - beyond / taken, abs(deviation / taken)) if taken else (1.0, float("inf"))
+    if u < NEAR and is_slip(arrived):
+        return Noticed((Alarm(What.GAIN, chance, of_gain(arrived)),), gain=arrived, gain_u=u, quarantine=True)
+    return Noticed((Alarm(What.LEVEL, chance, of_number(beyond)),))

@@ -1,0 +1,97 @@
+"""What may have happened, in words."""
+
+from typing import Final
+
+from trueloop.arrays import Array
+from trueloop.memory.noticing.alarm import LeftOut
+from trueloop.statistics import rms
+from trueloop.units import UM_PER_MM
+from trueloop.wording import Signed, Um, wording
+
+SLIPS: Final = (-1.0, 0.0, 0.5, 2.0)
+"""Shares of a correction that a slip in the shop makes: wrong sign, not run, a diameter as a radius, run twice."""
+NEAR: Final = 0.12
+"""A gain this near to one of them is taken for it."""
+
+
+def is_slip(gain: float) -> bool:
+    """Whether a slip in the shop makes such a share of a correction arrive."""
+    return any(abs(gain - known) < NEAR for known in SLIPS)
+
+
+def of_number(beyond_mm: float) -> str:
+    """One number that differs from its prediction, mm."""
+    return wording(
+        "the part differs by {beyond} µm from what was predicted: the tool was set or changed, an offset was entered, "
+        "or the part was clamped otherwise",
+        beyond=Signed(beyond_mm * UM_PER_MM, 1),
+    )
+
+
+def of_level(shift: Array, before_finish: bool) -> str:
+    """A part that lies elsewhere: (dX, dZ), mm."""
+    x, z = Signed(shift[0] * UM_PER_MM, 1), Signed(shift[1] * UM_PER_MM, 1)
+    if before_finish:
+        return wording(
+            "the part lies {x} µm in X (radius) and {z} µm in Z beside what earlier parts predict: the tool was set, "
+            "an offset was entered or the work was clamped otherwise",
+            x=x,
+            z=z,
+        )
+    return wording(
+        "the finished part lies {x} µm in X (radius) and {z} µm in Z beside what was predicted: an offset changed "
+        "between the two cuts, or the finish cut was made otherwise",
+        x=x,
+        z=z,
+    )
+
+
+def of_shape(rest_mm: Array, before_finish: bool) -> str:
+    """A part whose error has another form: what is left without its level, (n,), mm."""
+    form = Um(rms(rest_mm))
+    if before_finish:
+        return wording(
+            "the form of the error differs by {form} RMS from that of the edge: the edge was turned or changed, it "
+            "chipped, or the stock is another",
+            form=form,
+        )
+    return wording(
+        "the form that the finish cut left differs by {form} RMS from what was predicted: the edge was turned or "
+        "chipped between the cuts, or depth of cut or feed differ",
+        form=form,
+    )
+
+
+def of_gain(gain: float) -> str:
+    """A correction of which another share arrived than all of it."""
+    share = Signed(gain, 2)
+    if abs(gain) < NEAR:
+        return wording("{gain} of the correction arrived: the corrected program or offset was not run", gain=share)
+    if abs(gain - 2) < NEAR:
+        return wording(
+            "{gain} of the correction arrived: it was applied twice, or a radius was entered as a diameter", gain=share
+        )
+    if abs(gain - 0.5) < NEAR:
+        return wording("{gain} of the correction arrived: a diameter was entered as a radius", gain=share)
+    if abs(gain + 1) < NEAR:
+        return wording("{gain} of the correction arrived: it was applied with the wrong sign", gain=share)
+    return wording("{gain} of the correction arrived: it was changed, or something else makes the error", gain=share)
+
+
+def of_memory(gain: float) -> str:
+    """The same for what memory added to it."""
+    share = Signed(gain, 2)
+    if abs(gain) < NEAR:
+        return wording("{gain} of what memory added to the correction arrived: it was not applied", gain=share)
+    if abs(gain - 2) < NEAR:
+        return wording("{gain} of what memory added to the correction arrived: it was applied twice", gain=share)
+    return wording("{gain} of what memory added to the correction arrived: memory is wrong of this part", gain=share)
+
+
+def of_left_out(touch: LeftOut) -> str:
+    """A touch that the others contradict."""
+    return wording(
+        "touch {point} was left out: it lies {z} standard deviations beside what all others say of it",
+        point=touch.point,
+        z=Signed(touch.deviations, 1),
+    )
