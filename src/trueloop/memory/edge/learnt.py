@@ -15,7 +15,7 @@ from trueloop.memory.edge.hyperparameters import Hyperparameters
 from trueloop.memory.edge.observations import Observations, cuts_of, observations
 from trueloop.memory.edge.posterior import joint
 from trueloop.memory.edge.predict import sizes
-from trueloop.memory.edge.terms import between_cuts, matern, terms
+from trueloop.memory.edge.terms import along_angle, between_cuts, terms
 from trueloop.memory.made_part import ArcErrors, MadePart
 
 LATEST: Final = 40
@@ -128,7 +128,7 @@ class _Given:
         from scipy.linalg import cho_factor
 
         self._seen, self._size = seen, size
-        self._terms = {term.name: term for term in terms(cuts_of(parts))}
+        self._terms = terms(cuts_of(parts))
         self._factor = cho_factor(joint(seen, size).covariance[:-1, :-1], lower=True, check_finite=False)
         self.alpha = self._solved(seen.error_mm)
 
@@ -148,19 +148,14 @@ class _Given:
         return np.asarray(own * self.alpha)
 
     def _covariance(self, names: Sequence[str], cut: int, others: np.ndarray, difference: Array) -> Array:
-        chosen = tuple(self._terms[name] for name in names)
-        form, offset = (_row(values, cut, others) for values in between_cuts(chosen, self._size))
-        return form * matern(difference, self._size["angle_rad"]) + offset * np.cos(difference)
+        chosen = tuple(term for term in self._terms if term.size in names)
+        shared, along = between_cuts(chosen, self._size), along_angle(difference, self._size)
+        return np.asarray(sum(shared[goes][cut, others] * along[goes] for goes in along))
 
     def _solved(self, values: Array) -> Array:
         from scipy.linalg import cho_solve
 
         return np.asarray(cho_solve(self._factor, values, check_finite=False))
-
-
-def _row(values: Array, cut: int, others: np.ndarray) -> Array | float:
-    """Between one cut and others; terms that have no form, or no offset, sum to a plain 0."""
-    return values[cut, others] if values.ndim else 0.0
 
 
 def _bare(part: MadePart) -> MadePart:

@@ -62,15 +62,15 @@ Covariance = Callable[[tuple[int, bool], float, tuple[int, bool], float], float]
 def written_out(parts: list[MadePart], ask: Covariance) -> tuple[Array, Array]:
     """Mean and standard uncertainty at ANGLES of the term of which `ask` is the covariance; part len(parts) asks."""
     size = sizes(parts)
-    length = size["angle_rad"]
 
-    def matern(a: float, b: float) -> float:
+    def matern(a: float, b: float, length: float) -> float:
         r = 5**0.5 * abs(a - b) / length
         return float((1 + r + r * r / 3) * np.exp(-r))
 
     def full(one: tuple[int, bool], a: float, two: tuple[int, bool], b: float) -> float:
         (i, fi), (j, fj) = one, two
-        p, q, shape, cos = parts[i], parts[j], matern(a, b), float(np.cos(a - b))
+        p, q, cos = parts[i], parts[j], float(np.cos(a - b))
+        shape, of_finish = matern(a, b, size["angle_rad"]), matern(a, b, size["finish_angle_rad"])
         both = 1.0 if fi and fj else 0.0
         same_setting, same_type = float(p.setting == q.setting), float(p.part_type == q.part_type)
         first = {"old": 0, "new": 4}
@@ -78,10 +78,10 @@ def written_out(parts: list[MadePart], ask: Covariance) -> tuple[Array, Array]:
         value = size["nose_mm"] ** 2 * shape + size["wear_mm"] ** 2 * min(i, j) * shape
         value += size["setting_mm"] ** 2 * (same_setting + same_type) / 2 * cos
         value += size["walk_mm"] ** 2 * same_setting * since * cos
-        value += both * (size["finish_mm"] ** 2 + size["finish_type_mm"] ** 2 * same_type) * (shape + cos)
+        value += both * (size["finish_mm"] ** 2 + size["finish_type_mm"] ** 2 * same_type) * (of_finish + cos)
         if i == j:
             value += size["part_mm"] ** 2 * shape + size["clamping_mm"] ** 2 * cos
-            value += both * size["finish_part_mm"] ** 2 * (shape + cos)
+            value += both * size["finish_part_mm"] ** 2 * (of_finish + cos)
         return value
 
     seen: list[tuple[tuple[int, bool], float, float, float, float]] = []
@@ -114,22 +114,26 @@ def test_terms_are_those_of_the_model_written_out() -> None:
     result, size = found(parts), sizes(parts)
     last = len(parts) - 1
 
-    def shape(a: float, b: float) -> float:
-        r = 5**0.5 * abs(a - b) / size["angle_rad"]
+    def shape(a: float, b: float, angle: str = "angle_rad") -> float:
+        r = 5**0.5 * abs(a - b) / size[angle]
         return float((1 + r + r * r / 3) * np.exp(-r))
 
     def form(_: tuple[int, bool], a: float, two: tuple[int, bool], b: float) -> float:
         return (size["nose_mm"] ** 2 + size["wear_mm"] ** 2 * min(last, two[0])) * shape(a, b)
 
     def transfer(one: tuple[int, bool], a: float, two: tuple[int, bool], b: float) -> float:
-        return size["finish_mm"] ** 2 * (two[1] or one == two) * (shape(a, b) + float(np.cos(a - b)))
+        return (
+            size["finish_mm"] ** 2 * (two[1] or one == two) * (shape(a, b, "finish_angle_rad") + float(np.cos(a - b)))
+        )
 
     def of_type(one: tuple[int, bool], a: float, two: tuple[int, bool], b: float) -> float:
         if one != two and parts[two[0]].part_type != "B":
             return 0.0
         both = float(two[1] or one == two)
         cos = float(np.cos(a - b))
-        return size["setting_mm"] ** 2 / 2 * cos + both * size["finish_type_mm"] ** 2 * (shape(a, b) + cos)
+        return size["setting_mm"] ** 2 / 2 * cos + both * size["finish_type_mm"] ** 2 * (
+            shape(a, b, "finish_angle_rad") + cos
+        )
 
     for term, ask in ((result.form, form), (result.transfer, transfer), (result.by_type["B"], of_type)):
         mean, u = written_out(parts, ask)
