@@ -34,6 +34,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[machine]": job.MachineTable,
         "[output]": job.OutputTable,
         "[report]": job.ReportTable,
+        "[store]": job.StoreTable,
     },
     "probing.md": {
         "[stylus]": probe_toml.StylusTable,
@@ -50,6 +51,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[cutter]": surface_job.CutterTable,
         "[compensation]": surface_job.SurfaceCompensationTable,
         "[output]": surface_job.SurfaceOutputTable,
+        "[store]": job.StoreTable,
     },
 }
 """By page and heading."""

@@ -76,10 +76,14 @@ class Cut:
 
 @dataclass(frozen=True)
 class InspectionLink:
-    """That an inspection shows what a cut left: both by their identity."""
+    """That an inspection shows what a cut left: both by their identity.
+
+    `released`: the part had left the machine, so that unclamping and the machine's own errors are in it too.
+    """
 
     inspection: Identity
     cut: Identity
+    released: bool = False
     schema: Literal[1] = field(default=1, kw_only=True)
 
     @property

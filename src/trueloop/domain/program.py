@@ -21,3 +21,17 @@ class Program:
     def identity(self) -> tuple[str, ...]:
         """The hash alone: a program edited in one character is another one."""
         return (self.sha256,)
+
+
+@dataclass(frozen=True)
+class ProgramText:
+    """The text of a program, byte for byte, by its hash."""
+
+    sha256: str
+    content: bytes
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """That of the program."""
+        return (self.sha256,)

@@ -9,14 +9,14 @@ from trueloop.domain.judged import Judged, Judgement
 from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKind, InspectionLink, Quarantine, Stage
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import Program
+from trueloop.domain.program import Program, ProgramText
 from trueloop.domain.proposal import Effect, Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.record import ChangedWord, Component, Product, Record
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
 
 CODEC: Final = Codec.of(
-    *(PartType, Part, Machine, Tool, Edge, Setting, Program),
+    *(PartType, Part, Machine, Tool, Edge, Setting, Program, ProgramText),
     *(ToolOffset, TableRow, HeldTool),
     *(Characteristic, Quantity, Judged, Judgement),
     *(Inspection, Touch, Reading, CmmPoint),

@@ -13,7 +13,7 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
-from trueloop.domain.program import Program
+from trueloop.domain.program import Program, ProgramText
 from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Setting, Tool
 
@@ -68,6 +68,7 @@ SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
     "edge": ("tool",),
     "setting": ("edge",),
     "program": ("program_sha256",),
+    "program_text": ("program_sha256",),
     "cut": ("part_type", "serial", "stage", "edge", "correction"),
     "inspection": ("part_type", "serial", "file_sha256"),
     "inspection_link": ("cut",),
@@ -86,6 +87,7 @@ KINDS: Final[tuple[Kind, ...]] = (
     Kind("edge", Edge, lambda one: {"tool": one.tool.identity[0]}),
     Kind("setting", Setting, lambda one: {"edge": joined(one.edge.identity)}),
     Kind("program", Program, lambda one: {"program_sha256": one.sha256}),
+    Kind("program_text", ProgramText, lambda one: {"program_sha256": one.sha256}),
     Kind("cut", Cut, _of_cut),
     Kind("inspection", Inspection, lambda one: {**_of_part(one.part), "file_sha256": one.sha256}),
     Kind("inspection_link", InspectionLink, lambda one: {"cut": joined(one.cut)}),

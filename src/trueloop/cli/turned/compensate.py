@@ -2,13 +2,17 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.store_options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.domain.page_options import Language, LengthUnit
+
+if TYPE_CHECKING:
+    from trueloop.jobs.store.keeping import Keeping
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,28 +33,36 @@ class PageChoice:
 def compensate(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="The job file; docs/job-file.md explains its keys.")],
     page: PageChoice,
+    store: StoreChoice,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
+    ] = None,
+    serial: Annotated[
+        str | None, typer.Option("--serial", help="Serial number of the part.  [default: part.serial of the job]")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Correct a finish program by the touches taken after the semi-finish cut.
 
     Writes corrected.nc, offsets.nc, table.csv, record.json, report.html and report.json: all, or none when anything is
-    wrong.
+    wrong. With a store the part, what was measured, the programs and the correction are kept.
     """
-    run_job(job, output, page, as_json)
+    run_job(job, output, page, store.keeping(serial), as_json)
 
 
-def run_job(path: Path, output: Path | None, page: PageChoice, as_json: bool) -> None:
+def run_job(path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool) -> None:
     """Corrects as the job says and prints what was done."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.summary import print_summary
-        from trueloop.jobs.turned.compensate import compensate_job
+        from trueloop.jobs.turned.compensate import compensate_and_keep
         from trueloop.report.turned.correction_json import correction_as_dict
 
-        correction, files = compensate_job(path, output, language=page.language, unit=page.unit, pdf=page.pdf)
+        done = compensate_and_keep(path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf)
     if as_json:
-        print_json({**correction_as_dict(correction), "files": [str(file) for file in files]})
-    else:
-        print_summary(correction, files)
+        files = {"files": [str(file) for file in done.files]}
+        print_json({**correction_as_dict(done.correction), **files, **kept_as_dict(done.kept)})
+        return
+    print_summary(done.correction, done.files)
+    if done.kept is not None:
+        typer.echo(done.kept.words)
+        print_findings(done.kept.findings)

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from trueloop.cli.failure import guarded
+from trueloop.cli.store_options import StoreChoice
 from trueloop.cli.terminal import AsJson
 from trueloop.cli.turned.compensate import PageChoice, run_job
 from trueloop.formats.examples import example
@@ -24,4 +25,6 @@ def demo(
     as_json: AsJson = False,
 ) -> None:
     """Run a ready job: a part that NIST measured in the 1990s, from its touches to a corrected program."""
-    run_job(example(f"{part}/job.toml"), output or Path("out") / part, page, as_json)
+    run_job(
+        example(f"{part}/job.toml"), output or Path("out") / part, page, StoreChoice(db="none").keeping(None), as_json
+    )

@@ -387,6 +387,15 @@ class ReportTable(Table):
     """How the page of the results is shown."""
 
 
+class StoreTable(Table):
+    """The store that keeps parts, inspections and corrections."""
+
+    db: str = ""
+    """Its file, from the job's folder, or its URL (`postgresql://…`); left out, `trueloop.db` beside the job where that
+    exists. `--db` takes its place; `--db none`: no store.
+    """
+
+
 class Job(Table):
     """A whole job file."""
 
@@ -398,6 +407,7 @@ class Job(Table):
     machine: MachineTable | None = None
     output: OutputTable = OutputTable()
     report: ReportTable = ReportTable()
+    store: StoreTable = StoreTable()
 
     @model_validator(mode="after")
     def _contour_for_the_machine(self) -> "Job":

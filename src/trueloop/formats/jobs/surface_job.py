@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from trueloop.domain.limits import OF_SURFACES
-from trueloop.formats.jobs.job import read_job_file
+from trueloop.formats.jobs.job import StoreTable, read_job_file
 from trueloop.formats.option_tables import with_options
 from trueloop.formats.toml_tables import Count, Finite, Moment, NotNegative, Positive, Table
 from trueloop.surface.compensation.samples import SurfaceJob
@@ -108,6 +108,7 @@ class SurfaceJobFile(Table):
     program: SurfaceProgramTable | None = None
     compensation: SurfaceCompensationTable = SurfaceCompensationTable()
     output: SurfaceOutputTable = SurfaceOutputTable()
+    store: StoreTable = StoreTable()
 
     @model_validator(mode="after")
     def _program_with_its_cutter(self) -> "SurfaceJobFile":

@@ -9,9 +9,16 @@ if TYPE_CHECKING:
 BESIDE: Final = "trueloop.db"
 """A store of this name in the job's folder is used without being asked for: `trueloop db init` makes it."""
 
+NO_STORE: Final = "none"
+"""`--db none`: no store, whatever the job says."""
+
 
 def place_of_store(job_folder: Path, db: str | None, job_db: str | None) -> str | None:
-    """Where the store is: `db` as given, a file or a URL; `job_db` from the job's folder; None: there is none."""
+    """Where the store is: `db` as given, a file or a URL; `job_db` from the job's folder; None: there is none, or none
+    is wanted.
+    """
+    if db == NO_STORE:
+        return None
     if db:
         return db
     if job_db:

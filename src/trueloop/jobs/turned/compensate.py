@@ -1,8 +1,9 @@
 """From a turned part's job file to its corrected programs, table, report and record."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from trueloop.domain.page_options import Language, LengthUnit, PageOptions
 from trueloop.formats.input_file import FilePath
@@ -10,6 +11,8 @@ from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.table_csv import table_to_csv
 from trueloop.formats.tables.tool_tables.new_table import new_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
+from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
+from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.process_intermittent import compensate
@@ -18,7 +21,19 @@ from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.correction_json import json_text
 from trueloop.report.turned.page import page as page_of
 
+if TYPE_CHECKING:
+    from trueloop.jobs.store.keep_facts import KeptFacts
+
 METRIC: Final = PageOptions(unit="mm")
+
+
+@dataclass(frozen=True)
+class Done:
+    """A job's correction, the files written, and what was kept in its store; None: it has none."""
+
+    correction: Correction
+    files: list[Path]
+    kept: "KeptFacts | None" = None
 
 
 def compensate_job(
@@ -39,12 +54,37 @@ def compensate_job(
     >>> [file.name for file in files]
     ['corrected.nc', 'offsets.nc', 'table.csv', 'report.html', 'report.json', 'record.json']
     """
-    read = read_job(job)
+    done = compensate_and_keep(job, output, Keeping(), language=language, unit=unit, pdf=pdf)
+    return done.correction, done.files
+
+
+def compensate_and_keep(
+    job: FilePath,
+    output: FilePath | None,
+    keeping: Keeping,
+    *,
+    language: Language | None = None,
+    unit: LengthUnit | None = None,
+    pdf: bool = False,
+) -> Done:
+    """The same, kept in the job's store, or in the one that `keeping` names.
+
+    All is computed before anything is kept, and kept before it is written: no program can be run of which the store
+    knows nothing. Where writing is refused then, the refusal says that the correction is kept. Raises STO errors.
+    """
+    read = read_job(job, serial=keeping.serial)
+    store = store_of(Path(job).parent, keeping.db, read.store_db)
     correction = compensate(read.inputs)
     folder = Path(output or _from_here(read.output_folder))
     options = PageOptions(language or read.page.language, unit or read.page.unit)
     contents = {**_new_table(read.tool_table, correction), **outputs_of(correction, options, pdf)}
-    return correction, write_all(folder, contents.items(), read.files)
+    if store is None:
+        return Done(correction, write_all(folder, contents.items(), read.files))
+    from trueloop.jobs.store.keep_correction import keep_correction  # slow to import, and most jobs have no store
+
+    kept = keep_correction(store, read.inputs, correction, keeping, read.made_with)
+    with kept_all_the_same(kept):
+        return Done(correction, write_all(folder, contents.items(), read.files), kept)
 
 
 def write_correction(

@@ -14,6 +14,7 @@ from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.jobs.job import CompensationTable, FeatureFitTable, Job
 from trueloop.formats.option_tables import options_from
+from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.tool_tables.new_table import held_tool
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.geometry.offset import CentrePath, nose_centre_path
@@ -43,7 +44,8 @@ from trueloop.wording import wording
 class ReadJob:
     """A job as values, the files it was read from, and the folder for what comes of it.
 
-    `tool_table` is the control's, where the job names it; `page` says how the report is shown.
+    `tool_table` is the control's, where the job names it; `page` says how the report is shown; `store_db` is the store
+    that the job names, `made_with` the record of the correction before it: "" where it names none.
     """
 
     inputs: Inputs
@@ -51,6 +53,8 @@ class ReadJob:
     output_folder: Path
     tool_table: ToolTable | None = None
     page: PageOptions = field(default_factory=PageOptions)
+    store_db: str = ""
+    made_with: str = ""
 
 
 @dataclass(frozen=True)
@@ -100,8 +104,10 @@ def read_finish(path: Path) -> ReadFinish:
     return ReadFinish(_part(files, files.profile(program)), program, files.run)
 
 
-def read_job(path: FilePath) -> ReadJob:
-    """Everything a job names. Raises JOB, NC, GEO, TCH and MSR errors with the file they stand in.
+def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
+    """Everything a job names; `serial` takes the place of its part's serial number.
+
+    Raises JOB, NC, GEO, TCH and MSR errors with the file they stand in.
 
     CMP-TWICE before anything else of the finish program: a profile taken from a corrected one would be no nominal.
 
@@ -112,7 +118,7 @@ def read_job(path: FilePath) -> ReadJob:
     ('dome', 0.79375)
     """
     path = Path(path)
-    files = JobFiles.of(path)
+    files = JobFiles.of(path).with_serial(serial)
     job, sources = files.job, files.sources
     files.require_uncorrected()
     program = files.finish_program()
@@ -153,7 +159,9 @@ def read_job(path: FilePath) -> ReadJob:
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
         notes=measured.notes,
     )
-    return ReadJob(inputs, sources.files, path.parent / job.output.folder, table, options_from(PageOptions, job))
+    page, after = options_from(PageOptions, job), job.gauging.after_record
+    made_with = "" if after is None else read_record(path.parent / after).id
+    return ReadJob(inputs, sources.files, path.parent / job.output.folder, table, page, job.store.db, made_with)
 
 
 @dataclass(frozen=True)

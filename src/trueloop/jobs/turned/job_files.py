@@ -1,7 +1,7 @@
 """A turned part's job and the files it names, each read when asked for; whatever is refused names its file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -44,6 +44,14 @@ class JobFiles:
         """Reads the job alone. Raises JOB errors."""
         sources = Sources(path.parent)
         return cls(path, sources, locate_turned_job(sources.file(path.name)))
+
+    def with_serial(self, serial: str | None) -> "JobFiles":
+        """The same with another serial number of the part; None: the job's."""
+        if serial is None:
+            return self
+        job = self.job
+        part = job.part.model_copy(update={"serial": serial})
+        return replace(self, located=replace(self.located, model=job.model_copy(update={"part": part})))
 
     def other(self, name: Path) -> "JobFiles":
         """Another part's job that this one names; its files are noted with this one's."""

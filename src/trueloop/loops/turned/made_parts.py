@@ -125,5 +125,5 @@ def _other_program(correction: Correction, cut: Cut, ran: str) -> TrueloopError:
         Code.STO_PROGRAM,
         f"the finish cut of part {cut.part.serial!r} ran {ran}, which is not of correction {correction.record.id}",
         hint="name the correction that the cut was made with, or say that it ran as programmed",
-        values={"correction": correction.record.id, "program_sha256": cut.program_sha256},
+        values={"serial": cut.part.serial, "correction": correction.record.id},
     )

@@ -1,0 +1,61 @@
+"""Options of commands that keep what they find in a store, and what they say of it."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from trueloop.errors import Finding
+    from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.jobs.store.keeping import Keeping
+
+Db = Annotated[
+    str | None,
+    typer.Option(
+        "--db",
+        metavar="FILE|URL",
+        help="Store to keep it in; none: no store.  [default: store.db of the job, else trueloop.db beside it]",
+    ),
+]
+Supersede = Annotated[
+    bool, typer.Option("--supersede", help="What is stored with another content gives way; both stay in the store.")
+]
+Accept = Annotated[
+    list[str] | None,
+    typer.Option("--accept", metavar="CODE", help="Keep it although it is refused with this code, as STO-CLOCK."),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StoreChoice:
+    """Where a command keeps what it finds."""
+
+    db: Db = None
+    supersede: Supersede = False
+    accept: Accept = None
+
+    def keeping(self, serial: str | None) -> "Keeping":
+        """As jobs take it."""
+        from trueloop.jobs.store.keeping import Keeping
+
+        return Keeping(self.db, serial, self.supersede, tuple(self.accept or ()))
+
+
+def print_findings(findings: "Iterable[Finding]") -> None:
+    """What was noticed, on stderr."""
+    for found in findings:
+        typer.echo(str(found), err=True)
+
+
+def kept_as_dict(kept: "KeptFacts | None") -> dict[str, object]:
+    """What was kept, for machines: nothing where there is no store."""
+    if kept is None:
+        return {}
+    new: dict[str, int] = {}
+    for one in kept.new:
+        name = type(one.value).__name__
+        new[name] = new.get(name, 0) + 1
+    findings = [{"code": one.code, "message": one.message, "severity": one.severity} for one in kept.findings]
+    return {"store": {"where": kept.where, "new": new, "findings": findings}}

@@ -1,0 +1,80 @@
+"""A turned part's correction as facts for the store: the part, what was measured, what was cut, what is to be run."""
+
+from collections.abc import Iterator
+
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.record import sha256_of
+from trueloop.domain.tool import Setting
+from trueloop.errors import Code, Finding, Severity
+from trueloop.jobs.store.keep_facts import Facts, KeptFacts, keep_facts, texts_of
+from trueloop.jobs.store.keeping import Keeping, accepting
+from trueloop.jobs.store.of_this_part import finished_already, require_file_of_part, require_later, require_serial
+from trueloop.jobs.store.open_ends import without_inspection
+from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.stored import enveloped
+from trueloop.storage.store import Store
+
+
+def keep_correction(
+    store: Store, inputs: Inputs, correction: Correction, keeping: Keeping, made_with: str = ""
+) -> KeptFacts:
+    """Keeps a correction with its part, programs, inspections and the cut that was touched: all or none.
+
+    `made_with` is the record of the correction that a finished part was cut with, where the touches are of one. Raises
+    STO-SERIAL, STO-PART, STO-CLOCK, and what keeping refuses.
+    """
+    part = part_of(inputs)
+    require_serial(part)
+    findings = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections)]
+    for one in inputs.inspections:
+        require_file_of_part(store, one)
+        with accepting(keeping.accept, findings):
+            require_later(("the setting of the edge", inputs.edge_set_at), ("the inspection", one.measured_at))
+    if inputs.edge is not None:
+        findings += without_inspection(store, inputs.edge, part)
+    return keep_facts(store, facts_of(inputs, correction, part, made_with), findings, supersede=keeping.supersede)
+
+
+def part_of(inputs: Inputs) -> Part:
+    """The part that was measured."""
+    serials = [one.part.serial for one in inputs.inspections if one.part.serial]
+    return Part(inputs.part, serials[0] if serials else "")
+
+
+def facts_of(inputs: Inputs, correction: Correction, part: Part, made_with: str) -> Facts:
+    """What a correction says has happened; of a finished part the touched cut is its finish cut."""
+    finished = inputs.measured_finished
+    cutting = inputs.program if finished else inputs.semifinish
+    touched = Cut(
+        part,
+        Stage.FINISH if finished else Stage.SEMIFINISH,
+        None if inputs.edge is None else Setting(inputs.edge, inputs.edge_set_at),
+        correction.record.machine,
+        "" if cutting is None else sha256_of(cutting.source),
+        made_with if finished else "",
+    )
+    semifinish = None if inputs.semifinish is None else inputs.semifinish.source
+    texts = (correction.source_program, semifinish, correction.corrected_program, correction.offsets_program)
+    return Facts(
+        (part, touched, *_inspected(inputs.inspections, touched), *texts_of(texts), enveloped(correction)),
+        known_once=() if correction.record.program is None else (correction.record.program,),
+    )
+
+
+def _inspected(inspections: tuple[Inspection, ...], cut: Cut) -> Iterator[Inspection | InspectionLink]:
+    for one in inspections:
+        yield one
+        yield InspectionLink(one.identity, cut.identity)
+
+
+def _unknown_edge(inputs: Inputs, part: Part) -> Iterator[Finding]:
+    if inputs.edge is None:
+        yield Finding(
+            Severity.WARNING,
+            Code.STO_EDGE,
+            f"the edge that cuts part {part.serial!r} is not stated: the part is kept, and teaches nothing of an edge",
+            hint="name it in the job's table [tool]: `name`, `insert`, `corner`",
+            values={"serial": part.serial},
+        )

@@ -1,0 +1,117 @@
+"""Keeping what a command found: in one transaction, the same facts once, and in words what was new."""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, TypeVar
+
+from trueloop.domain.correction import Correction
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, Quarantine
+from trueloop.domain.part import Part
+from trueloop.domain.program import ProgramText
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Finding
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Kept, Store, find, keep
+
+T = TypeVar("T")
+
+NAMES: Final[dict[type, tuple[str, str]]] = {
+    Part: ("part", "parts"),
+    Inspection: ("inspection", "inspections"),
+    Cut: ("cut", "cuts"),
+    Correction: ("correction", "corrections"),
+    ProgramText: ("program", "programs"),
+    Quarantine: ("quarantine", "quarantines"),
+}
+"""What is said to be kept, in this order; what stands for these in the store besides (links, names) is not said."""
+
+
+@dataclass(frozen=True)
+class KeptFacts:
+    """What a command kept: where, the values as they stand in the store, and what was noticed about them."""
+
+    where: str
+    kept: tuple[Kept[Any], ...]
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def new(self) -> tuple[Kept[Any], ...]:
+        """Those that were not there before."""
+        return tuple(one for one in self.kept if one.new)
+
+    @property
+    def words(self) -> str:
+        """One line: what is new, or that nothing is."""
+        counts = Counter(type(one.value) for one in self.new)
+        said = [
+            f"{counts[kind]} {one if counts[kind] == 1 else many}"
+            for kind, (one, many) in NAMES.items()
+            if counts[kind]
+        ]
+        return f"kept in {self.where}: {', '.join(said)}" if said else f"{self.where}: all of it is kept already"
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is to be kept: `values`, and `known_once`, of which the first one kept of an identity stands."""
+
+    values: tuple[Any, ...]
+    known_once: tuple[Any, ...] = field(default=())
+
+
+def keep_facts(store: Store, facts: Facts, findings: Iterable[Finding] = (), *, supersede: bool = False) -> KeptFacts:
+    """Keeps facts, all or none. With `supersede` a stored value of the same identity and another content gives way.
+
+    A correction that differs from the stored one only in when and by whom it was made is the stored one. Raises
+    STO-DIFFERS, STO-WRITE and STO-BUSY.
+    """
+    once = [one for one in facts.known_once if latest(store, one) is None]
+    given = [as_stored(store, one) for one in facts.values]
+    replacing = [(one, old.row) for one in given if supersede and (old := _other(store, one)) is not None]
+    done = [kept for one, row in replacing for kept in keep(store, [one], supersedes=row)]
+    replaced = [id(one) for one, _ in replacing]
+    done += keep(store, [*once, *(one for one in given if id(one) not in replaced)])
+    return KeptFacts(name_of_store(store), tuple(done), tuple(findings))
+
+
+def latest(store: Store, value: T) -> Kept[T] | None:
+    """The stored value of the same type and identity that counts."""
+    identity = joined(tuple(map(str, value.identity)))  # type: ignore[attr-defined]
+    return next(iter(reversed(find(store, type(value), identity=identity))), None)
+
+
+def as_stored(store: Store, value: Any) -> Any:
+    """A correction with the time and the name of the stored one, where these are all that differs."""
+    known = latest(store, value) if isinstance(value, Correction) else None
+    if known is None:
+        return value
+    old = known.value.record
+    same = with_maker(value, old.made_at, old.made_by, old.trueloop_version)
+    return same if store.codec.to_json(same) == store.codec.to_json(known.value) else value
+
+
+def with_maker(correction: Correction[Any], made_at: str, made_by: str, version: str) -> Correction[Any]:
+    """The correction as made then, by that person and that version; also in a payload that repeats the record."""
+    record = replace(correction.record, made_at=made_at, made_by=made_by, trueloop_version=version)
+    payload = correction.payload
+    if getattr(payload, "record", None) == correction.record:
+        payload = replace(payload, record=record)
+    return replace(correction, record=record, payload=payload)
+
+
+def texts_of(programs: Iterable[bytes | None]) -> list[ProgramText]:
+    """Programs by their hashes, each once."""
+    return [ProgramText(sha, text) for sha, text in {sha256_of(one): one for one in programs if one}.items()]
+
+
+def name_of_store(store: Store) -> str:
+    """The file or the URL of a store, without a password."""
+    url = store.engine.url
+    return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
+
+
+def _other(store: Store, value: Any) -> Kept[Any] | None:
+    known = latest(store, value)
+    return None if known is None or store.codec.to_json(known.value) == store.codec.to_json(value) else known

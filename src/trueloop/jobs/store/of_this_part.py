@@ -1,0 +1,78 @@
+"""What contradicts the store: files and records of another part, another stage, or a time that cannot be."""
+
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.part import Part
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Store, find
+
+
+def require_serial(part: Part) -> None:
+    """Raises STO-SERIAL for a part that could not be told from the next one."""
+    if not part.serial:
+        raise TrueloopError(
+            Code.STO_SERIAL,
+            f"the part {part.part_type.name!r} has no serial number: it cannot be kept",
+            hint="say which part was measured: `part.serial` of the job, or --serial NUMBER",
+            override="--db none",
+        )
+
+
+def require_file_of_part(store: Store, inspection: Inspection) -> None:
+    """Raises STO-PART for what was kept before as measured on another part. A file may hold several parts."""
+    part = inspection.part
+    for other in (kept.value for kept in find(store, Inspection, file_sha256=inspection.sha256)):
+        same = (other.values, other.measured_at) == (inspection.values, inspection.measured_at)
+        if same and other.part.identity != part.identity:
+            raise TrueloopError(
+                Code.STO_PART,
+                f"the file with sha256 {inspection.sha256[:16]}… is kept as an inspection of part "
+                f"{other.part.serial!r} of {other.part.part_type.name!r}, and now said to be of part {part.serial!r}",
+                hint="name the file of this part, or the serial number of the part that the file is of",
+                values={"serial": part.serial, "other": other.part.serial},
+            )
+
+
+def cuts_of(store: Store, part: Part, stage: Stage) -> list[Cut]:
+    """The cuts of a part of that stage, oldest first."""
+    found = find(store, Cut, part_type=part.part_type.name, serial=part.serial, stage=stage)
+    return [one.value for one in found if one.value.part.identity == part.identity]
+
+
+def link_of(store: Store, inspection: Inspection) -> InspectionLink | None:
+    """Which cut an inspection is known to show."""
+    kept = find(store, InspectionLink, identity=joined(inspection.identity))
+    return kept[-1].value if kept else None
+
+
+def finished_already(store: Store, inspections: Sequence[Inspection]) -> Iterator[Finding]:
+    """A warning where a part's finish cut was kept before new touches of its semi-finished surface."""
+    for one in inspections[:1]:
+        known = find(store, Inspection, identity=joined(one.identity))
+        if not known and cuts_of(store, one.part, Stage.FINISH):
+            yield Finding(
+                Severity.WARNING,
+                Code.STO_STAGE,
+                f"part {one.part.serial!r} is kept as finished, and is now touched before its finish cut",
+                hint="is it the serial number of the part before? `part.serial` of the job, or --serial, says which",
+                values={"serial": one.part.serial},
+            )
+
+
+def require_later(earlier: tuple[str, datetime | None], later: tuple[str, datetime | None]) -> None:
+    """Raises STO-CLOCK where what comes later has the earlier time; unknown times say nothing."""
+    (first, before), (second, after) = earlier, later
+    if before is None or after is None or after.astimezone(UTC) >= before.astimezone(UTC):
+        return
+    times = [one.astimezone(UTC).isoformat(timespec="minutes") for one in (before, after)]
+    raise TrueloopError(
+        Code.STO_CLOCK,
+        f"{second} at {times[1]} is before {first} at {times[0]}",
+        hint="state the right time (`gauging.measured_at`), or name the file of this part",
+        override="--accept STO-CLOCK",
+        values={"earlier": times[0], "later": times[1]},
+    )

@@ -1,0 +1,155 @@
+"""What `compensate` keeps in a store: once, whole, and never of a part that it does not know."""
+
+import json
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.cli import invoke
+from tests.support.correction import EXAMPLES
+from trueloop.domain.correction import Correction
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.program import ProgramText
+from trueloop.domain.tool import Edge, Tool
+from trueloop.jobs.store.history import history_of
+from trueloop.jobs.store.where import store_of
+from trueloop.jobs.turned.job import read_job
+from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.storage.store import Store, find, open_store
+
+TOOL = 'name = "PCLNL"\ninsert = "CNMG"\ncorner = "2"\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Iterator[Path]:
+    """A job beside its store."""
+    for file in (EXAMPLES / "piecs11").iterdir():
+        shutil.copy(file, tmp_path)
+    job = tmp_path / "job.toml"
+    text = job.read_text(encoding="utf-8").replace("[tool]\n", f"[tool]\n{TOOL}")
+    job.write_text(text.replace("../../out/piecs11", "out"), encoding="utf-8")
+    open_store(tmp_path / "trueloop.db", create=True)
+    yield tmp_path
+
+
+def opened(folder: Path) -> Store:
+    store = store_of(folder, None, None)
+    assert store is not None
+    return store
+
+
+def rows(folder: Path) -> dict[str, int]:
+    """Rows by table, as SQLite itself counts them."""
+    with sqlite3.connect(folder / "trueloop.db") as database:
+        names = [name for (name,) in database.execute("select name from sqlite_master where type = 'table'")]
+        return {name: database.execute(f'select count(*) from "{name}"').fetchone()[0] for name in names}
+
+
+def test_what_a_correction_was_made_of_is_kept(folder: Path) -> None:
+    said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    assert "trueloop.db: 1 part, 1 inspection, 1 cut, 1 correction, 4 programs" in said.stdout
+    store = opened(folder)
+    (correction,) = (kept.value for kept in find(store, Correction))
+    made = compensate(read_job(folder / "job.toml", serial="3511.158").inputs)
+    assert correction.record.id == made.record.id
+    assert correction.payload.corrected_program == made.corrected_program
+    (cut,) = (kept.value for kept in find(store, Cut))
+    assert cut.stage is Stage.SEMIFINISH and cut.part.serial == "3511.158"
+    assert cut.setting is not None and cut.setting.edge == Edge(Tool(1, "PCLNL"), "CNMG", "2")
+    (link,) = (kept.value for kept in find(store, InspectionLink))
+    (touches,) = (kept.value for kept in find(store, Inspection))
+    assert link.cut == cut.identity and link.inspection == touches.identity and touches.count == 26
+    texts = {kept.value.sha256: kept.value.content for kept in find(store, ProgramText)}
+    assert texts[cut.program_sha256] == (folder / "semifinish.nc").read_bytes()
+    assert (folder / "finish.nc").read_bytes() in texts.values()
+    assert (folder / "out" / "corrected.nc").read_bytes() in texts.values()
+    assert history_of(store, Edge(Tool(1, "PCLNL"), "CNMG", "2")) == ()  # no finish cut yet
+
+
+def test_the_same_job_twice_has_no_second_row(folder: Path) -> None:
+    invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    before = rows(folder)
+    said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    assert "all of it is kept already" in said.stdout
+    assert rows(folder) == before
+
+
+def test_the_same_touches_as_another_part_are_refused_and_nothing_is_written(folder: Path) -> None:
+    invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    before = rows(folder)
+    said = invoke("compensate", folder / "job.toml", "--serial", "3611.154", "-o", folder / "other", status=3)
+    assert "STO-PART" in said.stderr and "'3511.158'" in said.stderr
+    assert rows(folder) == before and not (folder / "other").exists()
+
+
+def test_a_part_without_serial_number_is_refused_where_there_is_a_store(folder: Path) -> None:
+    said = invoke("compensate", folder / "job.toml", status=3)
+    assert "STO-SERIAL" in said.stderr and not (folder / "out").exists()
+    invoke("compensate", folder / "job.toml", "--db", "none", status=0)
+    assert (folder / "out" / "corrected.nc").exists() and find(opened(folder), Part) == []
+
+
+def test_json_says_what_was_kept(folder: Path) -> None:
+    said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", "--json", status=0)
+    store = json.loads(said.stdout)["store"]
+    assert store["new"]["ProgramText"] == 4 and store["new"]["Correction"] == 1 and store["findings"] == []
+
+
+def test_an_edge_that_is_not_stated_is_warned_of(folder: Path) -> None:
+    job = folder / "job.toml"
+    job.write_text(job.read_text(encoding="utf-8").replace(TOOL, ""), encoding="utf-8")
+    said = invoke("compensate", job, "--serial", "3511.158", status=0)
+    assert "STO-EDGE" in said.stderr
+
+
+def test_what_cannot_be_written_is_kept_and_says_so(folder: Path) -> None:
+    """The store knows of every program that may have been run: it is asked first."""
+    (folder / "out").write_text("a file in the place of the folder")
+    said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=4)
+    assert "OUT-FOLDER" in said.stderr and "kept in" in said.stderr and "keeps nothing twice" in said.stderr
+    assert len(find(opened(folder), Correction)) == 1
+    (folder / "out").unlink()
+    again = invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    assert "all of it is kept already" in again.stdout and (folder / "out" / "corrected.nc").exists()
+
+
+def test_touches_older_than_the_setting_of_the_edge_are_refused_unless_accepted(folder: Path) -> None:
+    job = folder / "job.toml"
+    text = job.read_text(encoding="utf-8").replace(TOOL, f"{TOOL}set_at = 2026-01-05T08:00:00Z\n")
+    job.write_text(text.replace("[gauging]\n", "[gauging]\nmeasured_at = 2026-01-05T07:00:00Z\n"), encoding="utf-8")
+    limits = "[compensation]\nmax_age_hours = 1e6\n"
+    job.write_text(job.read_text(encoding="utf-8") + limits, encoding="utf-8")
+    said = invoke("compensate", job, "--serial", "3511.158", status=3)
+    assert "STO-CLOCK" in said.stderr and "2026-01-05T07:00" in said.stderr
+    accepted = invoke("compensate", job, "--serial", "3511.158", "--accept", "STO-CLOCK", status=0)
+    assert "warning STO-CLOCK" in accepted.stderr and len(find(opened(folder), Correction)) == 1
+
+
+def test_another_weight_is_another_correction_of_the_same_part(folder: Path) -> None:
+    invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    job = folder / "job.toml"
+    job.write_text(job.read_text(encoding="utf-8") + "[compensation]\nweight = 0.5\n", encoding="utf-8")
+    said = invoke("compensate", job, "--serial", "3511.158", status=0)
+    assert "trueloop.db: 1 correction, 2 programs" in said.stdout
+    assert len(find(opened(folder), Part)) == 1 and len(find(opened(folder), Inspection)) == 1
+
+
+def test_another_content_under_the_same_identity_needs_to_be_said(folder: Path) -> None:
+    """The semi-finish program is mended after the part was kept: the cut was another."""
+    invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=0)
+    program = folder / "semifinish.nc"
+    program.write_bytes(program.read_bytes() + b"\n")
+    said = invoke("compensate", folder / "job.toml", "--serial", "3511.158", status=3)
+    assert "STO-DIFFERS" in said.stderr
+    invoke("compensate", folder / "job.toml", "--serial", "3511.158", "--supersede", status=0)
+    assert len(find(opened(folder), Cut)) == 1 and len(find(opened(folder), Cut, superseded=True)) == 2
+
+
+def test_without_a_store_nothing_is_asked(tmp_path: Path) -> None:
+    invoke("compensate", EXAMPLES / "piecs11" / "job.toml", "-o", tmp_path / "out", status=0)
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["out"]
