@@ -350,8 +350,6 @@ class Code(StrEnum):
     STO_WRITE = "STO-WRITE", "a store that cannot be written: read-only, or no room left"
     STO_DIFFERS = "STO-DIFFERS", "a value that is stored already, with another content"
     STO_PROGRAM = "STO-PROGRAM", "a cut whose program is not of the correction that it names", ("serial", "correction")
-    STO_SERIAL = "STO-SERIAL", "a part to be kept that has no serial number"
-    STO_PART = "STO-PART", "a file or a record that is of another part", ("serial", "other")
     STO_STAGE = "STO-STAGE", "an inspection of another stage of the part, or a part that had come further", ("serial",)
     STO_LINK = "STO-LINK", "an inspection for which no correction of its part is stored", ("serial",)
     STO_CLOCK = "STO-CLOCK", "times that go back: an inspection before the cut that it shows", ("earlier", "later")

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from trueloop.errors import Code
+from trueloop.jobs.db.imported import import_files
+from trueloop.jobs.db.inspected import Inspected
 from trueloop.jobs.store.codec import store_codec
-from trueloop.jobs.store.imported import import_files
-from trueloop.jobs.store.inspected import Inspected
 from trueloop.jobs.store.opened import made
 from trueloop.storage.store import open_store
 

@@ -11,7 +11,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
 if TYPE_CHECKING:
-    from trueloop.jobs.store.imported import Imported
+    from trueloop.jobs.db.imported import Imported
 
 Files = Annotated[
     list[Path],
@@ -44,8 +44,8 @@ class Meant:
 def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) -> None:
     """Keep files in the store, each whole or not at all. What is there already is found and not kept twice."""
     from trueloop.formats.inspections.measured_file import Stated
-    from trueloop.jobs.store.imported import import_files
-    from trueloop.jobs.store.inspected import Inspected
+    from trueloop.jobs.db.imported import import_files
+    from trueloop.jobs.db.inspected import Inspected
     from trueloop.jobs.store.opened import opened
 
     store = opened(db)

@@ -1,6 +1,7 @@
 """A turned part's correction as facts for the store: the part, what was measured, what was cut, what is to be run."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
@@ -23,10 +24,10 @@ def keep_correction(
     """Keeps a correction with its part, programs, inspections and the cut that was touched: all or none.
 
     `made_with` is the record of the correction that a finished part was cut with, where the touches are of one. Raises
-    STO-SERIAL, STO-PART, STO-CLOCK, and what keeping refuses.
+    STO-PART, STO-OTHER-PART, STO-CLOCK, and what keeping refuses.
     """
     part = part_of(inputs)
-    require_serial(part)
+    require_serial(part, Path(inputs.file or "the job").name)
     findings = [*_unknown_edge(inputs, part), *finished_already(store, inputs.inspections)]
     for one in inputs.inspections:
         require_file_of_part(store, one)

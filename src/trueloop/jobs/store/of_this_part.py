@@ -11,29 +11,30 @@ from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 
 
-def require_serial(part: Part) -> None:
-    """Raises STO-SERIAL for a part that could not be told from the next one."""
+def require_serial(part: Part, file: str) -> None:
+    """Raises STO-PART for a part that could not be told from the next one; `file` is the one that should say it."""
     if not part.serial:
         raise TrueloopError(
-            Code.STO_SERIAL,
-            f"the part {part.part_type.name!r} has no serial number: it cannot be kept",
-            hint="say which part was measured: `part.serial` of the job, or --serial NUMBER",
+            Code.STO_PART,
+            f"{file!r} does not say of which part it is: {part.part_type.name!r} without a serial number",
+            hint="state it: --serial NUMBER, or `part.serial` of the job",
             override="--db none",
+            values={"file": file},
         )
 
 
 def require_file_of_part(store: Store, inspection: Inspection) -> None:
-    """Raises STO-PART for what was kept before as measured on another part. A file may hold several parts."""
-    part = inspection.part
+    """Raises STO-OTHER-PART for what was kept before as measured on another part. A file may hold several parts."""
+    part, sha256 = inspection.part, inspection.sha256[:16]
     for other in (kept.value for kept in find(store, Inspection, file_sha256=inspection.sha256)):
         same = (other.values, other.measured_at) == (inspection.values, inspection.measured_at)
         if same and other.part.identity != part.identity:
             raise TrueloopError(
-                Code.STO_PART,
-                f"the file with sha256 {inspection.sha256[:16]}… is kept as an inspection of part "
-                f"{other.part.serial!r} of {other.part.part_type.name!r}, and now said to be of part {part.serial!r}",
+                Code.STO_OTHER_PART,
+                f"the file with sha256 {sha256} is kept as an inspection of part {other.part.serial!r} of "
+                f"{other.part.part_type.name!r}, and now said to be of part {part.serial!r}",
                 hint="name the file of this part, or the serial number of the part that the file is of",
-                values={"serial": part.serial, "other": other.part.serial},
+                values={"file": sha256},
             )
 
 

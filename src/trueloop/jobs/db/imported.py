@@ -10,8 +10,8 @@ from trueloop.domain.inspection import Inspection
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
 from trueloop.formats.record_file import read_record
+from trueloop.jobs.db.inspected import Inspected, read_inspections
 from trueloop.jobs.store.found import row_name
-from trueloop.jobs.store.inspected import Inspected, read_inspections
 from trueloop.storage.store import Kept, Store, find, keep
 
 SHOWN: Final = 20
