@@ -21,7 +21,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface test test-corpus check format bench fuzz setup clean
+.PHONY: help demo demo-surface demo-memory test test-corpus check format bench fuzz setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -49,6 +49,9 @@ demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected f
 
 demo-surface: $(SETUP) ## a surface: ten measured parts to a corrected STEP surface and program, in out/surface
 	@$(RUN)trueloop surface compensate examples/surface/surface.toml
+
+demo-memory: $(SETUP) ## memory of an edge: ten parts of NIST's metal, each predicted from those before it, in out/memory
+	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.nist_memory
 
 test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC and Chromium where it may
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6

@@ -1,44 +1,143 @@
-"""The ten worn-nose parts of [6811] as the memory of their edge sees them, in the order of their numbers."""
+"""What memory would have made of the ten worn-nose parts of [6811], in the order of their numbers.
 
+`python -m scripts.nist_memory` writes out/memory: `replay.csv`, `as-first.csv` and `replay.html`. NIST's correction C is
+rebuilt as [6811 §3.2] says and added to the error of its finish cut: E = F + C, the error had nothing been corrected.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
+from typing import Final
 
 import numpy as np
 
 from scripts.nist_bands import PUBLISHED
 from scripts.nist_parts import NistPart, parts
+from scripts.nist_table import corrected
+from trueloop.arrays import Flags
 from trueloop.geometry.feature import contact_angle_rad
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.replay import Predicted, Replayed, replay
 from trueloop.memory.made_part import ArcErrors, MadePart
 from trueloop.turned.error_curve.fit_profile import fit_profile
 from trueloop.turned.touches.touches import Gauging, error_vectors
 
-ARCS = ("dome", "knob")
+ARCS: Final = ("dome", "knob")
+THREE: Final = (2, 9, 16)
+"""The 3rd, 10th and 17th of the twenty touches of an arc."""
+
+FOLDER: Final = Path(__file__).parents[1] / "out" / "memory"
+
+
+@cache
+def worn_nose_parts() -> tuple[NistPart, ...]:
+    """MODBAS2 first, then PIECS11."""
+    return tuple(part for part in parts() if part.family.name in {"MODBAS2", "PIECS11"})
 
 
 @cache
 def made_parts() -> tuple[MadePart, ...]:
-    """All ten, MODBAS2 first."""
-    return tuple(
-        made_part(part, float(k))
-        for k, part in enumerate(part for part in parts() if part.family.name in ("MODBAS2", "PIECS11"))
-    )
+    """All ten."""
+    return tuple(made_part(part, float(k)) for k, part in enumerate(worn_nose_parts()))
 
 
 def made_part(part: NistPart, order: float) -> MadePart:
     """The touches on the arc, and NIST's correction as [6811 §3.2] made it: a spline, positive where taken off."""
     touches = error_vectors(part.profile, part.semifinish, Gauging())
     published = touches.error_mm - fit_profile(part.profile, touches, PUBLISHED).residual_mm
-    on_arc = np.array([part.profile.names[i] in ARCS for i in touches.feature_index])
+    chosen = on_arc(part)
     finish = np.array([touch.error_mm for touch in part.finish], dtype=np.float64)
-    angle = contact_angle_rad(touches.outward_normal)
-    names = tuple(part.profile.names[i] for i in touches.feature_index[on_arc])
-    points = tuple(t.point for t, on in zip(part.semifinish, on_arc, strict=True) if on)
-    u = touches.standard_u_mm[on_arc]
+
+    def errors(of: np.ndarray) -> ArcErrors:
+        return ArcErrors(
+            tuple(part.profile.names[i] for i in touches.feature_index[chosen]),
+            tuple(touch.point for touch, on in zip(part.semifinish, chosen, strict=True) if on),
+            contact_angle_rad(touches.outward_normal)[chosen],
+            of[chosen],
+            touches.standard_u_mm[chosen],
+        )
+
     return MadePart(
         part.family.name,
         part.number,
         "as reported",
         order,
-        ArcErrors(names, points, angle[on_arc], touches.error_mm[on_arc], u),
-        ArcErrors(names, points, angle[on_arc], finish[on_arc], u),
-        published[on_arc],
+        errors(touches.error_mm),
+        errors(finish),
+        published[chosen],
     )
+
+
+def on_arc(part: NistPart) -> Flags:
+    """Which of a part's points lie on its dome or knob."""
+    return np.array([touch.feature in ARCS for touch in part.semifinish])
+
+
+@cache
+def fitted(serial: str) -> Predicted:
+    """What today's fit of the part's own twenty touches says: the correction without memory, and its band."""
+    part = next(part for part in worn_nose_parts() if part.number == serial)
+    found, chosen = corrected(part).prediction, on_arc(part)
+    return Predicted((found.before_mm - found.after_mm)[chosen], found.budget.expanded_u_mm[chosen])
+
+
+def own_fit(part: MadePart) -> Predicted:
+    """Today's fit of a part."""
+    return fitted(part.serial)
+
+
+@cache
+def replayed(touches: Sequence[int] | None = None) -> tuple[Replayed, ...]:
+    """The ten parts in order."""
+    return replay(made_parts(), own_fit, MemoryOptions(), touches)
+
+
+@cache
+def as_first() -> tuple[Replayed, ...]:
+    """Each PIECS11 part as if it had been the first of its type, after the four MODBAS2, at the angles seen by then."""
+    modbas2, piecs11 = made_parts()[:4], made_parts()[4:]
+    seen = max(np.max(part.semifinish.contact_angle_rad) for part in modbas2)
+    each = (_up_to_angle(replace(part, order=float(len(modbas2))), seen + SEEN_RAD) for part in piecs11)
+    return tuple(replay([*modbas2, part], own_fit, MemoryOptions())[-1] for part in each)
+
+
+SEEN_RAD: Final = np.radians(2.2)
+"""An angle beyond the outermost touch by half of what touches are apart still counts as seen."""
+
+
+def _up_to_angle(part: MadePart, angle_rad: float) -> MadePart:
+    assert part.finish is not None and part.correction_mm is not None
+    seen = part.finish.contact_angle_rad <= angle_rad
+    return replace(
+        part,
+        semifinish=_some(part.semifinish, part.semifinish.contact_angle_rad <= angle_rad),
+        finish=_some(part.finish, seen),
+        correction_mm=part.correction_mm[seen],
+    )
+
+
+def _some(errors: ArcErrors, chosen: Flags) -> ArcErrors:
+    names = [[name for name, on in zip(column, chosen, strict=True) if on] for column in (errors.feature, errors.point)]
+    columns = (errors.contact_angle_rad, errors.error_mm, errors.standard_u_mm)
+    return ArcErrors(tuple(names[0]), tuple(names[1]), *(column[chosen] for column in columns))
+
+
+def main() -> None:
+    """Writes the replay and says what it would have left."""
+    from trueloop.jobs.store.replayed import write_replay
+
+    fits = tuple(Replayed(part, len(part.semifinish.error_mm), own_fit(part), True) for part in made_parts())
+    memory = {"20 touches": replayed(), "3 touches": replayed(THREE)}
+    written = write_replay(FOLDER, "Ten parts of one worn edge", SOURCE, fits, memory, as_first())
+    print("\n".join(f"written: {path}" for path in written))
+
+
+SOURCE: Final = (
+    "NISTIR 6811, Tables 8 to 11: four MODBAS2 and six PIECS11 parts, touched after the semi-finish cut and again after "
+    "a finish cut that NIST had corrected. NIST's correction is rebuilt as the report describes it and added to what its "
+    "finish cut left; less the prediction, that is what the prediction would have left in that metal."
+)
+
+if __name__ == "__main__":
+    main()
