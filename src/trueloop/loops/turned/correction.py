@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Final
 
 import numpy as np
 
@@ -18,7 +19,10 @@ from trueloop.domain.tool import Edge
 from trueloop.domain.tool_offset import HeldTool
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
+from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.made_part import MadePart
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.decide import Decision
@@ -34,6 +38,9 @@ from trueloop.turned.program.by_tool import ByTool
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
+IN_FULL: Final = MemoryOptions(first_weight=1.0)
+"""A contour is corrected in full from the first part on: its program takes off what it says, read back from it."""
+
 
 @dataclass(frozen=True)
 class Inputs:
@@ -43,7 +50,8 @@ class Inputs:
     `touches` are part errors; `inspections` hold them as they were reported: none where no device did. `inputs_sha256`
     names what they were read from; `file` is the job's, which states the rest; None: no file does. `held` is the
     finishing tool as the control knows it. `characteristics` are to be judged; `measured_allowance_mm` is
-    what the touches were taken over.
+    what the touches were taken over. `history` are earlier parts of the edge in cutting order, and `memory` says how
+    they take part.
     """
 
     part: PartType
@@ -73,6 +81,8 @@ class Inputs:
     characteristics: tuple[Characteristic, ...] = ()
     measured_allowance_mm: float = 0.0
     notes: tuple[str, ...] = ()
+    history: tuple[MadePart, ...] = ()
+    memory: MemoryOptions = IN_FULL
 
     @property
     def measured_finished(self) -> bool:
@@ -118,7 +128,8 @@ class Correction:
     the contour can be corrected; the notes say why. Where the correction is an offset and there is no such variant, the
     program is run as given, and `wear`, which is known in every case, is entered at the control. `by_tool` is None
     where a machine model takes part: no offset can carry the machine's error. `source_name` is the file name of the
-    given program; `characteristics` are those that the inputs ask for, judged.
+    given program; `characteristics` are those that the inputs ask for, judged. `memory` is what earlier parts of the
+    edge said; None: there are none, or they were not to be used.
     """
 
     part: str
@@ -145,13 +156,14 @@ class Correction:
     composed: Composed | None = None
     characteristics: tuple[Judged, ...] = ()
     by_tool: ByTool | None = None
+    memory: FromMemory | None = None
 
     @property
     def left_by_offset_mm(self) -> Array:
         """What the tool offset alone is expected to leave at the touches, (n,), as `prediction.after_mm`."""
-        vectors = self.model.vectors
+        vectors, expected_mm = self.model.vectors, self.model.as_told(self.model.vectors.error_mm)
         machine_mm = -self.composed.comp_mtg_mm if self.composed is not None else 0.0
-        return np.asarray(vectors.error_mm + machine_mm + vectors.outward_normal @ np.array(self.decision.offset_mm))
+        return np.asarray(expected_mm + machine_mm + vectors.outward_normal @ np.array(self.decision.offset_mm))
 
     @property
     def commanded_mm(self) -> Array:

@@ -30,7 +30,8 @@ def made_part(correction: Correction, cut: Cut, finish: ErrorVectors | None) -> 
     Raises STO-PROGRAM where the cut ran a program that is not of this correction.
     """
     profile, conditions = correction.profile, cut.conditions
-    took_off = None if finish is None else taken_off_mm(correction, finish, program_that_ran(correction, cut))
+    ran = program_that_ran(correction, cut)
+    took_off = None if finish is None else taken_off_mm(correction, finish, ran)
     rows = None if finish is None else rows_on_arcs(profile, finish)
     return MadePart(
         part_type=name_of(cut.part.part_type),
@@ -40,7 +41,7 @@ def made_part(correction: Correction, cut: Cut, finish: ErrorVectors | None) -> 
         semifinish=semifinish_errors(correction.model),
         finish=None if finish is None or rows is None else arc_errors(profile, finish.chosen(rows)),
         correction_mm=None if took_off is None else took_off[rows],
-        from_memory_mm=None if rows is None else np.zeros(len(rows)),
+        from_memory_mm=None if finish is None or rows is None else from_memory_mm(correction, finish.chosen(rows), ran),
         depth_of_cut_mm=conditions.depth_of_cut_mm,
         feed_mm=conditions.feed_mm_per_rev,
     )
@@ -110,6 +111,14 @@ def taken_off_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
     if len(reference):
         off_mm -= np.where(at.at_reference, 1.0, at.z_share) * off_mm[reference[0]]
     return np.asarray(0.0 - off_mm)
+
+
+def from_memory_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
+    """The share of C that came from memory and not from the part's own touches, (n,); an offset has none."""
+    if correction.memory is None or ran is not Ran.CORRECTED or correction.decision.offset_is_enough:
+        return np.zeros(len(at.point))
+    share = correction.memory.taken_off_mm(at.feature_index, contact_angle_rad(at.outward_normal))
+    return correction.options.weight * share
 
 
 def _whole_mm(correction: Correction, ran: Ran) -> tuple[float, float]:

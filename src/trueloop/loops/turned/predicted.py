@@ -42,13 +42,8 @@ def prediction_at_touches(
 
 def expected_uncorrected_mm(model: ProfileErrorModel) -> Array:
     """Errors of the next cut at the touches had nothing been corrected, of the process, (n,)."""
-    vectors = model.vectors
-    expected = np.where(model.weight == 0.0, vectors.error_mm - model.residual_mm, vectors.error_mm)
-    for index, curve in enumerate(model.curves):
-        if curve.next_cut is not None:
-            rows = vectors.of_feature(index)
-            expected[rows] = curve.expected_mm(vectors.arc_length_mm[rows])
-    return expected
+    error_mm = model.vectors.error_mm
+    return model.as_told(np.where(model.weight == 0.0, error_mm - model.residual_mm, error_mm))
 
 
 def _budget(touches: ErrorVectors, model: ProfileErrorModel, shifts: Shifts, leverage: Array, index: int) -> Budget:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.domain.limits import check_scatter
 from trueloop.errors import in_file
 from trueloop.loops.misuse import refuse_misuse
@@ -17,11 +18,13 @@ from trueloop.loops.turned.commanded import Commanded, commanded
 from trueloop.loops.turned.composed import Surface, comp_mtg_at, model_u_mm, surface_of
 from trueloop.loops.turned.contour_tools import ContourTools, contour_tools
 from trueloop.loops.turned.correction import Composed, Correction, Inputs
+from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import InMachine, placed
 from trueloop.loops.turned.paths import Paths, corrected_paths
-from trueloop.loops.turned.predicted import prediction_at_touches
+from trueloop.loops.turned.predicted import expected_uncorrected_mm, prediction_at_touches
 from trueloop.loops.turned.programs import write_programs
 from trueloop.loops.turned.provenance import id_of, record_of
+from trueloop.loops.turned.remembering import remembering
 from trueloop.loops.turned.shifts import corrected_shifts, whole_mm
 from trueloop.loops.turned.written import Writing
 from trueloop.turned.compensation.decide import Decision, decide
@@ -29,6 +32,7 @@ from trueloop.turned.compensation.prediction import Prediction
 from trueloop.turned.compensation.table import correction_table
 from trueloop.turned.compensation.targets import Fitting
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel, fit_profile
+from trueloop.turned.fit.prior.remembered import angles_along
 from trueloop.turned.options import Options
 from trueloop.turned.program.by_tool import ByTool, answer_by_tool
 from trueloop.turned.program.wear_numbers import WearOffset
@@ -73,8 +77,8 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
     )
     machine = None if inputs.machine is None else placed(inputs.machine, matched)
     surface = _surface(inputs, machine)
-    model = _error_model(inputs, matched, surface)
     tools = contour_tools(inputs.program, matched)
+    model, memory = _error_model(inputs, matched, surface, len(set(tools.cut_by)))
     decision = _decision(model, matched, inputs.options, tools.by(inputs.options.by if machine is None else "contour"))
     shifts = corrected_shifts(inputs.profile, model, decision, matched, inputs.options)
     paths = corrected_paths(inputs, matched, shifts, whole_mm(decision), machine)
@@ -108,9 +112,12 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         table=correction_table(
             paths.commanded, paths.corrected, decision.offset_mm if decision.by_offset else (0.0, 0.0)
         ),
-        record=record_of(inputs, matched, model, decision, programs, surface.touches, composed, by_tool, judged),
+        record=record_of(
+            inputs, matched, model, decision, programs, surface.touches, composed, by_tool, judged, memory
+        ),
         notes=(
             *(one.words for one in model.suspects),
+            *(() if memory is None else memory.words(inputs.profile)),
             *inputs.notes,
             *unchecked,
             *tools.notes,
@@ -120,6 +127,7 @@ def _corrected(inputs: Inputs, unchecked: list[str]) -> Correction:
         composed=composed,
         characteristics=judged,
         by_tool=by_tool,
+        memory=memory,
     )
 
 
@@ -131,29 +139,54 @@ def _surface(inputs: Inputs, machine: InMachine | None) -> Surface:
     return surface_of(machine, reported, inputs.semifinish, inputs.nose_radius_mm, inputs.allowance_mm)
 
 
-def _error_model(inputs: Inputs, matched: Commanded, surface: Surface) -> ProfileErrorModel:
-    """Error curves of the process: what neither the machine nor the programs put into the touches."""
+def _error_model(
+    inputs: Inputs, matched: Commanded, surface: Surface, tools: int
+) -> tuple[ProfileErrorModel, FromMemory | None]:
+    """Error curves of the process: what neither the machine nor the programs put into the touches; and memory's share.
+
+    `tools` is the number of tool offsets that cut the contour.
+    """
     touches, options = surface.touches, inputs.options
     seen = tuple(one.less(matched.measured_along(one.feature_index, one.arc_length_mm)) for one in touches.seen)
     error_mm = touches.error_mm - surface.cut_in_mm - matched.measured_at(touches)
     process = replace(touches, error_mm=error_mm, seen=seen)
     model = fit_profile(inputs.profile, process, options, inputs.nose)
     check_scatter(model.scatter_mm, options.limits, model.farthest_words)
-    return model
+    remembered, memory = remembering(inputs, model, tools)
+    if remembered is not None:
+        model = fit_profile(inputs.profile, process, options, inputs.nose, remembered)
+    return model, memory
 
 
 def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by: str) -> Decision:
     vectors = model.vectors.chosen(np.flatnonzero(model.weight))
     floor_mm = float(np.max(vectors.standard_u_mm))
+    error_mm, outward_normal = _decided_on(model)
     return decide(
-        vectors.error_mm,
-        vectors.outward_normal,
+        error_mm,
+        outward_normal,
         max(model.scatter_mm, floor_mm),
         model.degrees_of_freedom or float("inf"),
         matched.resolution_mm,
         options.weight,
         by,
+        any(curve.told for curve in model.curves),
     )
+
+
+def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array]:
+    """Process errors (n,) and normals (n, 2): of touches with weight, and of arcs that memory corrects at places along.
+
+    Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does.
+    """
+    told = [i for i, curve in enumerate(model.curves) if curve.told]
+    touched = model.vectors.chosen(np.flatnonzero((model.weight > 0.0) & ~np.isin(model.vectors.feature_index, told)))
+    errors, normals = [touched.error_mm], [touched.outward_normal]
+    for i in told:
+        s, _ = angles_along(model.profile.features[i])
+        errors.append(model.curves[i].value_mm(s[2::5]))
+        normals.append(model.profile.features[i].outward_normal(s[2::5]))
+    return np.concatenate(errors), np.concatenate(normals)
 
 
 def _by_tool(
@@ -176,6 +209,7 @@ def _composed(
     machine: InMachine, surface: Surface, model: ProfileErrorModel, prediction: Prediction, nose_radius_mm: float
 ) -> Composed:
     """The components at the touches: COMP_PROC is what the prediction takes out of the process error."""
-    process_mm = prediction.after_mm - model.vectors.error_mm
+    gain = np.array([curve.gain for curve in model.curves])[model.vectors.feature_index]
+    process_mm = (prediction.after_mm - expected_uncorrected_mm(model)) / gain
     comp_mtg_mm = comp_mtg_at(machine, surface.touches, process_mm, nose_radius_mm)
     return Composed(surface.reported_mm, surface.cut_in_mm, comp_mtg_mm, process_mm)

@@ -2,6 +2,8 @@
 
 from dataclasses import asdict, replace
 
+import numpy as np
+
 from trueloop import __version__
 from trueloop.domain.judged import Judged
 from trueloop.domain.record import Component, Product, Record, record_id, sha256_of
@@ -10,7 +12,9 @@ from trueloop.domain.tool_offset import ToolOffset
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded
 from trueloop.loops.turned.correction import Composed, Inputs
+from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.programs import Programs
+from trueloop.loops.turned.remembering import history_sha256, is_used
 from trueloop.nc.program.unit import recorded_program, unit_of_path
 from trueloop.turned.compensation.decide import Decision
 from trueloop.turned.error_curve.fit_profile import ProfileErrorModel
@@ -34,6 +38,7 @@ def record_of(
     composed: Composed | None,
     by_tool: ByTool | None,
     characteristics: tuple[Judged, ...],
+    memory: FromMemory | None,
 ) -> Record:
     """The record of a correction, complete."""
     known = Tool() if inputs.edge is None else inputs.edge.tool
@@ -46,10 +51,11 @@ def record_of(
         trueloop_version=__version__,
         inputs_sha256=dict(inputs.inputs_sha256),
         options=_options(inputs) | {"unit": unit},
-        model=_model(model),
+        model=_model(model) | _memory(memory),
         decision=[
             *(decision.x.words, decision.z.words),
             wording("As a tool offset: {wear}.", wear=programs.wear.words),
+            *(() if memory is None else memory.words(inputs.profile)),
             *(() if by_tool is None else (f"{by_tool.words}.", by_tool.beyond_words, by_tool.moved_words)),
         ],
         changes=programs.changes,
@@ -75,7 +81,35 @@ def _tool_offset(inputs: Inputs, decision: Decision, programs: Programs) -> Tool
 
 def _options(inputs: Inputs) -> dict[str, object]:
     machine = {} if inputs.machine is None else {"machine": inputs.machine.as_record()}
-    return {"weight": inputs.options.weight, **asdict(inputs.options), "parameters": dict(inputs.parameters), **machine}
+    stated = {"weight": inputs.options.weight, **asdict(inputs.options), "parameters": dict(inputs.parameters)}
+    return {**stated, **machine, **_memory_options(inputs)}
+
+
+def _memory_options(inputs: Inputs) -> dict[str, object]:
+    """How earlier parts take part, and which; nothing where there are none."""
+    if not is_used(inputs):
+        return {}
+    return {"memory": asdict(inputs.memory) | {"history_sha256": history_sha256(inputs.history)}}
+
+
+def _memory(memory: FromMemory | None) -> dict[str, object]:
+    """What was expected by earlier parts, in mm and rad, so that it can be judged by the next inspection."""
+    if memory is None or memory.expected is None:
+        return {}
+    expected = memory.expected
+    return {
+        "memory": {
+            "applied": memory.applied,
+            "contact_angle_rad": expected.contact_angle_rad.tolist(),
+            "mean_mm": expected.mean_mm.tolist(),
+            "memory_mm": expected.memory_mm.tolist(),
+            "standard_u_mm": np.sqrt(np.diag(expected.covariance_mm2)).tolist(),
+            "gain": expected.gain,
+            "parts": expected.parts,
+            "points": list(memory.points),
+            "enough_touches": expected.enough_touches,
+        }
+    }
 
 
 def _model(model: ProfileErrorModel) -> dict[str, object]:

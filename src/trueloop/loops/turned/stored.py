@@ -9,6 +9,7 @@ from trueloop.domain.limits import Limits
 from trueloop.geometry.feature import Arc, Line
 from trueloop.geometry.profile import Junction, JunctionKind, Profile
 from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine, Standing
 from trueloop.machine.model import model as machine_model
 from trueloop.machine.model.chain import Axis, AxisKind, Chain
@@ -16,6 +17,7 @@ from trueloop.machine.model.history import Lag
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.position_basis import PositionBasis
 from trueloop.machine.model.term import Part, Term
+from trueloop.memory.expected import Expected
 from trueloop.turned.compensation.contour import CentrePiece, ShiftedFeature
 from trueloop.turned.compensation.decide import AxisDecision, Decision
 from trueloop.turned.compensation.displaced import Constant, DisplacedFeature, Then
@@ -45,7 +47,7 @@ CODEC: Final = values.CODEC.with_more(
     *(Line, Arc, Junction, JunctionKind, Profile, ErrorVectors, Seen, Options, BetweenCuts, EndConditions),
     *(ProfileErrorModel, FitOptions, TangentPolicy, BadTouches, ErrorCurve, Spline, SuspectTouch, DisplacedJunction),
     *(Tangency, ModelChoice, Decision, AxisDecision, Prediction, Budget, WearOffset, CorrectionTable, turned.Composed),
-    *(ByTool, MovedFeature, ToolAnswer, NextCut),
+    *(ByTool, MovedFeature, ToolAnswer, NextCut, FromMemory, Expected),
     *(CentrePiece, ShiftedFeature, DisplacedFeature, Shift, Constant, Then, CompMtg, Standing, PartOnMachine),
     *(machine_model.MachineModel, Chain, Axis, AxisKind, Term, ErrorName, PositionBasis, Lag),
     TurnedCorrection=turned.Correction,

@@ -77,11 +77,13 @@ def decide(
     resolution_mm: float,
     weight: float,
     by: str = "auto",
+    told: bool = False,
 ) -> Decision:
     """Fits one offset to all touches and tests, axis by axis, what it leaves.
 
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
-    degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`.
+    degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`; `told`:
+    some of the places were not touched, earlier parts tell their errors.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
     inverse = np.linalg.pinv(np.where(np.any(informs, axis=0), outward_normal, 0.0), rcond=1e-9)
@@ -89,7 +91,7 @@ def decide(
     left = process_error_mm - outward_normal @ constants
     x, z = (
         _decide_axis(
-            axis, left, informs[:, axis], -weight * constants[axis], sigma_mm, degrees_of_freedom, resolution_mm
+            axis, left, informs[:, axis], -weight * constants[axis], sigma_mm, degrees_of_freedom, resolution_mm, told
         )
         for axis in range(2)
     )
@@ -104,6 +106,7 @@ def _decide_axis(
     sigma_mm: float,
     degrees_of_freedom: float,
     resolution_mm: float,
+    told: bool,
 ) -> AxisDecision:
     name, n = AXES[axis], int(np.count_nonzero(informs))
     if n == 0:
@@ -121,12 +124,12 @@ def _decide_axis(
         else wording("that is more than the process scatters by itself, so the contour is changed")
     )
     words = wording(
-        "{axis}: a constant offset of {offset} would leave up to {left} at {n} touches, where {sigma} (one standard "
+        "{axis}: a constant offset of {offset} would leave up to {left} at {places}, where {sigma} (one standard "
         "deviation) is repeatability; {verdict} (p = {p:.2g}).",
         axis=name,
         offset=wording("{x} (on the radius)", x=Um(offset_mm, "+.1f")) if axis == 0 else Um(offset_mm, "+.1f"),
         left=Um(largest),
-        n=n,
+        places=wording("{n} touches and places that earlier parts tell", n=n) if told else wording("{n} touches", n=n),
         sigma=Um(sigma_mm),
         verdict=verdict,
         p=p_value,

@@ -63,6 +63,17 @@ class ProfileErrorModel:
     notes: tuple[str, ...]
     choices: tuple[ModelChoice, ...]
 
+    def as_told(self, error_mm: Array) -> Array:
+        """Errors at the touches, (n,), with those of the next cut, had nothing been corrected, where earlier parts tell
+        them.
+        """
+        told = error_mm.copy()
+        for index, curve in enumerate(self.curves):
+            if curve.next_cut is not None:
+                rows = self.vectors.of_feature(index)
+                told[rows] = curve.expected_mm(self.vectors.arc_length_mm[rows])
+        return told
+
     @property
     def farthest_words(self) -> str:
         """The touch with weight that is farthest from what the others predict there, in words."""
@@ -164,6 +175,7 @@ def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, optio
                 degrees_of_freedom=fitted.degrees_of_freedom or None,
                 notes=fit.notes,
                 next_cut=fit.next_cut,
+                told=fit.scattered_mm is not None,
             )
 
 

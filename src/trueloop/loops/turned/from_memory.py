@@ -1,0 +1,110 @@
+"""What memory said of a part before its finish cut, kept beside the correction so that it can be judged afterwards."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trueloop.arrays import Array, by_content
+from trueloop.domain.tool import Edge
+from trueloop.geometry.profile import Profile
+from trueloop.memory.edge.options import Use
+from trueloop.memory.expected import Expected
+from trueloop.statistics import rms
+from trueloop.turned.fit.prior.remembered import angles_along
+from trueloop.wording import wording
+
+
+@by_content
+@dataclass(frozen=True)
+class FromMemory:
+    """What earlier parts of an edge said of one part, and what became of it.
+
+    `edge` in words. `applied`: the correction of the arcs `features`, by index, is by memory and today's touches
+    `points`; else it is by these touches alone. `keep` are the touches, by name, that are enough for the next part
+    and for judging it. `expected` is the prediction, at its contact angles; None: none was made. `alarms` say how
+    today's touches contradict earlier parts; then these are not used.
+    """
+
+    edge: str
+    use: Use
+    applied: bool
+    features: tuple[int, ...] = ()
+    points: tuple[str, ...] = ()
+    keep: tuple[str, ...] = ()
+    expected: Expected | None = None
+    alarms: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def taken_off_mm(self, feature_index: NDArray[np.intp], contact_angle_rad: Array) -> Array:
+        """The share from memory of what a correction of weight 1 takes off at places, (n,): without a touch of today.
+
+        Positive where material is taken off; zero where the correction is not by memory. Near a straight neighbour,
+        whose value the curve goes over to, it is that of the arc itself.
+        """
+        if not self.applied or self.expected is None:
+            return np.zeros(len(contact_angle_rad))
+        known = self.expected
+        share = np.interp(contact_angle_rad, known.contact_angle_rad, known.weight * known.memory_mm)
+        return np.where(np.isin(feature_index, self.features), share, 0.0)
+
+    def share(self, profile: Profile, feature: int) -> float:
+        """How much of one arc's correction is from memory, from 0 to 1: RMS of that over the sum of the two RMS."""
+        if not self.applied or self.expected is None or feature not in self.features:
+            return 0.0
+        known, (_, angle) = self.expected, angles_along(profile.features[feature])
+        memory, whole = (np.interp(angle, known.contact_angle_rad, of) for of in (known.memory_mm, known.mean_mm))
+        from_memory, from_touches = rms(memory), rms(whole - memory)
+        return from_memory / (from_memory + from_touches) if from_memory + from_touches > 0.0 else 0.0
+
+    def words(self, profile: Profile) -> tuple[str, ...]:
+        """What came from memory, what from today's touches, how many of these would have been enough; and alarms."""
+        if self.expected is None:
+            return tuple(wording("Memory of edge {edge}: {note}", edge=self.edge, note=note) for note in self.notes)
+        head = wording("Memory of edge {edge}: {n} inspected parts.", edge=self.edge, n=self.expected.parts)
+        return (head, *self._shares(profile), *self._alarmed(), *self._enough(), *self.notes)
+
+    def _shares(self, profile: Profile) -> tuple[str, ...]:
+        if not self.applied:
+            return ()
+        touches = len(self.points)
+        return tuple(
+            wording(
+                "{feature}: {memory:.0f} % of the correction is from memory, {touched:.0f} % from {n} touches.",
+                feature=profile.names[i],
+                memory=100.0 * (share := self.share(profile, i)),
+                touched=100.0 * (1.0 - share),
+                n=touches,
+            )
+            for i in self.features
+        )
+
+    def _alarmed(self) -> tuple[str, ...]:
+        if not self.alarms:
+            if self.applied:
+                return ()
+            return (wording("The correction is by today's touches alone; memory gives its band."),)
+        own = wording(
+            "Today's touches contradict earlier parts: the correction is by today's {n} touches of arcs alone. Look "
+            "what happened, and touch all points before cutting.",
+            n=len(self.points),
+        )
+        return (own, *self.alarms)
+
+    def _enough(self) -> tuple[str, ...]:
+        if self.alarms or self.expected is None or not self.points:
+            return ()
+        enough = wording(
+            "Touches of arcs that would have been enough: {enough} of {n}.",
+            enough=self.expected.enough_touches,
+            n=len(self.points),
+        )
+        if len(self.keep) == len(self.points):
+            return (enough,)
+        kept = wording("To touch on the next part, as a check too: {points}.", points=", ".join(self.keep))
+        return (enough, kept)
+
+
+def edge_words(edge: Edge | None) -> str:
+    """An edge by its tool, insert and corner."""
+    return "" if edge is None else " ".join(text for text in edge.identity if text)
