@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from datetime import datetime
 
 from trueloop.domain.edge_life import EdgeLife, in_pockets, life_of, lives
+from trueloop.domain.edge_names import edge_name, time, tool_name, where
 from trueloop.domain.life import EdgeEvent
 from trueloop.domain.machine import Machine
 from trueloop.domain.tool import Edge, Setting
@@ -69,25 +70,6 @@ def ended(life: EdgeLife, at: datetime) -> TrueloopError:
     )
 
 
-def tool_name(edge: Edge) -> str:
-    """As it is called: T3, or the holder where no number is known."""
-    return f"T{edge.tool.number}" if edge.tool.number is not None else edge.tool.name
-
-
-def edge_name(edge: Edge) -> str:
-    """Tool, holder, insert and corner, as far as they are stated."""
-    words = [tool_name(edge)]
-    if edge.tool.name and edge.tool.number is not None:
-        words.append(edge.tool.name)
-    words += [edge.insert] if edge.insert else []
-    return " ".join(words + ([f"corner {edge.corner}"] if edge.corner else []))
-
-
-def time(at: datetime) -> str:
-    """A time as messages have it: to the second, with its zone."""
-    return at.isoformat(sep=" ", timespec="seconds")
-
-
 def _mounted(
     known: Sequence[EdgeLife], stated: Edge | None, number: int | None, at: datetime, machine: Machine | None
 ) -> EdgeLife | None:
@@ -111,12 +93,6 @@ def several(mounted: Sequence[EdgeLife]) -> TrueloopError:
         hint="name the machine, in the job by programs.machine, at the command line by --machine; else remove one",
         values={"tool": name, "held": [where(life) for life in mounted]},
     )
-
-
-def where(life: EdgeLife) -> str:
-    """The edge with its machine."""
-    machine = "" if life.machine is None else f" in {life.machine.name}"
-    return edge_name(life.edge) + machine
 
 
 def _require_same(mounted: EdgeLife, stated: Edge | None, set_at: datetime | None) -> None:

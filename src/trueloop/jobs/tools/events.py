@@ -10,11 +10,11 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from trueloop.domain.edge_life import EdgeLife, in_pockets, life_of, of_one_insert
+from trueloop.domain.edge_names import edge_name, time, tool_name, where
 from trueloop.domain.life import EdgeEvent, EdgeEventKind
 from trueloop.domain.machine import Machine
 from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.tools.edge import edge_name, time, tool_name, where
 from trueloop.jobs.tools.find import mounted_as, number_of
 
 CLOCKS_DIFFER: Final = timedelta(minutes=1)

@@ -7,9 +7,10 @@ from difflib import get_close_matches
 from typing import Final
 
 from trueloop.domain.edge_life import EdgeLife, in_pockets
+from trueloop.domain.edge_names import tool_name
 from trueloop.domain.machine import Machine
 from trueloop.errors import Code, TrueloopError
-from trueloop.jobs.tools.edge import several, tool_name
+from trueloop.jobs.tools.edge import several
 
 NUMBER: Final = re.compile(r"[Tt]?(\d{1,6})")
 

@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 
 from trueloop.domain.edge_life import EdgeLife, in_pockets, life_of, lives, time_of
+from trueloop.domain.edge_names import edge_name, time, tool_name
 from trueloop.domain.life import Cut, EdgeEvent
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.jobs.tools.edge import edge_name, ended, lives_in, several, time, tool_name
+from trueloop.jobs.tools.edge import ended, lives_in, several
 from trueloop.jobs.tools.events import require_time, require_values
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find, keep

@@ -1,0 +1,59 @@
+"""A tool's edge out of the store, with what it has taught, as it is shown."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.domain.edge_life import EdgeLife, time_of
+from trueloop.domain.life import Cut
+from trueloop.domain.machine import Machine
+from trueloop.jobs.store.history import history_of
+from trueloop.jobs.tools.edge import lives_in
+from trueloop.jobs.tools.find import edges_of
+from trueloop.jobs.tools.keeping import cuts_after_end, cuts_of
+from trueloop.memory.edge.learnt import learnt
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.made_part import MadePart
+from trueloop.report.tool.shown import ShownEdge
+from trueloop.storage.store import Store
+
+BEYOND_DEG: Final = 20
+"""So far beyond the angles seen, what was learnt is shown too, in grey."""
+
+
+def shown_edge(store: Store, tool: str, corner: str | None = None, machine: Machine | None = None) -> ShownEdge:
+    """The edge of a tool that was mounted last, or its `corner`. Raises EDG-UNKNOWN with those that there are."""
+    life = latest(edges_of(lives_in(store), tool, corner, machine))
+    every = cuts_of(store, life.edge)
+    cuts = tuple(cut for cut in every if (at := time_of(cut)) is None or life.holds(at))
+    history = history_of(store, life.edge)
+    found = learnt(history, np.radians(_angles_deg(history))) if history else None
+    findings = tuple(cuts_after_end(life, cuts))
+    return ShownEdge(life, cuts, found, findings, minutes_in_cut(life, cuts), MemoryOptions().unseen_rad)
+
+
+def latest(known: Sequence[EdgeLife]) -> EdgeLife:
+    """The life that something happened to last; of several at one time that which goes on."""
+    return max(known, key=lambda life: (life.events[-1].at, life.ended is None))
+
+
+def minutes_in_cut(life: EdgeLife, cuts: Sequence[Cut]) -> float | None:
+    """How long an edge has cut: as stated last with its wear, and by the cuts since; None where nothing says it."""
+    stated = [event for event in life.events if "minutes_in_cut" in event.values]
+    base, since = (stated[-1].values["minutes_in_cut"], stated[-1].at) if stated else (0.0, life.began)
+    later = [cut for cut in cuts if (at := time_of(cut)) is None or at >= since]
+    own = [cut.conditions.time_in_cut_min for cut in later]
+    times = [minutes for minutes in own if minutes is not None]
+    return None if not stated and not times else base + sum(times)
+
+
+def _angles_deg(history: Sequence[MadePart]) -> Array:
+    """Whole degrees about the angles seen."""
+    errors = [part.semifinish for part in history] + [part.finish for part in history if part.finish is not None]
+    seen = np.degrees(np.concatenate([one.contact_angle_rad for one in errors]))
+    if len(seen) == 0:
+        return np.empty(0)
+    low, high = np.floor(seen.min()) - BEYOND_DEG, np.ceil(seen.max()) + BEYOND_DEG
+    return np.arange(max(low, -180.0), min(high, 180.0) + 0.5)

@@ -1,0 +1,1 @@
+"""An edge and what it has taught: page, figures, lines, JSON."""
