@@ -17,6 +17,7 @@ from trueloop.cli.new import new
 from trueloop.cli.simulated import linuxcnc
 from trueloop.cli.simulated.simulate import simulate
 from trueloop.cli.surface import commands as surface
+from trueloop.cli.tool import commands as tool
 from trueloop.cli.turned import part
 from trueloop.cli.turned.compensate import compensate
 from trueloop.cli.turned.demo import demo
@@ -49,6 +50,7 @@ app.add_typer(linuxcnc.app, name="linuxcnc")
 app.add_typer(machine.app, name="machine")
 app.add_typer(surface.app, name="surface")
 app.add_typer(offsets.app, name="offsets")
+app.add_typer(tool.app, name="tool")
 app.add_typer(record.app, name="record")
 app.add_typer(db.app, name="db")
 app.command()(explain)

@@ -34,6 +34,13 @@ def shown_edge(store: Store, tool: str, corner: str | None = None, machine: Mach
     return ShownEdge(life, cuts, found, findings, minutes_in_cut(life, cuts), MemoryOptions().unseen_rad)
 
 
+def listed(store: Store, machine: Machine | None, *, every: bool) -> tuple[EdgeLife, ...]:
+    """The edges that are mounted, or all that ever were, by tool number."""
+    known = [life for life in lives_in(store) if machine is None or life.of_machine(machine)]
+    chosen = known if every else [life for life in known if life.ended is None and life.until is None]
+    return tuple(sorted(chosen, key=lambda life: (life.edge.tool.number or 0, life.began)))
+
+
 def latest(known: Sequence[EdgeLife]) -> EdgeLife:
     """The life that something happened to last; of several at one time that which goes on."""
     return max(known, key=lambda life: (life.events[-1].at, life.ended is None))

@@ -23,6 +23,9 @@ LATEST: Final = 40
 NOBODY: Final = ("\x00", "\x01")
 """Part types, or settings, that no part has."""
 
+IN_ALL: Final = ("nose_mm", "wear_mm", "setting_mm", "walk_mm", "finish_mm", "finish_type_mm")
+"""What a finish cut shares with other parts of its edge, setting and type."""
+
 
 @by_content
 @dataclass(frozen=True)
@@ -57,9 +60,11 @@ class Learnt:
 
     `form` is w(φ) with its wear; `transfer` is d(φ), the finish cut's error less the semi-finish cut's. `setting_mm`
     (2,) is o of the present setting along x (a radius) and z, with `setting_u_mm` (2,): at an angle it adds
-    o·(sin φ, cos φ). `by_type`: what the finish cut of a part type has besides, by its name. `nearest_rad` (n,) is how
-    far the nearest angle is that was touched or inspected. `form_at_mm` and `transfer_at_mm` (m,) are the curves at
-    the angles of `behind`; `parts` are those behind, `inspected` those with a finish inspection.
+    o·(sin φ, cos φ). `by_type`: what the finish cut of a part type has besides, by its name. `in_all` is the sum of all
+    of them, by part type: the finish error of a next part in the present setting, had nothing been corrected. It is
+    known better than its terms, which share offsets. `nearest_rad` (n,) is how far the nearest angle is that was
+    touched or inspected. `form_at_mm`, `transfer_at_mm` and `in_all_at_mm` (m,) are the curves at the angles of
+    `behind`; `parts` are those behind, `inspected` those with a finish inspection.
     """
 
     contact_angle_rad: Array
@@ -68,10 +73,12 @@ class Learnt:
     setting_mm: Array
     setting_u_mm: Array
     by_type: Mapping[str, Learned]
+    in_all: Mapping[str, Learned]
     nearest_rad: Array
     behind: Behind
     form_at_mm: Array
     transfer_at_mm: Array
+    in_all_at_mm: Array
     parts: int
     inspected: int
 
@@ -91,7 +98,8 @@ def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | No
     bare, types = _bare(parts[-1]), list(dict.fromkeys(part.part_type for part in parts))
     now = [replace(bare, part_type=nobody) for nobody in NOBODY]
     others = [replace(bare, part_type=name, setting=nobody) for name in types for nobody in NOBODY]
-    given = _Given(seen, [*parts, *now, *others], sizes(parts))
+    next_parts = [replace(bare, part_type=name) for name in types for _ in NOBODY]
+    given = _Given(seen, [*parts, *now, *others, *next_parts], sizes(parts))
     at, k = contact_angle_rad, 2 * len(parts)
 
     def transfer(angle: Array) -> Learned:
@@ -100,11 +108,15 @@ def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | No
     def form(angle: Array) -> Learned:
         return given.of(("nose_mm", "wear_mm"), k, angle)
 
+    def in_all(place: int, angle: Array) -> Learned:
+        return given.of(IN_ALL, k + 4 * (len(types) + 1 + place) + 1, angle)
+
     # At 90° an offset is its x, at 0 its z.
     setting = given.of(("setting_mm", "walk_mm"), k, np.array([np.pi / 2, 0.0]))
     adds = {
         name: given.of(("setting_mm", "finish_type_mm"), k + 4 * place + 1, at) for place, name in enumerate(types, 1)
     }
+    behind = _behind(parts, seen, given)
     return Learnt(
         contact_angle_rad=at,
         form=form(at),
@@ -112,10 +124,14 @@ def learnt(history: Sequence[MadePart], contact_angle_rad: Array) -> Learnt | No
         setting_mm=setting.mean_mm,
         setting_u_mm=setting.u_mm,
         by_type=adds,
+        in_all={name: in_all(place, at) for place, name in enumerate(types)},
         nearest_rad=np.min(np.abs(np.subtract.outer(at, seen.contact_angle_rad)), axis=1),
-        behind=_behind(parts, seen, given),
+        behind=behind,
         form_at_mm=form(seen.contact_angle_rad).mean_mm,
         transfer_at_mm=transfer(seen.contact_angle_rad).mean_mm,
+        in_all_at_mm=_of_own_type(
+            behind, [in_all(place, seen.contact_angle_rad).mean_mm for place in range(len(types))], types
+        ),
         parts=len(parts),
         inspected=sum(part.uncorrected_mm is not None for part in parts),
     )
@@ -171,3 +187,8 @@ def _behind(parts: Sequence[MadePart], seen: Observations, given: _Given) -> Beh
         seen.contact_angle_rad,
         given.left_mm,
     )
+
+
+def _of_own_type(behind: Behind, by_type: Sequence[Array], types: Sequence[str]) -> Array:
+    """Of values by type, those of each error's own."""
+    return np.stack(by_type)[[types.index(name) for name in behind.part_type], np.arange(len(behind.part_type))]

@@ -1,6 +1,6 @@
 """Figures of an edge: a term of its errors over contact angle, with its band and the parts behind it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Final
 
@@ -37,17 +37,24 @@ WIDTH: Final = 760
 HEIGHT: Final = 380
 
 
+def error_figure(shown: ShownEdge, found: Learnt) -> Figure:
+    """The finish error of a next part by its type, had nothing been corrected, with the inspections behind it."""
+    at_mm = found.in_all_at_mm + found.behind.left_mm
+    return _figure(shown, found, found.in_all, at_mm, found.behind.finish, "error of the finish cut")
+
+
 def form_figure(shown: ShownEdge, found: Learnt) -> Figure:
     """w(φ) with the semi-finish touches behind it."""
     behind = found.behind
-    return _figure(shown, found, found.form, found.form_at_mm + behind.left_mm, ~behind.finish, "form of the edge")
+    terms = {"": found.form}
+    return _figure(shown, found, terms, found.form_at_mm + behind.left_mm, ~behind.finish, "form of the edge")
 
 
 def transfer_figure(shown: ShownEdge, found: Learnt) -> Figure:
     """d(φ) with the finish inspections behind it."""
     behind = found.behind
     at_mm = found.transfer_at_mm + behind.left_mm
-    return _figure(shown, found, found.transfer, at_mm, behind.finish, "finish cut less semi-finish cut")
+    return _figure(shown, found, {"": found.transfer}, at_mm, behind.finish, "finish cut less semi-finish cut")
 
 
 def types_figure(shown: ShownEdge, found: Learnt) -> Figure:
@@ -69,14 +76,15 @@ def types_figure(shown: ShownEdge, found: Learnt) -> Figure:
     return {"data": traces, "layout": layout(WIDTH, HEIGHT, **axes)}
 
 
-def _figure(shown: ShownEdge, found: Learnt, term: Learned, at_mm: Array, of: Flags, title: str) -> Figure:
+def _figure(
+    shown: ShownEdge, found: Learnt, terms: Mapping[str, Learned], at_mm: Array, of: Flags, title: str
+) -> Figure:
     at, behind = angles_deg(found).tolist(), found.behind
-    mean, half = UM_PER_MM * term.mean_mm, UM_PER_MM * COVERAGE * term.u_mm
-    band = [*(mean + half).tolist(), *(mean - half).tolist()[::-1]]
     seen = ~unseen(shown, found)
-    low, high = padded(
-        [*(mean + half)[seen].tolist(), *(mean - half)[seen].tolist(), *(UM_PER_MM * at_mm[of]).tolist()]
-    )
+    ends = [
+        UM_PER_MM * (term.mean_mm + sign * COVERAGE * term.u_mm)[seen] for term in terms.values() for sign in (1, -1)
+    ]
+    low, high = padded(np.concatenate([*ends, UM_PER_MM * at_mm[of]]).tolist())
     colour = dict(zip(found.by_type, _colours(found), strict=True))
     points = [
         dots(
@@ -91,12 +99,17 @@ def _figure(shown: ShownEdge, found: Learnt, term: Learned, at_mm: Array, of: Fl
     ]
     traces = [
         *_grey(shown, found, low, high),
-        area([*at, *at[::-1]], band, BAND),
+        *(area([*at, *at[::-1]], _band(term), BAND) for term in terms.values()),
         *points,
-        lines(at, mean.tolist(), INK, 2),
+        *(lines(at, (UM_PER_MM * term.mean_mm).tolist(), colour.get(name, INK), 2) for name, term in terms.items()),
     ]
     axes = {"xaxis": axis("contact angle (°)", at[0], at[-1]), "yaxis": axis(f"{title} (µm)", low, high)}
     return {"data": traces, "layout": layout(WIDTH, HEIGHT, **axes)}
+
+
+def _band(term: Learned) -> list[float]:
+    mean, half = UM_PER_MM * term.mean_mm, UM_PER_MM * COVERAGE * term.u_mm
+    return [*(mean + half).tolist(), *(mean - half).tolist()[::-1]]
 
 
 def _hover(found: Learnt, at_mm: Array, rows: np.ndarray) -> list[str]:

@@ -3,13 +3,18 @@
 from trueloop.domain.edge_names import edge_name, time
 from trueloop.report.markup import esc, fields, items, section, table
 from trueloop.report.shell import figure_block, html_page
-from trueloop.report.tool.figures import form_figure, transfer_figure, types_figure
+from trueloop.report.tool.figures import error_figure, form_figure, transfer_figure, types_figure
 from trueloop.report.tool.shown import ShownEdge
 from trueloop.report.tool.summary import cut_words, event_line, heads_of, rows_of, setting_words
 
+ERROR = (
+    "Finish error of a next part of each type in the present setting, had nothing been corrected, with its 95 % band; "
+    "dots: finish inspections with the correction added, as in the present setting. Grey: angles that no part was "
+    "touched at."
+)
 FORM = (
     "Form of the edge with its 95 % band; dots: touches after the semi-finish cut, less what setting, part type and "
-    "part add. Grey: angles that no part was touched at."
+    "part add. Form and setting share an offset: each alone is known less well than their sum."
 )
 TRANSFER = (
     "What the finish cut leaves more than the semi-finish cut, with its 95 % band; dots: finish inspections with the "
@@ -48,7 +53,8 @@ def _learnt(shown: ShownEdge) -> str:
     if found is None:
         return section("learnt", "Learnt", "<p>Nothing yet: no part of this edge was touched or inspected.</p>")
     said = f"<p>From {found.parts} parts, {found.inspected} of them inspected after the finish cut.</p>"
-    figures = [figure_block("form", form_figure(shown, found), FORM)]
+    figures = [figure_block("error", error_figure(shown, found), ERROR)]
+    figures.append(figure_block("form", form_figure(shown, found), FORM))
     if found.inspected:
         figures.append(figure_block("transfer", transfer_figure(shown, found), TRANSFER))
     figures.append(figure_block("types", types_figure(shown, found), TYPES))

@@ -1,6 +1,6 @@
 """An edge in lines for people and as JSON: its life, its setting, its errors by contact angle."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -97,16 +97,23 @@ def setting_words(found: Learnt) -> str:
 
 
 def rows_of(shown: ShownEdge, found: Learnt) -> Iterator[tuple[str, ...]]:
-    """Every so many degrees: angle, form, transfer, and what each part type adds; dashes where nothing was seen."""
+    """Every so many degrees: angle, form, transfer, what each part type adds and has in all; dashes where nothing was
+    seen.
+    """
     at, bare = angles_deg(found), unseen(shown, found)
     for k in np.flatnonzero(np.round(at) % STEP_DEG == 0):
-        terms = (found.form, found.transfer, *found.by_type.values())
+        terms = (found.form, found.transfer, *(term[name] for name in found.by_type for term in _by_type(found)))
         yield f"{at[k]:.0f}", *("–" if bare[k] else _value(term, int(k)) for term in terms)
 
 
 def heads_of(found: Learnt) -> tuple[str, ...]:
     """Of these columns."""
-    return "angle (°)", "form (µm)", "finish less semi-finish (µm)", *(f"{name} adds (µm)" for name in found.by_type)
+    of_types = (f"{name} {what} (µm)" for name in found.by_type for what in ("adds", "in all"))
+    return "angle (°)", "form (µm)", "finish less semi-finish (µm)", *of_types
+
+
+def _by_type(found: Learnt) -> tuple[Mapping[str, Learned], Mapping[str, Learned]]:
+    return found.by_type, found.in_all
 
 
 def _learnt_lines(shown: ShownEdge, found: Learnt) -> Iterator[str]:
@@ -136,6 +143,8 @@ def _learnt(shown: ShownEdge, found: Learnt) -> dict[str, object]:
         "transfer_um": _um(found.transfer.mean_mm),
         "transfer_u_um": _um(found.transfer.u_mm),
         "by_type_um": {name: _um(term.mean_mm) for name, term in found.by_type.items()},
+        "in_all_um": {name: _um(term.mean_mm) for name, term in found.in_all.items()},
+        "in_all_u_um": {name: _um(term.u_mm) for name, term in found.in_all.items()},
         "by_type_u_um": {name: _um(term.u_mm) for name, term in found.by_type.items()},
     }
 

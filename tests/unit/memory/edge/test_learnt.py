@@ -196,6 +196,24 @@ def test_form_and_setting_make_up_what_is_predicted_of_a_part_of_a_new_type() ->
     np.testing.assert_allclose(predicted, result.form.mean_mm + setting, atol=1e-9)
 
 
+def test_in_all_is_what_is_predicted_of_a_next_part_of_the_type() -> None:
+    """Without its touches; the terms add up to it."""
+    parts = history()
+    result, n = found(parts), len(ANGLES)
+    none = ArcErrors.none()
+    asked = replace(parts[-1], part_type="A", serial="9", semifinish=none, finish=arc(ANGLES, np.zeros(n)))
+    predicted = predict(parts, replace(asked, correction_mm=np.zeros(n))).after.mean_mm
+    np.testing.assert_allclose(predicted, result.in_all["A"].mean_mm, atol=1e-9)
+    setting = result.setting_mm[0] * np.sin(ANGLES) + result.setting_mm[1] * np.cos(ANGLES)
+    total = result.form.mean_mm + setting + result.transfer.mean_mm + result.by_type["A"].mean_mm
+    np.testing.assert_allclose(total, result.in_all["A"].mean_mm, atol=1e-9)
+    assert np.max(result.in_all["A"].u_mm) < np.min(result.form.u_mm)
+    own = np.array([name == "B" for name in result.behind.part_type])
+    at = learnt(parts, result.behind.contact_angle_rad[own])
+    assert at is not None
+    np.testing.assert_allclose(at.in_all["B"].mean_mm, result.in_all_at_mm[own], atol=1e-9)
+
+
 def test_what_is_left_is_what_the_terms_do_not_explain() -> None:
     """Points about a curve scatter by the noise that was put in, and the band widens where nothing was seen."""
     parts = history(parts=8, noise_um=2.0)

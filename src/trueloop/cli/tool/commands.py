@@ -1,0 +1,157 @@
+"""`trueloop tool`: cutting edges, what happened to them, and what they have taught."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trueloop.cli.db.options import Db
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, put
+from trueloop.cli.tool.options import Again, MachineName, ToolName, When, machine_named
+
+app = typer.Typer(
+    help="Tools in the store: edges mounted, turned, set, worn and removed, and what each edge has taught.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Offsets:
+    """Where the tip was measured."""
+
+    x_mm: Annotated[float | None, typer.Option("--x-mm", help="Its offset on X as a radius, kept with it.")] = None
+    z_mm: Annotated[float | None, typer.Option("--z-mm", help="Its offset on Z, kept with it.")] = None
+
+    def values(self) -> dict[str, float | None]:
+        """By name."""
+        return {"x_mm": self.x_mm, "z_mm": self.z_mm}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mounted:
+    """What is mounted."""
+
+    holder: Annotated[str, typer.Option("--holder", help="What the holder is called; no two alike.")] = ""
+    insert: Annotated[str, typer.Option("--insert", help="The insert: its designation, or the number on it.")] = ""
+    corner: Annotated[str, typer.Option("--corner", help="Which corner of the insert cuts.")] = ""
+    nose_radius_mm: Annotated[
+        float | None, typer.Option("--nose-radius-mm", help="Nose radius; 0 for a pointed tool.")
+    ] = None
+    offsets: Offsets
+
+
+@app.command()
+@guarded
+def mount(tool: ToolName, mounted: Mounted, when: When, again: Again = False, as_json: AsJson = False) -> None:
+    """A new insert, or with --again one that was removed; what was in its holder before is removed with it."""
+    from trueloop.jobs.tools.events import Mounting, mounting
+
+    wanted = Mounting(tool, mounted.holder, mounted.insert, mounted.corner, mounted.nose_radius_mm, again)
+    when.keep(lambda known, happened: mounting(known, wanted, happened), mounted.offsets.values(), as_json=as_json)
+
+
+@app.command()
+@guarded
+def turn(
+    tool: ToolName,
+    corner: Annotated[str, typer.Option("--corner", help="The corner that cuts from now on.")],
+    offsets: Offsets,
+    when: When,
+    again: Again = False,
+    as_json: AsJson = False,
+) -> None:
+    """The insert indexed: another corner cuts, of which nothing is known yet."""
+    from trueloop.jobs.tools.events import turning
+
+    when.keep(
+        lambda known, happened: turning(known, tool, corner, happened, again=again), offsets.values(), as_json=as_json
+    )
+
+
+@app.command("set")
+@guarded
+def set_(tool: ToolName, offsets: Offsets, when: When, as_json: AsJson = False) -> None:
+    """Measured or touched off anew: the form of the edge stays, where its tip lies does not."""
+    _keep(tool, "set", when, offsets.values(), as_json=as_json)
+
+
+@app.command()
+@guarded
+def wear(
+    tool: ToolName,
+    when: When,
+    flank_mm: Annotated[float | None, typer.Option("--flank-mm", help="Width of flank wear land, VB of ISO 3685.")] = (
+        None
+    ),
+    minutes_in_cut: Annotated[
+        float | None, typer.Option("--minutes-in-cut", help="How long the edge has cut since it was mounted.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Wear measured, or time in cut read from the control."""
+    values = {"flank_wear_mm": flank_mm, "minutes_in_cut": minutes_in_cut}
+    _keep(tool, "worn", when, values, as_json=as_json)
+
+
+@app.command()
+@guarded
+def remove(tool: ToolName, when: When, as_json: AsJson = False) -> None:
+    """Taken out of the machine: it cuts no more parts until it is mounted again."""
+    _keep(tool, "removed", when, {}, as_json=as_json)
+
+
+@app.command()
+@guarded
+def show(
+    tool: ToolName,
+    corner: Annotated[str | None, typer.Option("--corner", help="Of this corner.  [default: the last one]")] = None,
+    machine: MachineName = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write a page with pictures.")] = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """The life of an edge and what it has taught: form, transfer to the finish cut, setting, part types."""
+    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.tool_life import shown_edge
+    from trueloop.report.tool.page import edge_page
+    from trueloop.report.tool.summary import edge_as_dict, edge_lines
+
+    with busy(f"parts of {tool}"):
+        shown = shown_edge(opened(db), tool, corner, machine_named(machine))
+    if output is not None:
+        put(edge_page(shown), output, ())
+    if as_json:
+        print_json(edge_as_dict(shown))
+    else:
+        print_lines(edge_lines(shown))
+
+
+@app.command("list")
+@guarded
+def list_(
+    every: Annotated[bool, typer.Option("--all", help="Also edges that were turned away or removed.")] = False,
+    machine: MachineName = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """The edges that are mounted."""
+    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.tool_life import listed
+    from trueloop.report.tool.summary import life_as_dict, life_line
+
+    known = listed(opened(db), machine_named(machine), every=every)
+    if as_json:
+        print_json({"edges": [life_as_dict(life) for life in known]})
+    else:
+        print_lines([life_line(life) for life in known] or ["no edge is mounted"])
+
+
+def _keep(tool: str, kind: str, when: When, values: dict[str, float | None], *, as_json: bool) -> None:
+    """An event of the edge that is mounted."""
+    from trueloop.domain.life import EdgeEventKind
+    from trueloop.jobs.tools.events import of_mounted
+
+    when.keep(lambda known, happened: of_mounted(known, tool, EdgeEventKind(kind), happened), values, as_json=as_json)
