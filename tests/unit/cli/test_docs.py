@@ -40,6 +40,13 @@ COMMANDS = (
     "offsets read",
     "offsets apply",
     "offsets program",
+    "tool mount",
+    "tool turn",
+    "tool set",
+    "tool wear",
+    "tool remove",
+    "tool show",
+    "tool list",
     "record show",
     "db init",
     "db import",
@@ -85,7 +92,7 @@ def _help(*command: str) -> str:
 
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
-    rooms = "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |db "
+    rooms = "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |db "
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)
     groups: dict[str, list[str]] = {command.rpartition(" ")[0]: [] for command in COMMANDS}
@@ -110,7 +117,7 @@ def test_exit_statuses_are_those_of_the_code() -> None:
     assert in_document == [status.value for status in ExitStatus]
 
 
-GROUPS = ("part", "nc", "probe", "measure", "linuxcnc", "record", "db")
+GROUPS = ("part", "nc", "probe", "measure", "linuxcnc", "tool", "record", "db")
 HELP_OF_ALL = """
 import contextlib, io, json, sys
 from trueloop.cli.main import app
