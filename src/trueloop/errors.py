@@ -364,6 +364,7 @@ class Code(StrEnum):
     STO_EXPORT = "STO-EXPORT", "an export of a store that is not whole, or was changed", ("line",)
     STO_PART = "STO-PART", "an inspection that does not say of which part it is", ("file",)
     STO_OTHER_PART = "STO-OTHER-PART", "a file that is stored already, as an inspection of another part", ("file",)
+    STO_DRIVER = "STO-DRIVER", "a store in PostgreSQL without the package that connects to it"
 
     # LAB: labels of parts and programs
     LAB_FORM = "LAB-FORM", "text that is no label of a part or a program", ("label", "character")

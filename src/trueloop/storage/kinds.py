@@ -1,10 +1,13 @@
-"""What the store keeps: each type of value, its table, and the columns by which it is found.
+"""What the store keeps: each type of value, its table, the columns by which it is found, and what it refers to.
 
-A row holds the value whole as a JSON document (`domain.codec`), so that nothing is lost and every type is stored alike;
-columns repeat what it is searched by. A new type of value is one line in `KINDS`.
+A row holds the value as a JSON document (`domain.codec`), so that nothing is lost and every type is stored alike;
+columns repeat what it is searched by. A new type of value is one line in `KINDS` and in
+`SEARCHED`, and a migration that makes its table (`migrations/versions`).
 """
 
-from collections.abc import Callable, Mapping
+import hashlib
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -19,14 +22,26 @@ from trueloop.domain.tool import Edge, Setting, Tool
 
 Columns = Mapping[str, str | None]
 
+LONGEST: Final = 500
+"""Characters of a column's text: an index of PostgreSQL takes 2,700 bytes. A longer one is known by its hash."""
+
+HALVES: Final = re.compile("[\ud800-\udfff]")
+"""What no text of a database may hold, besides U+0000."""
+
 
 @dataclass(frozen=True)
 class Kind:
-    """A type of value and its table. `columns` gives what a value is found by, all of it text."""
+    """A type of value and its table.
+
+    `columns` gives what a value is found by, all of it text. `refers` gives the values named inside it that are kept
+    with it. `aside` is a field that is stored apart from the document, since few who look for the value want it.
+    """
 
     table: str
     type: type
     columns: Callable[[Any], Columns]
+    refers: Callable[[Any], Iterable[Any]] = lambda _: ()
+    aside: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -35,8 +50,20 @@ class Kind:
 
 
 def joined(identity: tuple[str, ...]) -> str:
-    """An identity as one text: no part of it may hold the separator, and JSON's quotes would cost an index bytes."""
-    return "\x1f".join(identity)
+    """An identity as one text: different identities are different texts."""
+    return "\x1f".join(str(one).replace("\\", "\\\\").replace("\x1f", "\\u001f") for one in identity)
+
+
+def searchable(text: str | None) -> str | None:
+    """A text as a column holds it: one that is too long for an index, or no text of a database, by its hash."""
+    if text is None or (len(text) <= LONGEST and "\x00" not in text and not HALVES.search(text)):
+        return text
+    return "sha256:" + hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def storable(document: str) -> str:
+    """A JSON document as a database takes it: half a character of UTF-16, which file names may hold, escaped."""
+    return HALVES.sub(lambda half: f"\\u{ord(half[0]):04x}", document)
 
 
 def _of_part(part: Part) -> Columns:
@@ -60,6 +87,12 @@ def _of_correction(correction: Correction[Any]) -> Columns:
     }
 
 
+def _named_in_correction(correction: Correction[Any]) -> Iterable[Any]:
+    record = correction.record
+    named = (record.part_type, record.machine, record.tool, record.edge, record.program)
+    return *(one for one in named if one is not None), *(one.part for one in record.inspections)
+
+
 SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
     "part_type": ("part_type",),
     "part": ("part_type", "serial"),
@@ -81,19 +114,43 @@ SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
 
 KINDS: Final[tuple[Kind, ...]] = (
     Kind("part_type", PartType, lambda one: {"part_type": one.name}),
-    Kind("part", Part, _of_part),
+    Kind("part", Part, _of_part, lambda one: (one.part_type,)),
     Kind("machine", Machine, lambda one: {"machine": one.name}),
     Kind("tool", Tool, lambda one: {"tool": one.identity[0]}),
-    Kind("edge", Edge, lambda one: {"tool": one.tool.identity[0]}),
-    Kind("setting", Setting, lambda one: {"edge": joined(one.edge.identity)}),
+    Kind("edge", Edge, lambda one: {"tool": one.tool.identity[0]}, lambda one: (one.tool,)),
+    Kind("setting", Setting, lambda one: {"edge": joined(one.edge.identity)}, lambda one: (one.edge,)),
     Kind("program", Program, lambda one: {"program_sha256": one.sha256}),
     Kind("program_text", ProgramText, lambda one: {"program_sha256": one.sha256}),
-    Kind("cut", Cut, _of_cut),
-    Kind("inspection", Inspection, lambda one: {**_of_part(one.part), "file_sha256": one.sha256}),
+    Kind("cut", Cut, _of_cut, lambda one: [named for named in (one.part, one.setting, one.machine) if named]),
+    Kind(
+        "inspection",
+        Inspection,
+        lambda one: {**_of_part(one.part), "file_sha256": one.sha256},
+        lambda one: (one.part,),
+        "values",
+    ),
     Kind("inspection_link", InspectionLink, lambda one: {"cut": joined(one.cut)}),
     Kind("quarantine", Quarantine, lambda one: {"cut": joined(one.cut)}),
-    Kind("edge_event", EdgeEvent, lambda one: {"edge": joined(one.edge.identity), "event": one.kind}),
-    Kind("correction", Correction, _of_correction),
-    Kind("proposal", Proposal, lambda one: {"part_type": one.part_type.name, "changes": one.changes}),
+    Kind(
+        "edge_event",
+        EdgeEvent,
+        lambda one: {"edge": joined(one.edge.identity), "event": one.kind},
+        lambda one: [named for named in (one.edge, one.machine) if named],
+    ),
+    Kind("correction", Correction, _of_correction, _named_in_correction, "payload"),
+    Kind(
+        "proposal",
+        Proposal,
+        lambda one: {"part_type": one.part_type.name, "changes": one.changes},
+        lambda one: (one.part_type,),
+    ),
     Kind("proposal_decision", ProposalDecision, lambda one: {"verdict": one.verdict}),
 )
+
+
+def kind_of(type_: type) -> Kind:
+    """The kind of a type of value. Raises TypeError for one that no store keeps."""
+    for kind in KINDS:
+        if kind.type is type_:
+            return kind
+    raise TypeError(f"a store keeps no {type_.__name__}")

@@ -1,4 +1,4 @@
-"""Keeping domain values and finding them again: `open_store`, `keep`, `find`, `supersede`.
+"""Keeping domain values and finding them again: `open_store`, `keep`, `find`.
 
 >>> from trueloop.domain.part import Part, PartType
 >>> store = open_store("sqlite://", create=True)
@@ -9,120 +9,116 @@
 ['2511']
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
-from sqlalchemy import Column, Connection, Engine, Integer, MetaData, Table, Text, create_engine, insert, select
+from sqlalchemy import Connection, Engine
 
 from trueloop.domain import values
 from trueloop.domain.codec import Codec
 from trueloop.domain.correction import Correction
-from trueloop.errors import Code, TrueloopError
-from trueloop.storage.kinds import KINDS, Kind, joined
+from trueloop.storage.engines import WRITING, engine_of, url_of
+from trueloop.storage.failures import understood
+from trueloop.storage.keeping import Keeping
+from trueloop.storage.kept import Kept
+from trueloop.storage.kinds import kind_of
+from trueloop.storage.reading import Query, found
+from trueloop.storage.schema import bring_up_to_date, check_schema
+
+__all__ = ["Kept", "Store", "find", "keep", "open_store"]
 
 T = TypeVar("T")
+
+WAIT_S = 10.0
+"""How long to wait for another program that writes."""
 
 
 @dataclass(frozen=True)
 class Store:
-    """An open store. `codec` knows the types of the products whose corrections are kept in it."""
+    """An open store. `codec` knows the types of the products whose corrections are kept in it; `where`: its name."""
 
     engine: Engine
     codec: Codec
+    where: str = ""
+
+    @contextmanager
+    def reading(self) -> Iterator[Connection]:
+        """A transaction that reads. Raises STO-FILE, STO-BUSY."""
+        with understood(self.where), self.engine.connect() as connection, connection.begin():
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """A transaction that writes: all that is done in it is kept, or nothing. Raises STO-BUSY, STO-WRITE."""
+        with understood(self.where), self.engine.connect() as plain:
+            connection = plain.execution_options(**{WRITING: True})
+            with connection.begin():
+                yield connection
+
+    def close(self) -> None:
+        """Ends the connections that are held open."""
+        self.engine.dispose()
 
 
-@dataclass(frozen=True)
-class Kept(Generic[T]):
-    """A value in the store: its row, when it was kept, and whether this call kept it. `superseded_by`: another row."""
+def open_store(
+    where: str | Path,
+    *,
+    create: bool = False,
+    codec: Codec | None = None,
+    read_only: bool = False,
+    wait_s: float = WAIT_S,
+) -> Store:
+    """The store in a SQLite file, or at the URL of a PostgreSQL database.
 
-    row: int
-    value: T
-    kept_at: datetime
-    new: bool = False
-    superseded_by: int | None = None
+    `create` makes one in a new file or an empty database, and brings an older one to today's schema. `wait_s`: how long
+    a call waits for another program that writes. Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
+    """
+    url = url_of(where)
+    name = url.database if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
+    engine = engine_of(url, wait_s, create=create, read_only=read_only)
+    store = Store(engine, codec or values.CODEC.with_more(Correction), str(name or where))
+    if create:
+        with store.writing() as connection:
+            bring_up_to_date(connection, store.where)
+        _keep_a_log(store)
+    else:
+        with store.reading() as connection:
+            check_schema(connection, store.where)
+    return store
 
 
-def open_store(where: str | Path, *, create: bool = False, codec: Codec | None = None) -> Store:
-    """The store in a SQLite file, or at an SQLAlchemy URL. Raises STO-FILE, STO-SCHEMA, STO-WRITE."""
-    url = str(where) if "://" in str(where) else f"sqlite:///{where}"
-    if not create and url.startswith("sqlite:///") and not Path(url.removeprefix("sqlite:///")).is_file():
-        raise TrueloopError(
-            Code.STO_FILE, f"there is no store {where}", hint="make one by `trueloop db init`, or name another by --db"
-        )
-    engine = create_engine(url)
-    METADATA.create_all(engine)
-    return Store(engine, codec or values.CODEC.with_more(Correction))
-
-
-def keep(store: Store, kept: Iterable[Any], supersedes: int | None = None) -> list[Kept[Any]]:
+def keep(
+    store: Store, kept: Iterable[Any], supersedes: int | None = None, *, by: str = "", why: str = ""
+) -> list[Kept[Any]]:
     """Keeps values in one transaction: all or none. One that is there already is found, not kept again.
 
-    Raises STO-DIFFERS where a stored value of the same identity has another content and is not superseded.
+    What they name (part types, parts, machines, tools, edges, settings) is kept with them where it is not there yet.
+    `supersedes`: the row in whose stead the value stands from now on, `by` whom and `why`. Raises STO-DIFFERS where
+    a stored value of the same identity has another content and is not superseded, STO-UNKNOWN where there is no row to
+    supersede, STO-BUSY and STO-WRITE.
     """
-    with store.engine.begin() as connection:
-        return [_kept(store, connection, one, supersedes) for one in kept]
+    given = list(kept)
+    with store.writing() as connection:
+        keeping = Keeping(store.codec, connection, by, why)
+        return [keeping.keep(one, supersedes) for one in given]
 
 
 def find(store: Store, kind: type[T], *, superseded: bool = False, **columns: str | None) -> list[Kept[T]]:
-    """Values of a type, oldest first, by the columns of `kinds`; without those superseded, unless asked for."""
-    table = TABLES[_kind(kind).table]
-    query = select(table).order_by(table.c.id)
-    for name, value in columns.items():
-        query = query.where(table.c[name] == value)
-    with store.engine.connect() as connection:
-        rows = list(connection.execute(query))
-        names = select(table.c.supersedes, table.c.id).where(table.c.supersedes.is_not(None))
-        replaced = {row[0]: row[1] for row in connection.execute(names)}
-    every = [
-        Kept(
-            row.id,
-            store.codec.from_json(row.document, kind),
-            datetime.fromisoformat(row.kept_at),
-            False,
-            replaced.get(row.id),
-        )
-        for row in rows
-    ]
-    return every if superseded else [one for one in every if one.superseded_by is None]
+    """Values of a type, oldest first, by the columns of `kinds`; without those superseded, unless asked for.
+
+    `identity`, too, is a column: `find(store, Part, identity=joined(part.identity))`. Raises VAL-FORM for a correction
+    whose product's codec the store was not opened with.
+    """
+    with store.reading() as connection:
+        return list(found(connection, store.codec, Query(kind_of(kind), columns, superseded)))
 
 
-def _kept(store: Store, connection: Connection, value: Any, supersedes: int | None) -> Kept[Any]:
-    kind = _kind(type(value))
-    table, identity = TABLES[kind.table], joined(tuple(map(str, value.identity)))
-    document = store.codec.to_json(value)
-    known = connection.execute(select(table).where(table.c.identity == identity).order_by(table.c.id.desc())).first()
-    if known is not None and known.document == document:
-        return Kept(known.id, value, datetime.fromisoformat(known.kept_at))
-    if known is not None and supersedes != known.id:
-        raise TrueloopError(
-            Code.STO_DIFFERS,
-            f"this {kind.table} is stored already as row {known.id}, with another content",
-            hint="what is stored never changes: name the row that the new one supersedes",
-        )
-    now = datetime.now(UTC)
-    row = {"identity": identity, "document": document, "kept_at": now.isoformat(), "supersedes": supersedes}
-    done = connection.execute(insert(table).values(**row, **kind.columns(value)))
-    return Kept(int((done.inserted_primary_key or (0,))[0]), value, now, new=True)
-
-
-def _kind(of: type) -> Kind:
-    return next(kind for kind in KINDS if kind.type is of)
-
-
-METADATA = MetaData()
-TABLES = {
-    kind.table: Table(
-        kind.table,
-        METADATA,
-        Column("id", Integer, primary_key=True),
-        Column("identity", Text, nullable=False, index=True),
-        Column("kept_at", Text, nullable=False),
-        Column("supersedes", Integer),
-        Column("document", Text, nullable=False),
-        *(Column(name, Text, index=True) for name in kind.names),
-    )
-    for kind in KINDS
-}
+def _keep_a_log(store: Store) -> None:
+    """Writers then do not disturb readers: SQLite remembers it in the file."""
+    if store.engine.dialect.name == "sqlite":
+        with understood(store.where), store.engine.connect() as connection:
+            raw: Any = connection.connection.dbapi_connection
+            raw.execute("PRAGMA journal_mode = WAL")

@@ -1,0 +1,120 @@
+"""Connections to a store's database: SQLite by its file, PostgreSQL by URL; every wait of theirs ends.
+
+SQLite: write-ahead log, `synchronous = FULL`, so that what was acknowledged outlasts a power cut; writers take turns by
+`BEGIN IMMEDIATE`. PostgreSQL: writers take turns by an advisory lock, so that rows are numbered in the order in which
+they appear.
+"""
+
+import sqlite3
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import quote
+
+from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
+from sqlalchemy.exc import ArgumentError
+from sqlalchemy.pool import NullPool, StaticPool
+
+from trueloop.errors import Code, TrueloopError
+
+WRITING: Final = "trueloop_writing"
+"""The execution option of a connection that is to write."""
+_TURN: Final = 0x7472_6C70
+"""The number of PostgreSQL's advisory lock by which writers take turns."""
+_SQLITE: Final = ("PRAGMA foreign_keys = ON", "PRAGMA recursive_triggers = ON", "PRAGMA synchronous = FULL")
+_REACHED_S: Final = 10
+"""How long to wait for a server that does not answer."""
+
+
+def url_of(where: str | Path) -> URL:
+    """The URL of a store: of a file, of SQLite, or of PostgreSQL. Raises STO-FILE for another."""
+    text = str(where)
+    if "://" not in text:
+        return URL.create("sqlite", database=text)
+    try:
+        url = make_url(text)
+    except ArgumentError:
+        raise _no_store(text.partition("://")[0] + "://…") from None
+    name = url.get_backend_name() if url.drivername != "postgres" else "postgresql"
+    if name == "postgresql":
+        return url.set(drivername="postgresql+psycopg")
+    if name == "sqlite":
+        return url
+    raise _no_store(url.render_as_string(hide_password=True))
+
+
+def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool) -> Engine:
+    """The engine; connects to nothing yet. Raises STO-FILE where there is no such file, STO-DRIVER without psycopg."""
+    if url.get_backend_name() == "postgresql":
+        return _postgresql(url, wait_s, read_only)
+    if url.database in (None, "", ":memory:"):
+        engine = create_engine("sqlite://", poolclass=StaticPool, connect_args={"check_same_thread": False})
+    else:
+        engine = _sqlite_file(Path(str(url.database)), create, read_only)
+    _set_up_sqlite(engine, wait_s)
+    return engine
+
+
+def _sqlite_file(path: Path, create: bool, read_only: bool) -> Engine:
+    if not path.is_file() and (not create or path.exists()):
+        raise TrueloopError(
+            Code.STO_FILE, f"there is no store '{path}'", hint="make one by `trueloop db init`, or name another by --db"
+        )
+    mode = "ro" if read_only else "rwc" if create else "rw"
+    uri = f"file:{quote(str(path.absolute()))}?mode={mode}"
+    return create_engine(
+        "sqlite://", creator=lambda: sqlite3.connect(uri, uri=True, check_same_thread=False), poolclass=NullPool
+    )
+
+
+def _set_up_sqlite(engine: Engine, wait_s: float) -> None:
+    @event.listens_for(engine, "connect")
+    def connected(connection: Any, _: object) -> None:
+        connection.isolation_level = None  # the transactions are ours: `began`
+        connection.execute(f"PRAGMA busy_timeout = {int(wait_s * 1000)}")
+        for pragma in _SQLITE:
+            connection.execute(pragma)
+
+    @event.listens_for(engine, "begin")
+    def began(connection: Connection) -> None:
+        writing = connection.get_execution_options().get(WRITING, False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writing else "BEGIN")
+
+
+def _postgresql(url: URL, wait_s: float, read_only: bool) -> Engine:
+    try:
+        import psycopg  # noqa: F401
+    except ImportError:
+        raise TrueloopError(
+            Code.STO_DRIVER,
+            "a store in PostgreSQL needs the package 'psycopg'",
+            hint="install it: pip install 'trueloop[postgresql]'",
+        ) from None
+    settings = {
+        "lock_timeout": f"{int(wait_s * 1000)}",
+        "idle_in_transaction_session_timeout": "60000",
+        "synchronous_commit": "on",
+        "default_transaction_read_only": "on" if read_only else "off",
+    }
+    given = {"connect_timeout": _REACHED_S, "tcp_user_timeout": 30_000, "client_encoding": "utf8"}
+    engine = create_engine(url, pool_pre_ping=True, connect_args=given)
+
+    @event.listens_for(engine, "connect")
+    def connected(connection: Any, _: object) -> None:
+        for name, value in settings.items():
+            connection.execute(f"SET {name} = '{value}'")
+        connection.commit()
+
+    @event.listens_for(engine, "begin")
+    def began(connection: Connection) -> None:
+        if connection.get_execution_options().get(WRITING, False):
+            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_TURN})")
+
+    return engine
+
+
+def _no_store(name: str) -> TrueloopError:
+    return TrueloopError(
+        Code.STO_FILE,
+        f"{name!r} is neither a file, nor SQLite, nor PostgreSQL",
+        hint="give a file, or postgresql://user@host/database",
+    )

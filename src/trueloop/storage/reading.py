@@ -1,0 +1,86 @@
+"""Reading values from a store, within one transaction: `found`."""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import Connection, Select, select
+from sqlalchemy import Row as Result
+
+from trueloop.domain.codec import Codec
+from trueloop.storage.kept import Kept
+from trueloop.storage.kinds import Kind, searchable
+from trueloop.storage.tables import ROWS, TABLES
+from trueloop.storage.value_rows import FORMS, Row
+
+AT_ONCE = 500
+"""Rows read before their inspections' values are."""
+
+
+@dataclass(frozen=True)
+class Query:
+    """What to look for: a kind, by columns or by row, with or without those that are superseded."""
+
+    kind: Kind
+    columns: Mapping[str, str | None] = field(default_factory=dict)
+    superseded: bool = False
+    row: int | None = None
+
+    def select(self) -> Select[Any]:
+        """All columns, and the row by which it is superseded."""
+        table = TABLES[self.kind.table]
+        later = table.alias("later")
+        query = select(table, later.c.id.label("superseded_by")).select_from(
+            table.outerjoin(later, later.c.supersedes == table.c.id)
+        )
+        for name, value in self.columns.items():
+            query = query.where(table.c[name] == searchable(value))
+        if self.row is not None:
+            query = query.where(table.c.id == self.row)
+        return (query if self.superseded else query.where(later.c.id.is_(None))).order_by(table.c.id)
+
+
+def found(connection: Connection, codec: Codec, query: Query) -> Iterator[Kept[Any]]:
+    """The values, oldest first."""
+    for piece in connection.execute(query.select()).partitions(AT_ONCE):
+        apart = values_of(connection, [row.id for row in piece]) if query.kind.aside == "values" else {}
+        for row in piece:
+            yield kept(row, decoded(codec, query.kind, row, apart.get(row.id, ())))
+
+
+def kept(row: Result[Any], value: Any) -> Kept[Any]:
+    """A row with its value."""
+    at = datetime.fromisoformat(row.kept_at)
+    return Kept(row.id, value, at, False, row.superseded_by, row.supersedes, row.kept_by, row.reason)
+
+
+def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] = ()) -> Any:
+    """The value of a row. Raises VAL-FORM for what the codec does not know."""
+    if kind.aside == "payload":
+        whole = json.loads(row.document) | {"payload": json.loads(row.payload)}
+        return codec.value(whole, kind.type)
+    value: Any = codec.from_json(row.document, kind.type)
+    return replace(value, values=values) if values else value
+
+
+def values_of(connection: Connection, inspections: list[int]) -> dict[int, tuple[Any, ...]]:
+    """The values of inspections, each in its order."""
+    numbered: dict[int, list[tuple[int, Any]]] = {}
+    for form in FORMS:
+        read = form.read
+        inspection: Any
+        position: Any
+        for inspection, position, *cells in rows_of(connection, form.table, inspections):
+            numbered.setdefault(inspection, []).append((position, read(tuple(cells))))
+    return {
+        number: tuple(one for _, one in sorted(values, key=lambda pair: pair[0])) for number, values in numbered.items()
+    }
+
+
+def rows_of(connection: Connection, name: str, inspections: list[int]) -> Iterator[Row]:
+    """The rows of a table of values, of these inspections, in order."""
+    table = ROWS[name]
+    query = select(table).where(table.c.inspection.in_(inspections)).order_by(table.c.inspection, table.c.position)
+    yield from map(tuple, connection.execute(query))

@@ -1,0 +1,76 @@
+"""Which schema a store has, and bringing it to today's: `checked`, `brought_up_to_date`."""
+
+from pathlib import Path
+from typing import Final
+
+from sqlalchemy import Connection, inspect, text
+
+from trueloop.errors import Code, TrueloopError
+
+TODAY: Final = "0001"
+"""The schema that this version of trueloop writes: the newest of `migrations/versions`."""
+_VERSION_TABLE: Final = "trueloop_schema"
+_SCRIPTS: Final = Path(__file__).with_name("migrations")
+
+
+def schema_of(connection: Connection) -> str | None:
+    """The schema's number as text; None: the database holds nothing of trueloop's."""
+    if not inspect(connection).has_table(_VERSION_TABLE):
+        return None
+    found = connection.scalar(text(f"SELECT version_num FROM {_VERSION_TABLE}"))
+    return None if found is None else str(found)
+
+
+def check_schema(connection: Connection, where: str) -> None:
+    """Refuses a database that is no store (STO-FILE), or whose schema is another than today's (STO-SCHEMA)."""
+    found = schema_of(connection)
+    if found is None:
+        raise TrueloopError(
+            Code.STO_FILE,
+            f"{where!r} is a database, but holds no store of trueloop",
+            hint="make a store by `trueloop db init` in a file or database of its own",
+        )
+    if found > TODAY:
+        raise TrueloopError(
+            Code.STO_SCHEMA,
+            f"the store {where!r} has schema {found}, this version of trueloop knows schemas up to {TODAY}",
+            hint="use the newer version of trueloop that wrote it",
+        )
+    if found < TODAY:
+        raise TrueloopError(
+            Code.STO_SCHEMA,
+            f"the store {where!r} has schema {found}, this version of trueloop writes schema {TODAY}",
+            hint="back it up, then bring it up to date by `trueloop db migrate`: what it holds stays as it is",
+        )
+
+
+def bring_up_to_date(connection: Connection, where: str) -> None:
+    """Makes the tables of an empty database, or migrates those of an earlier schema, in the transaction under way.
+
+    Raises STO-FILE for a database that holds other tables, STO-SCHEMA for a newer schema.
+    """
+    found = schema_of(connection)
+    if found == TODAY:
+        return
+    if found is not None and found > TODAY:
+        check_schema(connection, where)
+    if found is None and (others := inspect(connection).get_table_names()):
+        raise TrueloopError(
+            Code.STO_FILE,
+            f"{where!r} holds tables that are not trueloop's: {', '.join(sorted(others)[:5])}",
+            hint="give the store a file or a database of its own",
+        )
+    migrate_to("head", connection)
+
+
+def migrate_to(revision: str, connection: Connection) -> None:
+    """Runs the migrations up to one, or to the newest: "head"."""
+    from alembic import command
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(_SCRIPTS).replace("%", "%%"))
+    config.set_main_option("path_separator", "os")
+    config.attributes["connection"] = connection
+    config.attributes["version_table"] = _VERSION_TABLE
+    command.upgrade(config, revision)
