@@ -49,12 +49,13 @@ def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool) -> Engi
     if url.database in (None, "", ":memory:"):
         engine = create_engine("sqlite://", poolclass=StaticPool, connect_args={"check_same_thread": False})
     else:
-        engine = _sqlite_file(Path(str(url.database)), create, read_only)
+        engine = _sqlite_file(url, create, read_only)
     _set_up_sqlite(engine, wait_s)
     return engine
 
 
-def _sqlite_file(path: Path, create: bool, read_only: bool) -> Engine:
+def _sqlite_file(url: URL, create: bool, read_only: bool) -> Engine:
+    path = Path(str(url.database))
     if not path.is_file() and (not create or path.exists()):
         raise TrueloopError(
             Code.STO_FILE, f"there is no store '{path}'", hint="make one by `trueloop db init`, or name another by --db"
@@ -62,7 +63,7 @@ def _sqlite_file(path: Path, create: bool, read_only: bool) -> Engine:
     mode = "ro" if read_only else "rwc" if create else "rw"
     uri = f"file:{quote(str(path.absolute()))}?mode={mode}"
     return create_engine(
-        "sqlite://", creator=lambda: sqlite3.connect(uri, uri=True, check_same_thread=False), poolclass=NullPool
+        url, creator=lambda: sqlite3.connect(uri, uri=True, check_same_thread=False), poolclass=NullPool
     )
 
 
