@@ -73,12 +73,13 @@ def ended(life: EdgeLife, at: datetime) -> TrueloopError:
 def _mounted(
     known: Sequence[EdgeLife], stated: Edge | None, number: int | None, at: datetime, machine: Machine | None
 ) -> EdgeLife | None:
-    """By the number; without one by the edge that the job states."""
+    """By the number; without one by the holder that the job states."""
     mounted = in_pockets(known, at, machine)
     if number is not None:
         mounted = tuple(life for life in mounted if life.edge.tool.number == number)
     else:
-        mounted = tuple(life for life in mounted if stated is not None and life.edge.identity == stated.identity)
+        name = "" if stated is None else stated.tool.name
+        mounted = tuple(life for life in mounted if name and life.edge.tool.name == name)
     if len(mounted) > 1:
         raise several(mounted)
     return mounted[0] if mounted else None
