@@ -1,7 +1,7 @@
 """What memory would have made of the ten worn-nose parts of [6811], in the order of their numbers.
 
-`python -m scripts.nist_memory` writes out/memory: `replay.csv`, `as-first.csv` and `replay.html`. NIST's correction C is
-rebuilt as [6811 §3.2] says and added to the error of its finish cut: E = F + C, the error had nothing been corrected.
+`python -m scripts.nist_memory` writes `replay.csv`, `as-first.csv` and `replay.html` to out/memory. NIST's correction C
+is rebuilt as [6811 §3.2] says and added to the error of its finish cut: E = F + C, had nothing been corrected.
 """
 
 from collections.abc import Sequence
@@ -134,9 +134,9 @@ def main() -> None:
 
 
 SOURCE: Final = (
-    "NISTIR 6811, Tables 8 to 11: four MODBAS2 and six PIECS11 parts, touched after the semi-finish cut and again after "
-    "a finish cut that NIST had corrected. NIST's correction is rebuilt as the report describes it and added to what its "
-    "finish cut left; less the prediction, that is what the prediction would have left in that metal."
+    "NISTIR 6811, Tables 8 to 11: four MODBAS2 and six PIECS11 parts, touched after the semi-finish cut and again "
+    "after a finish cut that NIST had corrected. NIST's correction is rebuilt as the report describes it and added to "
+    "what its finish cut left; less the prediction, that is what the prediction would have left in that metal."
 )
 
 if __name__ == "__main__":

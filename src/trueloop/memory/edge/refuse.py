@@ -116,7 +116,9 @@ def _differs(value: float | None, others: Sequence[float | None]) -> bool:
 
 
 def _order_in_doubt(parts: Sequence[MadePart]) -> bool:
-    """Whether two parts have one place in the order, or the edge's age falls."""
+    """Whether a part's place was doubted, two parts have one place in the order, or the edge's age falls."""
+    if any(part.order_in_doubt for part in parts):
+        return True
     order = [part.order for part in parts]
     age = [part.minutes_in_cut for part in parts if part.minutes_in_cut is not None]
     return any(later <= earlier for earlier, later in pairwise(order)) or age != sorted(age)

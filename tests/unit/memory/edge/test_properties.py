@@ -1,0 +1,182 @@
+"""What must hold of memory whatever the parts: touches help, order within a part is nothing, the future is not seen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.unit.memory.edge.parts import ANGLES, errors, made, series
+from trueloop.arrays import Array
+from trueloop.errors import Code, TrueloopError
+from trueloop.memory.edge.advice import enough_touches
+from trueloop.memory.edge.expect import expect
+from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.replay import Predicted, replay
+from trueloop.memory.expected import Expected
+from trueloop.memory.made_part import ArcErrors, MadePart
+
+HISTORY = series(5)
+LAST = replace(series(6)[-1], finish=None, correction_mm=None)
+
+
+def touched(places: list[int], error_mm: Array | None = None) -> MadePart:
+    all_of = LAST.semifinish
+    error = all_of.error_mm if error_mm is None else error_mm
+    names = tuple(all_of.point[k] for k in places)
+    some = ArcErrors(
+        ("dome",) * len(places), names, ANGLES[places], np.asarray(error)[places], all_of.standard_u_mm[places]
+    )
+    return replace(LAST, semifinish=some)
+
+
+def taken_off(part: MadePart, share: float) -> MadePart:
+    """The part had only a share of its correction been taken off."""
+    assert part.finish is not None and part.correction_mm is not None
+    left = part.finish.error_mm + (1.0 - share) * part.correction_mm
+    return replace(part, finish=replace(part.finish, error_mm=left), correction_mm=share * part.correction_mm)
+
+
+def expected(part: MadePart, history: tuple[MadePart, ...] = HISTORY, **options: object) -> Expected:
+    return expect(history, part, ANGLES, MemoryOptions(**options))  # type: ignore[arg-type]
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.integers(0, len(ANGLES) - 1), unique=True, max_size=8), st.integers(0, len(ANGLES) - 1))
+def test_one_more_touch_never_widens_a_band(places: list[int], more: int) -> None:
+    fewer, with_it = expected(touched(places)), expected(touched([*places, *({more} - set(places))]))
+    assert np.all(np.diag(with_it.covariance_mm2) <= np.diag(fewer.covariance_mm2) + 1e-15)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.permutations(range(len(ANGLES))))
+def test_the_order_of_a_parts_points_is_nothing(order: list[int]) -> None:
+    def mixed(of: ArcErrors) -> ArcErrors:
+        names = tuple(of.point[k] for k in order)
+        return ArcErrors(of.feature, names, of.contact_angle_rad[order], of.error_mm[order], of.standard_u_mm[order])
+
+    one = HISTORY[2]
+    assert one.finish is not None and one.correction_mm is not None
+    other = replace(
+        one, semifinish=mixed(one.semifinish), finish=mixed(one.finish), correction_mm=one.correction_mm[order]
+    )
+    usual, changed = expected(LAST), expected(LAST, (*HISTORY[:2], other, *HISTORY[3:]))
+    assert changed.mean_mm == pytest.approx(usual.mean_mm, abs=2e-6)
+
+
+def test_the_mean_follows_todays_touches_in_proportion_and_the_band_does_not() -> None:
+    rng = np.random.default_rng(0)
+    one, two = 0.01 * rng.normal(size=(2, len(ANGLES)))
+    everything = list(range(len(ANGLES)))
+    of_one, of_two, of_none, of_both = (
+        expected(touched(everything, error)) for error in (one, two, 0 * one, one + two)
+    )
+    assert of_both.mean_mm - of_none.mean_mm == pytest.approx(
+        of_one.mean_mm + of_two.mean_mm - 2 * of_none.mean_mm, abs=1e-12
+    )
+    np.testing.assert_allclose(of_both.covariance_mm2, of_one.covariance_mm2)
+    assert of_both.memory_mm == pytest.approx(of_none.memory_mm)
+
+
+def test_material_left_on_by_all_cuts_alike_is_expected_with_its_sign() -> None:
+    """A touch higher by 10 µm along x and z moves the whole expectation by nearly as much, and never against it."""
+    raised = touched(list(range(len(ANGLES))), LAST.semifinish.error_mm + 0.010)
+    moved = expected(raised).mean_mm - expected(LAST).mean_mm
+    assert np.all((moved > 0.007) & (moved < 0.011))
+
+
+def test_advice_is_what_a_search_step_by_step_finds() -> None:
+    """By conditioning on every candidate with a plain inverse."""
+    rng = np.random.default_rng(2)
+    for touches in (0, 1, 6):
+        root = rng.normal(size=(touches + 3, touches + 3))
+        covariance = root @ root.T + 0.1 * np.eye(touches + 3)
+
+        def left(chosen: list[int], covariance: Array = covariance, t: int = touches) -> float:
+            known, across = covariance[np.ix_(chosen, chosen)], covariance[t:, chosen]
+            return float(np.trace(covariance[t:, t:] - across @ np.linalg.inv(known) @ across.T))
+
+        chosen: list[int] = []
+        while left(chosen) > 1.1**2 * left(list(range(touches))):
+            rest = [k for k in range(touches) if k not in chosen]
+            chosen.append(min(rest, key=lambda k: left([*chosen, k])))
+        assert enough_touches(covariance, touches) == len(chosen)
+
+
+def test_more_inspected_parts_are_needed_before_bands_stop_being_widened() -> None:
+    """√1.3 with two inspected parts: against the covariance of the prediction itself."""
+    from trueloop.memory.edge.predict import predict, with_finish_at
+
+    for count, times in ((1, 1.3), (2, 1.3), (3, 1.0)):
+        plain = predict(HISTORY[:count], with_finish_at(LAST, ANGLES)).after.covariance_mm2
+        found = expected(LAST, HISTORY[:count])
+        np.testing.assert_allclose(found.covariance_mm2, times * plain)
+        assert any("band is widened" in note for note in found.notes) == (times > 1)
+
+
+def test_the_first_correction_is_three_quarters_until_one_of_its_size_was_inspected() -> None:
+    none, small = ([taken_off(part, share) for part in HISTORY[:2]] for share in (0.0, 0.1))
+    for history, weight in ((none, 0.75), (small, 0.75), (HISTORY[:2], 1.0)):
+        assert np.all(expected(LAST, tuple(history)).weight == weight)
+    assert np.all(expected(LAST, tuple(none), first_weight=0.5).weight == 0.5)
+
+
+def test_bands_leave_the_correction_to_the_own_fit_and_frozen_learns_nothing_more() -> None:
+    assert expected(LAST, memory="bands").own_fit and not expected(LAST).own_fit
+    frozen = expected(LAST, memory="frozen", last_part="2")
+    assert frozen == expected(LAST, HISTORY[:3]) and frozen.parts == 3
+
+
+def test_an_inspection_whose_correction_is_unknown_is_not_learned_from() -> None:
+    unknown = [replace(part, correction_mm=None) for part in HISTORY]
+    found = expected(LAST, tuple(unknown))
+    assert found.parts == 0 and not found.own_fit
+    assert any("correction is not known" in note for note in found.notes)
+    without = expected(LAST, tuple(replace(part, finish=None) for part in unknown))
+    assert found.mean_mm == pytest.approx(without.mean_mm)
+
+
+def test_flags() -> None:
+    deep = [replace(part, depth_of_cut_mm=0.25, feed_mm=0.1) for part in HISTORY]
+    notes = expected(replace(LAST, depth_of_cut_mm=0.5, feed_mm=0.1), tuple(deep)).notes
+    assert [note for note in notes if "depth" in note] and not [note for note in notes if "feed" in note]
+    assert any("order" in note for note in expected(replace(LAST, order=4.0)).notes)
+    assert any("order" in note for note in expected(replace(LAST, order_in_doubt=True)).notes)
+    aged = [replace(part, minutes_in_cut=float(10 - k)) for k, part in enumerate(HISTORY)]
+    assert any("order" in note for note in expected(LAST, tuple(aged)).notes)
+    assert not expected(LAST).notes
+    wrong = expected(replace(series(4, gain=2.2)[-1], finish=None, correction_mm=None), series(4, gain=2.2)[:3])
+    assert any("2.2" in note for note in wrong.notes)
+
+
+def test_a_replay_sees_nothing_of_what_comes_later() -> None:
+    def own(part: MadePart) -> Predicted:
+        return Predicted(part.semifinish.error_mm, np.full(len(ANGLES), 0.008))
+
+    usual = replay(HISTORY, own, MemoryOptions(), (2, 8, 14))
+    last = HISTORY[3]
+    assert last.finish is not None
+    other = replace(last, finish=replace(last.finish, error_mm=last.finish.error_mm + 0.05))
+    changed = replay((*HISTORY[:3], other, *HISTORY[4:]), own, MemoryOptions(), (2, 8, 14))
+    for one, two in zip(usual[:4], changed[:4], strict=True):
+        np.testing.assert_array_equal(one.predicted.error_mm, two.predicted.error_mm)
+    assert not np.allclose(usual[4].predicted.error_mm, changed[4].predicted.error_mm, atol=1e-4)
+    assert [one.touches for one in usual] == [17, 3, 3, 3, 3] and usual[0].own_fit
+    np.testing.assert_allclose(changed[3].left_mm - usual[3].left_mm, 0.05)
+
+
+def test_a_replay_uses_all_touches_where_three_are_refused() -> None:
+    """A second type whose arc goes on beyond what the first has shown."""
+    wide = np.radians(np.linspace(5.0, 105.0, 21))
+    new = made(5, np.random.default_rng(9), angle_rad=wide, part_type="knob")
+    with pytest.raises(TrueloopError) as refused:
+        expect(HISTORY, replace(LAST, part_type="knob"), wide, MemoryOptions())
+    assert refused.value.code == Code.MEM_UNSEEN
+
+    def own(part: MadePart) -> Predicted:
+        return Predicted(part.semifinish.error_mm, np.full(len(part.semifinish.error_mm), 0.008))
+
+    assert replay((*HISTORY, new), own, MemoryOptions(), (2, 8, 14))[-1].touches == 21
+    flat = replace(LAST, semifinish=errors(np.empty(0), np.empty(0)))
+    assert expected(flat).enough_touches == 0
