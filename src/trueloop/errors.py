@@ -388,6 +388,22 @@ class Code(StrEnum):
     MEM_PART = "MEM-PART", "a part that the edge has not cut", ("last_part",)
 
     # SER: series of parts
+    SER_PART = "SER-PART", "a part that enters a series without a name or a serial number", ("part",)
+    SER_NONE = "SER-NONE", "parts without a size that a series could follow"
+    SER_NOMINAL = "SER-NOMINAL", "values that are exactly nominal, as if filled in and not measured", ("part",)
+    SER_UNIT = "SER-UNIT", "a part in another unit than those before it", ("part", "characteristic", "value_mm")
+    SER_AGAIN = "SER-AGAIN", "a part of a series that was inspected before", ("part",)
+    SER_ORDER = "SER-ORDER", "parts whose order is in doubt, or a clock that went back"
+    SER_REVISION = "SER-REVISION", "a characteristic whose nominal or limits changed", ("characteristic",)
+    SER_UNKNOWN = "SER-UNKNOWN", "a part type or a characteristic that no series is of", ("characteristic",)
+    SER_FEW = "SER-FEW", "a series of fewer than three parts", ("characteristic",)
+    SER_TOOL = "SER-TOOL", "series that say nothing of a job's tool"
+    SER_PROPOSAL = "SER-PROPOSAL", "a proposal that the store does not hold", ("proposal",)
+    SER_DECIDED = "SER-DECIDED", "a proposal that was decided already", ("proposal",)
+    SER_SUPERSEDED = "SER-SUPERSEDED", "a proposal of a series that has changed since", ("proposal",)
+    SER_LARGE = "SER-LARGE", "a proposal beyond the limit", ("characteristic", "size_um", "limit_um")
+    SER_OLD = "SER-OLD", "a proposal made too long ago, or in the future", ("proposal", "age_h")
+    SER_ALARM = "SER-ALARM", "a proposal of a series with an open alarm", ("characteristic",)
 
     # VAL: stored values
     VAL_FORM = "VAL-FORM", "a stored value that cannot be read back"

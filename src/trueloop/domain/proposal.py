@@ -26,23 +26,23 @@ class ProposalClass(StrEnum):
 class Effect:
     """What a proposal is predicted to do to one characteristic of the next part.
 
-    Errors are actual less nominal size, mm (of angles degrees): of a shaft positive where material is left on.
-    `error_before` is expected without the proposal, `error_after` with it, both ± `standard_u` (one standard deviation
-    of one part, scatter included). `size_change` is what the proposal adds to the size. Probabilities are those of
-    being inside the limits; None: there are none.
+    Errors are actual less nominal size: of a shaft positive where material is left on, a diameter's twice the radial
+    one. `error_before_mm` is expected without the proposal, `error_after_mm` with it, both ± `standard_u_mm` (one
+    standard deviation of one part, scatter included). `size_change_mm` is what the proposal adds to the size.
+    Probabilities are those of being inside the limits; None: there are none. `weight` is the share of what the last
+    part showed unexpectedly that the proposal acts on.
     """
 
     characteristic: str
     series: Identity
     parts: int
-    size_change: float
-    error_before: float
-    error_after: float
-    standard_u: float
+    size_change_mm: float
+    error_before_mm: float
+    error_after_mm: float
+    standard_u_mm: float
     probability_in_before: float | None = None
     probability_in_after: float | None = None
     weight: float = 1.0
-    unit: Literal["mm", "deg"] = "mm"
 
 
 @dataclass(frozen=True)
@@ -100,3 +100,17 @@ class ProposalDecision:
     def identity(self) -> Identity:
         """The proposal's: it is decided once."""
         return (self.proposal,)
+
+
+@dataclass(frozen=True)
+class PartCutWith:
+    """Which accepted proposals were in force when a part was cut, stated as its inspection was added to a series."""
+
+    inspection: Identity
+    proposals: tuple[str, ...]
+    schema: Literal[1] = field(default=1, kw_only=True)
+
+    @property
+    def identity(self) -> Identity:
+        """That of the inspection."""
+        return self.inspection

@@ -10,7 +10,7 @@ from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKin
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program, ProgramText
-from trueloop.domain.proposal import Effect, Proposal, ProposalClass, ProposalDecision
+from trueloop.domain.proposal import Effect, PartCutWith, Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.record import ChangedWord, Component, Product, Record
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
@@ -22,5 +22,5 @@ CODEC: Final = Codec.of(
     *(Inspection, Touch, Reading, CmmPoint),
     *(Cut, Stage, CuttingConditions, InspectionLink, Quarantine, EdgeEvent, EdgeEventKind),
     *(Record, ChangedWord, Component, Product),
-    *(Proposal, ProposalClass, ProposalDecision, Effect),
+    *(Proposal, ProposalClass, ProposalDecision, Effect, PartCutWith),
 )

@@ -17,7 +17,7 @@ from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
 from trueloop.domain.machine import Machine
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program, ProgramText
-from trueloop.domain.proposal import Proposal, ProposalDecision
+from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Setting, Tool
 
 Columns = Mapping[str, str | None]
@@ -110,6 +110,7 @@ SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
     "correction": ("part_type", "serial", "edge", "program_sha256", "product"),
     "proposal": ("part_type", "changes"),
     "proposal_decision": ("verdict",),
+    "part_cut_with": (),
 }
 
 KINDS: Final[tuple[Kind, ...]] = (
@@ -145,6 +146,7 @@ KINDS: Final[tuple[Kind, ...]] = (
         lambda one: (one.part_type,),
     ),
     Kind("proposal_decision", ProposalDecision, lambda one: {"verdict": one.verdict}),
+    Kind("part_cut_with", PartCutWith, lambda one: {}),
 )
 
 

@@ -1,0 +1,134 @@
+"""Whether a proposal may be accepted: each refusal names what overrides it."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from datetime import datetime
+from typing import Final, Literal
+
+from trueloop.domain.life import Identity
+from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
+from trueloop.errors import Code, TrueloopError
+from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.tracked import Tracked
+from trueloop.units import UM_PER_MM
+
+OVERRIDES: Final[Mapping[Code, str]] = {
+    Code.SER_LARGE: "large",
+    Code.SER_OLD: "old",
+    Code.SER_SUPERSEDED: "superseded",
+    Code.SER_ALARM: "alarm",
+}
+"""What a user names to have a refusal overridden; what is not among them is refused always."""
+
+
+def decide(
+    proposal: Proposal,
+    verdict: Literal["accepted", "rejected"],
+    who: str,
+    now: datetime,
+    series: Mapping[Identity, Tracked],
+    earlier: Sequence[ProposalDecision],
+    options: SeriesOptions,
+    *,
+    why: str = "",
+    override: Collection[str] = (),
+) -> ProposalDecision:
+    """The decision on a proposal. `series` are those of its part type as they are now, by identity.
+
+    Raises SER-DECIDED; of an acceptance SER-LARGE, SER-OLD, SER-SUPERSEDED and SER-ALARM that `override` does not name.
+    """
+    for one in earlier:
+        if one.proposal == proposal.id:
+            raise TrueloopError(
+                Code.SER_DECIDED,
+                f"proposal {proposal.id} was {one.verdict} by {one.who} on {one.at:%Y-%m-%d %H:%M}",
+                hint="`trueloop series propose` makes another one when a further part is in",
+                values={"proposal": proposal.id},
+            )
+    overridden: list[str] = []
+    for refusal in _refusals(proposal, now, series, options) if verdict == "accepted" else ():
+        if OVERRIDES[refusal.code] not in override:
+            raise refusal
+        overridden.append(refusal.code)
+    return ProposalDecision(proposal.id, verdict, who, now, why, overrides=tuple(dict.fromkeys(overridden)))
+
+
+def _refusals(
+    proposal: Proposal, now: datetime, series: Mapping[Identity, Tracked], options: SeriesOptions
+) -> Iterator[TrueloopError]:
+    yield from _superseded(proposal, series)
+    yield from _large(proposal, options)
+    yield from _old(proposal, now, options)
+    yield from _alarm(proposal, series)
+
+
+def _override(code: Code) -> str:
+    return f"--override {OVERRIDES[code]}"
+
+
+def _superseded(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Iterator[TrueloopError]:
+    for effect in proposal.effects:
+        now = series.get(effect.series)
+        if now is None or not now.series.latest:
+            why = f"the nominal or the limits of {effect.characteristic!r} have changed since"
+        elif len(now.parts) != effect.parts or now.last.made.serial != proposal.last_serial:
+            why = f"it rests on {effect.parts} parts of {effect.characteristic!r}, now there are {len(now.parts)}"
+        else:
+            continue
+        yield TrueloopError(
+            Code.SER_SUPERSEDED,
+            f"proposal {proposal.id} is superseded: {why}",
+            hint="`trueloop series propose` makes one of the parts there are now",
+            override=_override(Code.SER_SUPERSEDED),
+            values={"proposal": proposal.id},
+        )
+        return
+
+
+def _large(proposal: Proposal, options: SeriesOptions) -> Iterator[TrueloopError]:
+    for effect in proposal.effects:
+        if abs(effect.size_change_mm) > options.largest_mm:
+            size_um, limit_um = effect.size_change_mm * UM_PER_MM, options.largest_mm * UM_PER_MM
+            yield TrueloopError(
+                Code.SER_LARGE,
+                f"proposal {proposal.id} changes {effect.characteristic!r} by {size_um:+.1f} µm; the limit is "
+                f"{limit_um:.1f} µm",
+                hint="a constant this large is likelier a wrong datum, unit or nominal than an error of the machine",
+                override=f"{_override(Code.SER_LARGE)}, or a larger --max-um",
+                values={"characteristic": effect.characteristic, "size_um": size_um, "limit_um": limit_um},
+            )
+            return
+
+
+def _old(proposal: Proposal, now: datetime, options: SeriesOptions) -> Iterator[TrueloopError]:
+    age_h = (now - proposal.made_at).total_seconds() / 3600
+    if 0.0 <= age_h <= options.age_hours:
+        return
+    when = f"{proposal.made_at:%Y-%m-%d %H:%M}"
+    limit = f"the limit is {options.age_hours:g} h" if age_h > 0 else "a clock was set back"
+    yield TrueloopError(
+        Code.SER_OLD,
+        f"proposal {proposal.id} was made {age_h:.1f} h ago ({when}); {limit}",
+        hint="the tool has cut since; propose anew from the latest parts",
+        override=f"{_override(Code.SER_OLD)}, or another --max-age-h",
+        values={"proposal": proposal.id, "age_h": age_h},
+    )
+
+
+def _alarm(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Iterator[TrueloopError]:
+    if proposal.changes is ProposalClass.MEMORY:  # it is the answer to the alarm
+        return
+    for effect in proposal.effects:
+        now = series.get(effect.series)
+        alarm = None if now is None else now.open_alarm
+        if alarm is None:
+            continue
+        yield TrueloopError(
+            Code.SER_ALARM,
+            f"{effect.characteristic!r} is under alarm since part {alarm.made.serial!r}: "
+            f"{alarm.made.error_mm * UM_PER_MM:+.1f} µm found, {(alarm.expected_mm or 0.0) * UM_PER_MM:+.1f} ± "
+            f"{1.96 * (alarm.expected_u_mm or 0.0) * UM_PER_MM:.1f} µm expected",
+            hint="find the cause; then accept the proposal that begins memory anew from that part, or inspect two more",
+            override=_override(Code.SER_ALARM),
+            values={"characteristic": effect.characteristic},
+        )
+        return

@@ -1,0 +1,120 @@
+"""A series with what was expected of every part before it was inspected, beside what was found."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean, stdev
+from typing import Final
+
+from trueloop.domain.life import Identity
+from trueloop.loops.post_process.series import Made, Series
+from trueloop.memory.level.kalman import steps
+from trueloop.memory.level.step import TURNING, LevelPrior, Step
+
+COVERAGE: Final = 1.96
+"""Of a 95 % band."""
+CAPABLE_FROM: Final = 20
+"""Parts from which on a capability index says something; below, it may be off by a factor of 1.5 and more."""
+
+
+@dataclass(frozen=True)
+class TrackedPart:
+    """One part: what was expected of it with the correction that it was cut with, what was found, what follows.
+
+    `expected_mm` ± 1.96 `expected_u_mm` was to hold its error with 95 %, from earlier parts alone; None without a
+    model. `alarm`: what is found beyond that cannot be chance.
+    """
+
+    made: Made
+    expected_mm: float | None
+    expected_u_mm: float | None
+    step: Step
+    alarm: bool
+
+    @property
+    def inside(self) -> bool | None:
+        """Whether the error was inside the 95 % band; None where there was none."""
+        if self.expected_mm is None or self.expected_u_mm is None:
+            return None
+        return abs(self.made.error_mm - self.expected_mm) <= COVERAGE * self.expected_u_mm
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """A series followed from part to part. `factor`: which share of a change is proposed, by a decision on weights."""
+
+    series: Series
+    parts: tuple[TrackedPart, ...]
+    factor: float = 1.0
+
+    @property
+    def last(self) -> TrackedPart:
+        """The latest part. A series has one at least."""
+        return self.parts[-1]
+
+    @property
+    def open_alarm(self) -> TrackedPart | None:
+        """A part among the last two that was alarming, since which memory was not begun anew."""
+        recent = self.parts[-2:]
+        since = max((k for k, one in enumerate(recent) if one.made.set_before), default=0)
+        return next((one for one in reversed(recent[since:]) if one.alarm), None)
+
+    @property
+    def change_mm(self) -> float:
+        """What to take off more than the last part's correction did, mm; the size changes by −1 times it."""
+        return 0.0 if self.last.step.held else self.factor * self.last.step.change_mm
+
+
+@dataclass(frozen=True)
+class Capability:
+    """Ppk = least distance of the mean to a limit over 3 s, with its lower limit of 95 %.
+
+    The lower limit is Ppk less 1.645 √(1/(9n) + Ppk²/(2n − 2)) (Bissell 1990), for parts that scatter normally.
+    """
+
+    ppk: float
+    lower: float
+    parts: int
+
+
+def tracked(series: Series, factors: Mapping[Identity, float] | None = None, prior: LevelPrior = TURNING) -> Tracked:
+    """Follows a series: every expectation is of earlier parts alone."""
+    done = steps([one.reading for one in series.made], prior)
+    parts = tuple(_parts(series.made, done))
+    return Tracked(series, parts, (factors or {}).get(series.identity, 1.0))
+
+
+def _parts(made: Sequence[Made], done: Sequence[Step]) -> Iterator[TrackedPart]:
+    for k, (one, step) in enumerate(zip(made, done, strict=True)):
+        expected, u = _expected(one, step)
+        yield TrackedPart(one, expected, u, step, k > 0 and not one.set_before and alarming(step, k))
+
+
+def _expected(made: Made, step: Step) -> tuple[float | None, float | None]:
+    if step.innovation_mm is None:
+        return None, None
+    return made.error_mm - step.innovation_mm, step.innovation_sd_mm
+
+
+def capability(series: Series) -> Capability | None:
+    """Of parts since the tool was last set; None below 20 parts, or where a limit is missing on both sides."""
+    errors, asked = [one.error_mm for one in _since_set(series.made)], series.characteristic
+    limits = [(-1.0, asked.lower_limit), (1.0, asked.upper_limit)]
+    margins = [sign * (limit - asked.nominal - fmean(errors)) for sign, limit in limits if limit is not None and errors]
+    if len(errors) < CAPABLE_FROM or not margins or stdev(errors) == 0.0:
+        return None
+    n, ppk = len(errors), min(margins) / (3.0 * stdev(errors))
+    return Capability(ppk, ppk - 1.645 * math.sqrt(1.0 / (9.0 * n) + ppk**2 / (2.0 * n - 2.0)), n)
+
+
+def _since_set(made: Sequence[Made]) -> Sequence[Made]:
+    start = max((k for k, one in enumerate(made) if one.set_before), default=0)
+    return made[start:]
+
+
+def alarming(step: Step, parts: int) -> bool:
+    """Whether an innovation has a probability below 0.001; below five parts the limit is 1.25 times as wide."""
+    if step.innovation_mm is None or not step.innovation_sd_mm:
+        return False
+    limit = 3.29 * (1.25 if parts < 5 else 1.0)
+    return abs(step.innovation_mm) > limit * step.innovation_sd_mm
