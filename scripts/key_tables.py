@@ -17,6 +17,7 @@ from pydantic.fields import FieldInfo
 from trueloop.domain.option import unit_of
 from trueloop.formats.jobs import job, probe_toml, surface_job
 from trueloop.formats.toml_tables import In
+from trueloop.report.series.shapes import SeriesShape
 from trueloop.report.shape import Shape
 from trueloop.report.turned.shapes import CorrectionShape
 
@@ -60,6 +61,7 @@ SCHEMAS: Final[dict[str, type[BaseModel]]] = {
     "probe.schema.json": probe_toml.ProbeFile,
     "surface.schema.json": surface_job.SurfaceJobFile,
     "correction.schema.json": CorrectionShape,
+    "series.schema.json": SeriesShape,
 }
 HEAD: Final = "| Key | Unit | Default | Meaning |\n|---|---|---|---|\n"
 

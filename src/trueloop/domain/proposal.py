@@ -30,7 +30,7 @@ class Effect:
     one. `error_before_mm` is expected without the proposal, `error_after_mm` with it, both ± `standard_u_mm` (one
     standard deviation of one part, scatter included). `size_change_mm` is what the proposal adds to the size.
     Probabilities are those of being inside the limits; None: there are none. `weight` is the share of what the last
-    part showed unexpectedly that the proposal acts on.
+    part showed unexpectedly that the proposal acts on, `in_force_mm` what earlier proposals take off the size already.
     """
 
     characteristic: str
@@ -43,6 +43,7 @@ class Effect:
     probability_in_before: float | None = None
     probability_in_after: float | None = None
     weight: float = 1.0
+    in_force_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,9 @@ class Proposal:
     """One change that the parts of a series suggest for the next part. It is not in force before it is accepted.
 
     `last_serial` is the last part behind it: a later part supersedes it. `tool_offset` says it in a tool's offset where
-    a job names the tool. `weight` is the new factor of a proposal of that class, `from_serial` the part with which
-    learning begins anew of one of memory. `alarms` were open when it was made, and `why` says what it comes from.
+    a job names the tool; `control` is that of the job's program. `weight` is the new factor of a proposal of that
+    class, `from_serial` the part with which learning begins anew of one of memory. `alarms` were open when it was made,
+    and `why` says what it comes from.
     """
 
     id: str
@@ -62,6 +64,7 @@ class Proposal:
     made_at: datetime
     made_by: str
     tool_offset: ToolOffset | None = None
+    control: str = ""
     weight: float | None = None
     from_serial: str = ""
     alarms: tuple[str, ...] = ()

@@ -1,19 +1,18 @@
-"""What a store holds of the series of a part type, recomputed from its records: parts in order, proposals, decisions."""
+"""What a store holds of the series of a part type, recomputed from records: parts in order, proposals, decisions."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
-from trueloop.domain.proposal import PartCutWith, Proposal, ProposalClass, ProposalDecision
+from trueloop.domain.life import Cut, Identity, InspectionLink, Quarantine, Stage
+from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.loops.post_process.flags import few_findings, usable
 from trueloop.loops.post_process.options import SeriesOptions
-from trueloop.loops.post_process.order import When, cutting_order
+from trueloop.loops.post_process.order import When, parts_in_order
 from trueloop.loops.post_process.series import PartSeen, series_of, sizes_of
 from trueloop.loops.post_process.tracked import Tracked, tracked
-from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 
 AGAIN: Final = "the later inspection counts; the earlier one stays in the store"
@@ -48,6 +47,22 @@ class Book:
                 )
         return replace(self, tracked=tuple(one for one in self.tracked if not names or one.series.name in names))
 
+    @property
+    def waiting(self) -> tuple[Proposal, ...]:
+        """Proposals that hold now, and of which nothing was decided: a later part supersedes them."""
+        now = self.by_identity
+        return tuple(
+            one
+            for one in self.proposals
+            if self.verdict(one) is None
+            and all(
+                (series := now.get(effect.series)) is not None
+                and len(series.parts) == effect.parts
+                and series.in_force_mm == effect.in_force_mm
+                for effect in one.effects
+            )
+        )
+
     def verdict(self, proposal: Proposal) -> ProposalDecision | None:
         """What was decided of a proposal; None while nothing was."""
         return next((one for one in self.decisions if one.proposal == proposal.id), None)
@@ -61,57 +76,42 @@ def part_types(store: Store) -> tuple[str, ...]:
     return tuple(found)
 
 
+def only_type(store: Store) -> str:
+    """The part type of a store that has one alone. Raises SER-UNKNOWN where it has none, or several."""
+    found = part_types(store)
+    if len(found) == 1:
+        return found[0]
+    listed = ", ".join(map(repr, found)) or "none"
+    raise TrueloopError(
+        Code.SER_UNKNOWN,
+        f"the store holds inspections with sizes of {len(found)} part types: {listed}",
+        hint="say which: `--type NAME`; `trueloop series add` takes inspection files",
+        values={"characteristic": listed},
+    )
+
+
 def read_book(store: Store, part_type: str, options: SeriesOptions) -> Book:
     """The series of a part type. Raises SER-UNKNOWN where the store holds none of it."""
-    kept = list(_of_finish(store, part_type))
-    if not kept:
+    records = _read(store, part_type)
+    if not records.inspections:
         raise TrueloopError(
             Code.SER_UNKNOWN,
             f"the store holds 0 inspections with sizes of part type {part_type!r}",
             hint="`trueloop series add` takes inspection files; `trueloop series status` lists the part types",
             values={"characteristic": part_type},
         )
-    proposals = tuple(one.value for one in find(store, Proposal, part_type=part_type))
-    decisions = _decisions(store, proposals)
-    latest, again = _latest(kept)
-    seen, findings = _in_order(store, part_type, latest)
-    seen = tuple(_with_proposals(store, one, proposals, decisions) for one in seen)
-    parts, more = usable([one.seen for one in seen], take_nominal=options.take_nominal)
-    series, factors = series_of(parts), _factors(proposals, decisions)
+    latest, again = _latest(records.inspections)
+    seen, doubts = records.in_order(latest)
+    parts, odd = usable(seen, take_nominal=options.take_nominal)
+    series, factors = series_of(parts), records.factors
     return Book(
         part_type,
         parts,
-        tuple(tracked(one, factors) for one in series),
-        proposals,
-        decisions,
-        (*again, *findings, *more, *few_findings(series)),
+        tuple(tracked(one, factors, records.in_force_mm) for one in series),
+        records.proposals,
+        records.decisions,
+        (*again, *doubts, *odd, *few_findings(series)),
     )
-
-
-@dataclass(frozen=True)
-class _Part:
-    """An inspection with the part as the loop takes it."""
-
-    kept: Kept[Inspection]
-    seen: PartSeen
-
-
-def _of_finish(store: Store, part_type: str) -> Iterator[Kept[Inspection]]:
-    """Inspections with sizes, without those that are linked to an earlier cut than the finish cut."""
-    for kept in find(store, Inspection, part_type=part_type):
-        if any(sizes_of(kept.value)) and not _before_finish(store, kept.value):
-            yield kept
-
-
-def _before_finish(store: Store, inspection: Inspection) -> bool:
-    part = inspection.part
-    cuts = find(store, Cut, part_type=part.part_type.name, serial=part.serial)
-    links = {
-        link.value.inspection: one.value.stage
-        for one in cuts
-        for link in find(store, InspectionLink, cut=joined(one.value.identity))
-    }
-    return links.get(inspection.identity, Stage.FINISH) is not Stage.FINISH
 
 
 def _latest(kept: Sequence[Kept[Inspection]]) -> tuple[list[Kept[Inspection]], list[Finding]]:
@@ -119,84 +119,118 @@ def _latest(kept: Sequence[Kept[Inspection]]) -> tuple[list[Kept[Inspection]], l
     by_part: dict[Identity, list[Kept[Inspection]]] = {}
     for one in kept:
         by_part.setdefault(one.value.part.identity, []).append(one)
-    findings = [again(of_it[-1].value, len(of_it)) for of_it in by_part.values() if len(of_it) > 1]
+    findings = [inspected_again(of_it[-1].value, len(of_it)) for of_it in by_part.values() if len(of_it) > 1]
     return [of_it[-1] for of_it in by_part.values()], findings
 
 
-def again(inspection: Inspection, times: int) -> Finding:
+def inspected_again(inspection: Inspection, times: int) -> Finding:
     """SER-AGAIN of a part inspected several times."""
     serial = inspection.part.serial
     message = f"part {serial!r} was inspected {times} times"
     return Finding(Severity.NOTE, Code.SER_AGAIN, message, AGAIN, values={"part": serial})
 
 
-def _in_order(
-    store: Store, part_type: str, kept: Sequence[Kept[Inspection]]
-) -> tuple[tuple[_Part, ...], tuple[Finding, ...]]:
-    cuts = {one.value.part.serial: one.value for one in find(store, Cut, part_type=part_type, stage=Stage.FINISH)}
-    whens = [_when(one, k, cuts.get(one.value.part.serial)) for k, one in enumerate(kept)]
-    order, findings = cutting_order(whens)
-    ordered = [kept[k] for k in order]
-    settings = [None if (cut := cuts.get(one.value.part.serial)) is None else cut.setting for one in ordered]
-    changed = [
-        False,
-        *(a != b and a is not None and b is not None for a, b in zip(settings, settings[1:], strict=False)),
-    ]
-    return tuple(
-        _Part(one, PartSeen(one.value, set_before=new)) for one, new in zip(ordered, changed, strict=True)
-    ), findings
+@dataclass(frozen=True)
+class _Records:
+    """What the store holds of a part type: `cuts` are finish cuts by serial number, `stated` by inspection."""
 
+    inspections: tuple[Kept[Inspection], ...]
+    cuts: Mapping[str, Cut]
+    quarantined: frozenset[Identity]
+    proposals: tuple[Proposal, ...]
+    decisions: tuple[ProposalDecision, ...]
+    stated: Mapping[Identity, tuple[str, ...]]
 
-def _when(kept: Kept[Inspection], place: int, cut: Cut | None) -> When:
-    one = kept.value
-    if cut is None:
-        return When(one.part.serial, place, measured_at=one.measured_at)
-    return When(one.part.serial, place, cut.order, cut.at, one.measured_at, cut.order_in_doubt)
+    @property
+    def accepted(self) -> Mapping[str, ProposalDecision]:
+        """Decisions by proposal, of those accepted."""
+        return {one.proposal: one for one in self.decisions if one.verdict == "accepted"}
 
+    @property
+    def factors(self) -> Mapping[Identity, float]:
+        """The factor of each series by the weight that was accepted last."""
+        by_id, factors = {one.id: one for one in self.proposals}, dict[Identity, float]()
+        for decision in sorted(self.accepted.values(), key=lambda one: one.at):
+            proposal = by_id[decision.proposal]
+            if proposal.weight is not None:
+                factors.update(dict.fromkeys((effect.series for effect in proposal.effects), proposal.weight))
+        return factors
 
-def _with_proposals(
-    store: Store, part: _Part, proposals: Sequence[Proposal], decisions: Sequence[ProposalDecision]
-) -> _Part:
-    """The part with what the accepted proposals changed before it was cut."""
-    accepted = {one.proposal: one for one in decisions if one.verdict == "accepted"}
-    stated = _stated(store, part.kept.value)
-    correction: dict[Identity, float] = {}
-    anew: set[Identity] = set()
-    for proposal in proposals:
-        decision = accepted.get(proposal.id)
-        if decision is None:
-            continue
-        if proposal.changes is ProposalClass.MEMORY and proposal.from_serial == part.seen.serial:
-            anew |= {effect.series for effect in proposal.effects}
-        in_force = _came_after(part.kept, decision) if stated is None else proposal.id in stated
-        if proposal.changes is ProposalClass.TOOL_OFFSET and in_force:
-            for effect in proposal.effects:
+    @property
+    def in_force_mm(self) -> Mapping[Identity, float]:
+        """What all accepted proposals take off, by series."""
+        taken: dict[Identity, float] = {}
+        for proposal in self.proposals:
+            for effect in proposal.effects if proposal.id in self.accepted else ():
+                taken[effect.series] = taken.get(effect.series, 0.0) - effect.size_change_mm
+        return taken
+
+    def in_order(self, kept: Sequence[Kept[Inspection]]) -> tuple[tuple[PartSeen, ...], tuple[Finding, ...]]:
+        """The parts as they were cut, each with what was in force, and what is in doubt of their order."""
+        order, findings = parts_in_order([self._when(one, k) for k, one in enumerate(kept)])
+        seen: list[PartSeen] = []
+        before: Cut | None = None
+        for one in (kept[k] for k in order):
+            cut = self.cuts.get(one.value.part.serial)
+            anew = before is not None and cut is not None and before.setting != cut.setting
+            seen.append(self._seen(one, set_before=anew, counts=cut is None or cut.identity not in self.quarantined))
+            before = cut or before
+        return tuple(seen), findings
+
+    def _when(self, kept: Kept[Inspection], place: int) -> When:
+        one = kept.value
+        cut = self.cuts.get(one.part.serial)
+        if cut is None:
+            return When(one.part.serial, place, measured_at=one.measured_at)
+        return When(one.part.serial, place, cut.order, cut.at, one.measured_at, cut.order_in_doubt)
+
+    def _seen(self, kept: Kept[Inspection], *, set_before: bool, counts: bool) -> PartSeen:
+        """The part with what the accepted proposals changed before it was cut."""
+        correction: dict[Identity, float] = {}
+        anew: set[Identity] = set()
+        stated, accepted = self.stated.get(kept.value.identity), self.accepted
+        for proposal in self.proposals:
+            decision = accepted.get(proposal.id)
+            if decision is None:
+                continue
+            if proposal.from_serial and proposal.from_serial == kept.value.part.serial:
+                anew |= {effect.series for effect in proposal.effects}
+            in_force = came_after(kept, decision) if stated is None else proposal.id in stated
+            for effect in proposal.effects if in_force else ():
                 correction[effect.series] = correction.get(effect.series, 0.0) - effect.size_change_mm
-    return _Part(part.kept, replace(part.seen, correction_mm=correction, begin_anew=frozenset(anew)))
+        return PartSeen(kept.value, correction, set_before, counts, frozenset(anew))
 
 
-def _stated(store: Store, inspection: Inspection) -> tuple[str, ...] | None:
-    """The proposals in force as they were stated of an inspection."""
-    found = [one.value for one in find(store, PartCutWith) if one.value.inspection == inspection.identity]
-    return found[-1].proposals if found else None
-
-
-def _came_after(kept: Kept[Inspection], decision: ProposalDecision) -> bool:
+def came_after(kept: Kept[Inspection], decision: ProposalDecision) -> bool:
     """Of inspections for which nothing is stated: whether they were measured, or else kept, after the decision."""
     at = kept.value.measured_at
     return (kept.kept_at if at is None or at.tzinfo is None else at) > decision.at
 
 
-def _decisions(store: Store, proposals: Sequence[Proposal]) -> tuple[ProposalDecision, ...]:
+def _read(store: Store, part_type: str) -> _Records:
+    cuts = [one.value for one in find(store, Cut, part_type=part_type)]
+    early = {one.identity for one in cuts if one.stage is not Stage.FINISH}
+    of_early = (
+        {one.value.inspection for one in find(store, InspectionLink) if one.value.cut in early} if early else set()
+    )
+    proposals = tuple(one.value for one in find(store, Proposal, part_type=part_type))
     ids = {one.id for one in proposals}
-    return tuple(one.value for one in find(store, ProposalDecision) if one.value.proposal in ids)
+    return _Records(
+        tuple(
+            one
+            for one in find(store, Inspection, part_type=part_type)
+            if one.value.identity not in of_early and any(sizes_of(one.value))
+        ),
+        {one.part.serial: one for one in cuts if one.stage is Stage.FINISH},
+        frozenset(_quarantined(store)) if cuts else frozenset(),
+        proposals,
+        tuple(one.value for one in find(store, ProposalDecision) if one.value.proposal in ids),
+        {one.value.inspection: one.value.proposals for one in find(store, PartCutWith)} if ids else {},
+    )
 
 
-def _factors(proposals: Sequence[Proposal], decisions: Sequence[ProposalDecision]) -> Mapping[Identity, float]:
-    """The factor of each series by the weight that was accepted last."""
-    by_id, factors = {one.id: one for one in proposals}, dict[Identity, float]()
-    for decision in sorted(decisions, key=lambda one: one.at):
-        proposal = by_id[decision.proposal]
-        if decision.verdict == "accepted" and proposal.weight is not None:
-            factors.update(dict.fromkeys((effect.series for effect in proposal.effects), proposal.weight))
-    return factors
+def _quarantined(store: Store) -> Iterator[Identity]:
+    """Cuts that are to teach nothing: of each the latest word counts."""
+    words = sorted((one.value for one in find(store, Quarantine)), key=lambda one: one.at)
+    latest = {one.cut: one.lifted for one in words}
+    yield from (cut for cut, lifted in latest.items() if not lifted)

@@ -27,7 +27,7 @@ from trueloop.nc.program.program import Program
 from trueloop.turned.characteristics.measurand import measurand
 from trueloop.turned.program.wear import wear_offset
 from trueloop.turned.program.wear_numbers import WearOffset
-from trueloop.wording import Um, wording
+from trueloop.wording import Um
 
 OPEN: Final = 1e-6
 """Share of the largest singular value below which characteristics say nothing of a direction."""
@@ -106,16 +106,12 @@ def _of_one(
     if np.all(np.abs(moved) <= options.least_mm):
         return None
     effects = [effect_of(one, float(size_mm)) for one, size_mm in zip(series, moved, strict=True)]
-    return of_tool(series, effects, kept, made, _why(wear, len(series), wanted - moved))
+    return of_tool(series, effects, kept, job.program.dialect.wear_words, made, _why(wear, len(series), wanted - moved))
 
 
 def _why(wear: WearOffset, count: int, left_mm: Array) -> str:
-    return wording(
-        "{wear}: the offset closest to what {n} characteristics ask for; it leaves up to {left} of that",
-        wear=wear.words,
-        n=count,
-        left=Um(float(np.max(np.abs(left_mm)))),
-    )
+    left = Um(float(np.max(np.abs(left_mm))))
+    return f"{wear.words}: the offset closest to what {count} characteristics ask for; it leaves up to {left} of that"
 
 
 def characteristic_on(profile: Profile, asked: Characteristic) -> Characteristic | None:

@@ -11,6 +11,8 @@ from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked
 from trueloop.units import UM_PER_MM
 
+SAME_MM: Final = 1e-9
+
 OVERRIDES: Final[Mapping[Code, str]] = {
     Code.SER_LARGE: "large",
     Code.SER_OLD: "old",
@@ -72,6 +74,8 @@ def _superseded(proposal: Proposal, series: Mapping[Identity, Tracked]) -> Itera
             why = f"the nominal or the limits of {effect.characteristic!r} have changed since"
         elif len(now.parts) != effect.parts or now.last.made.serial != proposal.last_serial:
             why = f"it rests on {effect.parts} parts of {effect.characteristic!r}, now there are {len(now.parts)}"
+        elif abs(now.in_force_mm - effect.in_force_mm) > SAME_MM:
+            why = f"another proposal of {effect.characteristic!r} was accepted since"
         else:
             continue
         yield TrueloopError(

@@ -1,5 +1,6 @@
 """What a user may choose of series and proposals."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Annotated, Final
 
@@ -29,3 +30,11 @@ CHOICES: Final = choices_of(SeriesOptions)
 
 LEAST_PARTS: Final = 3
 """With fewer parts a level is not yet one."""
+
+NAMES: Final = {"offset": ProposalClass.TOOL_OFFSET, "memory": ProposalClass.MEMORY, "weight": ProposalClass.WEIGHT}
+"""Classes as commands name them."""
+
+
+def classes_named(names: Iterable[str]) -> frozenset[ProposalClass]:
+    """The classes of these names."""
+    return frozenset(NAMES[name] for name in names)

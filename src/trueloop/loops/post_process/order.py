@@ -23,7 +23,7 @@ class When:
     in_doubt: bool = False
 
 
-def cutting_order(parts: Sequence[When]) -> tuple[tuple[int, ...], tuple[Finding, ...]]:
+def parts_in_order(parts: Sequence[When]) -> tuple[tuple[int, ...], tuple[Finding, ...]]:
     """Indices of the parts as they were cut, and what is in doubt (SER-ORDER).
 
     By the order of their cuts where all are counted, else by the time of the cuts, else by the time of inspection, else

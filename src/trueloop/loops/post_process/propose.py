@@ -6,7 +6,7 @@ A proposal acts only when it is accepted. What is measured enters memory at once
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
@@ -18,7 +18,7 @@ from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.tracked import Tracked
 from trueloop.memory.level.whitening import LEAST, REDUCED, monitor
 from trueloop.tolerances.conformance import probability_between
-from trueloop.wording import Um, wording
+from trueloop.wording import Um
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,9 @@ def offset_of(one: Tracked, options: SeriesOptions, made: Made) -> list[Proposal
     if abs(change_mm) <= options.least_mm:
         return []
     effect, step = effect_of(one, change_mm), one.last.step
-    why = wording(
-        "{n} parts; the level is {level} had nothing been corrected; weight {weight:.2f}: {reason}",
-        n=len(one.parts),
-        level=Um(step.level_mm or 0.0, "+.1f"),
-        weight=effect.weight,
-        reason=step.weight.reason,
+    why = (
+        f"{len(one.parts)} parts; the level is {Um(step.level_mm or 0.0, '+.1f')} had nothing been corrected; weight "
+        f"{effect.weight:.2f}: {step.weight.reason}"
     )
     return [_proposal(ProposalClass.TOOL_OFFSET, [one], [effect], made, why)]
 
@@ -60,8 +57,8 @@ def effect_of(one: Tracked, size_change_mm: float) -> Effect:
     """What a change of size is predicted to do; the share of it that arrives is estimated from the parts."""
     step, asked = one.last.step, one.series.characteristic
     gain = 1.0 if step.gain is None else step.gain
-    # The step predicts with its own change; what is done less or more than that stays.
-    after_mm = step.predicted_mm + gain * (size_change_mm + step.change_mm)
+    # The step predicts with its own correction; what is taken off less than that stays on.
+    after_mm = step.predicted_mm + gain * (step.correction_mm - one.in_force_mm + size_change_mm)
     before_mm = after_mm - gain * size_change_mm
     u_mm = step.predicted_u_mm or 0.0
 
@@ -75,6 +72,7 @@ def effect_of(one: Tracked, size_change_mm: float) -> Effect:
         *(size_change_mm, before_mm, after_mm, u_mm),
         *(inside(before_mm), inside(after_mm)),
         step.weight.value * one.factor,
+        one.in_force_mm,
     )
 
 
@@ -83,13 +81,10 @@ def restart_of(one: Tracked, made: Made) -> list[Proposal]:
     alarm = one.open_alarm
     if alarm is None:
         return []
-    why = wording(
-        "part {serial} was expected at {expected} ± {band} and found at {found}: another edge, another offset, or a "
-        "wrong value",
-        serial=alarm.made.serial,
-        expected=Um(alarm.expected_mm or 0.0, "+.1f"),
-        band=Um(1.96 * (alarm.expected_u_mm or 0.0)),
-        found=Um(alarm.made.error_mm, "+.1f"),
+    expected, band = Um(alarm.expected_mm or 0.0, "+.1f"), Um(1.96 * (alarm.expected_u_mm or 0.0))
+    why = (
+        f"part {alarm.made.serial} was expected at {expected} ± {band} and found at {Um(alarm.made.error_mm, '+.1f')}: "
+        "another edge, another offset, or a wrong value"
     )
     return [_proposal(ProposalClass.MEMORY, [one], [effect_of(one, 0.0)], made, why, from_serial=alarm.made.serial)]
 
@@ -103,19 +98,16 @@ def weight_of(one: Tracked, made: Made) -> list[Proposal]:
     factor = float(np.clip(one.factor / REDUCED if rises else one.factor * REDUCED, LEAST, 1.0))
     if factor == one.factor:
         return []
-    why = wording(
-        "{says} ({agreeing} of {pairs} neighbours have one sign, p = {p:.2g})",
-        says=seen.says,
-        agreeing=seen.agreeing,
-        pairs=seen.pairs,
-        p=seen.probability,
-    )
+    why = f"{seen.says} ({seen.agreeing} of {seen.pairs} neighbours have one sign, p = {seen.probability:.2g})"
     return [_proposal(ProposalClass.WEIGHT, [one], [effect_of(one, 0.0)], made, why, weight=factor)]
 
 
-def of_tool(series: Sequence[Tracked], effects: Sequence[Effect], offset: ToolOffset, made: Made, why: str) -> Proposal:
-    """One tool's offset for several characteristics."""
-    return _proposal(ProposalClass.TOOL_OFFSET, series, effects, made, why, tool_offset=offset)
+def of_tool(
+    series: Sequence[Tracked], effects: Sequence[Effect], offset: ToolOffset, control: str, made: Made, why: str
+) -> Proposal:
+    """One tool's offset for several characteristics, in the words of a control."""
+    found = _proposal(ProposalClass.TOOL_OFFSET, series, effects, made, why, tool_offset=offset)
+    return replace(found, control=control)
 
 
 def _proposal(
@@ -142,7 +134,7 @@ def _proposal(
         weight=weight,
         from_serial=from_serial,
         alarms=alarms,
-        why=str(why),
+        why=why,
     )
 
 

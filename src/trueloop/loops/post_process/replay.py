@@ -5,7 +5,7 @@ have been E − c. Whether all of a correction arrives cannot be seen from parts
 takes it that it does. The first part has nothing to go by: it is left out of all sums.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,7 +14,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.loops.post_process.series import Made, Series
 from trueloop.loops.post_process.tracked import COVERAGE, alarming
-from trueloop.memory.level.kalman import steps
+from trueloop.memory.level.kalman import steps_as_they_come
 from trueloop.memory.level.step import TURNING, LevelPrior, PartReading, Step
 from trueloop.statistics import rms
 
@@ -83,19 +83,22 @@ RULES: Final[Mapping[str, Callable[[Array], float]]] = {
 
 def replay(series: Series, prior: LevelPrior = TURNING) -> Replay:
     """Replays a series: what is proposed for a part comes from earlier parts alone."""
-    seen: list[PartReading] = []
+    proposed_mm = [0.0]
+
+    def readings() -> Iterator[PartReading]:
+        for one in series.made:
+            c_mm = proposed_mm[-1]
+            yield PartReading(one.uncorrected_mm - c_mm, c_mm, set_before=one.set_before, counts=one.counts)
+
     parts: list[Replayed] = []
-    step: Step | None = None
-    for one in series.made:
-        correction_mm = 0.0 if step is None else step.correction_mm
-        left_mm = one.uncorrected_mm - correction_mm
-        seen.append(PartReading(left_mm, correction_mm, set_before=one.set_before, counts=one.counts))
-        step = steps(seen, prior)[-1]
-        parts.append(_replayed(one, correction_mm, left_mm, step, len(parts)))
+    for one, step in zip(series.made, steps_as_they_come(readings(), prior), strict=True):
+        parts.append(_replayed(one, proposed_mm[-1], step, len(parts)))
+        proposed_mm.append(step.correction_mm)
     return Replay(series, tuple(parts), rivals(series.made))
 
 
-def _replayed(one: Made, correction_mm: float, left_mm: float, step: Step, before: int) -> Replayed:
+def _replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replayed:
+    left_mm = one.uncorrected_mm - correction_mm
     innovation, deviation = step.innovation_mm or 0.0, step.innovation_sd_mm or 0.0
     return Replayed(
         *(one.serial, one.error_mm, one.uncorrected_mm, correction_mm, left_mm),

@@ -41,10 +41,16 @@ class TrackedPart:
 
 @dataclass(frozen=True)
 class Tracked:
-    """A series followed from part to part. `factor`: which share of a change is proposed, by a decision on weights."""
+    """A series followed from part to part.
+
+    `in_force_mm` is what the accepted proposals take off the next part, the last one's included that no part was cut
+    with yet: proposing without it would correct twice. `factor`: which share of a change is proposed, by a decision on
+    weights.
+    """
 
     series: Series
     parts: tuple[TrackedPart, ...]
+    in_force_mm: float = 0.0
     factor: float = 1.0
 
     @property
@@ -61,8 +67,8 @@ class Tracked:
 
     @property
     def change_mm(self) -> float:
-        """What to take off more than the last part's correction did, mm; the size changes by −1 times it."""
-        return 0.0 if self.last.step.held else self.factor * self.last.step.change_mm
+        """What to take off more than is in force, mm; the size changes by −1 times it. 0 where corrections are held."""
+        return 0.0 if self.last.step.held else self.factor * (self.last.step.correction_mm - self.in_force_mm)
 
 
 @dataclass(frozen=True)
@@ -77,11 +83,20 @@ class Capability:
     parts: int
 
 
-def tracked(series: Series, factors: Mapping[Identity, float] | None = None, prior: LevelPrior = TURNING) -> Tracked:
-    """Follows a series: every expectation is of earlier parts alone."""
+def tracked(
+    series: Series,
+    factors: Mapping[Identity, float] | None = None,
+    in_force_mm: Mapping[Identity, float] | None = None,
+    prior: LevelPrior = TURNING,
+) -> Tracked:
+    """Follows a series: every expectation is of earlier parts alone.
+
+    `factors` and `in_force_mm` by series; one that is not named has the factor 1, and what its last part was cut with.
+    """
     done = steps([one.reading for one in series.made], prior)
     parts = tuple(_parts(series.made, done))
-    return Tracked(series, parts, (factors or {}).get(series.identity, 1.0))
+    now_mm = (in_force_mm or {}).get(series.identity, series.made[-1].correction_mm)
+    return Tracked(series, parts, now_mm, (factors or {}).get(series.identity, 1.0))
 
 
 def _parts(made: Sequence[Made], done: Sequence[Step]) -> Iterator[TrackedPart]:

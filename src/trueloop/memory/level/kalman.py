@@ -6,7 +6,7 @@ does not know are dealt with beside it: the share of a correction that arrives i
 inspected part has confirmed is applied with 0.75.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -54,12 +54,16 @@ def steps(readings: Sequence[PartReading], prior: LevelPrior = TURNING) -> tuple
     >>> print(f"{1e3 * first.correction_mm:.1f} {1e3 * second.correction_mm:.1f} {second.gain:.2f}")
     13.0 20.0 0.97
     """
-    past, done = _Past(unknown(prior)), []
+    return tuple(steps_as_they_come(readings, prior))
+
+
+def steps_as_they_come(readings: Iterable[PartReading], prior: LevelPrior = TURNING) -> Iterator[Step]:
+    """The same, each given before the next reading is taken: a reading may depend on the step before it."""
+    past = _Past(unknown(prior))
     for reading in readings:
         past = _after(past, reading, prior)
         assert past.step is not None
-        done.append(past.step)
-    return tuple(done)
+        yield past.step
 
 
 def _after(past: _Past, reading: PartReading, prior: LevelPrior) -> _Past:

@@ -1,0 +1,79 @@
+"""`trueloop series status` and `replay`: the series as they are, and as they would have been with memory."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.series.options import Db, Page, Which, opened
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
+
+if TYPE_CHECKING:
+    from trueloop.report.series.shapes import SeriesShape
+
+Output = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Folder for the page, the values and the table.  [default: none]")
+]
+
+
+@guarded
+def status(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
+    """Show each characteristic: parts, last error, level with its band, weight, drift, alarms, what is proposed."""
+    from trueloop.jobs.series.pages import status_of, write_series
+    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.report.series.lines import HEAD, proposal_lines, status_rows
+
+    options = SeriesOptions(take_nominal=which.take_nominal)
+    with busy("following the series"):
+        book = which.book(opened(db), options)
+        shown = status_of(book, options)
+        files = write_series(shown, "series", output, page.language, page.unit)
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+        return
+    print_lines([f"{shown.part_type}: {shown.parts} parts, {len(shown.characteristics)} characteristics"])
+    _print_table(HEAD, status_rows(shown))
+    for proposal in book.waiting:
+        print_lines(["", *proposal_lines(proposal, None)])
+    _print_rest(shown, files)
+
+
+@guarded
+def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
+    """Go through the stored parts in order: what would have been proposed for each, and what that would have left."""
+    from trueloop.jobs.series.pages import replay_of, write_series
+    from trueloop.loops.post_process.options import SeriesOptions
+    from trueloop.report.series.lines import replay_rows
+
+    options = SeriesOptions(take_nominal=which.take_nominal)
+    with busy("replaying the series"):
+        shown = replay_of(which.book(opened(db), options))
+        files = write_series(shown, "replay", output, page.language, page.unit)
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+        return
+    print_lines([f"{shown.part_type}: {shown.parts} parts; root mean square left from the second part on, µm"])
+    head, *rows = replay_rows(shown)
+    _print_table(head, rows)
+    _print_rest(shown, files)
+
+
+def _print_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for k, name in enumerate(head):
+        table.add_column(name, justify="right" if k else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row))
+    wide_console().print(table)
+
+
+def _print_rest(shown: "SeriesShape", files: list[str]) -> None:
+    found = [f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in shown.findings]
+    print_lines([*([""] if found else []), *found])
+    for file in files:
+        typer.echo(f"written: {file}", err=True)

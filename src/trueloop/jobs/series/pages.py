@@ -1,0 +1,39 @@
+"""Series as values and as files: page, JSON and table."""
+
+from pathlib import Path
+
+from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.formats.outputs import write_all
+from trueloop.jobs.series.book import Book
+from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.replay import replay
+from trueloop.report.series.page import series_page
+from trueloop.report.series.shapes import SeriesShape
+from trueloop.report.series.table import series_csv
+from trueloop.report.series.values import replay_shape, status_shape
+from trueloop.report.texts.texts import Texts
+
+
+def status_of(book: Book, options: SeriesOptions) -> SeriesShape:
+    """The series as they are."""
+    return status_shape(book.part_type, book.tracked, len(book.parts), book.findings, options)
+
+
+def replay_of(book: Book) -> SeriesShape:
+    """The series as they would have been with memory."""
+    replays = [replay(one.series) for one in book.tracked]
+    return replay_shape(book.part_type, replays, len(book.parts), book.findings)
+
+
+def write_series(
+    series: SeriesShape, name: str, folder: Path | None, language: Language, unit: LengthUnit
+) -> list[str]:
+    """`name`.csv, `name`.json and `name`.html in a folder, all or none; nothing without one. Raises OUT errors."""
+    if folder is None:
+        return []
+    contents = [
+        (f"{name}.csv", series_csv(series).encode()),
+        (f"{name}.json", (series.model_dump_json(indent=1) + "\n").encode()),
+        (f"{name}.html", series_page(series, Texts(language, unit)).encode()),
+    ]
+    return [str(file) for file in write_all(folder, contents)]

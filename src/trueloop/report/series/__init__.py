@@ -1,0 +1,1 @@
+"""Series of parts: values as JSON, lines for a terminal, the page."""

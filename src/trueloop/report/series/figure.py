@@ -1,0 +1,137 @@
+"""One characteristic over the parts: errors before and after correction, bands, weights; tool and alarms marked."""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+from trueloop.report import style
+from trueloop.report.series.shapes import CharacteristicSeriesShape, PartShape
+from trueloop.report.style import Figure, Trace
+from trueloop.report.texts.texts import ENGLISH, Texts
+
+WIDTH: Final = 480
+"""As wide as a telephone shows it; on a screen two stand side by side."""
+HEIGHT: Final = 330
+SHOWN: Final = 60
+"""The latest parts of a longer series."""
+ERRORS: Final = (0.34, 1.0)
+WEIGHTS: Final = (0.0, 0.24)
+"""Shares of the height: errors above, weights below."""
+BEFORE: Final = style.SOFT
+AFTER: Final = style.IN
+ALARM: Final = style.OUT
+LIMIT: Final = style.INK
+TICKS: Final = 8
+
+
+def series_figure(one: CharacteristicSeriesShape, say: Texts = ENGLISH) -> Figure:
+    """○ before and ● after correction with the band expected of ●, limits where they are near, ▲ alarms.
+
+    Colours are those of Okabe and Ito; shapes say the same, so that none depends on colour.
+    """
+    parts = one.parts[-SHOWN:]
+    scale = say.per_um
+    low, high = style.padded(_seen(parts), 0.08, 1.0)
+    x = [float(k) for k in range(1, len(parts) + 1)]
+    data = [
+        *_bands(x, parts, scale),
+        *_limits(one, x, (low, high), scale),
+        *_tool_set(x, parts, (low * scale, high * scale)),
+        *_marks(x, parts, say),
+        *_weights(x, parts, say),
+    ]
+    layout = style.layout(
+        WIDTH,
+        HEIGHT,
+        margin={"l": 64, "r": 10, "t": 10, "b": 50},
+        xaxis=style.axis(say("part"), 0.4, len(parts) + 0.6, **_serials(parts)),
+        yaxis=style.axis(say("error ({um})"), low * scale, high * scale, 6, domain=list(ERRORS)),
+        yaxis2=style.axis(say("weight"), 0.0, 1.05, 2, domain=list(WEIGHTS)),
+        separators=say.separators,
+    )
+    return {"data": data, "layout": layout}
+
+
+def _seen(parts: Sequence[PartShape]) -> list[float]:
+    """What the axis has to hold: marks, and bands as far as those of parts after the first go."""
+    marks = [value for one in parts for value in (one.before_um, one.after_um)]
+    bands = [
+        value
+        for one in parts[1:]
+        if one.expected_um is not None and one.band_um is not None
+        for value in (one.expected_um - one.band_um, one.expected_um + one.band_um)
+    ]
+    return marks + bands
+
+
+def _serials(parts: Sequence[PartShape]) -> dict[str, Any]:
+    """Serial numbers at some of the parts, no more than are legible."""
+    step = max(1, -(-len(parts) // TICKS), max(len(one.serial) for one in parts) * len(parts) // 45)
+    at = list(range(0, len(parts), step))
+    return {"tickvals": [k + 1 for k in at], "ticktext": [style.label(parts[k].serial) for k in at]}
+
+
+def _bands(x: Sequence[float], parts: Sequence[PartShape], scale: float) -> list[Trace]:
+    """Of every part a bar from the lower to the upper end of its band."""
+    xs: list[float | None] = []
+    ys: list[float | None] = []
+    for at, one in zip(x, parts, strict=True):
+        if one.expected_um is not None and one.band_um is not None:
+            xs += [at, at, None]
+            ys += [(one.expected_um - one.band_um) * scale, (one.expected_um + one.band_um) * scale, None]
+    return [style.lines(xs, ys, style.STEEL, 9)] if xs else []
+
+
+def _limits(one: CharacteristicSeriesShape, x: Sequence[float], ends: tuple[float, float], scale: float) -> list[Trace]:
+    """Limits within the picture."""
+    found = []
+    for limit in (one.lower_limit_mm, one.upper_limit_mm):
+        um = None if limit is None else (limit - one.nominal_mm) * 1000.0
+        if um is not None and ends[0] < um < ends[1]:
+            found.append(style.lines([0.4, x[-1] + 0.6], [um * scale] * 2, LIMIT, 1.2, line={"dash": "dash"}))
+    return found
+
+
+def _tool_set(x: Sequence[float], parts: Sequence[PartShape], ends: tuple[float, float]) -> list[Trace]:
+    """A dotted line before a part for which the tool was set."""
+    return [
+        style.lines([at - 0.5, at - 0.5], list(ends), style.INK, 1.5, line={"dash": "dot"})
+        for at, one in zip(x, parts, strict=True)
+        if one.tool_set
+    ]
+
+
+def _marks(x: Sequence[float], parts: Sequence[PartShape], say: Texts) -> list[Trace]:
+    scale = say.per_um
+    pairs = list(zip(x, parts, strict=True))
+    other = [(at, one) for at, one in pairs if one.correction_um != 0.0]
+    traces = []
+    if other:
+        before = [one.before_um * scale for _, one in other]
+        traces.append(
+            style.dots([at for at, _ in other], before, [""] * len(other), color=BEFORE, symbol="circle-open", size=6)
+        )
+    says = [_hover(one, say) for one in parts]
+    after = [one.after_um * scale for one in parts]
+    traces.append(style.dots(list(x), after, says, color=AFTER, size=6))
+    alarms = [(at, one) for at, one in pairs if one.alarm]
+    if alarms:
+        where, height = [at for at, _ in alarms], [one.after_um * scale for _, one in alarms]
+        words = [_hover(one, say) for _, one in alarms]
+        traces.append(style.dots(where, height, words, color=ALARM, symbol="triangle-up", size=12))
+    return traces
+
+
+def _hover(one: PartShape, say: Texts) -> str:
+    band = "" if one.band_um is None or one.expected_um is None else say(
+        "<br>expected {expected} ± {band} {um}", expected=say.error(one.expected_um), band=say.size(one.band_um)
+    )  # fmt: skip
+    return say(
+        "part {serial}: {error} {um}", serial=style.label(one.serial), error=say.error(one.after_um)
+    ) + band  # fmt: skip
+
+
+def _weights(x: Sequence[float], parts: Sequence[PartShape], say: Texts) -> list[Trace]:
+    values = [one.weight for one in parts]
+    line = style.lines(list(x), list(values), style.SOFT, 1.2, yaxis="y2")
+    dots = style.dots(list(x), values, [""] * len(values), color=style.INK, size=4)
+    return [line, dots | {"yaxis": "y2"}]

@@ -1,0 +1,131 @@
+"""Series and proposals as lines for a terminal."""
+
+from collections.abc import Iterator
+
+from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
+from trueloop.loops.post_process.stages import stage_of
+from trueloop.report.series.shapes import CharacteristicSeriesShape, SeriesShape
+from trueloop.report.style import plain, signed
+from trueloop.units import UM_PER_MM
+
+HEAD = (
+    "characteristic",
+    "parts",
+    "last µm",
+    "level µm",
+    "± µm",
+    "weight",
+    "drift µm",
+    "alarm",
+    "next µm",
+    "P in",
+    "Ppk",
+)
+
+
+def status_rows(series: SeriesShape) -> Iterator[tuple[str, ...]]:
+    """Cells of a table, one row a characteristic."""
+    for one in series.characteristics:
+        yield _row(one)
+
+
+def _row(one: CharacteristicSeriesShape) -> tuple[str, ...]:
+    last, ahead = one.parts[-1], one.next
+    share = None if ahead is None else ahead.probability_after
+    return (
+        one.characteristic if one.latest else f"{one.characteristic} (earlier)",
+        str(len(one.parts)),
+        signed(last.after_um),
+        "" if one.level_um is None else signed(one.level_um),
+        "" if one.level_band_um is None else plain(one.level_band_um),
+        plain(last.weight, 2),
+        "" if last.drift_um is None else plain(last.drift_um, 2),
+        "" if one.open_alarm is None else f"part {one.open_alarm}",
+        "" if ahead is None else signed(ahead.size_change_um),
+        "" if share is None else f"{100 * share:.1f} %",
+        "" if one.capability is None else f"{one.capability.ppk:.2f} ≥ {one.capability.lower:.2f}",
+    )
+
+
+def replay_rows(series: SeriesShape) -> Iterator[tuple[str, ...]]:
+    """The head, then one row a characteristic: what each rule would have left, and how many bands held."""
+    rules = tuple(series.characteristics[0].left_rms_um) if series.characteristics else ()
+    yield ("characteristic", "parts", *rules, "inside bands", "alarms")
+    for one in series.characteristics:
+        later = one.parts[1:]
+        inside = f"{sum(bool(part.inside) for part in later)} of {len(later)}"
+        alarms = ", ".join(part.serial for part in one.parts if part.alarm)
+        yield (one.characteristic, str(len(one.parts)), *(plain(one.left_rms_um[r], 2) for r in rules), inside, alarms)
+
+
+def proposal_lines(proposal: Proposal, decision: ProposalDecision | None) -> Iterator[str]:
+    """A proposal: id, class and stage, what it does to each characteristic, and what was decided."""
+    verdict = "waits for a decision" if decision is None else f"{decision.verdict} by {decision.who}"
+    yield f"{proposal.id}  {proposal.changes}, stage {stage_of(proposal.changes)}: {verdict}"
+    if proposal.changes is ProposalClass.MEMORY:
+        yield f"  learn anew from part {proposal.from_serial}"
+    if proposal.weight is not None:
+        yield f"  weight factor {proposal.weight:.2f}"
+    for effect in proposal.effects:
+        change, before, after = (
+            signed(mm * UM_PER_MM) for mm in (effect.size_change_mm, effect.error_before_mm, effect.error_after_mm)
+        )
+        band = plain(1.96 * effect.standard_u_mm * UM_PER_MM)
+        share = ""
+        if effect.probability_in_before is not None and effect.probability_in_after is not None:
+            share = (
+                f", in tolerance {100 * effect.probability_in_before:.1f} → {100 * effect.probability_in_after:.1f} %"
+            )
+        yield f"  {effect.characteristic}: size {change} µm; error {before} → {after} ± {band} µm{share}"
+    for alarm in proposal.alarms:
+        yield f"  alarm: {alarm}"
+    yield f"  {proposal.why}"
+
+
+def proposal_as_dict(proposal: Proposal, decision: ProposalDecision | None) -> dict[str, object]:
+    """For JSON."""
+    offset = proposal.tool_offset
+    return {
+        "id": proposal.id,
+        "class": proposal.changes.value,
+        "stage": int(stage_of(proposal.changes)),
+        "part_type": proposal.part_type.name,
+        "after_part": proposal.last_serial,
+        "made_at": proposal.made_at.isoformat(),
+        "made_by": proposal.made_by,
+        "effects": [
+            {
+                "characteristic": one.characteristic,
+                "parts": one.parts,
+                "size_change_um": round(one.size_change_mm * UM_PER_MM, 4),
+                "error_before_um": round(one.error_before_mm * UM_PER_MM, 4),
+                "error_after_um": round(one.error_after_mm * UM_PER_MM, 4),
+                "standard_u_um": round(one.standard_u_mm * UM_PER_MM, 4),
+                "probability_in_before": one.probability_in_before,
+                "probability_in_after": one.probability_in_after,
+                "weight": one.weight,
+            }
+            for one in proposal.effects
+        ],
+        "tool_offset": None
+        if offset is None
+        else {"tool": offset.tool, "x_radius_mm": offset.x_radius_mm, "z_mm": offset.z_mm, "x_is": offset.x_is},
+        "weight": proposal.weight,
+        "from_part": proposal.from_serial or None,
+        "alarms": list(proposal.alarms),
+        "why": proposal.why,
+        "decision": None if decision is None else decision_as_dict(decision),
+    }
+
+
+def decision_as_dict(decision: ProposalDecision) -> dict[str, object]:
+    """For JSON."""
+    return {
+        "proposal": decision.proposal,
+        "verdict": decision.verdict,
+        "who": decision.who,
+        "at": decision.at.isoformat(),
+        "why": decision.why,
+        "automatic": decision.automatic,
+        "overrides": list(decision.overrides),
+    }
