@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from trueloop.cli.db.options import Db
 from trueloop.cli.failure import guarded
-from trueloop.cli.series.options import Db, opened
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def add(files: Files, said: Said, db: Db = None, as_json: AsJson = False) -> Non
     """Take inspections of finished parts into the store, each file whole or not at all."""
     from trueloop.formats.inspections.measured_file import Stated
     from trueloop.jobs.series.added import Adding, add_files
+    from trueloop.jobs.store.opened import opened
 
     cut_with = None if said.cut_with is None else tuple(one for one in said.cut_with if one != NONE)
     adding = Adding(

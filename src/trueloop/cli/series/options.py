@@ -1,7 +1,6 @@
 """Options that several commands of `trueloop series` take."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -13,10 +12,6 @@ if TYPE_CHECKING:
     from trueloop.loops.post_process.options import SeriesOptions
     from trueloop.storage.store import Store
 
-Db = Annotated[
-    str | None,
-    typer.Option("--db", metavar="FILE|URL", help="The store.  [default: trueloop.db in this folder]"),
-]
 LARGEST_UM: Final = 150.0
 LEAST_UM: Final = 0.5
 AGE_H: Final = 168.0
@@ -51,18 +46,3 @@ class Page:
 
     language: Annotated[Language, typer.Option("--language", help="Of the page.")] = "en"
     unit: Annotated[LengthUnit, typer.Option("--unit", help="Of the page.")] = "mm"
-
-
-def opened(db: str | None) -> "Store":
-    """The store. Raises STO-FILE where there is none."""
-    from trueloop.errors import Code, TrueloopError
-    from trueloop.jobs.store.where import store_of
-
-    store = store_of(Path(), db, None)
-    if store is None:
-        raise TrueloopError(
-            Code.STO_FILE,
-            "there is no store 'trueloop.db' in this folder",
-            hint="make one by `trueloop db init`, or name one by --db",
-        )
-    return store

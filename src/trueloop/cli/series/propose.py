@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from trueloop.cli.db.options import Db
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.offsets import Control
-from trueloop.cli.series.options import AGE_H, LARGEST_UM, LEAST_UM, Db, Which, opened
+from trueloop.cli.series.options import AGE_H, LARGEST_UM, LEAST_UM, Which
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.units import UM_PER_MM
 
@@ -61,6 +62,7 @@ def propose(
 ) -> None:
     """Propose what to change for the next part: offsets, memory begun anew after an alarm, weights."""
     from trueloop.jobs.series import proposed as series
+    from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions, classes_named
     from trueloop.report.series.lines import proposal_as_dict, proposal_lines
 
@@ -139,6 +141,7 @@ def accept(
 ) -> None:
     """Accept a proposal: from now on parts are taken as cut with it. Writes its tool offset where that is asked for."""
     from trueloop.jobs.series.proposed import accepted
+    from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions
 
     options = SeriesOptions(largest_mm=max_um / UM_PER_MM, age_hours=max_age_h)
@@ -152,6 +155,7 @@ def accept(
 def reject(proposal: Id, who: Who = None, why: Why = "", db: Db = None, as_json: AsJson = False) -> None:
     """Reject a proposal: it is kept with who rejected it, and why."""
     from trueloop.jobs.series.proposed import rejected
+    from trueloop.jobs.store.opened import opened
 
     found, decision = rejected(opened(db), proposal, who=who or "", why=why)
     _say(found, decision, as_json, None)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from trueloop.cli.db.options import Db
 from trueloop.cli.failure import guarded
-from trueloop.cli.series.options import Db, Page, Which, opened
+from trueloop.cli.series.options import Page, Which
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ Output = Annotated[
 def status(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
     """Show each characteristic: parts, last error, level with its band, weight, drift, alarms, what is proposed."""
     from trueloop.jobs.series.pages import status_of, write_series
+    from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions
     from trueloop.report.series.lines import HEAD, proposal_lines, status_rows
 
@@ -44,6 +46,7 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
 def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_json: AsJson = False) -> None:
     """Go through the stored parts in order: what would have been proposed for each, and what that would have left."""
     from trueloop.jobs.series.pages import replay_of, write_series
+    from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions
     from trueloop.report.series.lines import replay_rows
 
