@@ -26,6 +26,7 @@ KINDS: Final = {
     "correction": ("part_type", "serial", "edge", "program_sha256", "product"),
     "proposal": ("part_type", "changes"),
     "proposal_decision": ("verdict",),
+    "part_cut_with": (),
 }
 ROWS: Final = {
     "touch": (
