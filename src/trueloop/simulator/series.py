@@ -76,6 +76,8 @@ class Shop:
     parts: int = 30
     changed_at: int | None = None
     """Another edge is set from this part on, as everybody knows."""
+    stands_from: int | None = None
+    """From this part on the edge wears no more and the machine keeps its warmth: each might be it."""
     angle_rad: Array = field(default_factory=ANGLES.copy)
 
 
@@ -109,6 +111,7 @@ class Series:
 def draw(shop: Shop, rng: np.random.Generator, events: Sequence[Event] = ()) -> Series:
     """One series of a shop, with what happens to it."""
     angle, k = shop.angle_rad, np.arange(shop.parts)
+    k = k if shop.stands_from is None else np.minimum(k, shop.stands_from)
     edges = np.zeros(shop.parts, int) if shop.changed_at is None else (k >= shop.changed_at).astype(int)
     since = np.where(edges == 1, k - (shop.changed_at or 0), k)
     minutes = shop.minutes * (since + 1.0)

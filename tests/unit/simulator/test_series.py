@@ -104,6 +104,13 @@ def test_an_edge_that_is_known_to_be_another_begins_anew() -> None:
     assert series.minutes_in_cut[[0, 4, 5, 7]] == pytest.approx([6.0, 30.0, 6.0, 18.0])
 
 
+def test_an_edge_that_stands_still_only_scatters() -> None:
+    still = Shop(parts=400, stands_from=6, clamping_mm=0.0, own_form_mm=0.0, noise_mm=0.0, resolution_mm=1e-9)
+    touched = draw(still, np.random.default_rng(3)).semifinish_mm
+    assert touched[7:] == pytest.approx(np.tile(touched[6], (393, 1)), abs=1e-8)
+    assert rms(touched[6] - touched[5]) > 1e-5
+
+
 def test_noise_is_as_stated() -> None:
     still = Shop(parts=4000, minutes=0.0, gross_share=0.02)
     for shop in (still, replace(still, heavy_tails=True)):

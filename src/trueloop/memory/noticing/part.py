@@ -1,26 +1,31 @@
 """Changes of a whole part, known by an edge's memory or by one number."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import ndtr
 
+from trueloop.arrays import Integers
 from trueloop.domain.life import Stage
 from trueloop.memory.edge.innovation import innovations
 from trueloop.memory.level.step import PartReading, Step
-from trueloop.memory.made_part import MadePart
+from trueloop.memory.made_part import ArcErrors, MadePart
 from trueloop.memory.noticing.alarm import Alarm, Noticed, What
-from trueloop.memory.noticing.notice import BY_CHANCE, FEW_PARTS, WIDER, notice
+from trueloop.memory.noticing.notice import BY_CHANCE, notice, wider
 from trueloop.memory.noticing.sentences import NEAR, is_slip, of_gain, of_number
 
 
 def notice_part(history: Sequence[MadePart], part: MadePart) -> dict[Stage, Noticed]:
     """By cut, what a part shows beyond what earlier parts of the edge, in cutting order, predict of it.
 
-    Its touches are judged by earlier parts, its finish inspection by these and by its own touches. A cut without
-    places is absent; the first part of an edge has nothing to be judged by, so that only priors speak.
+    Its touches are judged by earlier parts, its finish inspection by these and by its own touches. A cut without places
+    is absent, and so are all of a part before which none was inspected: what is believed beforehand is no reason to
+    call a part changed.
     """
     parts = sum(earlier.uncorrected_mm is not None for earlier in history)
+    if not parts:
+        return {}
     found = {}
     for one in innovations(history, part):
         finish = part.finish if one.stage is Stage.FINISH else None
@@ -46,7 +51,7 @@ def notice_step(step: Step, reading: PartReading, parts: int) -> Noticed:
     """
     if step.innovation_mm is None or step.innovation_sd_mm is None:
         raise ValueError("a step without an innovation")
-    beyond, deviation = step.innovation_mm, step.innovation_sd_mm * (np.sqrt(WIDER) if parts < FEW_PARTS else 1.0)
+    beyond, deviation = step.innovation_mm, step.innovation_sd_mm * np.sqrt(wider(parts))
     chance = float(2 * ndtr(-abs(beyond) / deviation))
     if chance >= BY_CHANCE:
         return Noticed()
@@ -55,3 +60,37 @@ def notice_step(step: Step, reading: PartReading, parts: int) -> Noticed:
     if u < NEAR and is_slip(arrived):
         return Noticed((Alarm(What.GAIN, chance, of_gain(arrived)),), gain=arrived, gain_u=u, quarantine=True)
     return Noticed((Alarm(What.LEVEL, chance, of_number(beyond)),))
+
+
+def cleaned(part: MadePart, found: Mapping[Stage, Noticed]) -> MadePart:
+    """The part as it may be learned from: without the touches that were left out, and without its finish inspection
+    where that is in quarantine. Not learning from a gross touch is what keeps later predictions right.
+    """
+    before, after = (found.get(stage, Noticed()) for stage in (Stage.SEMIFINISH, Stage.FINISH))
+    touches = _without(part.semifinish, before)
+    if part.finish is None or after.quarantine:
+        return replace(part, semifinish=touches, finish=None, correction_mm=None, from_memory_mm=None)
+    stays = _stays(len(part.finish.error_mm), after)
+    taken, added = part.correction_mm, part.from_memory_mm
+    return replace(
+        part,
+        semifinish=touches,
+        finish=_without(part.finish, after),
+        correction_mm=None if taken is None else taken[stays],
+        from_memory_mm=None if added is None else added[stays],
+    )
+
+
+def _stays(places: int, found: Noticed) -> Integers:
+    return np.delete(np.arange(places), [touch.index for touch in found.left_out])
+
+
+def _without(errors: ArcErrors, found: Noticed) -> ArcErrors:
+    stays = _stays(len(errors.error_mm), found)
+    return ArcErrors(
+        tuple(errors.feature[k] for k in stays),
+        tuple(errors.point[k] for k in stays),
+        errors.contact_angle_rad[stays],
+        errors.error_mm[stays],
+        errors.standard_u_mm[stays],
+    )

@@ -10,13 +10,14 @@ from trueloop.wording import Signed, Um, wording
 
 SLIPS: Final = (-1.0, 0.0, 0.5, 2.0)
 """Shares of a correction that a slip in the shop makes: wrong sign, not run, a diameter as a radius, run twice."""
+SLIPS_OF_MEMORY: Final = (0.0, 2.0)
 NEAR: Final = 0.12
 """A gain this near to one of them is taken for it."""
 
 
-def is_slip(gain: float) -> bool:
+def is_slip(gain: float, slips: tuple[float, ...] = SLIPS) -> bool:
     """Whether a slip in the shop makes such a share of a correction arrive."""
-    return any(abs(gain - known) < NEAR for known in SLIPS)
+    return any(abs(gain - known) < NEAR for known in slips)
 
 
 def of_number(beyond_mm: float) -> str:
@@ -85,7 +86,7 @@ def of_memory(gain: float) -> str:
         return wording("{gain} of what memory added to the correction arrived: it was not applied", gain=share)
     if abs(gain - 2) < NEAR:
         return wording("{gain} of what memory added to the correction arrived: it was applied twice", gain=share)
-    return wording("{gain} of what memory added to the correction arrived: memory is wrong of this part", gain=share)
+    return wording("{gain} of what memory added to the correction arrived", gain=share)
 
 
 def of_left_out(touch: LeftOut) -> str:

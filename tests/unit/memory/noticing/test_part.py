@@ -12,7 +12,7 @@ from trueloop.memory.level.step import PartReading
 from trueloop.memory.level.whitening import whitened_steps
 from trueloop.memory.made_part import ArcErrors, MadePart
 from trueloop.memory.noticing.alarm import Noticed, What
-from trueloop.memory.noticing.part import notice_part, notice_step
+from trueloop.memory.noticing.part import cleaned, notice_part, notice_step
 
 ANGLES = np.radians(np.linspace(10, 85, 12))
 CORRECTION = 0.018 + 0.006 * np.cos(4 * ANGLES)
@@ -96,3 +96,15 @@ def test_a_rule_without_a_model_predicts_nothing() -> None:
     reading = PartReading(0.01)
     with pytest.raises(ValueError, match="without an innovation"):
         notice_step(whitened_steps([reading])[0], reading, 3)
+
+
+def test_what_is_left_out_or_in_quarantine_is_not_learned(history: tuple[MadePart, ...]) -> None:
+    gross = made(6, np.random.default_rng(9), gross=0.030)
+    clean = cleaned(gross, notice_part(history, gross))
+    assert clean.semifinish.point == tuple(f"P{k}" for k in range(1, 13) if k != 5)
+    assert clean.semifinish.error_mm == pytest.approx(np.delete(gross.semifinish.error_mm, 4))
+    assert clean.finish == gross.finish
+    missed = made(6, np.random.default_rng(9), arrived=0.0)
+    without = cleaned(missed, notice_part(history, missed))
+    assert (without.finish, without.correction_mm) == (None, None)
+    assert without.semifinish == missed.semifinish
