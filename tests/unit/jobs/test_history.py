@@ -137,8 +137,22 @@ def test_the_fewest_parts_are_in_doubt(hours: list[int]) -> None:
     assert len(left) == max(len(one) for one in chosen if one == sorted(one))
 
 
+def test_of_nists_piecs11_parts_3811_is_in_doubt() -> None:
+    """Numbers of parts and of inspections as printed in [6811 Tables 10 and 11]: 3811 was inspected first."""
+    parts = {"3511": 158, "3611": 160, "3711": 162, "3811": 154, "3812": 165, "3911": 167}
+    cut = cut_of(example_correction("modbas2"))
+    cuts = [
+        Dated(replace(cut, part=replace(cut.part, serial=serial)), MADE_AT + timedelta(hours=number), k)
+        for k, (serial, number) in enumerate(parts.items())
+    ]
+    found = cutting_order(cuts)
+    assert [list(parts)[k] for k in found.places] == ["3811", "3511", "3611", "3711", "3812", "3911"]
+    assert [list(parts)[k] for k, doubt in zip(found.places, found.in_doubt, strict=True) if doubt] == ["3811"]
+
+
 def test_parts_without_order_and_time_are_taken_as_they_were_kept_and_doubted() -> None:
-    found = cutting_order(dated([None, None], [1, 2]))
+    cuts = [replace(one, inspected_at=None) for one in dated([None, None], [1, 2])]
+    found = cutting_order(cuts)
     assert found.places == (0, 1) and found.in_doubt == (True, True)
 
 

@@ -1,15 +1,19 @@
 """`trueloop measure read`: what inspection files say, and on which features of a job's part."""
 
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.store_options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.terminal import AsJson, busy, print_json
 
 if TYPE_CHECKING:
+    from trueloop.jobs.measure.keep_measured import Shown
+    from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.report.measured import FileOnPart
 
 Files = Annotated[
@@ -47,9 +51,67 @@ class Meant:
     ] = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class CutShown:
+    """Which cut the inspections show, for the store."""
+
+    after: Annotated[
+        Literal["semifinish", "finish", "released"] | None,
+        typer.Option("--after", help="Keep them in the store, as what this stage left; released: off the machine."),
+    ] = None
+    record: Annotated[
+        str | None,
+        typer.Option("--record", metavar="ID", help="The finish cut's correction.  [default: the part's last one]"),
+    ] = None
+    program: Annotated[
+        Path | None, typer.Option("--program", help="The program that ran: its mark names the correction.")
+    ] = None
+    ran: Annotated[
+        Literal["corrected", "offsets", "as-programmed"] | None,
+        typer.Option("--ran", help="What was run; as-programmed: nothing corrected.  [default: what was to be run]"),
+    ] = None
+    minutes: Annotated[float | None, typer.Option("--minutes", help="Time in cut of the finish cut.", min=0)] = None
+    order: Annotated[
+        int | None, typer.Option("--order", help="The part's place in the order in which the edge cut.", min=0)
+    ] = None
+    measured_at: Annotated[
+        datetime | None,
+        typer.Option(
+            "--measured-at", help="When files without a time were measured, local.", formats=["%Y-%m-%dT%H:%M"]
+        ),
+    ] = None
+
+    def shown(self) -> "Shown | None":
+        """As jobs take it; None: nothing is to be kept."""
+        from trueloop.domain.life import Ran
+        from trueloop.errors import Code
+        from trueloop.formats.input_file import read_input
+        from trueloop.jobs.measure.keep_measured import Shown
+        from trueloop.jobs.store.finish_cut import SaidOfCut
+
+        if self.after is None:
+            return None
+        hint = "--program names what the control ran"
+        text = None if self.program is None else read_input(self.program, Code.NC_FILE, hint=hint)
+        ran = None if self.ran is None else Ran(self.ran)
+        at = None if self.measured_at is None else self.measured_at.astimezone()
+        return Shown(self.after, SaidOfCut(self.record, text, ran, self.minutes, self.order), at)
+
+
 @guarded
-def read(files: Files, meant: Meant, job: Job = None, output: Output = None, as_json: AsJson = False) -> None:
-    """Show what inspection files hold, and with --job which feature each value was matched with, and why not."""
+def read(
+    files: Files,
+    meant: Meant,
+    cut: CutShown,
+    store: StoreChoice,
+    job: Job = None,
+    output: Output = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show what inspection files hold, and with --job which feature each value was matched with, and why not.
+
+    With --after they are kept in the job's store, linked with the cut that they show.
+    """
     from trueloop.errors import Severity
     from trueloop.formats.inspections.measured_file import Stated
     from trueloop.jobs.measure.measured import Chosen, read_measured, read_part_of_job, write_measured
@@ -57,14 +119,22 @@ def read(files: Files, meant: Meant, job: Job = None, output: Output = None, as_
 
     if output is not None and job is None:
         raise typer.BadParameter("needs --job: touches and readings are of its features", param_hint="--output")
+    if cut.after is not None and job is None:
+        raise typer.BadParameter("needs --job: its part was inspected", param_hint="--after")
+    if cut.after is None and (store.db or cut != CutShown()):
+        raise typer.BadParameter("needs --after: which cut the inspections show", param_hint="--db")
     stated, chosen = Stated(meant.unit, meant.mapping), Chosen(meant.serial, meant.run)
     with busy(f"reading {', '.join(map(str, files))}"):
         part = None if job is None else read_part_of_job(job)
         found = [read_measured(file, stated, part, chosen, meant.axis) for file in files]
+    kept = None if job is None else _kept(found, job, cut, store, meant)
     if as_json:
-        print_json(measured_as_dict(found))
+        print_json({**measured_as_dict(found), **kept_as_dict(kept)})
     else:
         _print(found)
+        if kept is not None:
+            typer.echo(kept.words)
+            print_findings(kept.findings)
     if output is not None and part is not None:
         mappings = [] if meant.mapping is None else [meant.mapping]
         for written in write_measured(found, part, output, [*files, *part.files, *mappings]):
@@ -72,6 +142,21 @@ def read(files: Files, meant: Meant, job: Job = None, output: Output = None, as_
     odd = [one for file in found for on_part in file.on_part for one in on_part.findings]
     if any(one.severity is Severity.ERROR for one in odd):
         raise typer.Exit(ExitStatus.FINDINGS)
+
+
+def _kept(found: "list[FileOnPart]", job: Path, cut: CutShown, store: StoreChoice, meant: Meant) -> "KeptFacts | None":
+    """What was kept; None where nothing was to be."""
+    if cut.after is None:
+        return None
+    from trueloop.formats.inspections.shared.names import feature_names
+    from trueloop.jobs.measure.keep_measured import keep_measured
+
+    shown = cut.shown()
+    assert shown is not None
+    kept = keep_measured(found, job, shown, store.keeping(meant.serial), feature_names(meant.mapping))
+    if kept is None:
+        raise typer.BadParameter("there is no store: name one by --db, or make one by `trueloop db init`")
+    return kept
 
 
 def _print(found: "list[FileOnPart]") -> None:

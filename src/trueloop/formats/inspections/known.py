@@ -8,7 +8,7 @@ from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
-from trueloop.formats.inspections import calypso, plate, serial_gauge
+from trueloop.formats.inspections import calypso, plate, serial_gauge, touches
 from trueloop.formats.inspections.controls import heidenhain, log, printout, variables
 from trueloop.formats.inspections.dmis import reader as dmis
 from trueloop.formats.inspections.gauge_csv import FORMAT as GAUGE_CSV
@@ -32,6 +32,7 @@ KNOWN: Final[tuple[Format, ...]] = (
     variables.FORMAT,
     log.FORMAT,
     GAUGE_CSV,
+    touches.FORMAT,
     tables.FORMAT,  # last: any CSV is one
 )
 """In the order in which they are asked: the first that recognises a file reads it."""

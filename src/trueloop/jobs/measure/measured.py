@@ -25,7 +25,10 @@ from trueloop.turned.touches.touches import Gauging, error_vectors, in_order
 
 @dataclass(frozen=True)
 class Chosen:
-    """Which of a file's inspections are meant: of one serial number, of one run (from 1); None: all."""
+    """Which of a file's inspections are meant: of one serial number, of one run (from 1); None: all.
+
+    A file of one inspection that states no serial number is of the part that is meant.
+    """
 
     serial: str | None = None
     run: int | None = None
@@ -71,7 +74,7 @@ def _on_part(
 def _chosen(file: MeasuredFile, chosen: Chosen) -> tuple[tuple[int, Inspection], ...]:
     """Raises MSR-SERIAL for a serial number or a run that the file has not."""
     found = list(enumerate(file.inspections, 1))
-    if chosen.serial is not None:
+    if chosen.serial is not None and (len(found) > 1 or any(one.part.serial for _, one in found)):
         found = [(k, one) for k, one in found if one.part.serial == chosen.serial]
     if chosen.run is not None:
         found = [(k, one) for k, one in found if k == chosen.run]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime
 from typing import Any, Final
 
 from trueloop.domain.correction import Correction
@@ -13,7 +14,7 @@ from trueloop.jobs.store.mountings import since_mounting
 from trueloop.jobs.store.order import Dated, cutting_order
 from trueloop.loops.turned import correction as turned
 from trueloop.loops.turned.made_parts import made_part
-from trueloop.memory.made_part import MadePart
+from trueloop.memory.made_part import ArcErrors, MadePart
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 from trueloop.turned.readings.match import match_inspection
@@ -47,7 +48,7 @@ def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
     ages = _ages_min(store, edge)
     return tuple(
         replace(
-            made_part(lived.correction.payload, replace(lived.cut, order=order), _finish_errors(lived)),
+            _made(lived, order),
             minutes_in_cut=ages.get(lived.cut.identity),
             order_in_doubt=lived.order_in_doubt,
         )
@@ -66,7 +67,10 @@ def life_of(store: Store, edge: Edge) -> tuple[LivedPart, ...]:
         for kept in _not_quarantined(store, cuts)
         if (correction := _correction_of(kept.value, corrections)) is not None
     ]
-    dated = [Dated(cut, None if finish is None else finish.measured_at, row) for row, cut, _, finish in found]
+    dated = [
+        Dated(cut, None if finish is None else finish.measured_at, row, touched_at(correction))
+        for row, cut, correction, finish in found
+    ]
     order = cutting_order(dated)
     return tuple(
         LivedPart(cut, correction, finish, in_doubt)
@@ -75,12 +79,22 @@ def life_of(store: Store, edge: Edge) -> tuple[LivedPart, ...]:
     )
 
 
+def touched_at(correction: Correction[Any]) -> datetime | None:
+    """When the last of what a correction was made from was measured; None: not known of all."""
+    times = [one.measured_at for one in correction.record.inspections]
+    return max((one for one in times if one is not None), default=None) if None not in times else None
+
+
 def finish_inspection(store: Store, cut: Cut) -> Inspection | None:
-    """What a cut left, by the latest of the inspections that are linked to it."""
-    links = {kept.value.inspection for kept in find(store, InspectionLink, cut=joined(cut.identity))}
+    """What a cut left, by the latest of the inspections that are linked to it: of those before the part left the
+    machine, where there are any. The two do not see the same [6876 §3.5].
+    """
+    links = {kept.value.inspection: kept.value for kept in find(store, InspectionLink, cut=joined(cut.identity))}
     part = cut.part
     of_part = find(store, Inspection, part_type=part.part_type.name, serial=part.serial) if links else []
-    return next((kept.value for kept in reversed(of_part) if kept.value.identity in links), None)
+    found = [kept.value for kept in of_part if kept.value.identity in links]
+    on_machine = [one for one in found if not links[one.identity].released]
+    return next(iter(reversed(on_machine or found)), None)
 
 
 def errors_of(profile: Profile, inspection: Inspection) -> ErrorVectors | None:
@@ -89,6 +103,16 @@ def errors_of(profile: Profile, inspection: Inspection) -> ErrorVectors | None:
     if not touches:
         return None
     return error_vectors(profile, in_order(profile, touches), Gauging(z_reference=inspection.z_reference))
+
+
+def _made(lived: LivedPart, order: int) -> MadePart:
+    """Without S where the correction was made from another part, or from this one when it was finished."""
+    part = made_part(lived.correction.payload, replace(lived.cut, order=order), _finish_errors(lived))
+    identities = [] if lived.finish is None else [lived.finish.identity]
+    own = [one for one in lived.correction.record.inspections if one.part.identity == lived.cut.part.identity]
+    if any(one.identity not in identities for one in own):
+        return part
+    return replace(part, semifinish=ArcErrors.none())
 
 
 def _finish_errors(lived: LivedPart) -> ErrorVectors | None:

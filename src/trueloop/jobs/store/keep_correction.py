@@ -11,7 +11,13 @@ from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity
 from trueloop.jobs.store.keep_facts import Facts, KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.keeping import Keeping, accepting
-from trueloop.jobs.store.of_this_part import finished_already, require_file_of_part, require_later, require_serial
+from trueloop.jobs.store.of_this_part import (
+    cuts_of,
+    finished_already,
+    require_file_of_part,
+    require_later,
+    require_serial,
+)
 from trueloop.jobs.store.open_ends import without_inspection
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.stored import enveloped
@@ -35,7 +41,8 @@ def keep_correction(
             require_later(("the setting of the edge", inputs.edge_set_at), ("the inspection", one.measured_at))
     if inputs.edge is not None:
         findings += without_inspection(store, inputs.edge, part)
-    return keep_facts(store, facts_of(inputs, correction, part, made_with), findings, supersede=keeping.supersede)
+    touched = _as_known(store, touched_cut(inputs, correction, part, made_with))
+    return keep_facts(store, facts_of(inputs, correction, touched), findings, supersede=keeping.supersede)
 
 
 def part_of(inputs: Inputs) -> Part:
@@ -44,11 +51,11 @@ def part_of(inputs: Inputs) -> Part:
     return Part(inputs.part, serials[0] if serials else "")
 
 
-def facts_of(inputs: Inputs, correction: Correction, part: Part, made_with: str) -> Facts:
-    """What a correction says has happened; of a finished part the touched cut is its finish cut."""
+def touched_cut(inputs: Inputs, correction: Correction, part: Part, made_with: str) -> Cut:
+    """The cut whose surface was measured: of a finished part its finish cut."""
     finished = inputs.measured_finished
     cutting = inputs.program if finished else inputs.semifinish
-    touched = Cut(
+    return Cut(
         part,
         Stage.FINISH if finished else Stage.SEMIFINISH,
         None if inputs.edge is None else Setting(inputs.edge, inputs.edge_set_at),
@@ -56,12 +63,23 @@ def facts_of(inputs: Inputs, correction: Correction, part: Part, made_with: str)
         "" if cutting is None else sha256_of(cutting.source),
         made_with if finished else "",
     )
+
+
+def facts_of(inputs: Inputs, correction: Correction, touched: Cut) -> Facts:
+    """What a correction says has happened."""
     semifinish = None if inputs.semifinish is None else inputs.semifinish.source
     texts = (correction.source_program, semifinish, correction.corrected_program, correction.offsets_program)
     return Facts(
-        (part, touched, *_inspected(inputs.inspections, touched), *texts_of(texts), enveloped(correction)),
+        (touched.part, touched, *_inspected(inputs.inspections, touched), *texts_of(texts), enveloped(correction)),
         known_once=() if correction.record.program is None else (correction.record.program,),
     )
+
+
+def _as_known(store: Store, cut: Cut) -> Cut:
+    """The cut as it was kept with an inspection before, where it ran the same program; a finish cut in any case."""
+    known = next(iter(reversed(cuts_of(store, cut.part, cut.stage))), None)
+    same = known is not None and (cut.stage is Stage.FINISH or known.program_sha256 == cut.program_sha256)
+    return known if known is not None and same else cut
 
 
 def _inspected(inspections: tuple[Inspection, ...], cut: Cut) -> Iterator[Inspection | InspectionLink]:

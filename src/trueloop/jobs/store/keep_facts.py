@@ -1,7 +1,8 @@
 """Keeping what a command found: in one transaction, the same facts once, and in words what was new."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
@@ -11,7 +12,7 @@ from trueloop.domain.life import Cut, Quarantine
 from trueloop.domain.part import Part
 from trueloop.domain.program import ProgramText
 from trueloop.domain.record import sha256_of
-from trueloop.errors import Finding
+from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find, keep
 
@@ -67,13 +68,29 @@ def keep_facts(store: Store, facts: Facts, findings: Iterable[Finding] = (), *, 
     A correction that differs from the stored one only in when and by whom it was made is the stored one. Raises
     STO-DIFFERS, STO-WRITE and STO-BUSY.
     """
+    with _naming_override():
+        return KeptFacts(name_of_store(store), _kept(store, facts, supersede=supersede), tuple(findings))
+
+
+def _kept(store: Store, facts: Facts, *, supersede: bool) -> tuple[Kept[Any], ...]:
     once = [one for one in facts.known_once if latest(store, one) is None]
     given = [as_stored(store, one) for one in facts.values]
     replacing = [(one, old.row) for one in given if supersede and (old := _other(store, one)) is not None]
     done = [kept for one, row in replacing for kept in keep(store, [one], supersedes=row)]
     replaced = [id(one) for one, _ in replacing]
     done += keep(store, [*once, *(one for one in given if id(one) not in replaced)])
-    return KeptFacts(name_of_store(store), tuple(done), tuple(findings))
+    return tuple(done)
+
+
+@contextmanager
+def _naming_override() -> Iterator[None]:
+    """What differs from what is stored can be kept all the same."""
+    try:
+        yield
+    except TrueloopError as refused:
+        if refused.code is Code.STO_DIFFERS and refused.override is None:
+            refused.override = "--supersede"
+        raise
 
 
 def latest(store: Store, value: T) -> Kept[T] | None:

@@ -50,6 +50,15 @@ def link_of(store: Store, inspection: Inspection) -> InspectionLink | None:
     return kept[-1].value if kept else None
 
 
+def as_known(store: Store, inspection: Inspection) -> Inspection:
+    """The inspection as it was kept of the same file and part, where nothing says now when it was measured."""
+    if inspection.measured_at is not None:
+        return inspection
+    kept = (one.value for one in find(store, Inspection, file_sha256=inspection.sha256))
+    same = (one for one in kept if (one.part.identity, one.values) == (inspection.part.identity, inspection.values))
+    return next(same, inspection)
+
+
 def finished_already(store: Store, inspections: Sequence[Inspection]) -> Iterator[Finding]:
     """A warning where a part's finish cut was kept before new touches of its semi-finished surface."""
     for one in inspections[:1]:

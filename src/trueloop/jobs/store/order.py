@@ -1,20 +1,28 @@
 """In which order an edge cut its parts, by what was stated and by times; parts that contradict are in doubt."""
 
+import re
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Final
 
 from trueloop.domain.life import Cut
+
+NUMBER: Final = re.compile(r"\d+(\.\d+)?")
+"""What a serial number begins with, where it is one."""
 
 
 @dataclass(frozen=True)
 class Dated:
-    """A finish cut with when its part was inspected, where that is known. `kept` counts cuts as they were stored."""
+    """A finish cut with when its part was inspected and, before that, touched, where that is known. `kept` counts cuts
+    as they were stored.
+    """
 
     cut: Cut
     inspected_at: datetime | None
     kept: int
+    touched_at: datetime | None = None
 
 
 @dataclass(frozen=True)
@@ -26,20 +34,34 @@ class Ordered:
 
 
 def cutting_order(cuts: Sequence[Dated]) -> Ordered:
-    """By the stated order where all have one, else by the time of the cut, else as they were stored.
+    """By the stated order where all have one, else by the time of the cut, of the inspection, of the touches, else as
+    they were stored.
 
-    In doubt are cuts that say so, and the fewest without which the stated orders, the times of the cuts and those of
-    the inspections agree: a part was inspected before one that is said to have been cut earlier.
+    In doubt are cuts that say so, and the fewest without which the stated orders, these times and, where no order and
+    no time of the cut is stated, the serial numbers agree: a part was inspected before one that is said to have been
+    cut earlier.
     """
     stated = [None if one.cut.order is None else float(one.cut.order) for one in cuts]
-    made = [None if one.cut.at is None else one.cut.at.timestamp() for one in cuts]
-    inspected = [None if one.inspected_at is None else one.inspected_at.timestamp() for one in cuts]
-    kept = [float(one.kept) for one in cuts]
-    base = next(known for known in (stated, made, kept) if None not in known)
-    places = sorted(range(len(cuts)), key=lambda k: (base[k] or 0.0, kept[k]))
-    doubted = {k for by in (stated, made, inspected) for k in _against([k for k in places if by[k] is not None], by)}
+    made, inspected = _times([one.cut.at for one in cuts]), _times([one.inspected_at for one in cuts])
+    touched = _times([one.touched_at for one in cuts])
+    kept: list[float | None] = [float(one.kept) for one in cuts]
+    base = next(known for known in (stated, made, inspected, touched, kept) if None not in known)
+    places = sorted(range(len(cuts)), key=lambda k: (base[k] or 0.0, cuts[k].kept))
+    facts = [stated, made, inspected, touched, *([] if base is stated or base is made else [_by_number(cuts)])]
+    doubted = {k for by in facts for k in _against([k for k in places if by[k] is not None], by)}
     unordered = base is kept and len(cuts) > 1
     return Ordered(tuple(places), tuple(unordered or k in doubted or cuts[k].cut.order_in_doubt for k in places))
+
+
+def _times(of: Sequence[datetime | None]) -> list[float | None]:
+    return [None if one is None else one.timestamp() for one in of]
+
+
+def _by_number(cuts: Sequence[Dated]) -> list[float | None]:
+    """Serial numbers within a part type rise as parts are made; of several part types they say nothing."""
+    kinds = {one.cut.part.part_type.identity for one in cuts}
+    found = [NUMBER.match(one.cut.part.serial) for one in cuts]
+    return [None if one is None or len(kinds) > 1 else float(one[0]) for one in found]
 
 
 def _against(places: Sequence[int], by: Sequence[float | None]) -> set[int]:

@@ -149,8 +149,8 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
         finish_touches=read_part_errors(finish_touches, job, profile) if finish_touches else None,
         nose=nose,
         machine=machine,
-        machine_tool=_machine_tool(job),
-        edge=_edge(job),
+        machine_tool=machine_of_job(job),
+        edge=edge_of_job(job),
         edge_set_at=job.tool.set_at,
         held=held_tool(job.tool.table_name, job.tool.table_edge, job.tool.number, table),
         inputs_sha256=sources.sha256,
@@ -194,13 +194,13 @@ def _measured(files: JobFiles, profile: Profile, machine: PartOnMachine | None) 
     return _Measured((*inspections, *readings.inspections), joint, characteristics, (*notes, *more))
 
 
-def _machine_tool(job: Job) -> Machine | None:
+def machine_of_job(job: Job) -> Machine | None:
     """The machine, as far as the job states it."""
     name, serial = job.programs.machine, job.programs.machine_serial
     return Machine(name, serial) if name or serial else None
 
 
-def _edge(job: Job) -> Edge | None:
+def edge_of_job(job: Job) -> Edge | None:
     """The finishing tool's edge, as far as the job states it."""
     given = job.tool
     stated = given.name or given.insert or given.corner or given.set_at

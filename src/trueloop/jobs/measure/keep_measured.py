@@ -1,0 +1,227 @@
+"""What was measured of a part, kept in the store and linked with the cut that it shows."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.record import sha256_of
+from trueloop.domain.tool import Setting
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.formats.jobs.job import Job
+from trueloop.formats.option_tables import options_from
+from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed
+from trueloop.jobs.store.history import errors_of, touched_at
+from trueloop.jobs.store.in_doubt import order_in_doubt
+from trueloop.jobs.store.keep_facts import Facts, KeptFacts, keep_facts, texts_of
+from trueloop.jobs.store.keeping import Keeping, accepting
+from trueloop.jobs.store.of_this_part import (
+    as_known,
+    cuts_of,
+    link_of,
+    require_file_of_part,
+    require_later,
+    require_serial,
+)
+from trueloop.jobs.store.plausible import other_points, require_size
+from trueloop.jobs.store.where import store_of
+from trueloop.jobs.turned.inspection import part_type
+from trueloop.jobs.turned.job import edge_of_job, machine_of_job
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.nc.program.feed_moves import feed_moves
+from trueloop.nc.program.tool_path import PER_REVOLUTION
+from trueloop.report.measured import FileOnPart
+from trueloop.storage.store import Store
+from trueloop.turned.touches.touches import Gauging
+
+After: TypeAlias = Literal["semifinish", "finish", "released"]
+"""What a part went through before it was inspected; released: it had left the machine."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What an inspection shows, as a person says it: after which stage, and of a finish cut what is known of it.
+
+    `measured_at` is the time of inspections that state none.
+    """
+
+    after: After
+    cut: SaidOfCut = field(default_factory=SaidOfCut)
+    measured_at: datetime | None = None
+
+
+@dataclass(frozen=True)
+class _Given:
+    """What is at hand while the inspections of a job are kept; refusals that are accepted go to `findings`."""
+
+    store: Store
+    files: JobFiles
+    shown: Shown
+    keeping: Keeping
+    findings: list[Finding]
+
+
+def keep_measured(
+    found: Sequence[FileOnPart], job: Path, shown: Shown, keeping: Keeping, names: Mapping[str, str] | None = None
+) -> KeptFacts | None:
+    """Keeps the inspections of files, and which cut they show; None where the job has no store.
+
+    `names`: the profile's names of features, by those in the files. Raises STO-PART, STO-OTHER-PART, STO-LINK,
+    STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.
+    """
+    files = JobFiles.of(job).with_serial(keeping.serial)
+    store = store_of(job.parent, keeping.db, files.job.store.db)
+    if store is None:
+        return None
+    given = _Given(store, files, shown, keeping, [])
+    values: list[Any] = []
+    for file in found:
+        for on_part in file.on_part:
+            one = _of_part(on_part.inspection, files.job, shown, names or {}, file.file.path.name)
+            values += _facts(given, one)
+    return keep_facts(store, Facts(tuple(values)), given.findings, supersede=keeping.supersede)
+
+
+def keep_inspection(job: Path, inspection: Inspection, shown: Shown, keeping: Keeping) -> KeptFacts | None:
+    """The same of one inspection of the job's part."""
+    files = JobFiles.of(job).with_serial(keeping.serial)
+    store = store_of(job.parent, keeping.db, files.job.store.db)
+    if store is None:
+        return None
+    given = _Given(store, files, shown, keeping, [])
+    one = _of_part(inspection, files.job, shown, {}, job.name)
+    return keep_facts(store, Facts(tuple(_facts(given, one))), given.findings, supersede=keeping.supersede)
+
+
+def _facts(given: _Given, one: Inspection) -> Iterator[Any]:
+    """An inspection, its part, the cut that it shows, and the link."""
+    one = as_known(given.store, one)
+    require_file_of_part(given.store, one)
+    semifinish = given.shown.after == "semifinish"
+    cut = _semifinish_cut(given, one.part) if semifinish else _finish_cut(given, one)
+    require_stage(given.store, one, cut)
+    if not semifinish and given.shown.cut.program is not None:
+        yield from texts_of([given.shown.cut.program])
+    yield from (one.part, cut, one, InspectionLink(one.identity, cut.identity, given.shown.after == "released"))
+
+
+def _of_part(one: Inspection, job: Job, shown: Shown, names: Mapping[str, str], file: str) -> Inspection:
+    """The inspection as of the job's part, with the profile's names of features. Raises STO-PART."""
+    part = Part(part_type(job), one.part.serial or job.part.serial)
+    require_serial(part, file)
+    gauging = options_from(Gauging, job)
+    of_reference = any(touch.point == gauging.z_reference for touch in one.touches)
+    return replace(
+        one,
+        part=part,
+        values=tuple(_renamed(value, names) for value in one.values) if names else one.values,
+        measured_at=one.measured_at or shown.measured_at,
+        z_reference=one.z_reference or (gauging.z_reference if of_reference else None),
+    )
+
+
+def _renamed(value: Touch | Reading | CmmPoint, names: Mapping[str, str]) -> Touch | Reading | CmmPoint:
+    if isinstance(value, Touch):
+        return replace(value, feature=names.get(value.feature or "", value.feature))
+    if isinstance(value, Reading):
+        feature = names.get(value.characteristic) or names.get(value.feature, value.feature)
+        return replace(value, feature=feature, other=names.get(value.other, value.other))
+    return value
+
+
+def _semifinish_cut(given: _Given, part: Part) -> Cut:
+    """The one that is stored, else as the job says it."""
+    known = cuts_of(given.store, part, Stage.SEMIFINISH)
+    if known:
+        return known[-1]
+    job, files = given.files.job, given.files
+    program = None if job.programs.semifinish is None else files.program(job.programs.semifinish)
+    edge = edge_of_job(job)
+    setting = None if edge is None else Setting(edge, job.tool.set_at)
+    sha256 = "" if program is None else sha256_of(program.source)
+    return Cut(part, Stage.SEMIFINISH, setting, machine_of_job(job), sha256)
+
+
+def _finish_cut(given: _Given, one: Inspection) -> Cut:
+    """The finish cut, after what contradicts the correction is refused or noted."""
+    store, findings, said = given.store, given.findings, given.shown.cut
+    correction = correction_of(store, one.part, said)
+    with accepting(given.keeping.accept, findings):
+        before = ("the inspection before the finish cut", touched_at(correction))
+        require_later(before, ("the inspection after it", one.measured_at))
+    after = errors_of(correction.payload.profile, one)
+    if after is None:
+        findings.append(_no_points(one))
+    else:
+        findings += other_points(one.part, correction.payload, after)
+        with accepting(given.keeping.accept, findings):
+            require_size(correction.payload, after)
+    findings += is_changed(correction, one.part, said)
+    cut = _under_conditions(given, finish_cut(store, one.part, correction, said))
+    doubts = list(order_in_doubt(store, cut, one.measured_at))
+    findings += doubts
+    if cut.setting is None:
+        findings.append(no_edge(one.part))
+    return cut
+
+
+def _under_conditions(given: _Given, cut: Cut) -> Cut:
+    """With depth of cut and material by the job and the feed by its finish program."""
+    job, files = given.files.job, given.files
+    known = cut.conditions
+    allowance_mm = job.programs.semifinish_allowance_mm
+    depth_mm = allowance_mm if known.depth_of_cut_mm is None else known.depth_of_cut_mm
+    feed_mm = _feed_mm(files) if known.feed_mm_per_rev is None else known.feed_mm_per_rev
+    material = known.material or job.part.material
+    conditions = replace(known, depth_of_cut_mm=depth_mm, feed_mm_per_rev=feed_mm, material=material)
+    return replace(cut, conditions=conditions)
+
+
+def _feed_mm(files: JobFiles) -> float | None:
+    """The usual feed of the finish program, mm a revolution; None where it is not by the revolution."""
+    path = files.run.of(files.finish_program())
+    moves = [move.index for move in feed_moves(path)]
+    feeds = path.feed[moves][path.feed_mode[moves] == PER_REVOLUTION]
+    feeds = feeds[np.isfinite(feeds)]
+    return float(np.median(feeds)) if len(feeds) else None
+
+
+def require_stage(store: Store, one: Inspection, cut: Cut) -> None:
+    """Raises STO-STAGE for what was kept before as the inspection of another cut of the part."""
+    known = link_of(store, one)
+    if known is not None and known.cut != cut.identity:
+        stage = known.cut[len(one.part.identity)]
+        raise TrueloopError(
+            Code.STO_STAGE,
+            f"this inspection of part {one.part.serial!r} is kept as that of its {stage} cut, not its {cut.stage} cut",
+            hint="name the file of this stage",
+            values={"serial": one.part.serial},
+        )
+
+
+def _no_points(one: Inspection) -> Finding:
+    return Finding(
+        Severity.WARNING,
+        Code.STO_PATTERN,
+        f"0 of {one.count} values of part {one.part.serial!r} are errors at places of its profile: they are kept, and "
+        "teach nothing of an edge",
+        hint="hand in touches or points; sizes are followed by `trueloop series`",
+        values={"serial": one.part.serial, "points": 0.0},
+    )
+
+
+def no_edge(part: Part) -> Finding:
+    """The warning that a finish cut teaches nothing of an edge."""
+    return Finding(
+        Severity.WARNING,
+        Code.STO_EDGE,
+        f"the edge that cut part {part.serial!r} is not stated: the part is kept, and teaches nothing of an edge",
+        hint="name it in the job's table [tool] before the correction is made: `name`, `insert`, `corner`",
+        values={"serial": part.serial},
+    )

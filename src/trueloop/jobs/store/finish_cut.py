@@ -1,0 +1,161 @@
+"""The finish cut that an inspection shows: with which correction, by which of its programs, under which conditions."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from trueloop.domain.correction import Correction
+from trueloop.domain.life import Cut, CuttingConditions, InspectionLink, Ran, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.record import sha256_of
+from trueloop.domain.tool import Setting
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.jobs.store.keep_facts import name_of_store
+from trueloop.jobs.store.of_this_part import cuts_of
+from trueloop.loops.turned import correction as turned
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Kept, Store, find
+
+
+@dataclass(frozen=True)
+class SaidOfCut:
+    """What a person says of a finish cut; None: as stored before, else as the correction says.
+
+    `record` is the id of its correction, `program` the text that ran, as the control has it. `minutes` of the edge in
+    the cut; `order` counts the parts of the edge as they were cut.
+    """
+
+    record: str | None = None
+    program: bytes | None = None
+    ran: Ran | None = None
+    minutes: float | None = None
+    order: int | None = None
+
+
+def correction_of(store: Store, part: Part, said: SaidOfCut) -> Correction[turned.Correction]:
+    """The stored correction that a part was finished with: by the id, by the program's mark or hash, else its last one.
+
+    Raises STO-LINK where there is none, or where the one named was made for another part.
+    """
+    if said.record is not None:
+        named = [one.value for one in find(store, Correction, identity=joined((said.record,)))]
+        return _whole(store, part, named, f"with the id {said.record!r}")
+    of_part = _of_part(store, part)
+    if said.program is not None:
+        marked = [one for one in _every(store) if _is_of(one, said.program)]
+        return _whole(store, part, marked, "whose program this is")
+    return _whole(store, part, of_part, "of its own")
+
+
+def finish_cut(store: Store, part: Part, correction: Correction[turned.Correction], said: SaidOfCut) -> Cut:
+    """The finish cut of a part; one that is stored already gets what is said now. Raises STO-PROGRAM.
+
+    The feed is that of the program; depth of cut and material are given by whoever knows the job.
+    """
+    record, made = correction.record, correction.payload
+    known = next(iter(reversed(cuts_of(store, part, Stage.FINISH))), None)
+    ran = said.ran or (None if said.program is None else _by_text(made, said.program))
+    new = Cut(
+        part,
+        Stage.FINISH,
+        None if record.edge is None else Setting(record.edge, record.edge_set_at),
+        record.machine,
+        _sha256(made, ran, part),
+        "" if ran is Ran.AS_PROGRAMMED else record.id,
+    )
+    if known is not None and ran is None and said.record in (None, known.correction):
+        new = replace(new, correction=known.correction, program_sha256=known.program_sha256)
+    before = CuttingConditions() if known is None else known.conditions
+    order = None if known is None else known.order
+    minutes = before.time_in_cut_min if said.minutes is None else said.minutes
+    return replace(
+        new,
+        at=None if known is None else known.at,
+        order=order if said.order is None else said.order,
+        order_in_doubt=known is not None and known.order_in_doubt,
+        conditions=replace(before, time_in_cut_min=minutes),
+    )
+
+
+def made_for_other(store: Store, correction: Correction[Any], part: Part) -> str | None:
+    """The serial number of another part whose semi-finished surface a correction was made from; None: of none."""
+    inspections = correction.record.inspections
+    if not inspections or any(one.part.identity == part.identity for one in inspections):
+        return None
+    semifinish = {joined(cut.identity) for cut in cuts_of(store, inspections[0].part, Stage.SEMIFINISH)}
+    links = find(store, InspectionLink, identity=joined(inspections[0].identity))
+    return inspections[0].part.serial if any(joined(one.value.cut) in semifinish for one in links) else None
+
+
+def _of_part(store: Store, part: Part) -> list[Correction[Any]]:
+    found = find(store, Correction, part_type=part.part_type.name, serial=part.serial)
+    return [one.value for one in found if _is_about(one, part)]
+
+
+def _is_about(kept: Kept[Correction[Any]], part: Part) -> bool:
+    return any(one.part.identity == part.identity for one in kept.value.record.inspections)
+
+
+def _every(store: Store) -> Iterable[Correction[Any]]:
+    return (one.value for one in find(store, Correction))
+
+
+def _is_of(correction: Correction[Any], program: bytes) -> bool:
+    return correction.record.id.encode() in program or (
+        isinstance(correction.payload, turned.Correction)
+        and sha256_of(program) in correction.payload.programs_sha256.values()
+    )
+
+
+def _whole(store: Store, part: Part, found: Iterable[Correction[Any]], which: str) -> Correction[turned.Correction]:
+    """The last one of them that has what the loop gave, and is for this part."""
+    whole = [one for one in found if isinstance(one.payload, turned.Correction)]
+    if not whole:
+        raise TrueloopError(
+            Code.STO_LINK,
+            f"{name_of_store(store)!r} has no correction {which} for part {part.serial!r}",
+            hint="keep it: `trueloop compensate JOB.toml --serial NUMBER`; or name its id by --record",
+            values={"serial": part.serial},
+        )
+    other = made_for_other(store, whole[-1], part)
+    if other is not None:
+        raise TrueloopError(
+            Code.STO_LINK,
+            f"correction {whole[-1].record.id} was made from touches of part {other!r}, not of part {part.serial!r}",
+            hint="name the serial number of the part that was inspected, or the record of its own correction",
+            values={"serial": part.serial},
+        )
+    return whole[-1]
+
+
+def _by_text(made: turned.Correction, program: bytes) -> Ran | None:
+    """Which program a text is; None: one that its control or a person changed, as its mark alone says."""
+    sha256 = sha256_of(program)
+    return next((ran for ran, one in made.programs_sha256.items() if one == sha256), None)
+
+
+def _sha256(made: turned.Correction, ran: Ran | None, part: Part) -> str:
+    hashes = made.programs_sha256
+    recommended = Ran.OFFSETS if made.decision.by_offset else Ran.CORRECTED
+    if (ran or recommended) not in hashes:
+        raise TrueloopError(
+            Code.STO_PROGRAM,
+            f"correction {made.record.id} of part {part.serial!r} has no program {str(ran)!r}",
+            hint=f"it has {', '.join(map(str, hashes))}",
+            values={"serial": part.serial, "correction": made.record.id},
+        )
+    return hashes[ran or recommended]
+
+
+def is_changed(correction: Correction[turned.Correction], part: Part, said: SaidOfCut) -> Iterator[Finding]:
+    """A warning where the text that ran has the correction's mark and is none of its programs."""
+    if said.program is not None and _by_text(correction.payload, said.program) is None:
+        record = correction.record.id
+        yield Finding(
+            Severity.WARNING,
+            Code.STO_PROGRAM,
+            f"the program that part {part.serial!r} was finished with has the mark of correction {record}, and is none "
+            "of its programs: it was changed, by the control or by hand",
+            hint="`trueloop nc diff` shows whether its path is another; it is taken for the one that was to be run",
+            values={"serial": part.serial, "correction": record},
+        )
