@@ -1,14 +1,13 @@
 """A value as the store writes it: its document, what is stored apart from it, and the hash of both."""
 
 import hashlib
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 from trueloop.domain.codec import Codec
 from trueloop.storage.kinds import Kind, joined, searchable, storable
-from trueloop.storage.value_rows import FORMS, Row
+from trueloop.storage.value_rows import FORMS, Piece
 
 
 @dataclass(frozen=True)
@@ -16,20 +15,22 @@ class Encoded:
     """`rows` by the name of their table, in pieces; `columns` with document, identity and hash."""
 
     columns: Mapping[str, Any]
-    rows: Mapping[str, list[list[Row]]]
+    rows: Mapping[str, list[Piece]]
 
 
 def encoded(codec: Codec, kind: Kind, value: Any) -> Encoded:
     """A value of this kind. Raises TypeError for what the codec does not know."""
     apart = {kind.aside: getattr(value, kind.aside)} if kind.aside else {}
-    rows = {form.table: list(form.rows(apart["values"])) for form in FORMS} if "values" in apart else {}
+    rows = {form.table: list(form.pieces(apart["values"])) for form in FORMS} if "values" in apart else {}
     document = storable(codec.to_json(_without(value, kind)))
     payload = {"payload": storable(codec.to_json(apart["payload"]))} if "payload" in apart else {}
     columns = {name: searchable(None if one is None else str(one)) for name, one in kind.columns(value).items()}
     return Encoded(
         {
             "identity": searchable(joined(value.identity)),
-            "sha256": digest((document, *payload.values()), (piece for pieces in rows.values() for piece in pieces)),
+            "sha256": digest(
+                (document, *payload.values()), (piece.hashed for pieces in rows.values() for piece in pieces)
+            ),
             "document": document,
             **payload,
             **columns,
@@ -38,16 +39,13 @@ def encoded(codec: Codec, kind: Kind, value: Any) -> Encoded:
     )
 
 
-def digest(texts: Iterable[str], pieces: Iterable[list[Row]]) -> str:
-    """The hash of a value's texts and then of its rows, table by table, each in the order of positions.
-
-    It depends neither on the size of the pieces nor on what Python prints: a row is hashed as a JSON array and a comma.
-    """
+def digest(texts: Iterable[str], pieces: Iterable[bytes]) -> str:
+    """The hash of a value's texts and then of its rows, table by table (`RowForm.hashed`)."""
     sha = hashlib.sha256()
     for text in texts:
         sha.update(text.encode())
     for piece in pieces:
-        sha.update(json.dumps(piece, separators=(",", ":"))[1:-1].encode() + b",")
+        sha.update(piece)
     return sha.hexdigest()
 
 

@@ -4,16 +4,18 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from operator import itemgetter
 from typing import Any
 
 from sqlalchemy import Connection, Select, select
 from sqlalchemy import Row as Result
 
 from trueloop.domain.codec import Codec
+from trueloop.storage.bulk import rows_of
 from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import Kind, searchable
 from trueloop.storage.tables import ROWS, TABLES
-from trueloop.storage.value_rows import FORMS, Row
+from trueloop.storage.value_rows import FORMS
 
 AT_ONCE = 500
 """Rows read before their inspections' values are."""
@@ -67,20 +69,9 @@ def decoded(codec: Codec, kind: Kind, row: Result[Any], values: tuple[Any, ...] 
 
 def values_of(connection: Connection, inspections: list[int]) -> dict[int, tuple[Any, ...]]:
     """The values of inspections, each in its order."""
-    numbered: dict[int, list[tuple[int, Any]]] = {}
+    numbered: dict[Any, list[tuple[Any, Any]]] = {}
     for form in FORMS:
-        read = form.read
-        inspection: Any
-        position: Any
-        for inspection, position, *cells in rows_of(connection, form.table, inspections):
-            numbered.setdefault(inspection, []).append((position, read(tuple(cells))))
-    return {
-        number: tuple(one for _, one in sorted(values, key=lambda pair: pair[0])) for number, values in numbered.items()
-    }
-
-
-def rows_of(connection: Connection, name: str, inspections: list[int]) -> Iterator[Row]:
-    """The rows of a table of values, of these inspections, in order."""
-    table = ROWS[name]
-    query = select(table).where(table.c.inspection.in_(inspections)).order_by(table.c.inspection, table.c.position)
-    yield from map(tuple, connection.execute(query))
+        for row in rows_of(connection, ROWS[form.table], inspections):
+            numbered.setdefault(row[0], []).append((row[1], form.read(row[2:])))
+    by_position = itemgetter(0)
+    return {number: tuple(one for _, one in sorted(values, key=by_position)) for number, values in numbered.items()}

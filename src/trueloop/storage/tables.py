@@ -64,7 +64,7 @@ def _table_of_rows(form: RowForm) -> Table:
         METADATA,
         Column("inspection", Integer, ForeignKey("inspection.id"), primary_key=True, autoincrement=False),
         Column("position", Integer, primary_key=True, autoincrement=False),
-        *(Column(name, _TYPES[kind]) for name, kind in form.columns),
+        *(Column(cell.name, _TYPES[cell.of]) for cell in form.cells),
         Column("exact", Text),
         sqlite_with_rowid=False,
     )

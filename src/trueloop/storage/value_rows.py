@@ -1,8 +1,8 @@
 """Values of inspections as rows: touches, readings and points of a measuring machine, each in a table of its own.
 
 A row comes back as the value it was made from, to the last bit. What a database cannot hold in its columns (SQLite
-stores −0.0 as 0.0 and no NaN, PostgreSQL no U+0000) is written as JSON into the column `exact` as well, and read from
-there.
+stores −0.0 as 0.0 and no NaN, PostgreSQL no U+0000) is written as JSON into the column `exact`, and read from there.
+All is done by columns, ten thousand values at a time: a file of a million touches is kept in seconds.
 """
 
 import json
@@ -11,7 +11,10 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any, Final
+from operator import attrgetter
+from typing import Any, Final, NamedTuple
+
+import numpy as np
 
 from trueloop.domain.characteristic import Quantity
 from trueloop.domain.inspection import CmmPoint, Reading, Touch, Values
@@ -21,66 +24,122 @@ from trueloop.storage.kinds import HALVES, storable
 Cell = str | float | int | None
 Row = tuple[Cell, ...]
 
-CHUNK: Final = 10_000
-_SUSPECT: Final = re.compile(r"NaN|Infinity|(?<![\d.])-0\.0(?!\d)|\\u0000|\\ud[89a-f]|\d{19}(?![\d.e])")
-"""In the JSON of rows: what a column may not hold."""
+PIECE: Final = 10_000
+"""Rows that are written, and hashed, at a time."""
+_LARGEST: Final = 2**63
+_NO_TEXT: Final = re.compile(r"\\u0000|\\ud[89a-f]")
+"""In JSON: what no text of a database holds."""
+
+
+class Cells(NamedTuple):
+    """A column: its name, the type of what is in it, and how to get that from a value."""
+
+    name: str
+    of: type
+    get: Callable[[Any], Cell]
+
+
+class Piece(NamedTuple):
+    """Rows as columns, and the bytes by which they are hashed."""
+
+    columns: tuple[Sequence[Cell], ...]
+    hashed: bytes
 
 
 @dataclass(frozen=True)
 class RowForm:
-    """How values of one type are written as rows. `columns`: name and type of what is in them, in the rows' order."""
+    """How values of one type are written as rows, and a value made of the cells of one."""
 
     table: str
     of: type
-    columns: tuple[tuple[str, type], ...]
-    row: Callable[[Any], Row]
+    cells: tuple[Cells, ...]
     value: Callable[..., Any]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the columns of a row as it is stored: `position` counts an inspection's values of all types from 0."""
-        return "position", *(name for name, _ in self.columns), "exact"
+        """Of the columns as they are stored: `position` counts an inspection's values of all types from 0."""
+        return "position", *(cell.name for cell in self.cells), "exact"
 
-    def rows(self, values: Values) -> Iterator[list[Row]]:
-        """Rows of the values of this type, in pieces."""
-        row, kind = self.row, self.of
-        numbered = [(k, one) for k, one in enumerate(values) if type(one) is kind]
-        for start in range(0, len(numbered), CHUNK):
-            piece = [(k, *row(one), None) for k, one in numbered[start : start + CHUNK]]
-            if _SUSPECT.search(json.dumps(piece)):
-                piece = [_safe(one, values[int(one[0] or 0)]) for one in piece]
-            yield piece
+    def pieces(self, values: Values) -> Iterator[Piece]:
+        """The rows of the values of this type."""
+        kind = self.of
+        numbered = [k for k, one in enumerate(values) if type(one) is kind]
+        for start in range(0, len(numbered), PIECE):
+            yield self._piece(numbered[start : start + PIECE], values)
+
+    def hashed(self, columns: Sequence[Sequence[Cell]]) -> bytes:
+        """The bytes by which rows are hashed, given by columns as they are stored: numbers by their bits."""
+        types = (int, *(cell.of for cell in self.cells), str)
+        return b"".join(_hashed(column, of) for column, of in zip(columns, types, strict=True))
 
     def read(self, stored: Row) -> Any:
         """The value of a row without its position."""
         return self.value(*stored[:-1]) if stored[-1] is None else CODEC.from_json(str(stored[-1]), self.of)
 
+    def _piece(self, positions: list[int], values: Values) -> Piece:
+        chosen = [values[k] for k in positions]
+        columns: list[Sequence[Cell]] = [_stored(list(map(cell.get, chosen)), cell.of) for cell in self.cells]
+        exact: list[Cell] = [None] * len(chosen)
+        if not all(_plain(column, cell.of) for column, cell in zip(columns, self.cells, strict=True)):
+            for k, row in enumerate(zip(*columns, strict=True)):
+                exact[k] = None if all(map(_fits, row)) else storable(CODEC.to_json(chosen[k]))
+            columns = [[one if _fits(one) else None for one in column] for column in columns]
+        every = (positions, *columns, exact)
+        return Piece(every, self.hashed(every))
 
-def _safe(row: Row, value: Any) -> Row:
-    cells = tuple(one if _fits(one) else None for one in row)
-    return row if cells == row else (*cells[:-1], storable(CODEC.to_json(value)))
+
+def _stored(column: list[Cell], of: type) -> Sequence[Cell]:
+    """Whole numbers among lengths become floats, as the database gives them back."""
+    if of is not float:
+        return column
+    if None not in column:
+        whole: list[Cell] = np.array(column, dtype=float).tolist()
+        return whole
+    return [None if one is None else float(one) for one in column]
+
+
+def _plain(column: Sequence[Cell], of: type) -> bool:
+    """Whether a database holds every cell of a column as it is."""
+    if of is str:
+        return not _NO_TEXT.search(json.dumps(column))
+    if of is int:
+        return all(one is None or -_LARGEST <= one < _LARGEST for one in column if not isinstance(one, str))
+    numbers = np.array(column, dtype=float)
+    nothing = np.isnan(numbers).sum() - column.count(None)
+    return not (nothing or np.isinf(numbers).any() or np.signbit(numbers[numbers == 0]).any())
+
+
+def _hashed(column: Sequence[Cell], of: type) -> bytes:
+    if of is float:
+        return np.array(column, dtype="<f8").tobytes()
+    return json.dumps(column, separators=(",", ":")).encode()
 
 
 def _fits(cell: Cell) -> bool:
     if isinstance(cell, str):
         return "\x00" not in cell and not HALVES.search(cell)
     if isinstance(cell, int) or cell is None:
-        return cell is None or abs(cell) < 2**63
+        return cell is None or -_LARGEST <= cell < _LARGEST
     return math.isfinite(cell) and not (cell == 0 and math.copysign(1, cell) < 0)
 
 
-def _number(value: float | None) -> float | None:
-    return None if value is None else float(value)
+def _same(of: type, *names: str) -> tuple[Cells, ...]:
+    """Columns that are fields of the value."""
+    return tuple(Cells(name, of, attrgetter(name)) for name in names)
 
 
-def _numbers(values: Sequence[float] | None, count: int) -> Row:
-    return (None,) * count if values is None else tuple(map(float, values))
+def _axis(name: str, field: str, k: int) -> Cells:
+    """One coordinate of a place, which may not be stated or have fewer."""
+
+    def get(value: Any) -> Cell:
+        place: Sequence[float] | None = getattr(value, field)
+        return None if place is None or len(place) <= k else place[k]
+
+    return Cells(name, float, get)
 
 
-def _touch_row(one: Touch) -> Row:
-    (x, z), measured = one.nominal_mm, one.measured_mm
-    seen = (None, None) if measured is None else (float(measured[0]), float(measured[1]))
-    return one.point, one.feature, float(x), float(z), *seen, _number(one.error_mm), one.line
+def _axes(field: str, *names: str) -> tuple[Cells, ...]:
+    return tuple(_axis(name, field, k) for k, name in enumerate(names))
 
 
 def _touch(
@@ -89,17 +148,14 @@ def _touch(
     return Touch(point, (x, z), feature, None if seen_x is None or seen_z is None else (seen_x, seen_z), *rest)
 
 
-def _reading_row(one: Reading) -> Row:
+def _place_count(one: Reading) -> int:
     if len(one.place_mm) > 3:
         raise ValueError(f"a place of {len(one.place_mm)} coordinates")
-    place: Row = (*map(float, one.place_mm), None, None, None)[:3]
-    at = None if one.measured_at is None else one.measured_at.isoformat()
-    return (
-        *(one.characteristic, str(one.quantity), float(one.actual)),
-        *(_number(one.nominal), _number(one.lower_limit), _number(one.upper_limit)),
-        *(one.feature, one.other, one.axis, len(one.place_mm), *place, one.repeat),
-        *(_number(one.standard_u), at, _number(one.temperature_c), one.line, one.side),
-    )
+    return len(one.place_mm)
+
+
+def _measured_at(one: Reading) -> str | None:
+    return None if one.measured_at is None else one.measured_at.isoformat()
 
 
 def _reading(*cells: Any) -> Reading:
@@ -111,11 +167,6 @@ def _reading(*cells: Any) -> Reading:
     )
 
 
-def _cmm_row(one: CmmPoint) -> Row:
-    vectors = (_numbers(vector, 3) for vector in (one.measured_mm, one.nominal_mm, one.outward_normal))
-    return one.name, *(cell for vector in vectors for cell in vector)
-
-
 def _cmm_point(name: str, *cells: Any) -> CmmPoint:
     measured, nominal, normal = ((cells[k : k + 3] if cells[k] is not None else None) for k in (0, 3, 6))
     if measured is None:
@@ -123,44 +174,47 @@ def _cmm_point(name: str, *cells: Any) -> CmmPoint:
     return CmmPoint(measured, nominal, normal, name)
 
 
-def _columns(kind: type, *names: str) -> tuple[tuple[str, type], ...]:
-    return tuple((name, kind) for name in names)
-
-
 FORMS: Final = (
     RowForm(
         "touch",
         Touch,
-        _columns(str, "point", "feature")
-        + _columns(float, "nominal_x_mm", "nominal_z_mm", "measured_x_mm", "measured_z_mm", "error_mm")
-        + _columns(int, "line"),
-        _touch_row,
+        (
+            *_same(str, "point", "feature"),
+            *_axes("nominal_mm", "nominal_x_mm", "nominal_z_mm"),
+            *_axes("measured_mm", "measured_x_mm", "measured_z_mm"),
+            *_same(float, "error_mm"),
+            *_same(int, "line"),
+        ),
         _touch,
     ),
     RowForm(
         "reading",
         Reading,
-        _columns(str, "characteristic", "quantity")
-        + _columns(float, "actual", "nominal", "lower_limit", "upper_limit")
-        + _columns(str, "feature", "other", "axis")
-        + _columns(int, "place_count")
-        + _columns(float, "place_1_mm", "place_2_mm", "place_3_mm")
-        + _columns(int, "repeat")
-        + _columns(float, "standard_u")
-        + _columns(str, "measured_at")
-        + _columns(float, "temperature_c")
-        + _columns(int, "line")
-        + _columns(str, "side"),
-        _reading_row,
+        (
+            *_same(str, "characteristic"),
+            Cells("quantity", str, lambda one: str(one.quantity)),
+            *_same(float, "actual", "nominal", "lower_limit", "upper_limit"),
+            *_same(str, "feature", "other", "axis"),
+            Cells("place_count", int, _place_count),
+            *_axes("place_mm", "place_1_mm", "place_2_mm", "place_3_mm"),
+            *_same(int, "repeat"),
+            *_same(float, "standard_u"),
+            Cells("measured_at", str, _measured_at),
+            *_same(float, "temperature_c"),
+            *_same(int, "line"),
+            *_same(str, "side"),
+        ),
         _reading,
     ),
     RowForm(
         "cmm_point",
         CmmPoint,
-        _columns(str, "name")
-        + _columns(float, "measured_x_mm", "measured_y_mm", "measured_z_mm")
-        + _columns(float, "nominal_x_mm", "nominal_y_mm", "nominal_z_mm", "normal_x", "normal_y", "normal_z"),
-        _cmm_row,
+        (
+            *_same(str, "name"),
+            *_axes("measured_mm", "measured_x_mm", "measured_y_mm", "measured_z_mm"),
+            *_axes("nominal_mm", "nominal_x_mm", "nominal_y_mm", "nominal_z_mm"),
+            *_axes("outward_normal", "normal_x", "normal_y", "normal_z"),
+        ),
         _cmm_point,
     ),
 )
