@@ -53,14 +53,14 @@ demo-surface: $(SETUP) ## a surface: ten measured parts to a corrected STEP surf
 demo-memory: $(SETUP) ## memory of an edge: ten parts of NIST's metal, each predicted from those before it, in out/memory
 	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.nist_memory
 
-test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC and Chromium where it may
-	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6
+test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC, Chromium and PostgreSQL where it may
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql
 	cargo test --quiet --locked --workspace --exclude trueloop-python --tests
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m 'not corpus'
 
 test-corpus: $(SETUP) ## the tests on real programs and measurements: make test-corpus CORPUS=DIR, where DIR/data is
 	@[ -d '$(CORPUS)/data' ] || { echo "CORPUS='$(CORPUS)' holds no folder data/: make test-corpus CORPUS=DIR" >&2; exit 1; }
-	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m corpus --corpus='$(CORPUS)'
 
 check: $(SETUP) ## lint, format, types, import direction, stubs of the Rust core, lock files

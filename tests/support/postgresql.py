@@ -1,0 +1,77 @@
+"""A PostgreSQL server of the tests' own: a folder in /tmp, a socket in it and no port, ended with the tests.
+
+PostgreSQL refuses to run as root: then it runs as Debian's user `postgres`.
+"""
+
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from uuid import uuid4
+
+INSTALL = "apt-get install -y --no-install-recommends postgresql"
+PROGRAMS = Path("/usr/lib/postgresql")
+LONGEST_S = 120
+
+
+class PostgresqlMissingError(Exception):
+    """The Debian package is not installed: the tests that need the server fail and say how to get it."""
+
+
+@dataclass(frozen=True)
+class Server:
+    """A running server, by the folder of its socket."""
+
+    folder: Path
+
+    def new_database(self) -> str:
+        """The URL of an empty database."""
+        name = f"t{uuid4().hex}"
+        run(self.folder, "createdb", "-h", self.folder, "-U", "postgres", name)
+        return f"postgresql://postgres@/{name}?host={self.folder}"
+
+
+@contextmanager
+def running() -> Iterator[Server]:
+    """A server while the block runs. Its data are not worth a write to the disk: fsync is off."""
+    folder = Path(tempfile.mkdtemp(prefix="trueloop-pg-", dir="/tmp"))
+    try:
+        folder.chmod(0o755)
+        if os.geteuid() == 0:
+            shutil.chown(folder, "postgres", "postgres")
+        data = folder / "data"
+        run(folder, "initdb", "-D", data, "-U", "postgres", "-A", "trust", "-E", "UTF8", "--no-sync", "--locale=C")
+        options = f"-k {folder} -c listen_addresses='' -c fsync=off"
+        run(folder, "pg_ctl", "start", "-D", data, "-w", "-t", "60", "-l", folder / "log", "-o", options)
+        try:
+            yield Server(folder)
+        finally:
+            run(folder, "pg_ctl", "stop", "-D", data, "-m", "immediate", "-w", "-t", "60")
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def run(folder: Path, program: str, *arguments: str | Path) -> None:
+    """One of PostgreSQL's programs, of the newest version that is installed."""
+    found = sorted(PROGRAMS.glob("*/bin"), key=lambda path: float(path.parent.name))
+    if not found:
+        raise PostgresqlMissingError(f"PostgreSQL is not installed; run as root:  {INSTALL}")
+    if os.geteuid() == 0:
+        command = ["setpriv", "--reuid=postgres", "--regid=postgres", "--init-groups", str(found[-1] / program)]
+    else:
+        command = [str(found[-1] / program)]
+    done = subprocess.run(
+        [*command, *map(str, arguments)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        cwd=folder,
+        timeout=LONGEST_S,
+        check=False,
+    )
+    if done.returncode:
+        raise RuntimeError(f"{program} ended with {done.returncode}: {done.stderr.decode(errors='replace')}")
