@@ -36,6 +36,7 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[output]": job.OutputTable,
         "[report]": job.ReportTable,
         "[store]": job.StoreTable,
+        "[memory]": job.MemoryTable,
     },
     "probing.md": {
         "[stylus]": probe_toml.StylusTable,

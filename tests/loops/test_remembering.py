@@ -13,9 +13,10 @@ from trueloop.arrays import Array
 from trueloop.domain.correction import Correction as Envelope
 from trueloop.errors import TrueloopError
 from trueloop.loops.simulated.simulated import Trial, trial_of
-from trueloop.loops.turned.correction import IN_FULL, Correction
+from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.remembering import points_to_keep
 from trueloop.loops.turned.stored import CODEC, enveloped
+from trueloop.memory.edge.options import IN_FULL
 from trueloop.memory.made_part import ArcErrors, MadePart
 
 PARTS = 5

@@ -32,7 +32,7 @@ UNITS: Final = {
     "_um": _um("µm"),
     "_mm": Unit("mm"),
     "_in": Unit("inch"),
-    "_deg": Unit("°", math.radians, math.degrees),
+    "_deg": Unit("°", math.radians, lambda angle: round(math.degrees(angle), 9)),
     "_percent": Unit("%", lambda given: given / 100, lambda share: share * 100),
     "_hours": Unit("h"),
 }

@@ -10,6 +10,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.store_options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.memory.edge.options import Use
 
 if TYPE_CHECKING:
     from trueloop.jobs.store.keeping import Keeping
@@ -40,24 +41,33 @@ def compensate(
     serial: Annotated[
         str | None, typer.Option("--serial", help="Serial number of the part.  [default: part.serial of the job]")
     ] = None,
+    memory: Annotated[
+        Use | None,
+        typer.Option("--memory", help="How earlier parts of the edge take part.  [default: memory.use of the job]"),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Correct a finish program by the touches taken after the semi-finish cut.
 
     Writes corrected.nc, offsets.nc, table.csv, record.json, report.html and report.json: all, or none when anything is
-    wrong. With a store the part, what was measured, the programs and the correction are kept.
+    wrong. With a store the part, what was measured, the programs and the correction are kept, and earlier parts of the
+    edge take part.
     """
-    run_job(job, output, page, store.keeping(serial), as_json)
+    run_job(job, output, page, store.keeping(serial), as_json, memory)
 
 
-def run_job(path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool) -> None:
+def run_job(
+    path: Path, output: Path | None, page: PageChoice, keeping: "Keeping", as_json: bool, memory: Use | None = None
+) -> None:
     """Corrects as the job says and prints what was done."""
     with busy(f"correcting as {path.parent.name}/{path.name} says"):
         from trueloop.cli.turned.summary import print_summary
         from trueloop.jobs.turned.compensate import compensate_and_keep
         from trueloop.report.turned.correction_json import correction_as_dict
 
-        done = compensate_and_keep(path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf)
+        done = compensate_and_keep(
+            path, output, keeping, language=page.language, unit=page.unit, pdf=page.pdf, memory=memory
+        )
     if as_json:
         files = {"files": [str(file) for file in done.files]}
         print_json({**correction_as_dict(done.correction), **files, **kept_as_dict(done.kept)})

@@ -25,6 +25,7 @@ from trueloop.formats.toml_tables import (
     Table,
     read_located,
 )
+from trueloop.memory.edge.options import IN_FULL
 from trueloop.turned.options import Options
 from trueloop.turned.touches.touches import Gauging
 
@@ -396,6 +397,11 @@ class StoreTable(Table):
     """
 
 
+@with_options("memory", IN_FULL)
+class MemoryTable(Table):
+    """How earlier parts of the finishing tool's edge take part, where there is a store and the edge is stated."""
+
+
 class Job(Table):
     """A whole job file."""
 
@@ -408,6 +414,7 @@ class Job(Table):
     output: OutputTable = OutputTable()
     report: ReportTable = ReportTable()
     store: StoreTable = StoreTable()
+    memory: MemoryTable = MemoryTable()
 
     @model_validator(mode="after")
     def _contour_for_the_machine(self) -> "Job":

@@ -1,7 +1,7 @@
 """From a turned part's job file to its corrected programs, table, report and record."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -14,8 +14,9 @@ from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
 from trueloop.jobs.store.where import store_of
 from trueloop.jobs.turned.job import read_job
-from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.memory.edge.options import Use
 from trueloop.report.pdf import as_pdf
 from trueloop.report.texts.texts import Texts
 from trueloop.report.turned.correction_json import json_text
@@ -23,6 +24,7 @@ from trueloop.report.turned.page import page as page_of
 
 if TYPE_CHECKING:
     from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.storage.store import Store
 
 METRIC: Final = PageOptions(unit="mm")
 
@@ -66,15 +68,18 @@ def compensate_and_keep(
     language: Language | None = None,
     unit: LengthUnit | None = None,
     pdf: bool = False,
+    memory: Use | None = None,
 ) -> Done:
     """The same, kept in the job's store, or in the one that `keeping` names.
 
     All is computed before anything is kept, and kept before it is written: no program can be run of which the store
-    knows nothing. Where writing is refused then, the refusal says that the correction is kept. Raises STO errors.
+    knows nothing. Where writing is refused then, the refusal says that the correction is kept. `memory`: how earlier
+    parts of the edge take part, where that is not to be the job's choice. Raises STO and MEM errors.
     """
     read = read_job(job, serial=keeping.serial)
     store = store_of(Path(job).parent, keeping.db, read.store_db)
-    correction = compensate(read.inputs)
+    inputs = _remembering(store, read.inputs, memory)
+    correction = compensate(inputs)
     folder = Path(output or _from_here(read.output_folder))
     options = PageOptions(language or read.page.language, unit or read.page.unit)
     contents = {**_new_table(read.tool_table, correction), **outputs_of(correction, options, pdf)}
@@ -82,9 +87,20 @@ def compensate_and_keep(
         return Done(correction, write_all(folder, contents.items(), read.files))
     from trueloop.jobs.store.keep_correction import keep_correction  # slow to import, and most jobs have no store
 
-    kept = keep_correction(store, read.inputs, correction, keeping, read.made_with)
+    kept = keep_correction(store, inputs, correction, keeping, read.made_with)
     with kept_all_the_same(kept):
         return Done(correction, write_all(folder, contents.items(), read.files), kept)
+
+
+def _remembering(store: "Store | None", inputs: Inputs, memory: Use | None) -> Inputs:
+    """The inputs with what the store knows of the edge."""
+    if memory is not None:
+        inputs = replace(inputs, memory=replace(inputs.memory, memory=memory))
+    if store is None:
+        return inputs
+    from trueloop.jobs.store.remembered import with_history  # slow to import, and most jobs have no store
+
+    return with_history(store, inputs)
 
 
 def write_correction(

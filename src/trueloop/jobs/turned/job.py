@@ -28,6 +28,7 @@ from trueloop.jobs.user import user_name
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.part_on_machine import PartOnMachine
+from trueloop.memory.edge.options import MemoryOptions
 from trueloop.nc.program.program import Program
 from trueloop.turned.fit.between_cuts import NONE, PRIOR, BetweenCuts
 from trueloop.turned.fit.nose_fit import fit_nose_model, nose_touches
@@ -158,6 +159,7 @@ def read_job(path: FilePath, *, serial: str | None = None) -> ReadJob:
         characteristics=measured.characteristics,
         measured_allowance_mm=options_from(Gauging, job).allowance_mm,
         notes=measured.notes,
+        memory=options_from(MemoryOptions, job),
     )
     page, after = options_from(PageOptions, job), job.gauging.after_record
     made_with = "" if after is None else read_record(path.parent / after).id

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Final
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Run
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.loops.turned.part_on_machine import PartOnMachine
-from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.options import IN_FULL, MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.nc.program.program import Program
 from trueloop.turned.compensation.contour import CentrePiece
@@ -37,9 +36,6 @@ from trueloop.turned.options import Options
 from trueloop.turned.program.by_tool import ByTool
 from trueloop.turned.program.wear_numbers import WearOffset
 from trueloop.turned.touches.error_vectors import ErrorVectors
-
-IN_FULL: Final = MemoryOptions(first_weight=1.0)
-"""A contour is corrected in full from the first part on: its program takes off what it says, read back from it."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from trueloop.wording import Um, wording
 PLACES: Final = 33
 """Places along a feature without a touch at which its outcome is looked at."""
 
+EARLIER_PARTS: Final = "earlier parts"
+"""The cause that stands where earlier parts of the edge tell a next cut."""
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -75,7 +78,7 @@ def causes_um(budget: Budget) -> dict[str, float]:
         "between cuts (whole cut)": float(budget.common_mm[0]) * UM_PER_MM,
         "between cuts (along it)": float(budget.along_mm[0]) * UM_PER_MM,
         "no touch": float(budget.estimate_mm[0]) * UM_PER_MM,
-        **({} if budget.memory_mm is None else {"earlier parts": float(budget.memory_mm[0]) * UM_PER_MM}),
+        **({} if budget.memory_mm is None else {EARLIER_PARTS: float(budget.memory_mm[0]) * UM_PER_MM}),
     }
 
 

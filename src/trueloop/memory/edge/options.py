@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import radians
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 from trueloop.domain.option import Option
 
@@ -50,3 +50,7 @@ class MemoryOptions:
             most=45,
         ),
     ] = radians(6.0)
+
+
+IN_FULL: Final = MemoryOptions(first_weight=1.0)
+"""Of contours: a corrected program takes off what it says, read back from it, from the first part on."""

@@ -11,6 +11,7 @@ from trueloop.report.turned.by_tool import by_tool_as_dict
 from trueloop.report.turned.characteristics import characteristics_as_dicts
 from trueloop.report.turned.features import FeatureSummary, feature_summaries, worst_of
 from trueloop.report.turned.header import header
+from trueloop.report.turned.remembered import memory_as_dict
 from trueloop.report.turned.shapes import (
     AxesShape,
     ByToolShape,
@@ -21,6 +22,7 @@ from trueloop.report.turned.shapes import (
     JunctionShape,
     LeftShape,
     LineShape,
+    MemoryShape,
     OffsetShape,
     ProgramShape,
     SuspectShape,
@@ -50,6 +52,7 @@ def correction_as_dict(correction: Correction) -> dict[str, object]:
 
 def _shape(correction: Correction) -> CorrectionShape:
     model, record, decision = correction.model, correction.record, correction.decision
+    remembered = memory_as_dict(correction)
     judged, by_tool = characteristics_as_dicts(correction.characteristics), by_tool_as_dict(correction)
     return CorrectionShape(
         header=header(record),
@@ -78,6 +81,7 @@ def _shape(correction: Correction) -> CorrectionShape:
         programs=list(_programs(correction)),
         inputs_sha256=record.inputs_sha256,
         options=record.options,
+        memory=None if remembered is None else MemoryShape.model_validate(remembered),
     )
 
 

@@ -27,6 +27,7 @@ from trueloop.report.turned.figures.junctions import junctions
 from trueloop.report.turned.figures.part_drawing import times
 from trueloop.report.turned.figures.uncertainty import uncertainty
 from trueloop.report.turned.header import header, header_fields
+from trueloop.report.turned.remembered import memory_section
 from trueloop.report.turned.summary import feature_table, offset_words, verdict
 from trueloop.report.turned.touch_table import touches_csv, touches_table
 from trueloop.turned.error_curve.coverage import coverage_factor
@@ -43,6 +44,7 @@ def page(correction: Correction, say: Texts = ENGLISH) -> str:
         _part(correction, say),
         section("program", say("Changes to the program"), *_program(correction, say)),
         _curves(correction, say),
+        memory_section(correction, say, _figure),
         section("uncertainty", say("Uncertainty"), uncertainty(correction, say)),
         section("meet", say("Junctions"), junctions(correction, say)),
         section("why", say("Decisions"), decisions(correction, say)),

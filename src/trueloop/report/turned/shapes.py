@@ -294,6 +294,57 @@ class ProgramShape(Shape):
     """The places that changed, each with a line around it."""
 
 
+class MemorySharesShape(Shape):
+    """How much of one arc's correction came from earlier parts of the edge."""
+
+    feature: str
+    """The arc."""
+    from_memory_percent: float
+    """Share of the correction that there would be without a touch of this part."""
+
+
+class MemoryTouchShape(Shape):
+    """What is taken off at one touch of an arc that earlier parts tell."""
+
+    feature: str
+    """The arc."""
+    point: str
+    """The touch."""
+    taken_off_um: float
+    """By the correction."""
+    from_memory_um: float
+    """Of it what came from earlier parts; the rest from today's touches."""
+
+
+class MemoryShape(Shape):
+    """What earlier parts of the edge said of the arcs."""
+
+    edge: str
+    """The edge."""
+    use: str
+    """How earlier parts were to take part."""
+    applied: bool
+    """Whether the correction of arcs is by them."""
+    inspected_parts: int
+    """How many of them were inspected after their finish cut."""
+    touches_of_arcs: int
+    """Of this part, that took part."""
+    enough_touches: int | None
+    """So many of them would have been enough; null where nothing was predicted."""
+    points_to_keep: list[str]
+    """Touches that are enough for the next part and for judging it."""
+    gain: float
+    """What the machine makes of a correction of 1."""
+    features: list[MemorySharesShape]
+    """The arcs that earlier parts tell."""
+    touches: list[MemoryTouchShape]
+    """Touches of these."""
+    alarms: list[str]
+    """How this part's touches contradict earlier parts."""
+    words: list[str]
+    """All of it in words."""
+
+
 class CorrectionShape(Shape):
     """Everything that the page of one correction says."""
 
@@ -347,3 +398,5 @@ class CorrectionShape(Shape):
     """Hashes of the files that were read, by the names the job gives them."""
     options: dict[str, object]
     """How it was corrected; lengths in mm."""
+    memory: MemoryShape | None
+    """What earlier parts of the edge said; null without any."""

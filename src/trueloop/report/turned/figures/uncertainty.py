@@ -1,7 +1,7 @@
 """What the uncertainty of every feature is made up of."""
 
 from trueloop.loops.turned.correction import Correction
-from trueloop.loops.turned.outcome import Outcome, between_cuts_words, causes_um, outcomes
+from trueloop.loops.turned.outcome import EARLIER_PARTS, Outcome, between_cuts_words, causes_um, outcomes
 from trueloop.report.markup import esc, table
 from trueloop.report.style import plain
 from trueloop.report.texts.texts import ENGLISH, Texts
@@ -12,7 +12,8 @@ def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
     """The budget of every feature, what its columns mean, and where the figures between cuts come from (HTML)."""
     headings = (
         say("feature"), say("probe"), say("curve"), say("process"), say("between cuts,<br>whole cut"),
-        say("between cuts,<br>along the cut"), say("no touch"), say("U (95 %)"),
+        say("between cuts,<br>along the cut"), say("no touch"),
+        *((say("earlier parts"),) if _by_memory(correction) else ()), say("U (95 %)"),
     )  # fmt: skip
     columns = say(
         "Standard uncertainties of the finished part's error in {um}, at the place of the feature where U is largest. "
@@ -21,6 +22,8 @@ def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
         "semi-finish cut, which the touches of one part cannot show. No touch: of an error that was estimated from "
         "other features."
     )
+    if _by_memory(correction):
+        columns += " " + say("Earlier parts: all of the next cut's error, its scatter included, where they tell it.")
     rows = [_row(correction, one, say) for one in outcomes(correction)]
     words = esc(say.note(between_cuts_words(correction.options.between_cuts)))
     return f"{table(headings, rows, words=(0,), name='budget', stacks=True)}<p>{words}</p><p class='note'>{columns}</p>"
@@ -29,10 +32,18 @@ def uncertainty(correction: Correction, say: Texts = ENGLISH) -> str:
 def budget_words(correction: Correction) -> str:
     """The largest of each cause over all features, as plain text."""
     causes = [causes_um(outcome.budget) for outcome in outcomes(correction)]
-    largest = ", ".join(f"{cause} {plain(max(one[cause] for one in causes))}" for cause in causes[0])
+    named = {cause: None for one in causes for cause in one}
+    largest = ", ".join(f"{cause} {plain(max(one.get(cause, 0.0) for one in causes))}" for cause in named)
     return f"Uncertainty budget, largest standard uncertainties in µm: {largest}."
 
 
+def _by_memory(correction: Correction) -> bool:
+    return any(curve.next_cut is not None for curve in correction.model.curves)
+
+
 def _row(correction: Correction, outcome: Outcome, say: Texts) -> list[str]:
-    causes = [say.size(um) for um in causes_um(outcome.budget).values()]
+    found = causes_um(outcome.budget)
+    if _by_memory(correction):
+        found.setdefault(EARLIER_PARTS, 0.0)
+    causes = [say.size(um) for um in found.values()]
     return [esc(correction.profile.names[outcome.index]), *causes, say.size(outcome.expanded_u_mm * UM_PER_MM)]
