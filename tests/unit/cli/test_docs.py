@@ -53,6 +53,7 @@ COMMANDS = (
     "series accept",
     "series reject",
     "series replay",
+    "series simulate",
     "record show",
     "db init",
     "db import",

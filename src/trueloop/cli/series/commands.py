@@ -4,7 +4,7 @@ import typer
 
 from trueloop.cli.series.add import add
 from trueloop.cli.series.propose import accept, propose, reject
-from trueloop.cli.series.status import replay, status
+from trueloop.cli.series.status import replay, simulate, status
 
 app = typer.Typer(
     help="Series of parts: inspections of finished parts, proposals for the next one.",
@@ -17,3 +17,4 @@ app.command()(propose)
 app.command()(accept)
 app.command()(reject)
 app.command()(replay)
+app.command()(simulate)

@@ -1,6 +1,7 @@
 """`trueloop series status` and `replay`: the series as they are, and as they would have been with memory."""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -58,6 +59,41 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
         print_json({**shown.model_dump(mode="json"), "files": files})
         return
     print_lines([f"{shown.part_type}: {shown.parts} parts; root mean square left from the second part on, µm"])
+    head, *rows = replay_rows(shown)
+    _print_table(head, rows)
+    _print_rest(shown, files)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shop:
+    """What is simulated."""
+
+    parts: Annotated[int, typer.Option("--parts", min=2, max=10_000, help="How many parts.")] = 30
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Another number gives another series.")] = 0
+    gain: Annotated[float, typer.Option("--gain", help="Share of a correction that arrives: 2 is twice as much.")] = 1.0
+    tool_changed_at: Annotated[
+        int | None, typer.Option("--tool-changed-at", min=2, help="Part before which the edge is changed, as is known.")
+    ] = None
+    jump_at: Annotated[
+        int | None, typer.Option("--jump-at", min=2, help="Part from which on an offset acts that nobody knows of.")
+    ] = None
+    jump_um: Annotated[float, typer.Option("--jump-um", help="That offset, on the radius.")] = 20.0
+
+
+@guarded
+def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = False) -> None:
+    """Simulate a series that wears and warms up: what memory leaves, beside doing nothing and simpler rules."""
+    from trueloop.jobs.series.pages import WhatIf, simulated, write_series
+    from trueloop.report.series.lines import replay_rows
+
+    with busy(f"simulating {shop.parts} parts"):
+        given = WhatIf(shop.parts, shop.seed, shop.gain, shop.tool_changed_at, shop.jump_at, shop.jump_um)
+        shown = simulated(given)
+        files = write_series(shown, "simulation", output, page.language, page.unit)
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+        return
+    print_lines([f"{shown.parts} simulated parts; root mean square left from the second part on, µm"])
     head, *rows = replay_rows(shown)
     _print_table(head, rows)
     _print_rest(shown, files)

@@ -92,12 +92,13 @@ def replay(series: Series, prior: LevelPrior = TURNING) -> Replay:
 
     parts: list[Replayed] = []
     for one, step in zip(series.made, steps_as_they_come(readings(), prior), strict=True):
-        parts.append(_replayed(one, proposed_mm[-1], step, len(parts)))
+        parts.append(replayed(one, proposed_mm[-1], step, len(parts)))
         proposed_mm.append(step.correction_mm)
     return Replay(series, tuple(parts), rivals(series.made))
 
 
-def _replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replayed:
+def replayed(one: Made, correction_mm: float, step: Step, before: int) -> Replayed:
+    """A part with that correction; `step` is the one after it, `before` counts the parts before."""
     left_mm = one.uncorrected_mm - correction_mm
     innovation, deviation = step.innovation_mm or 0.0, step.innovation_sd_mm or 0.0
     return Replayed(
