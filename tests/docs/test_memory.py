@@ -11,7 +11,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "memory.md").read_text(encoding="ut
 
 
 def test_priors_are_those_of_the_code() -> None:
-    stated = re.findall(r"^\| .+ \| ([\d.]+) (µm|°) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
+    stated = re.findall(r"^\| .+ \| ([\d.]+) ?(µm|°) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
     as_coded = {
         (round(math.degrees(one.median), 6) if one.name.endswith("_rad") else round(1000 * one.median, 6), one.log_sd)
         for one in PRIORS
