@@ -8,7 +8,7 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.memory.edge.advice import enough_touches
 from trueloop.memory.edge.options import MemoryOptions
-from trueloop.memory.edge.predict import predict, with_finish_at
+from trueloop.memory.edge.predict import latest, predict, with_finish_at
 from trueloop.memory.edge.refuse import flags, nearest_rad, refuse, up_to
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import MadePart
@@ -35,7 +35,7 @@ def expect(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Arra
     setting, MEM-TYPE without a touch of a part type that the edge has never cut, MEM-PART for an unknown `last_part`.
     Valid for arcs, whose contact angle turns: straight features err by more than their contact angle says.
     """
-    learned = remembered(history, options)
+    learned = latest(remembered(history, options), today.part_type)
     if learned:
         refuse(learned, today, contact_angle_rad, options)
     found = predict(learned, with_finish_at(today, contact_angle_rad))

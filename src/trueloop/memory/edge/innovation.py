@@ -7,7 +7,7 @@ import numpy as np
 
 from trueloop.arrays import Array, by_content
 from trueloop.domain.life import Stage
-from trueloop.memory.edge.predict import predict, with_finish_at
+from trueloop.memory.edge.predict import latest, predict, with_finish_at
 from trueloop.memory.made_part import MadePart
 
 
@@ -35,7 +35,7 @@ def innovations(history: Sequence[MadePart], part: MadePart) -> tuple[Innovation
     None for a cut without places. What is learned of the actuator's gain is part of the prediction.
     """
     inspected = part.uncorrected_mm is not None
-    found = predict(history, part if inspected else with_finish_at(part, np.empty(0)))
+    found = predict(latest(history, part.part_type), part if inspected else with_finish_at(part, np.empty(0)))
     t, touches, finish = found.touches, part.semifinish, part.finish
     said = []
     if t:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +12,12 @@ from trueloop.memory.edge.hyperparameters import BEFOREHAND, Hyperparameters
 from trueloop.memory.edge.observations import observations
 from trueloop.memory.edge.posterior import Posterior, condition, joint
 from trueloop.memory.made_part import ArcErrors, MadePart
+
+REMEMBERED: Final = 40
+"""Of so many of the latest parts an edge is known: what it was long ago says little, and matrices grow with parts."""
+
+OF_TYPE: Final = 10
+"""And of so many of the latest of the part's own type, however long ago these were cut."""
 
 
 @by_content
@@ -45,6 +52,13 @@ def predict(history: Sequence[MadePart], part: MadePart) -> Prediction:
     prior = joint(everything, sizes(history))
     before = condition(prior, everything.error_mm[:of_history])
     return Prediction(part.semifinish.error_mm, before, condition(before, part.semifinish.error_mm[:of_touches]))
+
+
+def latest(history: Sequence[MadePart], part_type: str) -> tuple[MadePart, ...]:
+    """The parts, in their order, by which a part of this type is predicted."""
+    n = len(history)
+    of_type = [k for k, part in enumerate(history) if part.part_type == part_type]
+    return tuple(history[k] for k in sorted({*range(max(n - REMEMBERED, 0), n), *of_type[-OF_TYPE:]}))
 
 
 def sizes(history: Sequence[MadePart]) -> Hyperparameters:

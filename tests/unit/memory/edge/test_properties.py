@@ -13,6 +13,8 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.memory.edge.advice import enough_touches
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
+from trueloop.memory.edge.posterior import Posterior
+from trueloop.memory.edge.predict import latest
 from trueloop.memory.edge.replay import Predicted, replay
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import ArcErrors, MadePart
@@ -89,8 +91,8 @@ def test_material_left_on_by_all_cuts_alike_is_expected_with_its_sign() -> None:
 def test_advice_is_what_a_search_step_by_step_finds() -> None:
     """By conditioning on every candidate with a plain inverse."""
     rng = np.random.default_rng(2)
-    for touches in (0, 1, 6):
-        root = rng.normal(size=(touches + 3, touches + 3))
+    for touches in (0, 1, *[6] * 20):
+        root = rng.normal(size=(touches + 3, touches + 3)) * rng.uniform(0.2, 5.0, (touches + 3, 1))
         covariance = root @ root.T + 0.1 * np.eye(touches + 3)
 
         def left(chosen: list[int], covariance: Array = covariance, t: int = touches) -> float:
@@ -139,7 +141,7 @@ def test_an_inspection_whose_correction_is_unknown_is_not_learned_from() -> None
 
 def test_flags() -> None:
     deep = [replace(part, depth_of_cut_mm=0.25, feed_mm=0.1) for part in HISTORY]
-    notes = expected(replace(LAST, depth_of_cut_mm=0.5, feed_mm=0.1), tuple(deep)).notes
+    notes = expected(replace(LAST, depth_of_cut_mm=0.28, feed_mm=0.105), tuple(deep)).notes
     assert [note for note in notes if "depth" in note] and not [note for note in notes if "feed" in note]
     assert any("order" in note for note in expected(replace(LAST, order=4.0)).notes)
     assert any("order" in note for note in expected(replace(LAST, order_in_doubt=True)).notes)
@@ -148,6 +150,17 @@ def test_flags() -> None:
     assert not expected(LAST).notes
     wrong = expected(replace(series(4, gain=2.2)[-1], finish=None, correction_mm=None), series(4, gain=2.2)[:3])
     assert any("2.2" in note for note in wrong.notes)
+
+
+def unfinished(part: MadePart) -> MadePart:
+    return replace(part, finish=None, correction_mm=None)
+
+
+def _three_of(part: MadePart) -> MadePart:
+    of, rows = part.semifinish, [2, 8, 14]
+    names = tuple(of.point[k] for k in rows)
+    some = ArcErrors(("dome",) * 3, names, of.contact_angle_rad[rows], of.error_mm[rows], of.standard_u_mm[rows])
+    return replace(part, semifinish=some)
 
 
 def test_a_replay_sees_nothing_of_what_comes_later() -> None:
@@ -164,6 +177,11 @@ def test_a_replay_sees_nothing_of_what_comes_later() -> None:
     assert not np.allclose(usual[4].predicted.error_mm, changed[4].predicted.error_mm, atol=1e-4)
     assert [one.touches for one in usual] == [17, 3, 3, 3, 3] and usual[0].own_fit
     np.testing.assert_allclose(changed[3].left_mm - usual[3].left_mm, 0.05)
+    at_three = (*HISTORY[:1], *(_three_of(part) for part in HISTORY[1:3]))
+    direct = expect(at_three, _three_of(unfinished(last)), ANGLES, MemoryOptions())
+    assert last.uncorrected_mm is not None
+    np.testing.assert_allclose(usual[3].left_mm, last.uncorrected_mm - direct.mean_mm)
+    np.testing.assert_allclose(usual[3].predicted.half_band_mm, 1.96 * np.sqrt(np.diag(direct.covariance_mm2)))
 
 
 def test_a_replay_uses_all_touches_where_three_are_refused() -> None:
@@ -180,3 +198,34 @@ def test_a_replay_uses_all_touches_where_three_are_refused() -> None:
     assert replay((*HISTORY, new), own, MemoryOptions(), (2, 8, 14))[-1].touches == 21
     flat = replace(LAST, semifinish=errors(np.empty(0), np.empty(0)))
     assert expected(flat).enough_touches == 0
+
+
+def test_what_memory_alone_says_is_what_it_says_without_a_touch() -> None:
+    assert expected(LAST).memory_mm == pytest.approx(expected(touched([])).mean_mm, abs=1e-12)
+
+
+def test_time_in_cut_is_counted_in_parts_of_mean_duration() -> None:
+    """Parts of seven minutes each are as parts without a time; a long pause between two of them is not."""
+    even = tuple(replace(part, minutes_in_cut=7.0 * k) for k, part in enumerate(HISTORY))
+    last = replace(LAST, minutes_in_cut=7.0 * len(HISTORY))
+    assert expected(last, even).mean_mm == pytest.approx(expected(LAST).mean_mm, abs=1e-9)
+    worn = expected(replace(last, minutes_in_cut=7.0 * 40), even)
+    assert np.all(np.diag(worn.covariance_mm2) != np.diag(expected(last, even).covariance_mm2))
+
+
+def test_what_a_correction_leaves_by_hand() -> None:
+    """Error 5 ± 2, gain 1.1 ± 0.2, covariance 0.3; 3 are commanded: 5 − 3.3, and 4 − 2·3·0.3 + 9·0.04."""
+    found = Posterior(np.array([5.0, 1.1]), np.array([[4.0, 0.3], [0.3, 0.04]]))
+    mean, covariance = found.after(np.array([3.0]))
+    assert [mean[0], covariance[0, 0]] == pytest.approx([1.7, 2.56])
+
+
+def test_an_edge_is_known_by_its_latest_parts_and_by_those_of_the_type() -> None:
+    old, new = (replace(HISTORY[0], part_type="old", serial="o"), replace(HISTORY[1], serial="n"))
+    history = [
+        *(replace(old, order=float(k)) for k in range(12)),
+        *(replace(new, order=float(k)) for k in range(12, 60)),
+    ]
+    assert [part.order for part in latest(history, "dome")] == [float(k) for k in range(20, 60)]
+    assert [part.order for part in latest(history, "old")] == [float(k) for k in (*range(2, 12), *range(20, 60))]
+    assert latest(HISTORY, "dome") == HISTORY
