@@ -21,9 +21,12 @@ def test_the_commands_of_the_page_print_what_it_says(monkeypatch: pytest.MonkeyP
     for name in ("job.toml", "touches.csv", "finish.nc", "semifinish.nc"):
         shutil.copy(ROOT / "examples" / "modbas2" / name, tmp_path)
     monkeypatch.chdir(tmp_path)
-    assert len(BLOCKS) >= 4
+    assert len(BLOCKS) >= 14
     for command, *expected in BLOCKS:
         assert command.startswith("trueloop db ")
-        printed = invoke(*shlex.split(command)[1:], status=0).output
+        ran = invoke(*shlex.split(command)[1:], status=0)
+        if command.endswith("--json"):  # what the page has a person do then
+            Path("mended.json").write_text(ran.stdout.replace('"2511"', '"2512"'), encoding="utf-8")
+        printed = ran.output
         places = [printed.index(line.rstrip()) for line in expected]
         assert places == sorted(places), command

@@ -2,13 +2,22 @@
 
 import json
 import shutil
+import sqlite3
+from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
 from tests.support.cli import invoke, output_of
 from tests.support.records import TURNED
+from tests.support.stores import AT, cut, link, touched
 from trueloop.cli.failure import ExitStatus
+from trueloop.domain.machine import Machine
+from trueloop.domain.program import Program
+from trueloop.jobs.store.codec import store_codec
+from trueloop.storage.keeping import Keeping
+from trueloop.storage.store import keep, open_store
 
 MODBAS2 = Path(__file__).parents[3] / "examples" / "modbas2"
 JOB = MODBAS2 / "job.toml"
@@ -114,3 +123,135 @@ def test_what_cannot_be_found_that_way_is_said(folder: Path) -> None:
     assert "none of part-type, part," in output_of("db", "find", "parts", status=ExitStatus.USAGE)
     assert "STO-UNKNOWN" in output_of("db", "find", "machine", "--serial", "7", status=ExitStatus.REFUSED)
     assert "0 rows" in output_of("db", "find", "part")
+
+
+def test_an_export_makes_an_equal_store(folder: Path) -> None:
+    invoke("db", "import", MODBAS2 / "touches.csv", "--job", JOB, "--serial", "2511", status=0)
+    invoke("db", "export", "-o", "all.jsonl", status=0)
+    invoke("db", "init", "other.db", status=0)
+    assert "3 of 3 new" in output_of("db", "import", "all.jsonl", "--db", "other.db")
+    assert "0 of 3 new" in output_of("db", "import", "all.jsonl", "--db", "other.db")
+    invoke("db", "export", "-o", "again.jsonl", "--db", "other.db", status=0)
+    assert (folder / "again.jsonl").read_bytes() == (folder / "all.jsonl").read_bytes()
+    assert "OUT-INPUT" in output_of("db", "export", "-o", "trueloop.db", status=ExitStatus.OUTPUT)
+
+
+def test_an_export_that_is_cut_off_is_refused_with_its_line(folder: Path) -> None:
+    invoke("db", "import", MODBAS2 / "touches.csv", "--job", JOB, "--serial", "2511", status=0)
+    invoke("db", "export", "-o", "all.jsonl", status=0)
+    lines = (folder / "all.jsonl").read_text().splitlines(keepends=True)
+    (folder / "cut.jsonl").write_text("".join(lines[:3]) + lines[3][:50])
+    invoke("db", "init", "other.db", status=0)
+    said = output_of("db", "import", "cut.jsonl", "--db", "other.db", status=ExitStatus.REFUSED)
+    assert "cut.jsonl:4: STO-EXPORT" in said
+    assert "0 rows" in output_of("db", "find", "part", "--db", "other.db")
+
+
+def test_the_life_of_a_part(folder: Path) -> None:
+    invoke("db", "import", MODBAS2 / "touches.csv", "--job", JOB, "--serial", "2511", status=0)
+    for name in ("2511", "MODBAS2, 3.52 in/2511", "2511.139"):
+        assert "inspected: 32 touches" in output_of("db", "show", name)
+    shown = json.loads(output_of("db", "show", "2511", "--json"))
+    assert shown["part"]["serial"] == "2511"
+    assert [entry["row"] for entry in shown["entries"]] == ["inspection:1"]
+    assert "STO-UNKNOWN" in output_of("db", "show", "2512", status=ExitStatus.REFUSED)
+
+
+def test_a_correction_is_shown_by_the_id_of_its_record(folder: Path) -> None:
+    (folder / "record.json").write_text(TURNED.to_json(), encoding="utf-8")
+    invoke("db", "import", "record.json", status=0)
+    shown = json.loads(output_of("db", "show", TURNED.id, "--json"))
+    assert (shown["kind"], shown["value"]["record"]["id"]) == ("correction", TURNED.id)
+    life = output_of("db", "show", "17")
+    assert "for correction:1" in life and f"by record {TURNED.id}" in life
+
+
+def test_a_wrong_row_is_replaced_and_both_stay(folder: Path) -> None:
+    invoke("db", "import", MODBAS2 / "touches.csv", "--job", JOB, "--serial", "2511", status=0)
+    wrong = output_of("db", "show", "inspection:1", "--json")
+    (folder / "right.json").write_text(wrong.replace('"2511"', '"2512"'), encoding="utf-8")
+    (folder / "same.json").write_text(wrong, encoding="utf-8")
+    (folder / "part.json").write_text(output_of("db", "show", "part:1", "--json"), encoding="utf-8")
+    (folder / "none.json").write_text("{", encoding="utf-8")
+    given = ("--why", "the wrong tag was read", "--by", "ana")
+    for file, code in (("same.json", "STO-IMPORT"), ("part.json", "VAL-FORM"), ("none.json", "STO-IMPORT")):
+        assert code in output_of("db", "replace", "inspection:1", file, *given, status=ExitStatus.REFUSED)
+    assert "STO-UNKNOWN" in output_of("db", "replace", "inspection:9", "right.json", *given, status=ExitStatus.REFUSED)
+    said = output_of("db", "replace", "inspection:1", "right.json", *given)
+    assert "kept: inspection:2 supersedes inspection:1" in said
+    assert [row["serial"] for row in rows("inspection")] == ["2512"]
+    assert [row["superseded_by"] for row in rows("inspection", "--superseded")] == ["inspection:2", ""]
+    assert "superseded by inspection:2: ana, the wrong tag was read" in output_of("db", "show", "2511")
+    assert "inspected: 32 touches" in output_of("db", "show", "2512")
+
+
+def test_a_replaced_inspection_leaves_no_link_behind_unsaid(folder: Path) -> None:
+    store = open_store("trueloop.db", codec=store_codec())
+    inspection, made = touched(), cut()
+    keep(store, [inspection, made, link(inspection, made)])
+    assert "0 findings" in output_of("db", "check")
+    shown = output_of("db", "show", "inspection:1", "--json")
+    (folder / "right.json").write_text(shown.replace('"serial": "17"', '"serial": "18"'), encoding="utf-8")
+    said = output_of("db", "replace", "inspection:1", "right.json", "--why", "other part")
+    assert "inspection-link:1; replace it too" in said
+    found = output_of("db", "check", status=ExitStatus.FINDINGS)
+    assert "STO-LOST" in found and "inspection-link:1 names the inspection" in found
+
+
+def test_a_check_finds_labels_times_and_orders_that_contradict(folder: Path) -> None:
+    store = open_store("trueloop.db", codec=store_codec())
+    program = Program("1411-C45-P1-S-M.nc", "fanuc-lathe", "2" * 64)
+    first, second = replace(cut("17"), order=1), replace(cut("18"), order=2)
+    early, late = (
+        replace(touched(serial, sha256=serial), measured_at=AT + timedelta(hours=hours))
+        for serial, hours in (("17", 5), ("18", -3))
+    )
+    keep(store, [program, first, second, early, late, link(early, first), link(late, second)])
+    found = json.loads(output_of("db", "check", "--json", status=ExitStatus.FINDINGS))["findings"]
+    assert sorted(one["code"] for one in found) == ["LAB-LINK", "LAB-LINK", "STO-CLOCK", "STO-ORDER"]
+    assert {one["values"].get("in_link") for one in found if one["code"] == "LAB-LINK"} == {"finish"}
+
+
+def test_a_check_finds_a_clock_that_went_back(folder: Path) -> None:
+    store = open_store("trueloop.db", codec=store_codec())
+    with store.writing() as connection:
+        keeping = Keeping(store.codec, connection)
+        keeping.keep(Machine("lathe"), kept_at=AT)
+        keeping.keep(Machine("mill"), kept_at=AT - timedelta(seconds=1))
+    said = output_of("db", "check", status=ExitStatus.FINDINGS)
+    assert "STO-CLOCK" in said and "machine:2 was kept at" in said
+
+
+def test_a_backup_is_restored_into_a_new_store_alone(folder: Path) -> None:
+    invoke("db", "import", MODBAS2 / "touches.csv", "--job", JOB, "--serial", "2511", status=0)
+    invoke("db", "export", "-o", "all.jsonl", status=0)
+    invoke("db", "backup", "copy.db", status=0)
+    for source, target in (("copy.db", "one.db"), ("all.jsonl", "two.db")):
+        invoke("db", "restore", source, "--db", target, status=0)
+        invoke("db", "export", "-o", "again.jsonl", "--db", target, status=0)
+        assert (folder / "again.jsonl").read_bytes() == (folder / "all.jsonl").read_bytes()
+    before = (folder / "one.db").read_bytes()
+    for command in (("restore", "copy.db", "--db", "one.db"), ("backup", "one.db"), ("backup", ".")):
+        assert "STO-EXISTS" in output_of("db", *command, status=ExitStatus.REFUSED)
+    assert (folder / "one.db").read_bytes() == before
+    assert "STO-FILE" in output_of("db", "restore", JOB, "--db", "three.db", status=ExitStatus.REFUSED)
+    assert not list(folder.glob("three*")) and not list(folder.glob(".trueloop-*"))
+
+
+def test_a_store_of_this_version_is_not_migrated_and_a_newer_one_refused(folder: Path) -> None:
+    assert "is of this version already" in output_of("db", "migrate")
+    with sqlite3.connect("trueloop.db") as connection:
+        connection.execute("UPDATE trueloop_schema SET version_num = '9999'")
+    connection.close()
+    for command in (("migrate",), ("find", "part"), ("check",), ("backup", "copy.db")):
+        assert "STO-SCHEMA" in output_of("db", *command, status=ExitStatus.REFUSED)
+    assert "STO-FILE" in output_of("db", "migrate", "--db", "none-such.db", status=ExitStatus.REFUSED)
+    assert not (folder / "none-such.db").exists()
+
+
+def test_a_password_is_never_printed() -> None:
+    for command in (("find", "part", "--db"), ("init",), ("migrate", "--db"), ("export", "-o", "all.jsonl", "--db")):
+        said = output_of(
+            "db", *command, "postgresql://ana:hunter2@127.0.0.1:1/parts?connect_timeout=1", status=ExitStatus.REFUSED
+        )
+        assert "STO-FILE" in said and "hunter2" not in said

@@ -11,7 +11,7 @@ from trueloop.cli.failure import guarded
 from trueloop.cli.terminal import AsJson, print_json, print_lines, wide_console
 
 if TYPE_CHECKING:
-    from trueloop.jobs.store.found import Row
+    from trueloop.jobs.db.found import Row
 
 What = Annotated[str, typer.Argument(metavar="WHAT", help="part, inspection, correction, cut, edge, edge-event, …")]
 
@@ -35,7 +35,7 @@ class Wanted:
 @guarded
 def find(what: What, wanted: Wanted, db: Db = None, as_json: AsJson = False) -> None:
     """List rows of the store, oldest first: each with its name, by which `show` and `replace` take it."""
-    from trueloop.jobs.store.found import NAMES, Sought, found_rows
+    from trueloop.jobs.db.found import NAMES, Sought, found_rows
     from trueloop.jobs.store.opened import opened
 
     if what not in NAMES:

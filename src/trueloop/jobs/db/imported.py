@@ -1,4 +1,4 @@
-"""Files into the store: inspections and records; each file in one transaction, whole or not at all."""
+"""Files into the store: inspections, records and exports; each file in one transaction, whole or not at all."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -6,13 +6,16 @@ from pathlib import Path
 from typing import Any, Final
 
 from trueloop.domain.correction import Correction
-from trueloop.domain.inspection import Inspection
-from trueloop.errors import Code, Place, TrueloopError
+from trueloop.errors import Code, in_file
 from trueloop.formats.input_file import readable
 from trueloop.formats.record_file import read_record
+from trueloop.jobs.db.copied import keep_lines
+from trueloop.jobs.db.exported import HEAD, is_export, read_export
+from trueloop.jobs.db.found import row_name
 from trueloop.jobs.db.inspected import Inspected, read_inspections
-from trueloop.jobs.store.found import row_name
-from trueloop.storage.store import Kept, Store, find, keep
+from trueloop.jobs.store.of_this_part import require_file_of_part
+from trueloop.jobs.user import user_name
+from trueloop.storage.store import Store, keep
 
 SHOWN: Final = 20
 """Rows that are listed of one file: nobody reads more."""
@@ -21,27 +24,27 @@ HINT: Final = "name an inspection file, a record.json, or what `trueloop db expo
 
 @dataclass(frozen=True)
 class Imported:
-    """What came of a file: its values in the store, of which those that were there before are not `new`."""
+    """What came of a file: how many values, how many of them new, and the rows; of an export the numbers alone."""
 
     path: Path
-    kept: tuple[Kept[Any], ...]
+    count: int
+    new: int
+    rows: tuple[tuple[str, bool], ...]
 
     @property
     def words(self) -> str:
-        """What came of the file, in a line or a few."""
-        lines = [f"  {_name(one)} {'kept' if one.new else 'is there already, not kept again'}" for one in self.kept]
-        new = sum(one.new for one in self.kept)
-        return "\n".join([f"{self.path}: {new} of {len(self.kept)} new", *lines[:SHOWN]])
+        """In a line, and one for each of the first rows."""
+        lines = [f"  {name} {'kept' if new else 'is there already, not kept again'}" for name, new in self.rows[:SHOWN]]
+        more = len(self.rows) - len(lines)
+        return "\n".join(
+            [f"{self.path}: {self.new} of {self.count} new", *lines, *([f"  … and {more}"] if more else [])]
+        )
 
     @property
     def as_dict(self) -> dict[str, object]:
         """For machines."""
-        rows = [{"row": _name(one), "new": one.new} for one in self.kept]
-        return {"file": str(self.path), "new": sum(one.new for one in self.kept), "rows": rows}
-
-
-def _name(kept: Kept[Any]) -> str:
-    return row_name(type(kept.value), kept.row)
+        rows = [{"row": name, "new": new} for name, new in self.rows]
+        return {"file": str(self.path), "count": self.count, "new": self.new, "rows": rows}
 
 
 def import_files(
@@ -53,35 +56,26 @@ def import_files(
     """
     for path in paths:
         say(f"importing {path}")
-        yield _imported(store, path, of)
+        with readable(path, Code.STO_IMPORT, hint=HINT), path.open("rb") as file:
+            beginning = file.read(HEAD)
+        yield _of_export(store, path, say) if is_export(beginning) else _of_values(store, path, beginning, of)
 
 
-def _imported(store: Store, path: Path, of: Inspected) -> Imported:
-    with readable(path, Code.STO_IMPORT, hint=HINT), path.open("rb") as file:
-        begins = file.read(1).strip()
-    if begins == b"{":
+def _of_values(store: Store, path: Path, beginning: bytes, of: Inspected) -> Imported:
+    if beginning.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
         record = read_record(path)
-        inspections = [one for one in record.inspections if one.part.serial]
-        return Imported(path, tuple(keep(store, [*inspections, Correction(record, {}, None)])))
-    read = read_inspections(path, of)
-    for one in read:
-        _check_same_part(store, path, one)
-    return Imported(path, tuple(keep(store, read)))
+        known = (one for one in record.inspections if one.part.serial)
+        values: list[Any] = [*known, Correction(record, {}, None)]
+    else:
+        values = list(read_inspections(path, of))
+        with in_file(path):
+            for one in values:
+                require_file_of_part(store, one)
+    kept = keep(store, values, by=user_name())
+    rows = tuple((row_name(type(one.value), one.row), one.new) for one in kept)
+    return Imported(path, len(kept), sum(one.new for one in kept), rows)
 
 
-def _check_same_part(store: Store, path: Path, inspection: Inspection) -> None:
-    """Raises STO-OTHER-PART for a file that is stored already, as an inspection of other parts."""
-    stored = find(store, Inspection, file_sha256=inspection.sha256)
-    parts = {kept.value.part.identity for kept in stored}
-    if not stored or inspection.part.identity in parts:
-        return
-    before, part = stored[0], inspection.part
-    was = before.value.part
-    raise TrueloopError(
-        Code.STO_OTHER_PART,
-        f"{path.name!r} is stored already, as inspection:{before.row} of {was.part_type.name!r} {was.serial!r}, "
-        f"not of {part.part_type.name!r} {part.serial!r}",
-        hint=f"where the stored part is wrong, replace it: trueloop db replace inspection:{before.row}",
-        place=Place(str(path)),
-        values={"file": path.name},
-    )
+def _of_export(store: Store, path: Path, say: Callable[[str], None]) -> Imported:
+    copied = keep_lines(store, read_export(path, store.codec), say, str(path))
+    return Imported(path, copied.count, copied.new, ())

@@ -23,15 +23,37 @@ def shown(place: str) -> str:
     return PASSWORD.sub(r"\1:***@", place)
 
 
-def opened(db: str | None) -> "Store":
+def opened(db: str | None, *, read_only: bool = False) -> "Store":
     """The store asked for, else `trueloop.db` in the present folder. Raises STO errors."""
     from trueloop.jobs.store.codec import store_codec
     from trueloop.storage.store import open_store
 
+    return open_store(_place(db), codec=store_codec(), read_only=read_only)
+
+
+def _place(db: str | None) -> str:
     place = place_of_store(Path(), db, None)
     if place is None:
         raise TrueloopError(Code.STO_FILE, f"there is no store '{BESIDE}' in this folder", hint=NO_STORE)
-    return open_store(place, codec=store_codec())
+    return place
+
+
+def migrated(db: str | None) -> tuple[str, str, str]:
+    """Brings a store to today's schema: which it had, which it has, and its name. Raises STO errors."""
+    from trueloop.storage.engines import engine_of, url_of
+    from trueloop.storage.failures import understood
+    from trueloop.storage.schema import schema_of
+    from trueloop.storage.store import open_store
+
+    place = _place(db)
+    url = url_of(place)
+    with understood(shown(place)), engine_of(url, 1.0, create=False, read_only=True).connect() as connection:
+        before = schema_of(connection)
+    if before is None:
+        open_store(place)  # refuses what is no store
+    with (store := open_store(place, create=True)).reading() as connection:
+        after = schema_of(connection)
+    return str(before), str(after), store.where
 
 
 def made(place: str) -> "Store":
@@ -39,11 +61,35 @@ def made(place: str) -> "Store":
     from trueloop.jobs.store.codec import store_codec
     from trueloop.storage.store import open_store
 
-    if "://" not in place and Path(place).exists():
-        raise TrueloopError(
-            Code.STO_EXISTS,
-            f"there is {'a folder' if Path(place).is_dir() else 'a file'} {place!r} already: nothing was changed",
-            hint="name a new file, or work with the store that is there: --db",
-            values={"store": place},
-        )
+    if "://" in place:
+        _require_no_store(place)
+    else:
+        require_nothing(Path(place))
     return open_store(place, create=True, codec=store_codec())
+
+
+def require_nothing(path: Path) -> None:
+    """Raises STO-EXISTS where something has that name already."""
+    if path.exists():
+        raise _exists(str(path), f"there is {'a folder' if path.is_dir() else 'a file'} {str(path)!r} already")
+
+
+def _require_no_store(url: str) -> None:
+    from trueloop.storage.store import open_store
+
+    try:
+        open_store(url).close()
+    except TrueloopError as error:
+        if error.code is Code.STO_SCHEMA:
+            raise _exists(shown(url), f"there is a store of another version at {shown(url)!r} already") from error
+    else:
+        raise _exists(shown(url), f"there is a store at {shown(url)!r} already")
+
+
+def _exists(place: str, why: str) -> TrueloopError:
+    return TrueloopError(
+        Code.STO_EXISTS,
+        f"{why}: nothing was changed",
+        hint="name a new one, or work with the one that is there",
+        values={"store": place},
+    )

@@ -10,8 +10,10 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut
 from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
-from trueloop.storage.kinds import KINDS, Kind
-from trueloop.storage.store import Kept, Store
+from trueloop.storage.kept import Kept
+from trueloop.storage.kinds import KINDS, Kind, kind_of
+from trueloop.storage.reading import Query, found
+from trueloop.storage.store import Store
 from trueloop.storage.store import find as find_values
 
 NAMES: Final = {kind.table.replace("_", "-"): kind for kind in KINDS}
@@ -52,6 +54,12 @@ class Row:
 def row_name(of: type, row: int) -> str:
     """What commands call a row of a type of values by: `inspection:12`."""
     return next(f"{name}:{row}" for name, kind in NAMES.items() if kind.type is of)
+
+
+def row_of(store: Store, of: type, row: int) -> Kept[Any] | None:
+    """A row of a type of values by its number, also one that is superseded; None: there is no such row."""
+    with store.reading() as connection:
+        return next(found(connection, store.codec, Query(kind_of(of), superseded=True, row=row)), None)
 
 
 def found_rows(store: Store, what: str, sought: Sought) -> list[Row]:
