@@ -109,6 +109,8 @@ def _postgresql(url: URL, wait_s: float, read_only: bool) -> Engine:
     def began(connection: Connection) -> None:
         if connection.get_execution_options().get(WRITING, False):
             connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_TURN})")
+        else:  # what is read in several steps is of one moment
+            connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
 
     return engine
 

@@ -32,13 +32,13 @@ class Keeping:
     there: set[tuple[str, str]] = field(default_factory=set)
 
     def keep(self, value: Any, supersedes: int | None = None, kept_at: datetime | None = None) -> Kept[Any]:
-        """The value's row, found or made."""
+        """The value's row, found or made; `kept_at`: of a row of another store, which is to be here as it is there."""
         kind = kind_of(type(value))
         self._keep_named(kind, value)
         content = encoded(self.codec, kind, value)
         rows = self._rows_of(kind, content.columns["identity"])
         equal = {row.id for row in rows if row.sha256 == content.columns["sha256"] or self._equal(kind, row.id, value)}
-        same = _same([row for row in rows if row.id in equal], supersedes)
+        same = _same([row for row in rows if row.id in equal], supersedes, copied=kept_at is not None)
         if same is not None:
             return _kept(same, value)
         self._check(kind, rows, supersedes)
@@ -114,8 +114,11 @@ class Keeping:
         return Kept(number, value, at, True, None, supersedes, self.by, why, back)
 
 
-def _same(same: list[Row[Any]], supersedes: int | None) -> Row[Any] | None:
+def _same(same: list[Row[Any]], supersedes: int | None, *, copied: bool) -> Row[Any] | None:
     """Of rows with this content: the one that supersedes what is to be superseded, or still stands."""
+    exactly = [row for row in same if row.supersedes == supersedes]
+    if copied and exactly:
+        return exactly[0]
     if supersedes is None:
         return same[-1] if same else None
     wanted = [row for row in same if row.supersedes == supersedes or (row.id == supersedes and not row.superseded_by)]

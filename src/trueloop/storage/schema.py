@@ -21,8 +21,8 @@ def schema_of(connection: Connection) -> str | None:
     return None if found is None else str(found)
 
 
-def check_schema(connection: Connection, where: str) -> None:
-    """Refuses a database that is no store (STO-FILE), or whose schema is another than today's (STO-SCHEMA)."""
+def check_schema(connection: Connection, where: str) -> bool:
+    """Refuses a database that is no store (STO-FILE) or has a newer schema (STO-SCHEMA); whether it has an older."""
     found = schema_of(connection)
     if found is None:
         raise TrueloopError(
@@ -36,12 +36,17 @@ def check_schema(connection: Connection, where: str) -> None:
             f"the store {where!r} has schema {found}, this version of trueloop knows schemas up to {TODAY}",
             hint="use the newer version of trueloop that wrote it",
         )
-    if found < TODAY:
-        raise TrueloopError(
-            Code.STO_SCHEMA,
-            f"the store {where!r} has schema {found}, this version of trueloop writes schema {TODAY}",
-            hint="back it up, then bring it up to date by `trueloop db migrate`: what it holds stays as it is",
-        )
+    return found < TODAY
+
+
+def older(connection: Connection, where: str) -> TrueloopError:
+    """The refusal of an older schema where it is not to be migrated by the way."""
+    return TrueloopError(
+        Code.STO_SCHEMA,
+        f"the store {where!r} has schema {schema_of(connection)}, this version of trueloop writes schema {TODAY}",
+        hint="`trueloop db init` with its URL migrates a store in PostgreSQL, once all who share it have this version; "
+        "a file is migrated when a command opens it that may write",
+    )
 
 
 def bring_up_to_date(connection: Connection, where: str) -> None:

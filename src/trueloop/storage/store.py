@@ -26,7 +26,7 @@ from trueloop.storage.keeping import Keeping
 from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import kind_of
 from trueloop.storage.reading import Query, found
-from trueloop.storage.schema import bring_up_to_date, check_schema
+from trueloop.storage.schema import bring_up_to_date, check_schema, older
 
 __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 
@@ -73,20 +73,19 @@ def open_store(
 ) -> Store:
     """The store in a SQLite file, or at the URL of a PostgreSQL database.
 
-    `create` makes one in a new file or an empty database, and brings an older one to today's schema. `wait_s`: how long
-    a call waits for another program that writes. Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
+    `create` makes one in a new file or an empty database. A file of an older schema is migrated, in one transaction;
+    a database that others share only with `create`. `wait_s`: how long a call waits for another program that writes.
+    Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
     """
     url = url_of(where)
     name = url.database if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
     engine = engine_of(url, wait_s, create=create, read_only=read_only)
     store = Store(engine, codec or values.CODEC.with_more(Correction), str(name or where))
-    if create:
-        with store.writing() as connection:
-            bring_up_to_date(connection, store.where)
-        _keep_a_log(store)
-    else:
-        with store.reading() as connection:
-            check_schema(connection, store.where)
+    try:
+        _made_ready(store, create, read_only)
+    except BaseException:
+        store.close()
+        raise
     return store
 
 
@@ -114,6 +113,18 @@ def find(store: Store, kind: type[T], *, superseded: bool = False, **columns: st
     """
     with store.reading() as connection:
         return list(found(connection, store.codec, Query(kind_of(kind), columns, superseded)))
+
+
+def _made_ready(store: Store, create: bool, read_only: bool) -> None:
+    if not create:
+        with store.reading() as connection:
+            if not check_schema(connection, store.where):
+                return
+            if read_only or connection.dialect.name != "sqlite":
+                raise older(connection, store.where)
+    with store.writing() as connection:
+        bring_up_to_date(connection, store.where)
+    _keep_a_log(store)
 
 
 def _keep_a_log(store: Store) -> None:

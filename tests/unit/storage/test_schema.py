@@ -1,5 +1,7 @@
 """The migrations make the tables that the program knows; a store of another schema is refused or migrated."""
 
+import shutil
+import sqlite3
 from pathlib import Path
 
 import pytest
@@ -8,10 +10,21 @@ from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import create_engine
 
+from tests.support.postgresql import Server
+from tests.support.records import TURNED
+from tests.support.stores import cut, link, part, touched
+from trueloop.domain.correction import Correction
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, InspectionLink
+from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage import schema
-from trueloop.storage.store import open_store
+from trueloop.storage.integrity import damage
+from trueloop.storage.life import life
+from trueloop.storage.store import find, keep, open_store
 from trueloop.storage.tables import METADATA
+
+FIRST = Path(__file__).with_name("first.sql")
 
 
 def test_the_migrations_lead_to_the_tables_of_today() -> None:
@@ -56,3 +69,70 @@ def test_making_a_store_where_one_is_changes_nothing(tmp_path: Path) -> None:
     before = (tmp_path / "trueloop.db").read_bytes()
     open_store(tmp_path / "trueloop.db", create=True)
     assert (tmp_path / "trueloop.db").read_bytes() == before
+
+
+NEXT = '''"""A schema to come: cuts with a remark."""
+import sqlalchemy as sa
+from alembic import op
+
+revision = "9998"
+down_revision = "{before}"
+
+
+def upgrade() -> None:
+    op.add_column("cut", sa.Column("remark", sa.Text))
+'''
+
+
+@pytest.fixture
+def to_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A version of trueloop with a schema more."""
+    scripts = tmp_path / "migrations"
+    shutil.copytree(Path(schema.__file__).with_name("migrations"), scripts)
+    (scripts / "versions" / "v9998_remark.py").write_text(NEXT.format(before=schema.TODAY))
+    monkeypatch.setattr(schema, "_SCRIPTS", scripts)
+    monkeypatch.setattr(schema, "TODAY", "9998")
+
+
+def test_a_store_is_migrated_with_what_it_holds(place: str, request: pytest.FixtureRequest) -> None:
+    store = open_store(place, create=True)
+    keep(store, [touched(), cut(), link(touched(), cut())])
+    before = [find(store, kind) for kind in (Inspection, Cut, InspectionLink, PartType)]
+    store.close()
+    request.getfixturevalue("to_come")
+    with pytest.raises(TrueloopError, match=r"schema 0001.*9998") as refused:
+        open_store(place, read_only=True)
+    assert refused.value.code is Code.STO_SCHEMA
+    store = open_store(place, create="://" in place)
+    assert [find(store, kind) for kind in (Inspection, Cut, InspectionLink, PartType)] == before
+    with store.reading() as connection:
+        assert connection.exec_driver_sql("SELECT remark FROM cut").scalar() is None
+    assert damage(store) == []
+    with pytest.raises(Exception, match="append-only"), store.writing() as connection:
+        connection.exec_driver_sql("UPDATE cut SET remark = 'x'")
+    store.close()
+
+
+def test_a_shared_database_is_not_migrated_by_the_way(server: Server, request: pytest.FixtureRequest) -> None:
+    place = server.new_database()
+    open_store(place, create=True).close()
+    request.getfixturevalue("to_come")
+    with pytest.raises(TrueloopError, match=r"schema 0001.*9998") as refused:
+        open_store(place)
+    assert refused.value.code is Code.STO_SCHEMA
+
+
+def test_a_file_of_the_first_schema_is_read_as_it_was_written(tmp_path: Path) -> None:
+    """`first.sql` was dumped from a store of the first schema: it never changes, whatever comes after it."""
+    file = tmp_path / "trueloop.db"
+    connection = sqlite3.connect(file)
+    connection.executescript(FIRST.read_text(encoding="utf-8"))
+    connection.close()
+    store = open_store(file)
+    assert [one.value for one in find(store, Inspection)] == [touched("17"), touched("18", shift_mm=0.001)]
+    assert [one.superseded_by for one in find(store, Inspection, superseded=True)] == [None, 3, None]
+    assert [one.value for one in find(store, Cut)] == [cut()]
+    assert life(store, part("17")).cut_of(touched("17")) == cut()
+    assert [one.value.record.id for one in find(store, Correction)] == [TURNED.id]
+    assert damage(store) == []
+    assert [one.new for one in keep(store, [touched("17"), cut(), touched("19")])] == [False, False, True]

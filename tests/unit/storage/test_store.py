@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 from uuid import uuid4
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sqlalchemy import insert
 
 from tests.support import records
 from tests.support.stores import AT, EDGE, TYPE, cut, link, part, touched
@@ -21,9 +23,10 @@ from trueloop.domain.record import Record
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.domain.values import CODEC
 from trueloop.errors import Code, TrueloopError
+from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find, keep, open_store
-from trueloop.storage.tables import METADATA
+from trueloop.storage.tables import METADATA, TABLES
 
 READING = Reading("12", Quantity.DIAMETER, 20.0, place_mm=(1.0, 2.0))
 SHARED = open_store("sqlite://", create=True)
@@ -129,6 +132,44 @@ def test_a_row_goes_back_to_an_earlier_content(store: Store) -> None:
     (third,) = keep(store, [touched()], supersedes=second.row)
     assert third.new
     assert [one.value for one in find(store, Inspection)] == [touched()]
+
+
+def test_rows_that_are_copied_twice_are_there_once_in_their_order(store: Store) -> None:
+    """Of a chain whose last content is its first."""
+    (first,) = keep(store, [touched()], by="ana")
+    (second,) = keep(store, [touched(shift_mm=0.001)], supersedes=first.row, by="ben", why="probe")
+    keep(store, [touched()], supersedes=second.row, by="ana", why="it was right")
+    of_store = find(store, Inspection, superseded=True)
+    copy = open_store("sqlite://", create=True)
+    for _ in range(2):
+        numbers: dict[int | None, int | None] = {None: None}
+        for one in of_store:
+            with copy.writing() as connection:
+                keeping = Keeping(copy.codec, connection, one.by, one.why)
+                numbers[one.row] = keeping.keep(one.value, numbers[one.supersedes], one.kept_at).row
+    assert find(copy, Inspection, superseded=True) == of_store
+
+
+def test_a_clock_that_goes_back_is_said_and_the_order_stays(store: Store) -> None:
+    keep(store, [touched("17")])
+    with store.writing() as connection:
+        kept = Keeping(store.codec, connection).keep(touched("18"), kept_at=datetime(2020, 1, 1, tzinfo=UTC))
+    assert kept.clock_back and not keep(store, [touched("19")])[0].clock_back
+    assert [one.value.part.serial for one in find(store, Inspection)] == ["17", "18", "19"]
+    assert find(store, Inspection, serial="18")[0].kept_at == datetime(2020, 1, 1, tzinfo=UTC)
+
+
+def test_what_an_earlier_version_wrote_of_the_same_value_is_the_same(store: Store) -> None:
+    """A field that is new has its default: the document differs, the value does not."""
+    event = EdgeEvent(EDGE, EdgeEventKind.WORN, AT, "ana", {"flank_wear_mm": 0.12})
+    document = CODEC.to_json(event).replace(', "machine": null', "")
+    assert "machine" not in document
+    row = {"identity": joined(event.identity), "version": 1, "kept_at": AT.isoformat(), "kept_by": "", "reason": ""}
+    with store.writing() as connection:
+        connection.execute(insert(TABLES["edge_event"]).values(**row, sha256="0" * 64, document=document))
+    assert not keep(store, [event])[0].new
+    with pytest.raises(TrueloopError, match="another content"):
+        keep(store, [replace(event, by="ben")])
 
 
 def test_only_what_stands_is_superseded(store: Store) -> None:
