@@ -7,6 +7,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
+from trueloop.cli.store_options import StoreChoice, kept_as_dict, print_findings
 from trueloop.cli.terminal import AsJson, print_json, put
 
 app = typer.Typer(no_args_is_help=True, help="Plan touches, write probing programs, read what the control logged.")
@@ -69,19 +70,31 @@ def read(
     job: Job,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="What the control wrote.")],
     control: OfControl,
+    store: StoreChoice,
     output: Output = None,
+    serial: Annotated[
+        str | None, typer.Option("--serial", help="Serial number of the part.  [default: part.serial of the job]")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place."""
+    """Turn a control's log into the job's touches: ball, pre-travel and lobing taken off, rows matched by place.
+
+    With a store the touches are kept as what the semi-finish cut left.
+    """
     from trueloop.formats.measurements.touches_csv import touches_to_csv
-    from trueloop.jobs.measure.probing import read_logged_touches, read_probing
+    from trueloop.jobs.measure.keep_measured import Shown, keep_inspections
+    from trueloop.jobs.measure.probing import inspection_of_log, read_logged_touches, read_probing
 
     probing = read_probing(job)
     matched = read_logged_touches(probing, log, control)
-    for found in matched.findings:
-        typer.echo(str(found), err=True)
+    print_findings(matched.findings)
+    inspection, shown = inspection_of_log(log, matched.touches), Shown("semifinish")
+    kept = keep_inspections([(log.name, inspection)], job, shown, store.keeping(serial))
+    if kept is not None:
+        typer.echo(kept.words, err=True)
+        print_findings(kept.findings)
     if as_json:
-        print_json(matched.as_dict())
+        print_json({**matched.as_dict(), **kept_as_dict(kept)})
         return
     put(touches_to_csv(matched.touches), output, (*probing.files, log))
 

@@ -153,3 +153,25 @@ def test_another_content_under_the_same_identity_needs_to_be_said(folder: Path) 
 def test_without_a_store_nothing_is_asked(tmp_path: Path) -> None:
     invoke("compensate", EXAMPLES / "piecs11" / "job.toml", "-o", tmp_path / "out", status=0)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["out"]
+
+
+def test_a_surfaces_parts_and_correction_are_kept_once(tmp_path: Path) -> None:
+    """The first three parts of the example, each by the name of its file."""
+    for file in (EXAMPLES / "surface").iterdir():
+        if file.is_file():
+            shutil.copy(file, tmp_path)
+    shutil.copytree(EXAMPLES / "surface" / "parts", tmp_path / "parts")
+    for file in sorted((tmp_path / "parts").iterdir())[3:]:
+        file.unlink()
+    open_store(tmp_path / "trueloop.db", create=True)
+    job = tmp_path / "surface.toml"
+    said = invoke("surface", "compensate", job, "-o", tmp_path / "out", status=0)
+    assert "3 parts, 3 inspections, 3 cuts, 1 correction, 2 programs" in said.stdout
+    store = opened(tmp_path)
+    assert len(find(store, Cut, stage=Stage.FINISH)) == 3
+    (correction,) = (kept.value for kept in find(store, Correction, product="surface"))
+    written = (tmp_path / "out" / "corrected.ngc").read_bytes()
+    assert correction.payload.program is not None and correction.payload.program.source == written
+    before = rows(tmp_path)
+    again = invoke("surface", "compensate", job, "-o", tmp_path / "out", status=0)
+    assert "all of it is kept already" in again.stdout and rows(tmp_path) == before

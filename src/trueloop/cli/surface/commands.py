@@ -7,6 +7,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
+from trueloop.cli.store_options import StoreChoice, kept_as_dict
 from trueloop.cli.surface.compare import compare
 from trueloop.cli.surface.options import JobFile, Nominal, Run, read
 from trueloop.cli.surface.simulate import simulate
@@ -95,21 +96,28 @@ def pattern(
 
 @app.command()
 @guarded
-def compensate(job: JobFile, run: Run, as_json: AsJson = False) -> None:
-    """Correct surface and program by the pattern: all files, or none when anything is wrong."""
+def compensate(job: JobFile, run: Run, store: StoreChoice, as_json: AsJson = False) -> None:
+    """Correct surface and program by the pattern: all files, or none when anything is wrong.
+
+    With a store the parts, what was measured, the programs and the correction are kept.
+    """
+    from trueloop.jobs.store.keeping import kept_all_the_same
     from trueloop.jobs.surface.files import corrected_files
     from trueloop.jobs.surface.job import correct_surface
+    from trueloop.jobs.surface.kept import keep_surface
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
     given = read(job)
     with busy(f"correcting by {len(given.inputs.parts)} parts") as progress:
         done = correct_surface(given, work=run.work(progress))
         model, (contents, notes) = done.correction.model, corrected_files(given, done)
-    files, notes = run.write(given, contents), [*done.notes, *notes]
+    kept = keep_surface(given, done, store.keeping(None))
+    with kept_all_the_same(kept):
+        files, notes = run.write(given, contents), [*done.notes, *notes]
     if as_json:
-        print_json(pattern_summary(model, done.record.id, notes, files))
+        print_json({**pattern_summary(model, done.record.id, notes, files), **kept_as_dict(kept)})
     else:
-        print_lines(pattern_lines(model, notes, files))
+        print_lines([*pattern_lines(model, notes, files), *([] if kept is None else [kept.words])])
 
 
 @dataclass(frozen=True, kw_only=True)

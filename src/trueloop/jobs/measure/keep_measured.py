@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -19,7 +20,7 @@ from trueloop.formats.option_tables import options_from
 from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed
 from trueloop.jobs.store.history import errors_of, touched_at
 from trueloop.jobs.store.in_doubt import order_in_doubt
-from trueloop.jobs.store.keep_facts import Facts, KeptFacts, keep_facts, texts_of
+from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.keeping import Keeping, accepting
 from trueloop.jobs.store.of_this_part import (
     as_known,
@@ -75,28 +76,27 @@ def keep_measured(
     `names`: the profile's names of features, by those in the files. Raises STO-PART, STO-OTHER-PART, STO-LINK,
     STO-STAGE, STO-CLOCK, STO-UNIT, STO-PROGRAM, and what keeping refuses.
     """
+    inspections = [(file.file.path.name, one.inspection) for file in found for one in file.on_part]
+    return keep_inspections(inspections, job, shown, keeping, names or {})
+
+
+def keep_inspections(
+    inspections: Sequence[tuple[str, Inspection]],
+    job: Path,
+    shown: Shown,
+    keeping: Keeping,
+    names: Mapping[str, str] = MappingProxyType({}),
+) -> KeptFacts | None:
+    """The same of inspections with the names of their files."""
     files = JobFiles.of(job).with_serial(keeping.serial)
     store = store_of(job.parent, keeping.db, files.job.store.db)
     if store is None:
         return None
     given = _Given(store, files, shown, keeping, [])
     values: list[Any] = []
-    for file in found:
-        for on_part in file.on_part:
-            one = _of_part(on_part.inspection, files.job, shown, names or {}, file.file.path.name)
-            values += _facts(given, one)
-    return keep_facts(store, Facts(tuple(values)), given.findings, supersede=keeping.supersede)
-
-
-def keep_inspection(job: Path, inspection: Inspection, shown: Shown, keeping: Keeping) -> KeptFacts | None:
-    """The same of one inspection of the job's part."""
-    files = JobFiles.of(job).with_serial(keeping.serial)
-    store = store_of(job.parent, keeping.db, files.job.store.db)
-    if store is None:
-        return None
-    given = _Given(store, files, shown, keeping, [])
-    one = _of_part(inspection, files.job, shown, {}, job.name)
-    return keep_facts(store, Facts(tuple(_facts(given, one))), given.findings, supersede=keeping.supersede)
+    for file, one in inspections:
+        values += _facts(given, _of_part(one, files.job, shown, names, file))
+    return keep_facts(store, values, given.findings, supersede=keeping.supersede)
 
 
 def _facts(given: _Given, one: Inspection) -> Iterator[Any]:

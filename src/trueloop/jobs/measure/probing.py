@@ -1,17 +1,22 @@
 """From a job to its probing plan, and from what a control logged to touches that the job can be corrected by."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Inspection, Touch
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError, in_file
 from trueloop.formats.jobs.job import Job, read_turned_job
 from trueloop.formats.jobs.probe_toml import ReadProbe, read_probe
 from trueloop.formats.measurements.probe_log import read_probe_log
 from trueloop.formats.measurements.touches_csv import read_touches
 from trueloop.geometry.profile import Profile
+from trueloop.jobs.turned.inspection import DEVICES
 from trueloop.jobs.turned.job import ReadPart, read_part
 from trueloop.probing.obstacle import stock_obstacle
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
@@ -78,6 +83,12 @@ def read_logged_touches(probing: ProbingJob, log: Path, control: str) -> Matched
             reports_surface=surfaces,
         )
     return MatchedTouches(matched.touches, renamed(matched.findings, str(log)))
+
+
+def inspection_of_log(log: Path, touches: Sequence[Touch]) -> Inspection:
+    """The touches of a log as an inspection by the machine's own probe; of which part, the job says."""
+    sha256 = sha256_of(log.read_bytes())
+    return Inspection(Part(PartType("")), "touches", sha256, len(touches), tuple(touches), device=DEVICES["machine"])
 
 
 def points_of_job(path: Path, job: Job, part: ReadPart, margin_mm: float) -> JobPoints:

@@ -10,7 +10,6 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity, TrueloopError
-from trueloop.jobs.store.keep_facts import name_of_store
 from trueloop.jobs.store.of_this_part import cuts_of
 from trueloop.loops.turned import correction as turned
 from trueloop.storage.kinds import joined
@@ -113,7 +112,7 @@ def _whole(store: Store, part: Part, found: Iterable[Correction[Any]], which: st
     if not whole:
         raise TrueloopError(
             Code.STO_LINK,
-            f"{name_of_store(store)!r} has no correction {which} for part {part.serial!r}",
+            f"{store.where!r} has no correction {which} for part {part.serial!r}",
             hint="keep it: `trueloop compensate JOB.toml --serial NUMBER`; or name its id by --record",
             values={"serial": part.serial},
         )

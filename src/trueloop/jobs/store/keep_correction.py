@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, InspectionLink, Stage
@@ -9,7 +10,7 @@ from trueloop.domain.part import Part
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity
-from trueloop.jobs.store.keep_facts import Facts, KeptFacts, keep_facts, texts_of
+from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.keeping import Keeping, accepting
 from trueloop.jobs.store.of_this_part import (
     cuts_of,
@@ -65,14 +66,11 @@ def touched_cut(inputs: Inputs, correction: Correction, part: Part, made_with: s
     )
 
 
-def facts_of(inputs: Inputs, correction: Correction, touched: Cut) -> Facts:
+def facts_of(inputs: Inputs, correction: Correction, touched: Cut) -> tuple[Any, ...]:
     """What a correction says has happened."""
     semifinish = None if inputs.semifinish is None else inputs.semifinish.source
     texts = (correction.source_program, semifinish, correction.corrected_program, correction.offsets_program)
-    return Facts(
-        (touched.part, touched, *_inspected(inputs.inspections, touched), *texts_of(texts), enveloped(correction)),
-        known_once=() if correction.record.program is None else (correction.record.program,),
-    )
+    return (touched.part, touched, *_inspected(inputs.inspections, touched), *texts_of(texts), enveloped(correction))
 
 
 def _as_known(store: Store, cut: Cut) -> Cut:

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeVar
 
 from trueloop.domain.correction import Correction
@@ -13,8 +13,9 @@ from trueloop.domain.part import Part
 from trueloop.domain.program import ProgramText
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined
-from trueloop.storage.store import Kept, Store, find, keep
+from trueloop.storage.store import Kept, Store, find
 
 T = TypeVar("T")
 
@@ -54,32 +55,20 @@ class KeptFacts:
         return f"kept in {self.where}: {', '.join(said)}" if said else f"{self.where}: all of it is kept already"
 
 
-@dataclass(frozen=True)
-class Facts:
-    """What is to be kept: `values`, and `known_once`, of which the first one kept of an identity stands."""
-
-    values: tuple[Any, ...]
-    known_once: tuple[Any, ...] = field(default=())
-
-
-def keep_facts(store: Store, facts: Facts, findings: Iterable[Finding] = (), *, supersede: bool = False) -> KeptFacts:
-    """Keeps facts, all or none. With `supersede` a stored value of the same identity and another content gives way.
+def keep_facts(
+    store: Store, values: Iterable[Any], findings: Iterable[Finding] = (), *, supersede: bool = False
+) -> KeptFacts:
+    """Keeps values, all or none. With `supersede` a stored one of the same identity and another content gives way.
 
     A correction that differs from the stored one only in when and by whom it was made is the stored one. Raises
     STO-DIFFERS, STO-WRITE and STO-BUSY.
     """
-    with _naming_override():
-        return KeptFacts(name_of_store(store), _kept(store, facts, supersede=supersede), tuple(findings))
-
-
-def _kept(store: Store, facts: Facts, *, supersede: bool) -> tuple[Kept[Any], ...]:
-    once = [one for one in facts.known_once if latest(store, one) is None]
-    given = [as_stored(store, one) for one in facts.values]
-    replacing = [(one, old.row) for one in given if supersede and (old := _other(store, one)) is not None]
-    done = [kept for one, row in replacing for kept in keep(store, [one], supersedes=row)]
-    replaced = [id(one) for one, _ in replacing]
-    done += keep(store, [*once, *(one for one in given if id(one) not in replaced)])
-    return tuple(done)
+    given = [as_stored(store, one) for one in values]
+    rows = [_row_of_other(store, one) if supersede else None for one in given]
+    with _naming_override(), store.writing() as connection:
+        keeping = Keeping(store.codec, connection, why="--supersede" if supersede else "")
+        kept = [keeping.keep(one, row) for one, row in zip(given, rows, strict=True)]
+    return KeptFacts(store.where, tuple(kept), tuple(findings))
 
 
 @contextmanager
@@ -123,12 +112,7 @@ def texts_of(programs: Iterable[bytes | None]) -> list[ProgramText]:
     return [ProgramText(sha, text) for sha, text in {sha256_of(one): one for one in programs if one}.items()]
 
 
-def name_of_store(store: Store) -> str:
-    """The file or the URL of a store, without a password."""
-    url = store.engine.url
-    return str(url.database) if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
-
-
-def _other(store: Store, value: Any) -> Kept[Any] | None:
+def _row_of_other(store: Store, value: Any) -> int | None:
+    """The row of a stored value that has the same identity and another content."""
     known = latest(store, value)
-    return None if known is None or store.codec.to_json(known.value) == store.codec.to_json(value) else known
+    return None if known is None or store.codec.to_json(known.value) == store.codec.to_json(value) else known.row

@@ -37,11 +37,13 @@ def accepting(codes: Collection[str], findings: list[Finding]) -> Iterator[None]
 
 
 @contextmanager
-def kept_all_the_same(kept: "KeptFacts") -> Iterator[None]:
-    """A refusal to write the outputs says that the store has what they would have held."""
+def kept_all_the_same(kept: "KeptFacts | None") -> Iterator[None]:
+    """A refusal to write the outputs says that the store has what they would have held; None: there is no store."""
     try:
         yield
     except TrueloopError as refused:
+        if kept is None:
+            raise
         hint = f"{refused.hint}; {kept.words}: calling it again writes the files and keeps nothing twice"
         where, override, values = refused.place, refused.override, refused.values
         raise TrueloopError(

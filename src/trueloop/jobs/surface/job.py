@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 class ReadSurface:
     """A surface's job as values, and what it was read from: `files` are all inputs.
 
-    `face` is the CAD file's, where the surface comes from one.
+    `face` is the CAD file's, where the surface comes from one; `store_db` is the store that the job names.
     """
 
     inputs: SurfaceInputs
@@ -45,6 +45,7 @@ class ReadSurface:
     output_folder: Path
     cad_file: str
     face: "CadFace | None" = None
+    store_db: str = ""
 
 
 def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
@@ -83,7 +84,8 @@ def read_surface(path: FilePath, *, measured: bool = True) -> ReadSurface:
         inspections=tuple(inspection_of(job, part, hashes[file]) for file, part in zip(points, parts, strict=True)),
         program_sha256=job.gauging.program_sha256,
     )
-    return ReadSurface(inputs, path, nominal, files, path.parent / job.output.folder, job.compensation.cad_file, face)
+    folder, cad_file = path.parent / job.output.folder, job.compensation.cad_file
+    return ReadSurface(inputs, path, nominal, files, folder, cad_file, face, job.store.db)
 
 
 def correct_surface(read: ReadSurface, *, work: Work = HERE) -> RecordedCorrection:
