@@ -109,7 +109,7 @@ def test_what_came_from_memory_is_said_and_kept() -> None:
     assert memory.expected.parts == PARTS
     assert memory.points == tuple(correction.touches.point[k] for k in correction.touches.of_feature(dome()))
     words = " ".join(memory.words(correction.profile))
-    assert "Memory of edge SVJBL VCMT 110304 1: 5 inspected parts." in words
+    assert "Memory of edge SVJBL VCMT 110304 1, inspected parts: 5." in words
     assert f"dome: {100 * memory.share(correction.profile, dome()):.0f} % of the correction is from memory" in words
     assert set(memory.words(correction.profile)) <= set(correction.notes)
     stated = correction.record.model["memory"]

@@ -23,6 +23,7 @@ from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.made_part import MadePart
 from trueloop.simulator.presets import NIST_TRANSFER, Workshop, nist
 from trueloop.simulator.process import Repeatability
+from trueloop.simulator.stock import Stock
 from trueloop.simulator.transfer import Transfer
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -41,6 +42,7 @@ class CutPart:
     expected_mm: Array
     expanded_u_mm: Array
     made: MadePart
+    finished: Stock
 
 
 def workshop_of(part: int, moved_mm: float = 0.0, seed: int = 7) -> Workshop:
@@ -65,13 +67,12 @@ def cut(trial: Trial, dome: int, few: tuple[int, ...] | None, history: tuple[Mad
     inputs = replace(trial.inputs, touches=used, history=history, edge=EDGE, edge_set_at=SET_AT, **more)
     correction = compensate(inputs)
     finished = finish(trial, workshop, correction, stock, seed)
-    plan = trial.inputs.touches
     truth = true_errors_mm(trial, finished)
-    found = workshop.cmm.measure(finished, plan.nominal_mm, plan.outward_normal, np.random.default_rng([seed, 2]))
-    s = plan.arc_length_mm[rows]
-    made = made_part(correction, cut_of(correction, part, len(history)), _measured(trial, found))
+    s = trial.inputs.touches.arc_length_mm[rows]
+    found = measured_vectors(trial, finished, workshop, seed)
+    made = made_part(correction, cut_of(correction, part, len(history)), found)
     u = correction.next_cut(dome, s).expanded_u_mm
-    return CutPart(correction, truth[rows], expected_mm(correction, dome, s), u, made)
+    return CutPart(correction, truth[rows], expected_mm(correction, dome, s), u, made, finished)
 
 
 def cut_of(correction: Correction, part: Part, order: int) -> Cut:
@@ -79,9 +80,10 @@ def cut_of(correction: Correction, part: Part, order: int) -> Cut:
     return Cut(part, Stage.FINISH, Setting(EDGE, SET_AT), correction=correction.record.id, order=order)
 
 
-def _measured(trial: Trial, found_mm: Array) -> ErrorVectors:
-    """What the measuring machine says, z from the reference point, known to 1 µm."""
-    plan, error = trial.inputs.touches, found_mm
+def measured_vectors(trial: Trial, finished: Stock, workshop: Workshop, seed: int) -> ErrorVectors:
+    """What the measuring machine says of a finished part, z from the reference point, known to 1 µm."""
+    plan = trial.inputs.touches
+    error = workshop.cmm.measure(finished, plan.nominal_mm, plan.outward_normal, np.random.default_rng([seed, 2]))
     if trial.z_reference is not None:
         k = plan.point.index(trial.z_reference)
         error = error - plan.outward_normal[:, 1] / plan.outward_normal[k, 1] * error[k]

@@ -47,7 +47,7 @@ def test_what_the_page_says_is_what_was_computed() -> None:
     html = page(correction)
     text = " ".join(text_of(html).split())
     assert "Earlier parts of the edge" in text
-    assert "Memory of edge SVJBL VCMT <110304> 1: 3 inspected parts." in text.replace("&lt;", "<").replace("&gt;", ">")
+    assert "Memory of edge SVJBL VCMT <110304> 1, inspected parts: 3." in text.replace("&lt;", "<").replace("&gt;", ">")
     assert "VCMT <110304>" not in html
     assert html.count('id="memory-angle"') == 1
     memory = correction.memory

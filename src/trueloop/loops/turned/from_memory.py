@@ -61,7 +61,7 @@ class FromMemory:
         """What came from memory, what from today's touches, how many of these would have been enough; and alarms."""
         if self.expected is None:
             return tuple(wording("Memory of edge {edge}: {note}", edge=self.edge, note=note) for note in self.notes)
-        head = wording("Memory of edge {edge}: {n} inspected parts.", edge=self.edge, n=self.expected.parts)
+        head = wording("Memory of edge {edge}, inspected parts: {n}.", edge=self.edge, n=self.expected.parts)
         return (head, *self._shares(profile), *self._alarmed(), *self._enough(), *self.notes)
 
     def _shares(self, profile: Profile) -> tuple[str, ...]:

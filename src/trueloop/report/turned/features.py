@@ -10,6 +10,7 @@ from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.outcome import Outcome, causes_um, outcomes
 from trueloop.report.texts.texts import ENGLISH, Texts
 from trueloop.statistics import rms
+from trueloop.turned.error_curve.curve import ErrorCurve
 from trueloop.units import UM_PER_MM
 from trueloop.wording import wording
 
@@ -98,6 +99,13 @@ def kind_of_correction(correction: Correction, index: int) -> str:
         return wording("not touched: left as programmed")
     if correction.by_offset[index]:
         return wording("constant offset")
+    if curve.told:
+        return wording("by earlier parts and {n} touches", n=touches)
+    return _shape_words(curve, touches)
+
+
+def _shape_words(curve: ErrorCurve, touches: int) -> str:
+    """The form of a curve through touches."""
     if touches == 0:
         return wording("not touched: estimated")
     if curve.spline.degree == 0:
