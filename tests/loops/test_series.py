@@ -238,6 +238,9 @@ def test_capability_by_hand_and_not_before_twenty_parts() -> None:
     found = capability(series)
     assert found is not None and found.ppk == pytest.approx(20.0 / (3.0 * s))
     assert found.lower < found.ppk
+    one_sided = replace(series, characteristic=replace(series.characteristic, upper_limit=None))
+    below = capability(one_sided)
+    assert below is not None and below.ppk == pytest.approx(40.0 / (3.0 * s)), "10 µm of error and 30 µm to the limit"
     assert capability(series_of(seen(*errors[:-1]))[0]) is None
 
 
