@@ -388,6 +388,7 @@ class Code(StrEnum):
     MEM_UNSEEN = "MEM-UNSEEN", "a contact angle far from all that were seen", ("angle_deg", "nearest_deg", "most_deg")
     MEM_SETTING = "MEM-SETTING", "no touch after a new setting of the tool", ("setting",)
     MEM_TYPE = "MEM-TYPE", "no touch of a part type that the edge has never cut", ("part_type",)
+    MEM_GAIN = "MEM-GAIN", "corrections that the machine hardly carries out, or the wrong way", ("gain",)
     MEM_PART = "MEM-PART", "a part that the edge has not cut", ("last_part",)
 
     # SER: series of parts

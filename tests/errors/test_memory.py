@@ -24,5 +24,6 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MEM_UNSEEN: lambda: _asked(angle_deg=101.0),
     Code.MEM_SETTING: lambda: _asked(setting="2"),
     Code.MEM_TYPE: lambda: _asked(part_type="knob"),
+    Code.MEM_GAIN: lambda: expect(series(3, gain=-1.0), UNTOUCHED, ANGLES, MemoryOptions()),
     Code.MEM_PART: lambda: _asked(options=MemoryOptions("frozen", last_part="17")),
 }

@@ -9,7 +9,7 @@ from trueloop.arrays import Array
 from trueloop.memory.edge.advice import enough_touches
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.edge.predict import latest, predict, with_finish_at
-from trueloop.memory.edge.refuse import flags, nearest_rad, refuse, up_to
+from trueloop.memory.edge.refuse import flags, nearest_rad, refuse, refuse_gain, up_to
 from trueloop.memory.expected import Expected
 from trueloop.memory.made_part import MadePart
 
@@ -32,8 +32,9 @@ def expect(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Arra
     the first part of the edge, or the options say so; the rest then is what the model says of today's touches.
 
     Raises MEM-UNSEEN where an angle is too far from all that were seen, MEM-SETTING without a touch after a new
-    setting, MEM-TYPE without a touch of a part type that the edge has never cut, MEM-PART for an unknown `last_part`.
-    Valid for arcs, whose contact angle turns: straight features err by more than their contact angle says.
+    setting, MEM-TYPE without a touch of a part type that the edge has never cut, MEM-GAIN where corrections hardly
+    acted, or the wrong way, MEM-PART for an unknown `last_part`. Valid for arcs, whose contact angle turns: straight
+    features err by more than their contact angle says.
     """
     learned = latest(remembered(history, options), today.part_type)
     if learned:
@@ -41,6 +42,7 @@ def expect(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Arra
     found = predict(learned, with_finish_at(today, contact_angle_rad))
     finish = found.after
     parts = sum(part.uncorrected_mm is not None for part in learned)
+    refuse_gain(finish.gain)
     command_mm = finish.mean_mm / finish.gain
     _, left_mm2 = finish.after(command_mm)
     return Expected(

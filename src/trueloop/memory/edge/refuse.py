@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
@@ -12,7 +13,8 @@ from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.wording import wording
 
-OFF = 'correct by today\'s touches alone: [memory] use = "off"'
+LEAST_GAIN: Final = 1 / 3
+OFF: Final = 'correct by today\'s touches alone: [memory] use = "off"'
 
 
 def up_to(history: Sequence[MadePart], last_part: str) -> tuple[MadePart, ...]:
@@ -48,6 +50,21 @@ def refuse(history: Sequence[MadePart], today: MadePart, contact_angle_rad: Arra
     nearest = nearest_rad(history, today, contact_angle_rad)
     if np.any(nearest > options.unseen_rad):
         raise _unseen(today, contact_angle_rad, nearest, options)
+
+
+def refuse_gain(gain: float) -> None:
+    """Raises where the machine makes so little of a correction that dividing by it would not be safe."""
+    if gain >= LEAST_GAIN:
+        return
+    raise TrueloopError(
+        Code.MEM_GAIN,
+        f"earlier parts of this edge say that the machine makes {gain:.2f} of a correction of 1; at least "
+        f"{LEAST_GAIN:.2f} is accepted",
+        hint="look whether their corrections were run, and with the right sign; take parts out of what is learned from "
+        "whose corrections were not run",
+        override=OFF,
+        values={"gain": gain},
+    )
 
 
 def flags(history: Sequence[MadePart], today: MadePart, gain: float) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.unit.memory.edge.parts import ANGLES, series
+from trueloop.errors import Code, TrueloopError
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.innovation import innovations
 from trueloop.memory.edge.options import MemoryOptions
@@ -43,6 +44,15 @@ def test_an_actuator_that_moves_twice_is_learned_from_one_part() -> None:
     assert right is not None
     assert found.gain == pytest.approx(2.2, abs=0.2)
     assert np.sqrt(np.mean((right - 2.2 * found.mean_mm) ** 2)) < 0.006
+
+
+@pytest.mark.parametrize("gain", [-1.0, 0.0])
+def test_an_actuator_gone_wrong_is_not_divided_by(gain: float) -> None:
+    """After one part, and after three: what it makes of a correction is near nothing, or the wrong way."""
+    for count in (2, 4):
+        with pytest.raises(TrueloopError) as refused:
+            expected(series(count, gain=gain))
+        assert refused.value.code == Code.MEM_GAIN
 
 
 def test_innovations_are_those_of_the_cut_that_was_not_corrected() -> None:
