@@ -28,8 +28,8 @@ from trueloop.wording import Um, wording
 FADE_RAD: Final = math.radians(4.0)
 """The contact angle over which the curve goes over to a straight neighbour's value; at most half of the chain's."""
 
-KNOT_RAD: Final = math.radians(5.0)
-"""Knots of the curve this close follow the form of a nose that is alike over 20° to a hundredth of a micrometre."""
+KNOT_RAD: Final = math.radians(2.0)
+"""Knots of the curve this close follow what earlier parts tell to 0.05 µm."""
 
 
 def fit_remembered(
