@@ -45,7 +45,7 @@ def local_levels(series: int = SERIES, parts: int = 100) -> str:
     cells: dict[str, list[str]] = {name: [] for name in names}
     found = []
     for name, drift, gain in LEVELS:
-        level, scatter = _levels(series, parts, drift)
+        level, scatter = levels(series, parts, drift)
         makers: dict[str, Maker] = {
             names[0]: known_gain(SCATTER_UM / UM_PER_MM, drift / UM_PER_MM, gain, TURNING.setting_mm),
             **RIVALS,
@@ -75,7 +75,7 @@ def shops(series: int = SERIES) -> str:
     found = []
     for number, (name, shop) in enumerate(SHOPS):
         drawn = [draw(shop, np.random.default_rng(SEED + 1000 * number + k)) for k in range(series)]
-        error, noise = _of(drawn)
+        error, noise = of_series(drawn)
         memory = Memory(series)
         left = {"memory": run(memory, error, noise, shop.gain, CHANGED)}
         left |= {of: run(make(series), error, noise, shop.gain, CHANGED) for of, make in RIVALS.items()}
@@ -98,14 +98,16 @@ def judged(left: Array) -> Array:
     return np.concatenate([left[:, 5:CHANGED], left[:, CHANGED + 5 :]], axis=1)
 
 
-def _levels(series: int, parts: int, drift_um: float) -> tuple[Array, Array]:
+def levels(series: int, parts: int, drift_um: float) -> tuple[Array, Array]:
+    """Levels (series, parts) that walk by chance from where the tool was set, and the scatter of parts about them."""
     rng = np.random.default_rng(SEED)
     steps = drift_um * rng.normal(size=(series, parts)) / UM_PER_MM
     level = TURNING.setting_mm * rng.normal(size=(series, 1)) + np.cumsum(steps, axis=1)
     return level, SCATTER_UM * rng.normal(size=(series, parts)) / UM_PER_MM
 
 
-def _of(drawn: list[Series]) -> tuple[Array, Array]:
+def of_series(drawn: list[Series]) -> tuple[Array, Array]:
+    """Errors uncorrected and noise of their inspection (series, parts), at the first place."""
     return np.array([s.uncorrected_mm[:, 0] for s in drawn]), np.array([s.noise_mm[:, 0] for s in drawn])
 
 
