@@ -18,9 +18,9 @@ from trueloop.memory.noticing.alarm import Noticed
 from trueloop.memory.noticing.part import cleaned, notice_part
 from trueloop.simulator.series import Event, Series, Shop, What, draw
 
-HISTORIES: Final = 300
+HISTORIES: Final = 60
 PARTS: Final = 6
-LIKE_IT: Final = 60
+LIKE_IT: Final = 30
 ALIKE: Final = 30
 """Histories, and parts that might follow each, where nothing happens."""
 PROBE_U_MM: Final = 0.0005
@@ -69,7 +69,7 @@ def events(histories: int = HISTORIES) -> str:
             cells.append(f"{before} → {after}")
         rows.append(f"| {name} | {cells[0]} | {by_20} | {cells[1]} | {by_3} |")
     head = "| event | 20 touches, before → after | design | 3 touches, before → after | design |"
-    return "\n".join([head, "|---|---|---|---|---|", *rows, ""])
+    return "\n".join([f"{histories} histories of six parts.", "", head, "|---|---|---|---|---|", *rows, ""])
 
 
 def false_alarms(histories: int = LIKE_IT) -> str:
@@ -84,7 +84,7 @@ def false_alarms(histories: int = LIKE_IT) -> str:
             cells.append(_percent([any(f.left_out for f in one) for one in found]))
             rows.append(f"| {name} | {len(touches)} | {' | '.join(cells)} |")
     head = "| noise | touches | parts alarmed, two parts in | six parts in | parts with a touch left out |"
-    return "\n".join([head, "|---|---:|---:|---:|---:|", *rows, ""])
+    return "\n".join([f"{histories * ALIKE} parts a cell.", "", head, "|---|---:|---:|---:|---:|", *rows, ""])
 
 
 def part_of(series: Series, k: int, touches: Integers, correction: Array, added: Array, run: float = 1.0) -> MadePart:

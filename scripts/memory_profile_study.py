@@ -13,7 +13,7 @@ from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import MadePart
 from trueloop.simulator.series import Series, Shop, draw
 
-SERIES: Final = 16
+SERIES: Final = 6
 PARTS: Final = 16
 SHOP: Final = Shop(parts=PARTS)
 WEIGHTS: Final = np.arange(0.0, 1.01, 0.125)
@@ -46,7 +46,7 @@ def profiles(series: int = SERIES) -> str:
             for name, of in left.items()
         ]
     head = f"| touches | corrected by | parts 2–5 | parts 6–{PARTS} | inside 95 %, parts 2–5 | parts 6–{PARTS} |"
-    return "\n".join([head, "|---:|---|---:|---:|---:|---:|", *rows, ""])
+    return "\n".join([f"{series} series of {PARTS} parts.", "", head, "|---:|---|---:|---:|---:|---:|", *rows, ""])
 
 
 def _by_memory(series: Series, touches: Integers) -> _Run:

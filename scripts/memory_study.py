@@ -1,6 +1,6 @@
 """How memory does in a simulated shop, beside simple rules: writes the tables of docs/memory-study.md.
 
-`python -m scripts.memory_study` prints them (a quarter of an hour on one core), `--write` puts them into the page;
+`python -m scripts.memory_study` prints them (some minutes on one core), `--write` puts them into the page;
 `--only levels` makes one of them, `--share 0.1` a tenth of the series.
 """
 
