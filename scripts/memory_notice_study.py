@@ -55,10 +55,10 @@ NOISES: Final = (
 )
 
 
-def events(histories: int = HISTORIES) -> str:
+def events(histories: int = HISTORIES, shop: Shop = SHOP) -> str:
     """Shares of parts noticed, by event, with 20 and with 3 touches."""
-    every = np.arange(len(SHOP.angle_rad))
-    noticed = {n: [_of_history(k, touches) for k in range(histories)] for n, touches in ((20, every), (3, THREE))}
+    every = np.arange(len(shop.angle_rad))
+    noticed = {n: [_of_history(shop, k, touches) for k in range(histories)] for n, touches in ((20, every), (3, THREE))}
     rows = []
     for name, kind, sizes, by_20, by_3 in EVENTS:
         cells = []
@@ -70,6 +70,12 @@ def events(histories: int = HISTORIES) -> str:
         rows.append(f"| {name} | {cells[0]} | {by_20} | {cells[1]} | {by_3} |")
     head = "| event | 20 touches, before → after | design | 3 touches, before → after | design |"
     return "\n".join([f"{histories} histories of six parts.", "", head, "|---|---|---|---|---|", *rows, ""])
+
+
+def quiet_events(histories: int = HISTORIES) -> str:
+    """The same where parts have no form of their own, nothing wears and nothing warms up."""
+    still = replace(SHOP, own_form_mm=0.0, wear_mm=0.0, break_in_mm=0.0, warming_mm=0.0)
+    return events(histories, still)
 
 
 def false_alarms(histories: int = LIKE_IT) -> str:
@@ -95,13 +101,13 @@ def part_of(series: Series, k: int, touches: Integers, correction: Array, added:
     return MadePart("arc", str(k), "set", k, before, after, correction, added, series.minutes_in_cut[k])
 
 
-def _of_history(number: int, touches: Integers) -> dict[tuple[What | str, float], tuple[bool, bool]]:
+def _of_history(shop: Shop, number: int, touches: Integers) -> dict[tuple[What | str, float], tuple[bool, bool]]:
     """Whether each event is noticed at the seventh part, by its touches and by its inspection or these."""
     found = {}
     for _, kind, sizes, _, _ in EVENTS:
         for size in sizes:
             happened = [] if kind is MEMORY else [Event(What(kind), PARTS, size)]
-            series = draw(SHOP, np.random.default_rng(SEED + number), happened)
+            series = draw(shop, np.random.default_rng(SEED + number), happened)
             corrections = _corrections(series, touches)
             made = [part_of(series, k, touches, *corrections[k]) for k in range(PARTS)]
             last = part_of(series, PARTS, touches, *corrections[PARTS], size if kind is MEMORY else 1.0)

@@ -18,6 +18,7 @@ TABLES: Final[dict[str, tuple[Callable[[int], str], int]]] = {
     "shops": (memory_level_study.shops, memory_level_study.SERIES),
     "profiles": (memory_profile_study.profiles, memory_profile_study.SERIES),
     "events": (memory_notice_study.events, memory_notice_study.HISTORIES),
+    "quiet events": (memory_notice_study.quiet_events, memory_notice_study.HISTORIES // 2),
     "false alarms": (memory_notice_study.false_alarms, memory_notice_study.LIKE_IT),
 }
 """By name: what makes the table, and of how many series."""

@@ -16,7 +16,7 @@ class What(StrEnum):
 @dataclass(frozen=True)
 class LeftOut:
     """A touch that all others contradict: its place in the order given, its name, and by how many standard
-    deviations it lies beside what the others say of it, positive = more material.
+    deviations it differs from what the others say of it, positive = more material.
     """
 
     index: int

@@ -5,11 +5,11 @@ from typing import Final
 from trueloop.arrays import Array
 from trueloop.memory.noticing.alarm import LeftOut
 from trueloop.statistics import rms
-from trueloop.units import UM_PER_MM
 from trueloop.wording import Signed, Um, wording
 
 SLIPS: Final = (-1.0, 0.0, 0.5, 2.0)
-"""Shares of a correction that a slip in the shop makes: wrong sign, not run, a diameter as a radius, run twice."""
+"""Shares of a correction that a slip in the shop makes: wrong sign, not run, a radius entered
+where a diameter belongs, and run twice or a diameter entered where a radius belongs."""
 SLIPS_OF_MEMORY: Final = (0.0, 2.0)
 NEAR: Final = 0.12
 """A gain this near to one of them is taken for it."""
@@ -23,24 +23,24 @@ def is_slip(gain: float, slips: tuple[float, ...] = SLIPS) -> bool:
 def of_number(beyond_mm: float) -> str:
     """One number that differs from its prediction, mm."""
     return wording(
-        "the part differs by {beyond} µm from what was predicted: the tool was set or changed, an offset was entered, "
+        "the part differs by {beyond} from what was predicted: the tool was set or changed, an offset was entered, "
         "or the part was clamped otherwise",
-        beyond=Signed(beyond_mm * UM_PER_MM, 1),
+        beyond=Um(beyond_mm, "+.1f"),
     )
 
 
 def of_level(shift: Array, before_finish: bool) -> str:
     """A part that lies elsewhere: (dX, dZ), mm."""
-    x, z = Signed(shift[0] * UM_PER_MM, 1), Signed(shift[1] * UM_PER_MM, 1)
+    x, z = Um(shift[0], "+.1f"), Um(shift[1], "+.1f")
     if before_finish:
         return wording(
-            "the part lies {x} µm in X (radius) and {z} µm in Z beside what earlier parts predict: the tool was set, "
-            "an offset was entered or the work was clamped otherwise",
+            "the part differs by {x} in X (radius) and {z} in Z from what earlier parts predict: the tool was set, an "
+            "offset was entered or the work was clamped otherwise",
             x=x,
             z=z,
         )
     return wording(
-        "the finished part lies {x} µm in X (radius) and {z} µm in Z beside what was predicted: an offset changed "
+        "the finished part differs by {x} in X (radius) and {z} in Z from what was predicted: an offset changed "
         "between the two cuts, or the finish cut was made otherwise",
         x=x,
         z=z,
@@ -70,10 +70,10 @@ def of_gain(gain: float) -> str:
         return wording("{gain} of the correction arrived: the corrected program or offset was not run", gain=share)
     if abs(gain - 2) < NEAR:
         return wording(
-            "{gain} of the correction arrived: it was applied twice, or a radius was entered as a diameter", gain=share
+            "{gain} of the correction arrived: it was applied twice, or a diameter was entered as a radius", gain=share
         )
     if abs(gain - 0.5) < NEAR:
-        return wording("{gain} of the correction arrived: a diameter was entered as a radius", gain=share)
+        return wording("{gain} of the correction arrived: a radius was entered as a diameter", gain=share)
     if abs(gain + 1) < NEAR:
         return wording("{gain} of the correction arrived: it was applied with the wrong sign", gain=share)
     return wording("{gain} of the correction arrived: it was changed, or something else makes the error", gain=share)
@@ -92,7 +92,7 @@ def of_memory(gain: float) -> str:
 def of_left_out(touch: LeftOut) -> str:
     """A touch that the others contradict."""
     return wording(
-        "touch {point} was left out: it lies {z} standard deviations beside what all others say of it",
+        "touch {point} was left out: it differs by {z} standard deviations from what all others say of it",
         point=touch.point,
         z=Signed(touch.deviations, 1),
     )

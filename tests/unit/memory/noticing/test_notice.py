@@ -81,7 +81,7 @@ def test_a_gross_touch_is_left_out_and_named() -> None:
     assert found.left_out[0].deviations > 3
     assert found.left_out[1].deviations < -3
     assert found.alarms == ()
-    assert found.notes[0].startswith("touch P5 was left out: it lies +")
+    assert found.notes[0].startswith("touch P5 was left out: it differs by +")
 
 
 @pytest.mark.parametrize(("touches", "most"), [(2, 0), (3, 1), (5, 1), (6, 2), (20, 3)])
@@ -104,8 +104,8 @@ BY_MEMORY = 0.008 * np.cos(2 * ANGLES)
         (directions(ANGLES) @ [0.0, -0.015], What.LEVEL, "−15.0 µm in Z"),
         (0.010 * np.cos(6 * ANGLES), What.SHAPE, "chipped"),
         (CORRECTION, What.GAIN, "not run"),
-        (-CORRECTION, What.GAIN, "twice"),
-        (0.5 * CORRECTION, What.GAIN, "a diameter was entered as a radius"),
+        (-CORRECTION, What.GAIN, "twice, or a diameter was entered as a radius"),  # 20 µm for 10: twice as much
+        (0.5 * CORRECTION, What.GAIN, "a radius was entered as a diameter"),
         (2.0 * CORRECTION, What.GAIN, "wrong sign"),
         (1.3 * CORRECTION, What.GAIN, "−0.30"),
         (BY_MEMORY, What.MEMORY_GAIN, "not applied"),
