@@ -1,18 +1,24 @@
 """A job that states its tool's number alone gets edge and setting out of the store."""
 
+import shutil
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import pytest
 
+from tests.support.cli import run
 from tests.support.correction import EXAMPLES
 from tests.support.tools import at, mount, put, set_anew, turn
+from trueloop.domain.correction import Correction
+from trueloop.domain.life import Cut
 from trueloop.domain.tool import Edge, Tool
 from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.tools.of_job import with_edge
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
-from trueloop.storage.store import Store, open_store
+from trueloop.storage.store import Store, find, open_store
 
 NOON = at(12)
 
@@ -86,3 +92,38 @@ def test_a_contradiction_and_an_edge_that_is_gone_are_refused(store: Store) -> N
         with_edge(store, inputs(edge=stated, made_at=at(11) + timedelta(minutes=1)))
     assert gone.value.code is Code.EDG_ENDED
     assert with_edge(store, inputs(edge=stated, made_at=datetime(2026, 3, 2, 9, tzinfo=UTC))).edge_set_at == at(8)
+
+
+def test_compensate_keeps_the_part_with_the_edge_that_is_mounted(tmp_path: Path) -> None:
+    """The job states the number of its tool, the store the rest: what is kept teaches that edge."""
+    for file in (EXAMPLES / "piecs11").iterdir():
+        shutil.copy(file, tmp_path)
+    job = tmp_path / "job.toml"
+    job.write_text(job.read_text(encoding="utf-8").replace("../../out/piecs11", "out"), encoding="utf-8")
+    db = tmp_path / "trueloop.db"
+    run("db", "init", db)
+    run(
+        "tool",
+        "mount",
+        "T1",
+        "--holder",
+        "H",
+        "--insert",
+        "I",
+        "--corner",
+        "1",
+        "--nose-radius-mm",
+        0.79375,
+        "--db",
+        db,
+    )
+    run("compensate", job, "--serial", "3511.158")
+    kept = open_store(db, codec=store_codec())
+    (cut,) = (one.value for one in find(kept, Cut))
+    assert cut.setting is not None and cut.setting.edge.identity == ("H", "I", "1")
+    (correction,) = (one.value for one in find(kept, Correction))
+    assert correction.record.edge is not None and correction.record.edge.identity == ("H", "I", "1")
+    assert correction.record.edge_set_at == cut.setting.set_at is not None
+    text = job.read_text(encoding="utf-8").replace("[tool]\n", '[tool]\ncorner = "2"\n')
+    job.write_text(text, encoding="utf-8")
+    assert "EDG-OTHER" in run("compensate", job, "--serial", "3511.158", status=3)

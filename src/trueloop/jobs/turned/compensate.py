@@ -74,7 +74,8 @@ def compensate_and_keep(
 
     All is computed before anything is kept, and kept before it is written: no program can be run of which the store
     knows nothing. Where writing is refused then, the refusal says that the correction is kept. `memory`: how earlier
-    parts of the edge take part, where that is not to be the job's choice. Raises STO and MEM errors.
+    parts of the edge take part, where that is not to be the job's choice. Raises STO, EDG and MEM
+    errors.
     """
     read = read_job(job, serial=keeping.serial)
     store = store_of(Path(job).parent, keeping.db, read.store_db)
@@ -99,8 +100,9 @@ def _remembering(store: "Store | None", inputs: Inputs, memory: Use | None) -> I
     if store is None:
         return inputs
     from trueloop.jobs.store.remembered import with_history  # slow to import, and most jobs have no store
+    from trueloop.jobs.tools.of_job import with_edge
 
-    return with_history(store, inputs)
+    return with_history(store, with_edge(store, inputs))
 
 
 def write_correction(
