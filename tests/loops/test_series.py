@@ -186,6 +186,7 @@ def test_the_order_is_that_of_the_cuts_then_of_the_clock_then_as_kept() -> None:
     assert parts_in_order([When("1", 0, 2, None, early), When("2", 1, 1, None, late)])[0] == (1, 0)
     order, findings = parts_in_order([When("1", 0, measured_at=late), When("2", 1, measured_at=early)])
     assert order == (1, 0) and {one.code for one in findings} == {Code.SER_ORDER}
+    assert parts_in_order([When("1", 0, measured_at=early), When("2", 1, measured_at=late)]) == ((0, 1), ())
     assert parts_in_order([When("1", 0, measured_at=late), When("2", 1)]) == ((0, 1), ())
 
 
@@ -255,6 +256,13 @@ def test_a_simulated_series_is_cut_with_what_its_own_parts_propose() -> None:
         assert part.left_mm == pytest.approx(free_mm - 1.4 * part.correction_mm)
     assert [part.serial for part in found.parts if part.set_before] == ["16"]
     assert found.parts[0].correction_mm == 0.0
+
+
+def test_the_mean_of_a_simulated_series_is_that_of_what_was_found_before() -> None:
+    found = simulate(Shop(parts=6), np.random.default_rng(2))
+    free = np.array([part.measured_mm for part in found.parts])
+    left = found.rivals_mm["mean of all parts before"]
+    assert left[1:] == pytest.approx([free[k] - free[:k].mean() for k in range(1, 6)])
 
 
 def test_memory_leaves_less_than_doing_nothing_in_most_simulated_shops() -> None:

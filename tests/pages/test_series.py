@@ -8,6 +8,7 @@ import pytest
 from tests.pages.test_paper_and_telephone import LOOK
 from tests.support.chromium import dump_dom
 from tests.support.series import inspection
+from trueloop.domain.page_options import LengthUnit
 from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.series import PartSeen, series_of
 from trueloop.report.markup import text_of
@@ -18,6 +19,7 @@ from trueloop.report.style import IN, OUT
 from trueloop.report.texts.texts import Texts
 
 PARTS = 70
+UNITS: tuple[LengthUnit, ...] = ("mm", "inch")
 
 
 def _shown(names: int = 2) -> SeriesShape:
@@ -52,6 +54,8 @@ def test_the_german_page_has_commas_and_inches_are_microinches(shown: SeriesShap
     assert "Abweichung (µin)" in page and "Gewicht" in page
     for word in (" the ", " parts ", "weight ", "learned"):
         assert word not in page
+    limits = [re.findall(r'<path d="([^"]*)"[^>]*"7 5"', series_page(shown, Texts("de", unit))) for unit in UNITS]
+    assert limits[0] == limits[1] != [], "a limit stays where it is in the picture"
     value = shown.characteristics[0].left_rms_um["measured"]
     assert f"{value * 1000 / 25.4:.1f}".replace(".", ",") in page
 

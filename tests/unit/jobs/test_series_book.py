@@ -15,6 +15,7 @@ from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.series.book import Book, only_type, read_book
+from trueloop.jobs.series.pages import status_of
 from trueloop.loops.post_process.decide import OVERRIDES
 from trueloop.loops.post_process.options import NAMES, SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
@@ -52,6 +53,8 @@ def test_parts_measured_after_a_decision_were_cut_with_it_unless_it_is_said_othe
     keep(store, [fourth, fifth, PartCutWith(fifth.identity, ())])
     book = read_book(store, "SHAFT", OPTIONS)
     assert _corrections_um(book) == pytest.approx([0, 0, 0, -change_um, 0], abs=1e-3)
+    shown = status_of(book, OPTIONS).characteristics[0].parts[3]
+    assert (shown.correction_um, shown.after_um) == pytest.approx((-change_um, 8.0), abs=1e-3)
     assert book.tracked[0].in_force_mm == pytest.approx(-change_um / 1000)
 
 
