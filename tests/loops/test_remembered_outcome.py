@@ -14,6 +14,7 @@ from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.outcome import expected_mm
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.made_part import MadePart
+from trueloop.report.turned.figures.remembered import remembered
 from trueloop.turned.options import By
 
 RADIUS = Characteristic("dome radius", Quantity.RADIUS, "dome", nominal=37.084, lower_limit=37.0, upper_limit=37.2)
@@ -90,3 +91,28 @@ def test_a_size_of_an_arc_is_expected_where_nothing_is_left() -> None:
     (whole,), (half,) = corrected(1.0, "contour").characteristics, corrected(0.5, "contour").characteristics
     assert whole.after.value == pytest.approx(37.084, abs=0.004)
     assert abs(half.after.value - 37.084) > 3 * abs(whole.after.value - 37.084)
+
+
+def test_the_share_from_memory_is_large_where_memory_alone_says_the_same() -> None:
+    """By hand: 30 µm from memory and 10 µm more from touches are shares of 3/4 and 1/4, everywhere."""
+    correction = corrected(1.0, "contour")
+    memory = correction.memory
+    assert memory is not None and memory.expected is not None
+    n = len(memory.expected.contact_angle_rad)
+    expected = replace(memory.expected, memory_mm=np.full(n, 0.030), mean_mm=np.full(n, 0.040))
+    dome = correction.profile.names.index("dome")
+    assert replace(memory, expected=expected).share(correction.profile, dome) == pytest.approx(0.75)
+    assert replace(memory, expected=expected, applied=False).share(correction.profile, dome) == 0.0
+
+
+def test_the_figure_shows_what_an_offset_takes_off() -> None:
+    """−dX on a cylinder's side and −dZ on the face: an offset towards the part takes material off."""
+    correction = corrected(1.0, "offset")
+    memory = correction.memory
+    assert memory is not None and memory.expected is not None
+    drawn = remembered(correction, memory, memory.expected, 980)["data"]
+    (line,) = (trace for trace in drawn if trace["name"] == "applied")
+    ends = [y for _, y in sorted(zip(line["x"], line["y"], strict=True))][:: len(line["x"]) - 1]
+    dx, dz = correction.decision.offset_mm
+    assert ends == pytest.approx([-1000.0 * dz, -1000.0 * dx], abs=0.1)
+    assert dx < 0.0
