@@ -60,6 +60,13 @@ def test_what_no_column_holds_comes_back_too(store: Store) -> None:
     assert repr(find(store, Inspection)[0].value.values) == repr(odd)
 
 
+@pytest.mark.parametrize("error_mm", [-0.0, 0.0, math.nan, -math.inf])
+def test_each_odd_number_comes_back_by_itself(store: Store, error_mm: float) -> None:
+    odd = (Touch("a", (1.0, 2.0), error_mm=error_mm), Touch("b", (1.0, 2.0), error_mm=0.25))
+    keep(store, [replace(touched(), values=odd)])
+    assert repr(find(store, Inspection)[0].value.values) == repr(odd)
+
+
 def test_every_kind_is_found_by_what_it_is_found_by(store: Store) -> None:
     shown, done = touched(), cut(correction="c0ffee")
     event = EdgeEvent(EDGE, EdgeEventKind.WORN, AT, "ana", {"flank_wear_mm": 0.12})
@@ -221,3 +228,13 @@ def test_every_table_is_guarded() -> None:
         rows = connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type = 'trigger'")
         guards = {row[0] for row in rows}
     assert guards == {f"{table}_no_{change}" for table in METADATA.tables for change in ("update", "delete")}
+
+
+def test_columns_hold_what_they_are_named(store: Store) -> None:
+    """Whoever reads the tables by SQL: x is a radius, z the second coordinate, and the error keeps its sign."""
+    touch = Touch("7", (10.5, -3.25), "dome", (10.75, -3.5), -0.125, 9)
+    keep(store, [replace(touched(), values=(touch,))])
+    names = "point, feature, nominal_x_mm, nominal_z_mm, measured_x_mm, measured_z_mm, error_mm, line"
+    with store.reading() as connection:
+        row = connection.exec_driver_sql(f"SELECT {names} FROM touch").one()
+    assert tuple(row) == ("7", "dome", 10.5, -3.25, 10.75, -3.5, -0.125, 9)
