@@ -14,8 +14,8 @@ def check(db: Db = None, as_json: AsJson = False) -> None:
     from trueloop.jobs.store.opened import opened
 
     store = opened(db, read_only=True)
-    with busy(f"checking {store.where}") as say:
-        done = check_store(store, say)
+    with busy(f"checking {store.where}") as progress:
+        done = check_store(store, progress)
     if as_json:
         odd = [{"severity": one.severity, **as_dict(one.as_error())} for one in done.findings]
         print_json({"store": store.where, "rows": done.rows, "findings": odd})

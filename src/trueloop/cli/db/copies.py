@@ -21,8 +21,8 @@ def backup(file: Copy, db: Db = None) -> None:
     from trueloop.jobs.store.opened import opened
 
     store = opened(db, read_only=True)
-    with busy(f"copying {store.where}") as say:
-        back_up(store, file, say)
+    with busy(f"copying {store.where}") as progress:
+        back_up(store, file, progress)
     typer.echo(f"written: {file}", err=True)
 
 
@@ -32,8 +32,8 @@ def restore(file: Backup, db: New) -> None:
     from trueloop.jobs.db.copied import restore as restored
     from trueloop.jobs.store.opened import shown
 
-    with busy(f"restoring {file}") as say:
-        copied = restored(file, db, say)
+    with busy(f"restoring {file}") as progress:
+        copied = restored(file, db, progress)
     typer.echo(f"made: {shown(db)}, {copied.count} rows", err=True)
 
 

@@ -51,8 +51,8 @@ def import_(files: Files, meant: Meant, db: Db = None, as_json: AsJson = False) 
     store = opened(db)
     of = Inspected(meant.job, meant.serial, Stated(meant.unit, meant.mapping), heed_labels=not meant.ignore_labels)
     done: list[Imported] = []
-    with busy(f"importing {files[0]}") as say:
-        for one in import_files(store, files, of, say):
+    with busy(f"importing {files[0]}") as progress:
+        for one in import_files(store, files, of, progress):
             done.append(one)
             if not as_json:
                 print_lines([one.words])

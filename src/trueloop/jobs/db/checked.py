@@ -33,11 +33,11 @@ class _Pass:
     facts: Facts = field(default_factory=Facts)
 
 
-def check_store(store: Store, say: Callable[[str], None] = lambda _: None) -> Checked:
-    """Reads every row once and compares what they say of each other. `say` is given what is being done."""
+def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) -> Checked:
+    """Reads every row once and compares what they say of each other. `progress` is given what is being done."""
     over = _Pass()
     for kind in KINDS:
-        say(f"checking {store.where}: {kind.table}")
+        progress(f"checking {store.where}: {kind.table}")
         before: Kept[Any] | None = None
         for kept in _readable(store, kind, over.findings):
             over.rows += 1

@@ -19,7 +19,7 @@ from trueloop.storage.store import Kept, Store
 SAID: Final = 1000
 """Rows between two words on how far it is."""
 HINT: Final = "name a backup that `trueloop db backup` made, or what `trueloop db export` wrote"
-Say = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Copied:
     new: int
 
 
-def keep_lines(store: Store, lines: Iterable[Line], say: Say, source: str) -> Copied:
+def keep_lines(store: Store, lines: Iterable[Line], progress: Progress, source: str) -> Copied:
     """Keeps rows as they were: who kept them, when and why, and what they supersede. All or none.
 
     Raises STO-EXPORT for one that supersedes what does not stand before it, and what keeping refuses.
@@ -44,11 +44,11 @@ def keep_lines(store: Store, lines: Iterable[Line], say: Say, source: str) -> Co
             renumbered[line.table, line.kept.row] = kept.row
             count, new = count + 1, new + kept.new
             if count % SAID == 0:
-                say(f"{source}: {count} rows")
+                progress(f"{source}: {count} rows")
     return Copied(count, new)
 
 
-def back_up(store: Store, path: Path, say: Say) -> None:
+def back_up(store: Store, path: Path, progress: Progress) -> None:
     """A copy of the store as a SQLite file, whole or not at all, while others go on writing.
 
     Raises STO-EXISTS where there is such a file, OUT-FOLDER where it cannot be written.
@@ -62,29 +62,29 @@ def back_up(store: Store, path: Path, say: Say) -> None:
                 target.execute("PRAGMA journal_mode = DELETE")  # one file: what is in a log is not in the copy
         else:
             copy = made(str(part))
-            keep_lines(copy, lines_of(store), say, store.where)
+            keep_lines(copy, lines_of(store), progress, store.where)
             copy.close()
 
 
-def restore(path: Path, place: str, say: Say) -> Copied:
+def restore(path: Path, place: str, progress: Progress) -> Copied:
     """A new store of what a backup or an export holds. Raises STO-EXISTS, STO-EXPORT, STO-FILE."""
     with readable(path, Code.STO_IMPORT, hint=HINT), path.open("rb") as file:
         beginning = file.read(HEAD)
     if "://" in place:
-        return _restored(path, made(place), say, export=is_export(beginning))
+        return _restored(path, made(place), progress, export=is_export(beginning))
     require_nothing(Path(place))
     with _appearing(Path(place)) as part:
         store = made(str(part))
-        copied = _restored(path, store, say, export=is_export(beginning))
+        copied = _restored(path, store, progress, export=is_export(beginning))
         store.close()
     return copied
 
 
-def _restored(path: Path, store: Store, say: Say, *, export: bool) -> Copied:
+def _restored(path: Path, store: Store, progress: Progress, *, export: bool) -> Copied:
     if export:
-        return keep_lines(store, read_export(path, store.codec), say, str(path))
+        return keep_lines(store, read_export(path, store.codec), progress, str(path))
     backup = opened(str(path), read_only=True)
-    return keep_lines(store, lines_of(backup), say, str(path))
+    return keep_lines(store, lines_of(backup), progress, str(path))
 
 
 @contextmanager

@@ -48,17 +48,17 @@ class Imported:
 
 
 def import_files(
-    store: Store, paths: Sequence[Path], of: Inspected, say: Callable[[str], None] = lambda _: None
+    store: Store, paths: Sequence[Path], of: Inspected, progress: Callable[[str], None] = lambda _: None
 ) -> Iterator[Imported]:
-    """Files one after the other, each kept when it is yielded; `say` is given what is being done.
+    """Files one after the other, each kept when it is yielded; `progress` is given what is being done.
 
     Raises STO errors, and what reading refuses.
     """
     for path in paths:
-        say(f"importing {path}")
+        progress(f"importing {path}")
         with readable(path, Code.STO_IMPORT, hint=HINT), path.open("rb") as file:
             beginning = file.read(HEAD)
-        yield _of_export(store, path, say) if is_export(beginning) else _of_values(store, path, beginning, of)
+        yield _of_export(store, path, progress) if is_export(beginning) else _of_values(store, path, beginning, of)
 
 
 def _of_values(store: Store, path: Path, beginning: bytes, of: Inspected) -> Imported:
@@ -76,6 +76,6 @@ def _of_values(store: Store, path: Path, beginning: bytes, of: Inspected) -> Imp
     return Imported(path, len(kept), sum(one.new for one in kept), rows)
 
 
-def _of_export(store: Store, path: Path, say: Callable[[str], None]) -> Imported:
-    copied = keep_lines(store, read_export(path, store.codec), say, str(path))
+def _of_export(store: Store, path: Path, progress: Callable[[str], None]) -> Imported:
+    copied = keep_lines(store, read_export(path, store.codec), progress, str(path))
     return Imported(path, copied.count, copied.new, ())

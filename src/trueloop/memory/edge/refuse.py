@@ -76,7 +76,7 @@ def flags(history: Sequence[MadePart], today: MadePart, gain: float) -> tuple[st
     if not inspected:
         said.append(wording("No earlier part was inspected: what the finish cut does differently is assumed."))
     elif len(inspected) < 3:
-        said.append(wording("Only {n} inspected parts so far: the band is widened.", n=len(inspected)))
+        said.append(wording("Fewer than three parts inspected so far ({n}): the band is widened.", n=len(inspected)))
     if any(part.finish is not None and part.correction_mm is None for part in history):
         said.append(wording("Finish inspections whose correction is not known are not learned from."))
     if _differs(today.depth_of_cut_mm, [part.depth_of_cut_mm for part in inspected]):
