@@ -15,6 +15,7 @@ from sqlalchemy.exc import ArgumentError
 from sqlalchemy.pool import NullPool, StaticPool
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.storage.shown import shown
 
 WRITING: Final = "trueloop_writing"
 """The execution option of a connection that is to write."""
@@ -30,16 +31,18 @@ def url_of(where: str | Path) -> URL:
     text = str(where)
     if "://" not in text:
         return URL.create("sqlite", database=text)
+    if text.partition("?")[0].count("@") > 1:  # it would be taken for a part of the host's name, and be printed
+        raise _no_store(shown(text), "write `%40` for an `@` in a name or a password")
     try:
         url = make_url(text)
-    except ArgumentError:
-        raise _no_store(text.partition("://")[0] + "://…") from None
+    except (ArgumentError, ValueError):
+        raise _no_store(shown(text)) from None
     name = url.get_backend_name() if url.drivername != "postgres" else "postgresql"
     if name == "postgresql":
         return url.set(drivername="postgresql+psycopg")
     if name == "sqlite":
         return url
-    raise _no_store(url.render_as_string(hide_password=True))
+    raise _no_store(shown(text))
 
 
 def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool) -> Engine:
@@ -115,9 +118,9 @@ def _postgresql(url: URL, wait_s: float, read_only: bool) -> Engine:
     return engine
 
 
-def _no_store(name: str) -> TrueloopError:
+def _no_store(name: str, hint: str = "give a file, or postgresql://user@host/database") -> TrueloopError:
     return TrueloopError(
         Code.STO_FILE,
         f"{name!r} is neither a file, nor SQLite, nor PostgreSQL",
-        hint="give a file, or postgresql://user@host/database",
+        hint=hint,
     )

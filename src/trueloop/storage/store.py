@@ -27,6 +27,7 @@ from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import kind_of
 from trueloop.storage.reading import Query, found
 from trueloop.storage.schema import bring_up_to_date, check_schema, older
+from trueloop.storage.shown import shown
 
 __all__ = ["Kept", "Store", "find", "keep", "open_store"]
 
@@ -38,7 +39,10 @@ WAIT_S = 10.0
 
 @dataclass(frozen=True)
 class Store:
-    """An open store. `codec` knows the types of the products whose corrections are kept in it; `where`: its name."""
+    """An open store. `codec` knows the types of the products whose corrections are kept in it.
+
+    `where`: its file or URL, without passwords.
+    """
 
     engine: Engine
     codec: Codec
@@ -78,9 +82,9 @@ def open_store(
     Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
     """
     url = url_of(where)
-    name = url.database if url.get_backend_name() == "sqlite" else url.render_as_string(hide_password=True)
+    name = url.database if url.get_backend_name() == "sqlite" else ""
     engine = engine_of(url, wait_s, create=create, read_only=read_only)
-    store = Store(engine, codec or values.CODEC.with_more(Correction), str(name or where))
+    store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)))
     try:
         _made_ready(store, create, read_only)
     except BaseException:

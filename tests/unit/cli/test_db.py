@@ -247,11 +247,3 @@ def test_a_store_of_this_version_is_not_migrated_and_a_newer_one_refused(folder:
         assert "STO-SCHEMA" in output_of("db", *command, status=ExitStatus.REFUSED)
     assert "STO-FILE" in output_of("db", "migrate", "--db", "none-such.db", status=ExitStatus.REFUSED)
     assert not (folder / "none-such.db").exists()
-
-
-def test_a_password_is_never_printed() -> None:
-    for command in (("find", "part", "--db"), ("init",), ("migrate", "--db"), ("export", "-o", "all.jsonl", "--db")):
-        said = output_of(
-            "db", *command, "postgresql://ana:hunter2@127.0.0.1:1/parts?connect_timeout=1", status=ExitStatus.REFUSED
-        )
-        assert "STO-FILE" in said and "hunter2" not in said

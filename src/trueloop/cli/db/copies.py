@@ -30,7 +30,7 @@ def backup(file: Copy, db: Db = None) -> None:
 def restore(file: Backup, db: New) -> None:
     """Make a new store of what a backup or an export holds. A store that is there is never changed."""
     from trueloop.jobs.db.copied import restore as restored
-    from trueloop.jobs.store.opened import shown
+    from trueloop.storage.shown import shown
 
     with busy(f"restoring {file}") as progress:
         copied = restored(file, db, progress)

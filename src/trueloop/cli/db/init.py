@@ -14,8 +14,9 @@ Place = Annotated[
 @guarded
 def init(place: Place = None) -> None:
     """Make an empty store: a SQLite file, or tables in a PostgreSQL database by its URL."""
-    from trueloop.jobs.store.opened import made, shown
+    from trueloop.jobs.store.opened import made
     from trueloop.jobs.store.where import BESIDE
+    from trueloop.storage.shown import shown
 
     made(place or BESIDE)
     typer.echo(f"made: {shown(place or BESIDE)}", err=True)

@@ -1,26 +1,16 @@
 """Stores as the commands `trueloop db` name and open them."""
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.store.where import BESIDE, place_of_store
+from trueloop.storage.shown import shown
 
 if TYPE_CHECKING:
     from trueloop.storage.store import Store
 
-PASSWORD: Final = re.compile(r"(?<=://)([^/@:]*):[^@]*@")
 NO_STORE: Final = "make one by `trueloop db init`, or name one by --db"
-
-
-def shown(place: str) -> str:
-    """A store's file or URL as it may be printed: without the password.
-
-    >>> shown("postgresql://ana:secret@plant/parts")
-    'postgresql://ana:***@plant/parts'
-    """
-    return PASSWORD.sub(r"\1:***@", place)
 
 
 def opened(db: str | None, *, read_only: bool = False) -> "Store":
