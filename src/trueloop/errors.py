@@ -390,6 +390,7 @@ class Code(StrEnum):
     MEM_TYPE = "MEM-TYPE", "no touch of a part type that the edge has never cut", ("part_type",)
     MEM_GAIN = "MEM-GAIN", "corrections that the machine hardly carries out, or the wrong way", ("gain",)
     MEM_PART = "MEM-PART", "a part that the edge has not cut", ("last_part",)
+    MEM_ALARM = "MEM-ALARM", "a finished part that is not as predicted", ("serial", "probability")
 
     # SER: series of parts
     SER_PART = "SER-PART", "a part that enters a series without a name or a serial number", ("part",)

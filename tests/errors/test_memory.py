@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from tests.unit.memory.edge.parts import ANGLES, series
+from trueloop.domain.life import Stage
 from trueloop.errors import Code
+from trueloop.jobs.store.judged import alarms_of
 from trueloop.memory.edge.expect import expect
 from trueloop.memory.edge.options import MemoryOptions
 from trueloop.memory.made_part import ArcErrors
+from trueloop.memory.noticing.part import notice_part
 
 HISTORY = series(1)
 UNTOUCHED = replace(series(2)[1], semifinish=ArcErrors.none(), finish=None, correction_mm=None)
@@ -20,10 +23,20 @@ def _asked(*, angle_deg: float = 45.0, options: MemoryOptions | None = None, **c
     return expect(HISTORY, today, np.append(ANGLES, np.radians(angle_deg)), options or MemoryOptions())
 
 
+def _not_run() -> object:
+    """A part whose correction was not run, by the arithmetic of the model: F + C is left instead of F."""
+    *before, last = series(4)
+    assert last.finish is not None and last.correction_mm is not None
+    finish = replace(last.finish, error_mm=last.finish.error_mm + last.correction_mm)
+    seen = notice_part(before, replace(last, finish=finish))[Stage.FINISH]
+    return list(alarms_of(last.serial, seen, learns=False))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MEM_UNSEEN: lambda: _asked(angle_deg=101.0),
     Code.MEM_SETTING: lambda: _asked(setting="2"),
     Code.MEM_TYPE: lambda: _asked(part_type="knob"),
     Code.MEM_GAIN: lambda: expect(series(3, gain=-1.0), UNTOUCHED, ANGLES, MemoryOptions()),
+    Code.MEM_ALARM: _not_run,
     Code.MEM_PART: lambda: _asked(options=MemoryOptions("frozen", last_part="17")),
 }

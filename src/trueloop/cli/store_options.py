@@ -58,4 +58,5 @@ def kept_as_dict(kept: "KeptFacts | None") -> dict[str, object]:
         name = type(one.value).__name__
         new[name] = new.get(name, 0) + 1
     findings = [{"code": one.code, "message": one.message, "severity": one.severity} for one in kept.findings]
-    return {"store": {"where": kept.where, "new": new, "findings": findings}}
+    obtained = {"obtained": [one.as_dict for one in kept.obtained]} if kept.obtained else {}
+    return {"store": {"where": kept.where, "new": new, "findings": findings}, **obtained}

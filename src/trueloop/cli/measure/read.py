@@ -9,7 +9,7 @@ import typer
 
 from trueloop.cli.failure import ExitStatus, guarded
 from trueloop.cli.store_options import StoreChoice, kept_as_dict, print_findings
-from trueloop.cli.terminal import AsJson, busy, print_json
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
 if TYPE_CHECKING:
     from trueloop.jobs.measure.keep_measured import Shown
@@ -133,7 +133,7 @@ def read(
     else:
         _print(found)
         if kept is not None:
-            typer.echo(kept.words)
+            print_lines([kept.words, *(one.words for one in kept.obtained)])
             print_findings(kept.findings)
     if output is not None and part is not None:
         mappings = [] if meant.mapping is None else [meant.mapping]

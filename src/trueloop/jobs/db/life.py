@@ -7,10 +7,11 @@ from typing import Any
 
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Cut
+from trueloop.domain.life import Cut, Quarantine
 from trueloop.domain.part import Part
 from trueloop.domain.record import Record
 from trueloop.jobs.db.found import row_name, row_of
+from trueloop.storage.kinds import joined
 from trueloop.storage.life import Life, life
 from trueloop.storage.store import Kept, Store, find
 
@@ -39,7 +40,8 @@ class Entry:
 def life_of_part(store: Store, part: Part) -> tuple[Entry, ...]:
     """All entries of a part by the time at which they happened, else were kept. Raises STO errors."""
     whole = life(store, part)
-    entries = [*_inspections(whole), *_corrections(whole), *_cuts(whole), *_superseded(store, part)]
+    entries = [*_inspections(whole), *_corrections(whole), *_cuts(whole), *_quarantines(store, whole)]
+    entries += _superseded(store, part)
     return tuple(sorted(entries, key=lambda one: (_utc(one.at or one.kept_at), one.row)))
 
 
@@ -79,6 +81,16 @@ def _cuts(whole: Life) -> Iterator[Entry]:
         links = [f"by record {cut.correction}"] if cut.correction else []
         said = ", ".join([f"{cut.stage} cut", *edge, *program, *order, *doubt])
         yield _entry(kept, cut.at, said, links)
+
+
+def _quarantines(store: Store, whole: Life) -> Iterator[Entry]:
+    for cut in whole.cuts:
+        for kept in find(store, Quarantine, cut=joined(cut.value.identity)):
+            word: Quarantine = kept.value
+            said = "learned from again" if word.lifted else "in quarantine: nothing is learned from it"
+            why = ", ".join([*([f"by {word.by}"] if word.by else []), *([word.why] if word.why else [])])
+            text = f"{said} ({why})" if why else said
+            yield _entry(kept, word.at, text, [f"of {row_name(Cut, cut.row)} ({cut.value.stage})"])
 
 
 def _superseded(store: Store, part: Part) -> Iterator[Entry]:

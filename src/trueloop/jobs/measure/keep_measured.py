@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
-from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
 from trueloop.domain.part import Part
 from trueloop.domain.record import sha256_of
 from trueloop.domain.tool import Setting
@@ -18,8 +18,9 @@ from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.option_tables import options_from
 from trueloop.jobs.store.finish_cut import SaidOfCut, correction_of, finish_cut, is_changed
-from trueloop.jobs.store.history import errors_of, touched_at
+from trueloop.jobs.store.history import LivedPart, errors_of, finish_inspection, touched_at
 from trueloop.jobs.store.in_doubt import order_in_doubt
+from trueloop.jobs.store.judged import judged_parts
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.keeping import Keeping, accepting
 from trueloop.jobs.store.of_this_part import (
@@ -38,7 +39,8 @@ from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.tool_path import PER_REVOLUTION
 from trueloop.report.measured import FileOnPart
-from trueloop.storage.store import Store
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Store, find
 from trueloop.turned.touches.touches import Gauging
 
 After: TypeAlias = Literal["semifinish", "finish", "released"]
@@ -59,13 +61,17 @@ class Shown:
 
 @dataclass(frozen=True)
 class _Given:
-    """What is at hand while the inspections of a job are kept; refusals that are accepted go to `findings`."""
+    """What is at hand while the inspections of a job are kept; refusals that are accepted go to `findings`.
+
+    `finished` has the parts with a finish cut, by the identity of that cut, each with the inspection that memory takes.
+    """
 
     store: Store
     files: JobFiles
     shown: Shown
     keeping: Keeping
     findings: list[Finding]
+    finished: dict[Identity, LivedPart] = field(default_factory=dict)
 
 
 def keep_measured(
@@ -96,7 +102,10 @@ def keep_inspections(
     values: list[Any] = []
     for file, one in inspections:
         values += _facts(given, _of_part(one, files.job, shown, names, file))
-    return keep_facts(store, values, given.findings, supersede=keeping.supersede)
+    judged = judged_parts(store, list(given.finished.values()), keeping.accept)
+    findings = [*given.findings, *judged.findings]
+    kept = keep_facts(store, [*values, *judged.words], findings, supersede=keeping.supersede)
+    return replace(kept, obtained=judged.obtained)
 
 
 def _facts(given: _Given, one: Inspection) -> Iterator[Any]:
@@ -168,7 +177,20 @@ def _finish_cut(given: _Given, one: Inspection) -> Cut:
     findings += doubts
     if cut.setting is None:
         findings.append(no_edge(one.part))
+    _take_finished(given, LivedPart(cut, correction, one, bool(doubts)), one)
     return cut
+
+
+def _take_finished(given: _Given, lived: LivedPart, one: Inspection) -> None:
+    """The part as memory will take it: by the latest inspection, and not by one off the machine beside one on it."""
+    links = find(given.store, InspectionLink, cut=joined(lived.cut.identity))
+    if given.shown.after == "released" and any(not link.value.released for link in links):
+        return
+    counts = finish_inspection(given.store, lived.cut)
+    is_known = any(link.value.inspection == one.identity for link in links)
+    if is_known and counts is not None and counts.identity != one.identity:
+        lived = replace(lived, finish=counts)
+    given.finished[lived.cut.identity] = lived
 
 
 def _under_conditions(given: _Given, cut: Cut) -> Cut:

@@ -12,6 +12,7 @@ from trueloop.domain.tool import Setting
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.jobs.store.of_this_part import cuts_of
 from trueloop.loops.turned import correction as turned
+from trueloop.loops.turned.made_parts import recommended
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 
@@ -135,15 +136,15 @@ def _by_text(made: turned.Correction, program: bytes) -> Ran | None:
 
 def _sha256(made: turned.Correction, ran: Ran | None, part: Part) -> str:
     hashes = made.programs_sha256
-    recommended = Ran.OFFSETS if made.decision.by_offset else Ran.CORRECTED
-    if (ran or recommended) not in hashes:
+    ran = ran or recommended(made)
+    if ran not in hashes:
         raise TrueloopError(
             Code.STO_PROGRAM,
             f"correction {made.record.id} of part {part.serial!r} has no program {str(ran)!r}",
             hint=f"it has {', '.join(map(str, hashes))}",
             values={"serial": part.serial, "correction": made.record.id},
         )
-    return hashes[ran or recommended]
+    return hashes[ran]
 
 
 def is_changed(correction: Correction[turned.Correction], part: Part, said: SaidOfCut) -> Iterator[Finding]:

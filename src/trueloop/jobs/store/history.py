@@ -1,8 +1,8 @@
 """An edge's parts out of the store, as memory works on them: state is recomputed from records, never kept."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Any, Final
 
 from trueloop.domain.correction import Correction
@@ -38,33 +38,41 @@ class LivedPart:
     order_in_doubt: bool
 
 
-def history_of(store: Store, edge: Edge) -> tuple[MadePart, ...]:
+def history_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[MadePart, ...]:
     """The parts that an edge finished since it was mounted, in cutting order: without those superseded or quarantined,
-    and without parts of which no correction is known. `order` counts from 0; `minutes_in_cut` is the edge's age as the
-    cut began, None where the time of one of its earlier cuts is not known.
+    and without parts of which no correction is known. `also` are parts as they are about to be kept. `order` counts
+    from 0; `minutes_in_cut` is the edge's age as the cut began, None where the time of one of its earlier cuts is not
+    known.
 
     Raises STO errors, and what the finish inspections refuse.
     """
-    ages = _ages_min(store, edge)
+    ages = _ages_min(store, edge, [lived.cut for lived in also])
     return tuple(
         replace(
             _made(lived, order),
             minutes_in_cut=ages.get(lived.cut.identity),
             order_in_doubt=lived.order_in_doubt,
         )
-        for order, lived in enumerate(life_of(store, edge))
+        for order, lived in enumerate(life_of(store, edge, also))
     )
 
 
-def life_of(store: Store, edge: Edge) -> tuple[LivedPart, ...]:
+def life_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[LivedPart, ...]:
     """The finish cuts of an edge since it was mounted, in cutting order, as `history_of` takes them, with what is
     stored about each.
     """
-    cuts = since_mounting(store, edge, find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH))
+    given = {lived.cut.identity: lived for lived in also}
+    stored = find(store, Cut, edge=joined(edge.identity), stage=Stage.FINISH)
+    cuts = since_mounting(store, edge, _with(stored, [lived.cut for lived in also]))
     corrections = _whole(find(store, Correction, edge=joined(edge.identity), product=REMEMBERED))
     found = [
+        (kept.row, kept.value, own.correction, own.finish)
+        for kept in cuts
+        if (own := given.get(kept.value.identity)) is not None
+    ]
+    found += [
         (kept.row, kept.value, correction, finish_inspection(store, kept.value))
-        for kept in _not_quarantined(store, cuts)
+        for kept in _not_quarantined(store, [one for one in cuts if one.value.identity not in given])
         if (correction := _correction_of(kept.value, corrections)) is not None
     ]
     dated = [
@@ -137,14 +145,28 @@ def _made_for(correction: Correction[Any], cut: Cut) -> bool:
 
 def _not_quarantined(store: Store, cuts: list[Kept[Cut]]) -> Iterator[Kept[Cut]]:
     for kept in cuts:
-        words = [one.value for one in find(store, Quarantine, cut=joined(kept.value.identity))]
-        if not words or max(words, key=lambda word: word.at).lifted:
+        word = quarantine_of(store, kept.value)
+        if word is None or word.lifted:
             yield kept
 
 
-def _ages_min(store: Store, edge: Edge) -> Mapping[Identity, float]:
+def quarantine_of(store: Store, cut: Cut) -> Quarantine | None:
+    """The latest that was said of whether a cut may teach anything; None: nothing was said, so it may."""
+    words = [one.value for one in find(store, Quarantine, cut=joined(cut.identity))]
+    return max(words, key=lambda word: word.at, default=None)
+
+
+def _with(stored: list[Kept[Cut]], also: Sequence[Cut]) -> list[Kept[Cut]]:
+    """The stored cuts and those about to be kept, which take the place of stored ones of their identity."""
+    rows = {kept.value.identity: kept.row for kept in stored}
+    last, new = max(rows.values(), default=0), {cut.identity for cut in also}
+    own = [Kept(rows.get(cut.identity, last + 1 + k), cut, datetime.now(UTC)) for k, cut in enumerate(also)]
+    return [*(kept for kept in stored if kept.value.identity not in new), *own]
+
+
+def _ages_min(store: Store, edge: Edge, also: Sequence[Cut]) -> Mapping[Identity, float]:
     """Minutes in cut of an edge before each of its cuts, as far back as every one of them states its own."""
-    kept = since_mounting(store, edge, find(store, Cut, edge=joined(edge.identity)))
+    kept = since_mounting(store, edge, _with(find(store, Cut, edge=joined(edge.identity)), also))
     cuts = [one.value for one in kept]
     order = cutting_order([Dated(cut, None, row) for row, cut in enumerate(cuts)])
     ages, age = dict[Identity, float](), 0.0

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
@@ -17,6 +17,9 @@ from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 
+if TYPE_CHECKING:
+    from trueloop.loops.turned.obtained import Obtained
+
 T = TypeVar("T")
 
 NAMES: Final[dict[type, tuple[str, str]]] = {
@@ -28,15 +31,20 @@ NAMES: Final[dict[type, tuple[str, str]]] = {
     Quarantine: ("quarantine", "quarantines"),
 }
 """What is said to be kept, in this order; what stands for these in the store besides (links, names) is not said."""
+LIFTED: Final = ("quarantine lifted", "quarantines lifted")
 
 
 @dataclass(frozen=True)
 class KeptFacts:
-    """What a command kept: where, the values as they stand in the store, and what was noticed about them."""
+    """What a command kept: where, the values as they stand in the store, and what was noticed about them.
+
+    `obtained` compares inspections after a finish cut with what was expected of it.
+    """
 
     where: str
     kept: tuple[Kept[Any], ...]
     findings: tuple[Finding, ...] = ()
+    obtained: "tuple[Obtained, ...]" = ()
 
     @property
     def new(self) -> tuple[Kept[Any], ...]:
@@ -46,13 +54,13 @@ class KeptFacts:
     @property
     def words(self) -> str:
         """One line: what is new, or that nothing is."""
-        counts = Counter(type(one.value) for one in self.new)
-        said = [
-            f"{counts[kind]} {one if counts[kind] == 1 else many}"
-            for kind, (one, many) in NAMES.items()
-            if counts[kind]
-        ]
+        counts = Counter(_names(one.value) for one in self.new)
+        said = [f"{counts[names]} {names[counts[names] > 1]}" for names in (*NAMES.values(), LIFTED) if counts[names]]
         return f"kept in {self.where}: {', '.join(said)}" if said else f"{self.where}: all of it is kept already"
+
+
+def _names(value: object) -> tuple[str, str] | None:
+    return LIFTED if isinstance(value, Quarantine) and value.lifted else NAMES.get(type(value))
 
 
 def keep_facts(

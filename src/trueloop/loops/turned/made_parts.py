@@ -86,12 +86,17 @@ def program_that_ran(correction: Correction, cut: Cut) -> Ran:
         return Ran.AS_PROGRAMMED
     if cut.correction != correction.record.id:
         raise _other_program(correction, cut, f"correction {cut.correction}")
-    recommended = Ran.OFFSETS if correction.decision.by_offset else Ran.CORRECTED
+    meant = recommended(correction)
     hashes = correction.programs_sha256
-    ran = [one for one in (recommended, *Ran) if hashes.get(one) == cut.program_sha256]
+    ran = [one for one in (meant, *Ran) if hashes.get(one) == cut.program_sha256]
     if cut.program_sha256 and not ran:
         raise _other_program(correction, cut, f"program {cut.program_sha256[:16]}…")
-    return ran[0] if ran else recommended
+    return ran[0] if ran else meant
+
+
+def recommended(correction: Correction) -> Ran:
+    """Which of its programs a correction says to run, and which its prediction is of."""
+    return Ran.OFFSETS if correction.decision.by_offset else Ran.CORRECTED
 
 
 def taken_off_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
