@@ -289,6 +289,8 @@ class Code(StrEnum):
     SRF_COMPARE = "SRF-COMPARE", "jobs whose parts cannot be set beside each other"
     SRF_PARTS = "SRF-PARTS", "too few parts for a pattern"
     SRF_OUTLIER = "SRF-OUTLIER", "a part unlike the others", ("p_value",)
+    SRF_DRIFT = "SRF-DRIFT", "a pattern that changes from part to part", ("p_value",)
+    SRF_STORED = "SRF-STORED", "parts in the store that are of another surface under the same name", ("part",)
     SRF_SUPPORT = "SRF-SUPPORT", "a part of the face that measurements do not support, or too much of it"
     SRF_MODEL = "SRF-MODEL", "a model that the points cannot determine, or that none satisfies"
 

@@ -85,6 +85,7 @@ COMMANDS = (
     "surface model",
     "surface pattern",
     "surface compensate",
+    "surface add",
     "surface simulate",
     "surface sampling",
     "surface compare",

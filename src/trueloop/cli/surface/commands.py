@@ -5,11 +5,12 @@ from typing import Annotated, Literal
 
 import typer
 
+from trueloop.cli.db.options import Db
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.store_options import StoreChoice, kept_as_dict
 from trueloop.cli.surface.compare import compare
-from trueloop.cli.surface.options import JobFile, Nominal, Run, read
+from trueloop.cli.surface.options import EarlierParts, JobFile, KeepOutliers, Nominal, Run, Workers, read
 from trueloop.cli.surface.simulate import simulate
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.errors import Finding
@@ -72,6 +73,7 @@ def model(job: JobFile, run: Run, as_json: AsJson = False) -> None:
 @guarded
 def pattern(
     job: JobFile,
+    earlier: EarlierParts,
     run: Run,
     magnify: Annotated[
         float,
@@ -84,10 +86,11 @@ def pattern(
     from trueloop.jobs.surface.job import pattern_of_parts
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
-    given = read(job)
+    together = earlier.read(job)
+    given = together.read
     found = pattern_of_parts(given, run.parts(given))
     contents, notes = pattern_files(given, found, magnify)
-    files = run.write(given, contents)
+    files, notes = run.write(given, contents), [*together.notes, *notes]
     if as_json:
         print_json(pattern_summary(found, None, notes, files))
     else:
@@ -96,28 +99,51 @@ def pattern(
 
 @app.command()
 @guarded
-def compensate(job: JobFile, run: Run, store: StoreChoice, as_json: AsJson = False) -> None:
+def compensate(
+    job: JobFile, run: Run, store: StoreChoice, keep_outliers: KeepOutliers = False, as_json: AsJson = False
+) -> None:
     """Correct surface and program by the pattern: all files, or none when anything is wrong.
 
-    With a store the parts, what was measured, the programs and the correction are kept.
+    With a store its parts count too, and the job's parts, what was measured, the programs and the correction are kept.
     """
     from trueloop.jobs.store.keeping import kept_all_the_same
+    from trueloop.jobs.surface.added import with_store
     from trueloop.jobs.surface.files import corrected_files
     from trueloop.jobs.surface.job import correct_surface
     from trueloop.jobs.surface.kept import keep_surface
     from trueloop.report.surface.summary import pattern_lines, pattern_summary
 
-    given = read(job)
+    together = with_store(read(job), store.db, keep_outliers=keep_outliers)
+    given = together.read
     with busy(f"correcting by {len(given.inputs.parts)} parts") as progress:
         done = correct_surface(given, work=run.work(progress))
         model, (contents, notes) = done.correction.model, corrected_files(given, done)
     kept = keep_surface(given, done, store.keeping(None))
     with kept_all_the_same(kept):
-        files, notes = run.write(given, contents), [*done.notes, *notes]
+        files, notes = run.write(given, contents), [*together.notes, *done.notes, *notes]
     if as_json:
         print_json({**pattern_summary(model, done.record.id, notes, files), **kept_as_dict(kept)})
     else:
         print_lines([*pattern_lines(model, notes, files), *([] if kept is None else [kept.words])])
+
+
+@app.command()
+@guarded
+def add(job: JobFile, run: Workers, db: Db = None, as_json: AsJson = False) -> None:
+    """Keep the job's parts in a store, and say what is noticed of each new one given those before it."""
+    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.surface.added import add_parts, with_store
+    from trueloop.report.surface.summary import added_lines, as_words
+
+    together = with_store(read(job), db)
+    store = together.store or opened(db)
+    with busy(f"{len(together.read.inputs.parts)} parts") as progress:
+        added = add_parts(store, together, run.work(progress))
+    if as_json:
+        said = {"parts": added.parts, "findings": as_words(added.findings), "notes": list(added.notes)}
+        print_json({**said, **kept_as_dict(added.kept)})
+    else:
+        print_lines(added_lines(added.kept.words, added.parts, added.findings, added.notes))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
     from trueloop.formats.outputs import Named
     from trueloop.geometry.surface import Surface
+    from trueloop.jobs.store.keep_facts import KeptFacts
+    from trueloop.jobs.surface.added import Together
     from trueloop.jobs.surface.job import ReadSurface
+    from trueloop.loops.surface.correction import RecordedCorrection
     from trueloop.loops.surface.surface import Part, Work
 
 JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; docs/surface.md explains it.")]
@@ -28,12 +31,32 @@ def read(job: Path) -> "ReadSurface":
 
 
 @dataclass(frozen=True, kw_only=True)
-class Run:
-    """Where the results of a job go, and where its parts are worked off."""
+class EarlierParts:
+    """Parts of a store that count with those of the job."""
 
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
+    db: Annotated[
+        str | None,
+        typer.Option(
+            "--db",
+            metavar="FILE|URL",
+            help="Store whose parts count too; none: no store.  [default: trueloop.db beside the job]",
+        ),
     ] = None
+    keep_outliers: Annotated[
+        bool, typer.Option("--keep-outliers", help="Parts count that are outlying beyond doubt.")
+    ] = False
+
+    def read(self, job: Path) -> "Together":
+        """A surface's job, read, with the parts of the store."""
+        from trueloop.jobs.surface.added import with_store
+
+        return with_store(read(job), self.db, keep_outliers=self.keep_outliers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workers:
+    """Where the parts of a job are worked off."""
+
     workers: Annotated[int, typer.Option("--workers", min=1, help="Local processes to share the parts among.")] = 1
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, e.g. tcp://host:8786.")
@@ -44,6 +67,20 @@ class Run:
         from trueloop.loops.surface.surface import Work
 
         return Work(self.workers, self.scheduler, progress)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """Where the results of a job go, and where its parts are worked off."""
+
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for the results.  [default: output.folder of the job]")
+    ] = None
+    workers: Workers
+
+    def work(self, progress: "Callable[[str], object]") -> "Work":
+        """As a loop takes it."""
+        return self.workers.work(progress)
 
     def parts(self, job: "ReadSurface") -> "list[Part]":
         """Every part of the job, taken apart."""
@@ -58,6 +95,19 @@ class Run:
         from trueloop.formats.outputs import write_all
 
         return [str(file) for file in write_all(self.output or job.output_folder, contents, job.files)]
+
+    def write_and_keep(
+        self, together: "Together", done: "RecordedCorrection", contents: "Sequence[Named]"
+    ) -> "tuple[list[str], KeptFacts | None]":
+        """The files written, all or none; where there is a store, what was kept in it first."""
+        if together.store is None:
+            return self.write(together.read, contents), None
+        from trueloop.jobs.store.keeping import kept_all_the_same
+        from trueloop.jobs.surface.kept_parts import keep_parts
+
+        kept = keep_parts(together.store, together.read, done)
+        with kept_all_the_same(kept):
+            return self.write(together.read, contents), kept
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,6 +19,7 @@ from trueloop.jobs.surface.points import inspection_of, point_files, read_measur
 from trueloop.jobs.user import user_name
 from trueloop.loops.surface.compare import Comparison, group_of, require_comparable
 from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs, correct_parts
+from trueloop.loops.surface.over_parts import without_outliers
 from trueloop.loops.surface.surface import HERE, Part, SurfaceModel, Work, pattern_model
 from trueloop.nc.program.guess import guess_dialect
 from trueloop.nc.program.program import Program, read_program
@@ -116,8 +117,10 @@ def pattern_of_parts(read: ReadSurface, parts: Sequence[Part]) -> SurfaceModel:
     >>> print(f"pattern up to {1e3 * found.figures.largest_mm:.1f} µm, ± {1e3 * found.figures.uncertainty_mm:.1f} µm")
     pattern up to 15.0 µm, ± 1.9 µm
     """
+    inputs = read.inputs
     with in_file(read.job):
-        return pattern_model(read.inputs.surface, parts, read.inputs.options, trim=read.inputs.trim)
+        options = without_outliers(parts, inputs.options)[0] if inputs.leave_out else inputs.options
+        return pattern_model(inputs.surface, parts, options, trim=inputs.trim)
 
 
 def compare_jobs(before: ReadSurface, after: ReadSurface, work: Work = HERE) -> Comparison:

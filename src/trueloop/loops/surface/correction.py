@@ -1,7 +1,7 @@
 """Measured parts to the correction of their surface and the record of it: refused where it must not be applied."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 
 from trueloop import __version__
@@ -10,9 +10,11 @@ from trueloop.domain.part import PartType
 from trueloop.domain.program import Program as RecordedProgram
 from trueloop.domain.record import Product, Record, record_id, sha256_of
 from trueloop.domain.tool import Tool
+from trueloop.errors import Finding
 from trueloop.geometry.surface import Surface
 from trueloop.loops.misuse import refuse_misuse
 from trueloop.loops.surface.figures import check_support, headline, support_record
+from trueloop.loops.surface.over_parts import without_outliers
 from trueloop.loops.surface.scatter import check_surface_scatter
 from trueloop.loops.surface.surface import (
     HERE,
@@ -36,6 +38,8 @@ from trueloop.units import UM_PER_MM
 class SurfaceInputs:
     """Everything that a surface is corrected by. `sha256`: hashes of what was read, by name; `trim`: which points of
     the surface its face's trimming curves cut away; `program_sha256`: of the program that cut the parts, if known.
+    The first `earlier` of the parts and inspections come from a store: their age is not held against them.
+    `leave_out`: parts that are outlying beyond doubt do not count for the pattern.
     """
 
     name: str
@@ -48,11 +52,14 @@ class SurfaceInputs:
     trim: Trim | None = None
     inspections: tuple[Inspection, ...] = ()
     program_sha256: str | None = None
+    earlier: int = 0
+    leave_out: bool = False
 
     @property
     def measured_at(self) -> datetime | None:
-        """When the parts were measured, where that is known: the first of them."""
-        return min((one.measured_at for one in self.inspections if one.measured_at is not None), default=None)
+        """When today's parts were measured, where that is known: the first of them."""
+        today = self.inspections[self.earlier :]
+        return min((one.measured_at for one in today if one.measured_at is not None), default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +79,10 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
     limits = inputs.options.limits
     notes = refuse_misuse(inputs.program, inputs.program_sha256, inputs.measured_at, now, limits)
     parts = model_of(inputs.surface, inputs.parts, inputs.options, trim=inputs.trim, work=work)
+    odd: tuple[Finding, ...] = ()
+    if inputs.leave_out:
+        chosen, odd = without_outliers(parts, inputs.options)
+        inputs = replace(inputs, options=chosen)
     model = pattern_model(inputs.surface, parts, inputs.options, trim=inputs.trim)
     check_support(model.figures, inputs.options.least_supported)
     check_surface_scatter(model, limits)
@@ -95,7 +106,7 @@ def correct_parts(inputs: SurfaceInputs, now: datetime, *, work: Work = HERE) ->
         program=_program(inputs, correction),
         inspections=inputs.inspections,
     )
-    return RecordedCorrection(correction, record, tuple(notes))
+    return RecordedCorrection(correction, record, (*notes, *map(str, odd)))
 
 
 def _tool(inputs: SurfaceInputs) -> Tool | None:

@@ -9,6 +9,7 @@ class What(StrEnum):
 
     LEVEL = "level"  # the whole part moved by (dX, dZ)
     SHAPE = "shape"  # what is left of it
+    DRIFT = "drift"  # it changes from part to part
     GAIN = "gain"  # the share of the correction that arrived
     MEMORY_GAIN = "memory gain"  # of that part of the correction that came from memory
 

@@ -73,6 +73,12 @@ def pattern_summary(
     }
 
 
+def added_lines(kept: str, parts: int, findings: Sequence[Finding], notes: Sequence[str]) -> list[str]:
+    """Parts added to a store, with what was noticed of them."""
+    noticed = [str(finding) for finding in findings] or ["nothing unusual was noticed of the new parts"]
+    return [kept, f"{parts} parts of this surface by now", *noticed, *(f"- {note}" for note in notes)]
+
+
 def pattern_lines(found: SurfaceModel, notes: Sequence[str], files: Sequence[str]) -> list[str]:
     """The same for people."""
     pattern, figures, known = found.pattern, found.figures, headline(found.figures)

@@ -8,6 +8,8 @@ import numpy as np
 from trueloop.arrays import Array
 from trueloop.surface.separation.spline_surface import SplineSurface
 
+LEAST_OTHERS = 3
+"""Fewer do not tell how much parts differ."""
 PLACES = 31
 """Places a side that parts are compared at: closer together than control points, of which a pattern has hardly 25."""
 
@@ -33,11 +35,18 @@ def outliers(models: Sequence[SplineSurface], names: Sequence[str], confidence: 
     """
     at = np.linspace(0.0, 1.0, PLACES)
     stack = np.stack([model.grid_mm(at, at).ravel() for model in models])
-    found = [_judged(stack, k, names[k]) for k in range(len(stack))] if len(stack) > 3 else []
+    found = [_judged(stack, k, names[k], len(stack)) for k in range(len(stack))] if len(stack) > LEAST_OTHERS else []
     return tuple(odd for odd in found if odd.p_value < 1.0 - confidence)
 
 
-def _judged(stack: Array, k: int, name: str) -> Outlier:
+def last_judged(models: Sequence[SplineSurface], name: str) -> Outlier | None:
+    """The last part against those before it, by the same test, of one part; None where fewer than three are before."""
+    at = np.linspace(0.0, 1.0, PLACES)
+    stack = np.stack([model.grid_mm(at, at).ravel() for model in models])
+    return _judged(stack, len(stack) - 1, name, 1) if len(stack) > LEAST_OTHERS else None
+
+
+def _judged(stack: Array, k: int, name: str, tests: int) -> Outlier:
     from scipy.special import fdtrc  # slow to import
 
     others = np.delete(stack, k, axis=0)
@@ -48,12 +57,12 @@ def _judged(stack: Array, k: int, name: str) -> Outlier:
     off = float(np.mean((stack[k] - np.mean(others, axis=0)) ** 2))
     if variance <= 0.0:
         return Outlier(name, off**0.5, float("inf") if off else 1.0, 0.0 if off else 1.0)
-    shapes = _shapes(gram, s - 1)
+    shapes = shapes_of(gram, s - 1)
     ratio = off / (variance * (1 + 1 / s))
-    return Outlier(name, off**0.5, ratio**0.5, min(1.0, len(stack) * float(fdtrc(shapes, (s - 1) * shapes, ratio))))
+    return Outlier(name, off**0.5, ratio**0.5, min(1.0, tests * float(fdtrc(shapes, (s - 1) * shapes, ratio))))
 
 
-def _shapes(gram: Array, freedom: int) -> float:
+def shapes_of(gram: Array, freedom: int) -> float:
     """ν = (tr Σ)²/tr Σ², with the bias of tr S² from few parts taken off: E tr S² = (1 + 1/f) tr Σ² + (tr Σ)²/f.
 
     Few parts tell ν badly, and too large a ν cries wolf: it is lowered by 1 + 4/f, which keeps false alarms at one to

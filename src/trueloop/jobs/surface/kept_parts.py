@@ -1,0 +1,190 @@
+"""Measured parts of a surface in the store: kept with their points, and taken for the pattern with today's."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.domain.inspection import CmmPoint, Inspection, Vector
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.geometry.surface import Surface
+from trueloop.geometry.surface_closest import closest
+from trueloop.jobs.store.keep_facts import Facts, KeptFacts, keep_facts
+from trueloop.jobs.surface.job import ReadSurface
+from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs
+from trueloop.loops.surface.stored import enveloped
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Store, find
+from trueloop.surface.deviations.points import MeasuredPoints
+
+PLACE: Final = re.compile(r"(\d+),(\d+)")
+"""A point's name where it is one of a grid: row and column, from 1."""
+COMPARED: Final = 500
+"""So many points of a part tell whether it was measured on this surface."""
+SAME_MM: Final = 1e-4
+"""Nominal points of the same surface lie on it as closely: they were computed, and stored to the last digit."""
+ALONG: Final = 0.999
+
+
+def keep_parts(store: Store, read: ReadSurface, done: RecordedCorrection | None = None) -> KeptFacts:
+    """Keeps the job's measured parts with all their points, and the correction by them: all or none.
+
+    Raises SRF-STORED where the store has parts of another surface under the job's name, and what keeping refuses.
+    """
+    inputs = read.inputs
+    own = slice(inputs.earlier, None)
+    facts = [
+        fact
+        for measured, inspection in zip(inputs.parts[own], inputs.inspections[own], strict=True)
+        for fact in _facts(inputs, measured, inspection)
+    ]
+    correction = [] if done is None else [enveloped(done)]
+    return keep_facts(store, Facts((*facts, *correction)))
+
+
+def with_kept_parts(store: Store, read: ReadSurface) -> tuple[ReadSurface, tuple[str, ...]]:
+    """The job with the parts in the store before its own, in the order in which they were kept; notes of those that
+    are left out.
+
+    A part that the job names itself counts once, as the job has it. Parts cut by another program are left out: theirs
+    is another pattern. Raises SRF-STORED for parts of another surface, or aligned otherwise, under the job's name,
+    SRF-TWICE for a part that is there under another name.
+    """
+    inputs = read.inputs
+    own, program = {part.name for part in inputs.parts}, program_of(inputs)
+    files = {one.sha256: one.part.serial for one in inputs.inspections}
+    parts, inspections, others = list[MeasuredPoints](), list[Inspection](), list[str]()
+    for inspection, cut in _kept(store, inputs.name):
+        if inspection.part.serial in own:
+            continue
+        if inspection.sha256 in files:
+            raise _twice(inspection, files[inspection.sha256])
+        if cut.program_sha256 != program:
+            others.append(inspection.part.serial)
+            continue
+        _require_same_surface(inputs, inspection)
+        parts.append(measured_of(inspection))
+        inspections.append(replace(inspection, values=()))
+    notes = [_of_other_program(others, program)] if others else []
+    hashes = {f"store:{one.part.serial}": one.sha256 for one in inspections}
+    together = replace(
+        inputs,
+        parts=(*parts, *inputs.parts),
+        inspections=(*inspections, *inputs.inspections),
+        sha256={**hashes, **inputs.sha256},
+        earlier=len(parts),
+        leave_out=True,
+    )
+    return replace(read, inputs=together), tuple(notes)
+
+
+def measured_of(inspection: Inspection) -> MeasuredPoints:
+    """The points of a part, with their places in the grid where they have any."""
+    points = np.array([point.measured_mm for point in inspection.points], float).reshape(-1, 3)
+    places = [PLACE.fullmatch(point.name) for point in inspection.points]
+    name, ball = inspection.part.serial, inspection.ball_radius_mm
+    gridded = [(int(place[1]), int(place[2])) for place in places if place is not None]
+    if len(gridded) < len(places):
+        return MeasuredPoints(points, ball, None, name)
+    rows, columns = (max(along) for along in zip(*gridded, strict=True))
+    grid = np.full((rows * columns, 3), np.nan)
+    grid[[(row - 1) * columns + column - 1 for row, column in gridded]] = points
+    return MeasuredPoints(grid, ball, (rows, columns), name)
+
+
+def program_of(inputs: SurfaceInputs) -> str:
+    """The hash of the program that cut the parts, as far as the job states it; empty: not at all."""
+    if inputs.program_sha256:
+        return inputs.program_sha256.lower()
+    return "" if inputs.program is None else sha256_of(inputs.program.source)
+
+
+def _facts(
+    inputs: SurfaceInputs, measured: MeasuredPoints, inspection: Inspection
+) -> Iterator[Part | Inspection | Cut | InspectionLink]:
+    part = inspection.part
+    cut = Cut(part, Stage.FINISH, program_sha256=program_of(inputs))
+    yield part
+    yield replace(inspection, values=tuple(_points(inputs.surface, measured)))
+    yield cut
+    yield InspectionLink(inspection.identity, cut.identity)
+
+
+def _points(surface: Surface, measured: MeasuredPoints) -> Iterator[CmmPoint]:
+    """Every point that was measured, with the point of the nominal surface below it and the normal there."""
+    there = np.flatnonzero(np.all(np.isfinite(measured.points_mm), axis=1))
+    feet = closest(surface, measured.points_mm[there])
+    columns = 0 if measured.shape is None else measured.shape[1]
+    for k, point, nominal, normal in zip(there, measured.points_mm[there], feet.point_mm, feet.normal, strict=True):
+        name = f"{k // columns + 1},{k % columns + 1}" if columns else ""
+        yield CmmPoint(_vector(point), _vector(nominal), _vector(normal), name)
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _kept(store: Store, name: str) -> Iterator[tuple[Inspection, Cut]]:
+    """The latest inspection with points of each part of that name, with its cut."""
+    of_inspection = {
+        link.value.inspection: kept.value
+        for kept in find(store, Cut, part_type=name)
+        for link in find(store, InspectionLink, cut=joined(kept.value.identity))
+    }
+    found: dict[str, tuple[Inspection, Cut]] = {}
+    for kept in find(store, Inspection, part_type=name):
+        cut = of_inspection.get(kept.value.identity)
+        if cut is not None and kept.value.points:
+            found[kept.value.part.serial] = (kept.value, cut)
+    yield from found.values()
+
+
+def _require_same_surface(inputs: SurfaceInputs, inspection: Inspection) -> None:
+    if inspection.frame != ("device" if inputs.options.best_fit else "part"):
+        other = "best-fit" if inspection.frame == "device" else "datum"
+        raise _refused(inspection, f"was aligned otherwise: {other!r}", "gauging.alignment is to be that of all parts")
+    points = inspection.points[:: max(1, len(inspection.points) // COMPARED)]
+    nominal = np.array([point.nominal_mm or (np.nan,) * 3 for point in points])
+    normal = np.array([point.outward_normal or (np.nan,) * 3 for point in points])
+    if not np.all(np.isfinite(nominal)):
+        return
+    feet = closest(inputs.surface, nominal)
+    off = float(np.max(np.linalg.norm(nominal - feet.point_mm, axis=1)))
+    turned = float(np.min(np.einsum("nk,nk->n", normal, feet.normal)))
+    if off > SAME_MM or turned < ALONG:
+        how = f"its nominal points are up to {off:.3g} mm off" if off > SAME_MM else "its normals are others"
+        raise _refused(inspection, f"was measured on another surface: {how}", "give another surface another `name`")
+
+
+def _refused(inspection: Inspection, why: str, hint: str) -> TrueloopError:
+    part = inspection.part
+    return TrueloopError(
+        Code.SRF_STORED,
+        f"part {part.serial!r} of {part.part_type.name!r} in the store {why}",
+        hint=hint,
+        override="--db none takes the job's own parts alone",
+        values={"part": part.serial},
+    )
+
+
+def _twice(inspection: Inspection, name: str) -> TrueloopError:
+    return TrueloopError(
+        Code.SRF_TWICE,
+        f"part {name!r} is in the store as {inspection.part.serial!r} already: their files have the same bytes",
+        hint="leave the copy out of gauging.points, or give it the name it has in the store",
+    )
+
+
+def _of_other_program(serials: Sequence[str], program: str) -> str:
+    stated = f"{program[:16]}…" if program else "not stated"
+    return (
+        f"{len(serials)} parts in the store were cut by another program than this job's ({stated}) and do not count: "
+        f"{', '.join(serials)}"
+    )
