@@ -122,9 +122,9 @@ def test_old_parts_in_the_store_do_not_make_todays_old(store: Store) -> None:
 
 
 def test_a_pattern_that_changes_from_part_to_part_is_noticed(store: Store) -> None:
-    """By 2 µm a part; without that nothing is."""
+    """By 4 µm a part; without that nothing is."""
     names = [f"S{k:02d}" for k in range(6)]
-    for growth_um, alarms in ((0.0, []), (2.0, [What.DRIFT])):
+    for growth_um, alarms in ((0.0, []), (4.0, [What.DRIFT])):
         given = job([part(k, more_um=growth_um * k * np.sin(4 * U)) for k in range(6)]).inputs
         apart = model_of(given.surface, given.parts, given.options)
         (last,) = notice_in_order(apart, names[-1:])
@@ -134,25 +134,25 @@ def test_a_pattern_that_changes_from_part_to_part_is_noticed(store: Store) -> No
 
 
 def test_an_outlying_part_is_named_and_does_not_count(store: Store) -> None:
-    """Another form of 40 µm: the pattern is that of the other parts, to the last digit."""
-    parts = [part(k) for k in range(5)]
-    odd = part(5, more_um=40 * np.sin(6 * U) * np.sin(6 * V))
+    """Another form of 80 µm: the pattern is that of the other parts, to the last digit."""
+    parts = [part(k) for k in range(6)]
+    odd = part(6, more_um=80 * np.sin(6 * U) * np.sin(6 * V))
     (finding,) = add(store, *parts, odd).findings
-    assert finding.code is Code.SRF_OUTLIER and "'S05'" in finding.message and "does not count" in finding.message
+    assert finding.code is Code.SRF_OUTLIER and "'S06'" in finding.message and "does not count" in finding.message
     together, _ = with_kept_parts(store, job([part(7)]))
     given = together.inputs
     apart = model_of(given.surface, given.parts, given.options)
     found = pattern_of_parts(together, apart).pattern
-    good = [one for one in apart if one.deviations.name != "S05"]
+    good = [one for one in apart if one.deviations.name != "S06"]
     batch = pattern_of_parts(job([*parts, part(7)]), good).pattern
     np.testing.assert_array_equal(found.mean.coefficients_mm, batch.mean.coefficients_mm)
     kept = replace(together, inputs=replace(given, leave_out=False))
-    assert pattern_of_parts(kept, apart).pattern.parts == 7
+    assert pattern_of_parts(kept, apart).pattern.parts == 8
     noticed = list(notice_in_order(apart, ["S07"]))
     assert noticed == [NoticedPart("S07", ())]  # the next good part is not compared with the outlying one
 
 
 def test_a_part_in_doubt_is_named_and_counts(store: Store) -> None:
-    parts = [*(part(k) for k in range(6)), part(6, more_um=3.5 * np.sin(6 * U) * np.sin(6 * V))]
+    parts = [*(part(k) for k in range(6)), part(6, more_um=10 * np.sin(6 * U) * np.sin(6 * V))]
     (finding,) = add(store, *parts).findings
     assert finding.code is Code.SRF_OUTLIER and "does not count" not in finding.message
