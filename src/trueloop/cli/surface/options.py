@@ -13,13 +13,15 @@ if TYPE_CHECKING:
 
     from trueloop.formats.outputs import Named
     from trueloop.geometry.surface import Surface
-    from trueloop.jobs.store.keep_facts import KeptFacts
     from trueloop.jobs.surface.added import Together
     from trueloop.jobs.surface.job import ReadSurface
-    from trueloop.loops.surface.correction import RecordedCorrection
     from trueloop.loops.surface.surface import Part, Work
 
 JobFile = Annotated[Path, typer.Argument(metavar="JOB.toml", help="The surface's job; docs/surface.md explains it.")]
+
+KeepOutliers = Annotated[
+    bool, typer.Option("--keep-outliers", help="Parts of the store count although they are outlying beyond doubt.")
+]
 
 
 def read(job: Path) -> "ReadSurface":
@@ -42,9 +44,7 @@ class EarlierParts:
             help="Store whose parts count too; none: no store.  [default: trueloop.db beside the job]",
         ),
     ] = None
-    keep_outliers: Annotated[
-        bool, typer.Option("--keep-outliers", help="Parts count that are outlying beyond doubt.")
-    ] = False
+    keep_outliers: KeepOutliers = False
 
     def read(self, job: Path) -> "Together":
         """A surface's job, read, with the parts of the store."""
@@ -95,19 +95,6 @@ class Run:
         from trueloop.formats.outputs import write_all
 
         return [str(file) for file in write_all(self.output or job.output_folder, contents, job.files)]
-
-    def write_and_keep(
-        self, together: "Together", done: "RecordedCorrection", contents: "Sequence[Named]"
-    ) -> "tuple[list[str], KeptFacts | None]":
-        """The files written, all or none; where there is a store, what was kept in it first."""
-        if together.store is None:
-            return self.write(together.read, contents), None
-        from trueloop.jobs.store.keeping import kept_all_the_same
-        from trueloop.jobs.surface.kept_parts import keep_parts
-
-        kept = keep_parts(together.store, together.read, done)
-        with kept_all_the_same(kept):
-            return self.write(together.read, contents), kept
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -38,7 +38,7 @@ def with_store(read: "ReadSurface", db: str | None, *, keep_outliers: bool = Fal
 
     `keep_outliers`: parts that are outlying beyond doubt count for the pattern too. Raises STO and SRF errors.
     """
-    store = store_of(read.job.parent, db, None)
+    store = store_of(read.job.parent, db, read.store_db)
     if store is None:
         return Together(read, None, ())
     from trueloop.jobs.surface.kept_parts import with_kept_parts  # slow to import, and most jobs have no store

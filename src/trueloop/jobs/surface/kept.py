@@ -3,13 +3,11 @@
 from collections.abc import Iterator
 from typing import Any
 
-from trueloop.domain.life import Cut, InspectionLink, Stage
-from trueloop.domain.record import sha256_of
 from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts, texts_of
 from trueloop.jobs.store.keeping import Keeping
-from trueloop.jobs.store.of_this_part import cuts_of, require_file_of_part
 from trueloop.jobs.store.where import store_of
 from trueloop.jobs.surface.job import ReadSurface
+from trueloop.jobs.surface.kept_parts import part_facts
 from trueloop.loops.surface.correction import RecordedCorrection
 from trueloop.loops.surface.stored import enveloped
 from trueloop.storage.store import Store
@@ -23,17 +21,11 @@ def keep_surface(read: ReadSurface, done: RecordedCorrection, keeping: Keeping) 
     store = store_of(read.job.parent, keeping.db, read.store_db)
     if store is None:
         return None
-    for one in read.inputs.inspections:
-        require_file_of_part(store, one)
     return keep_facts(store, _facts(store, read, done), supersede=keeping.supersede)
 
 
 def _facts(store: Store, read: ReadSurface, done: RecordedCorrection) -> Iterator[Any]:
     program, written = read.inputs.program, done.correction.program
-    sha256 = "" if program is None else sha256_of(program.source)
-    for one in read.inputs.inspections:
-        known = cuts_of(store, one.part, Stage.FINISH)
-        cut = known[-1] if known else Cut(one.part, Stage.FINISH, program_sha256=sha256)
-        yield from (one.part, cut, one, InspectionLink(one.identity, cut.identity, released=True))
+    yield from part_facts(store, read.inputs)
     yield from texts_of([None if program is None else program.source, None if written is None else written.source])
     yield enveloped(done)

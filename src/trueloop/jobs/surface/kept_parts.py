@@ -15,10 +15,10 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.surface import Surface
 from trueloop.geometry.surface_closest import closest
-from trueloop.jobs.store.keep_facts import Facts, KeptFacts, keep_facts
+from trueloop.jobs.store.keep_facts import KeptFacts, keep_facts
+from trueloop.jobs.store.of_this_part import cuts_of, require_file_of_part
 from trueloop.jobs.surface.job import ReadSurface
-from trueloop.loops.surface.correction import RecordedCorrection, SurfaceInputs
-from trueloop.loops.surface.stored import enveloped
+from trueloop.loops.surface.correction import SurfaceInputs
 from trueloop.storage.kinds import joined
 from trueloop.storage.store import Store, find
 from trueloop.surface.deviations.points import MeasuredPoints
@@ -32,20 +32,25 @@ SAME_MM: Final = 1e-4
 ALONG: Final = 0.999
 
 
-def keep_parts(store: Store, read: ReadSurface, done: RecordedCorrection | None = None) -> KeptFacts:
-    """Keeps the job's measured parts with all their points, and the correction by them: all or none.
-
-    Raises SRF-STORED where the store has parts of another surface under the job's name, and what keeping refuses.
+def keep_parts(store: Store, read: ReadSurface) -> KeptFacts:
+    """Keeps the job's measured parts with all their points: all or none. Raises STO-OTHER-PART, and what keeping
+    refuses.
     """
-    inputs = read.inputs
+    return keep_facts(store, part_facts(store, read.inputs))
+
+
+def part_facts(store: Store, inputs: SurfaceInputs) -> Iterator[Part | Inspection | Cut | InspectionLink]:
+    """The job's own parts as facts: those that come from the store are there already. Raises STO-OTHER-PART."""
     own = slice(inputs.earlier, None)
-    facts = [
-        fact
-        for measured, inspection in zip(inputs.parts[own], inputs.inspections[own], strict=True)
-        for fact in _facts(inputs, measured, inspection)
-    ]
-    correction = [] if done is None else [enveloped(done)]
-    return keep_facts(store, Facts((*facts, *correction)))
+    for measured, inspection in zip(inputs.parts[own], inputs.inspections[own], strict=True):
+        pointed = replace(inspection, values=tuple(_points(inputs.surface, measured)))
+        require_file_of_part(store, pointed)
+        known = cuts_of(store, inspection.part, Stage.FINISH)
+        cut = known[-1] if known else Cut(inspection.part, Stage.FINISH, program_sha256=program_of(inputs))
+        yield inspection.part
+        yield cut
+        yield pointed
+        yield InspectionLink(inspection.identity, cut.identity, released=True)
 
 
 def with_kept_parts(store: Store, read: ReadSurface) -> tuple[ReadSurface, tuple[str, ...]]:
@@ -103,17 +108,6 @@ def program_of(inputs: SurfaceInputs) -> str:
     if inputs.program_sha256:
         return inputs.program_sha256.lower()
     return "" if inputs.program is None else sha256_of(inputs.program.source)
-
-
-def _facts(
-    inputs: SurfaceInputs, measured: MeasuredPoints, inspection: Inspection
-) -> Iterator[Part | Inspection | Cut | InspectionLink]:
-    part = inspection.part
-    cut = Cut(part, Stage.FINISH, program_sha256=program_of(inputs))
-    yield part
-    yield replace(inspection, values=tuple(_points(inputs.surface, measured)))
-    yield cut
-    yield InspectionLink(inspection.identity, cut.identity)
 
 
 def _points(surface: Surface, measured: MeasuredPoints) -> Iterator[CmmPoint]:

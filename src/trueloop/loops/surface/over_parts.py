@@ -71,11 +71,12 @@ def without_outliers(parts: Sequence[Part], options: SurfaceOptions) -> tuple[Su
 
 def as_findings(noticed: NoticedPart) -> tuple[Finding, ...]:
     """The alarms of a part as findings."""
+    codes = {What.SHAPE: Code.SRF_OUTLIER, What.DRIFT: Code.SRF_DRIFT}
     left = "; it does not count for the pattern" if noticed.left_out else ""
     return tuple(
         Finding(
             Severity.WARNING,
-            Code.SRF_OUTLIER if alarm.what is What.SHAPE else Code.SRF_DRIFT,
+            codes[alarm.what],
             f"part {noticed.name!r}: {alarm.says} (p {alarm.probability:.2g}){left}",
             "look at its clamping, the cutter, the program and the measurement",
             values={"p_value": alarm.probability},
