@@ -6,10 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support.kept import EDGE, MADE_AT
 from trueloop.arrays import Array
+from trueloop.domain.edge_life import EdgeLife
+from trueloop.domain.life import EdgeEvent, EdgeEventKind
 from trueloop.memory.edge.learnt import Learnt, learnt
 from trueloop.memory.edge.predict import predict, sizes
 from trueloop.memory.made_part import ArcErrors, MadePart
+from trueloop.report.tool.figures import form_figure, transfer_figure
+from trueloop.report.tool.shown import ShownEdge
 
 ANGLES = np.radians(np.linspace(5.0, 85.0, 7))
 
@@ -237,3 +242,27 @@ def test_parts_without_finish_inspection_teach_the_form_alone() -> None:
     assert result.inspected == 0 and result.parts == 6
     np.testing.assert_allclose(result.transfer.mean_mm, 0.0, atol=1e-12)
     assert np.min(result.transfer.u_mm) > np.max(found(history()).transfer.u_mm)
+
+
+def test_a_touch_with_more_material_is_drawn_above_the_curve() -> None:
+    """One touch of the third part stands 6 µm higher than before: what is left of it, and its dot, rise."""
+    for finish, draw in ((False, form_figure), (True, transfer_figure)):
+        parts = history(parts=8)
+        place = (2 * 2 + finish) * len(ANGLES) + 3
+        errors = parts[2].finish if finish else parts[2].semifinish
+        assert errors is not None
+        high = replace(errors, error_mm=errors.error_mm + np.where(np.arange(len(ANGLES)) == 3, 0.006, 0.0))
+        before = found(parts)
+        parts[2] = replace(parts[2], finish=high) if finish else replace(parts[2], semifinish=high)
+        result = found(parts)
+        assert result.behind.finish[place] == finish and result.behind.serial[place] == "2"
+        assert result.behind.left_mm[place] - before.behind.left_mm[place] > 0.001
+        life = EdgeLife((EdgeEvent(EDGE, EdgeEventKind.MOUNTED, MADE_AT),))
+        dots = [
+            trace for trace in draw(ShownEdge(life, (), result, (), None, 0.1), result)["data"] if "marker" in trace
+        ]
+        height = {text: y for trace in dots for text, y in zip(trace["hovertext"], trace["y"], strict=True)}
+        angle = np.degrees(result.behind.contact_angle_rad[place])
+        (own,) = (y for text, y in height.items() if text.startswith("part 2 ") and f"{angle:.1f}°" in text)
+        at_mm = (result.transfer_at_mm if finish else result.form_at_mm)[place]
+        assert own - 1000 * at_mm == pytest.approx(1000 * result.behind.left_mm[place], abs=1e-9)
