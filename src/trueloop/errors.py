@@ -366,7 +366,7 @@ class Code(StrEnum):
     STO_EXPORT = "STO-EXPORT", "an export of a store that is not whole, or was changed", ("line",)
     STO_PART = "STO-PART", "an inspection that does not say of which part it is", ("file",)
     STO_SEVERAL = "STO-SEVERAL", "a name that several parts in the store have", ("name",)
-    STO_DAMAGED = "STO-DAMAGED", "a row of a store that cannot be read", ("row",)
+    STO_DAMAGED = "STO-DAMAGED", "a row of a store that is not what was kept, or cannot be read", ("row",)
     STO_LOST = "STO-LOST", "a row that names what is not in the store, or is superseded", ("row", "named")
     STO_OTHER_PART = "STO-OTHER-PART", "a file that is stored already, as an inspection of another part", ("file",)
     STO_DRIVER = "STO-DRIVER", "a store in PostgreSQL without the package that connects to it"

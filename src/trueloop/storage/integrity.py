@@ -1,11 +1,14 @@
 """Whether a store holds what was written into it: `damage` reads all of it and compares with the hashes."""
 
-from collections.abc import Iterator
+import sqlite3
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from sqlalchemy import Connection, select
+from sqlalchemy.exc import DatabaseError
 
+from trueloop.errors import Code, TrueloopError
 from trueloop.storage.bulk import rows_of
 from trueloop.storage.encoded import digest
 from trueloop.storage.kinds import KINDS, Kind
@@ -13,6 +16,8 @@ from trueloop.storage.reading import AT_ONCE
 from trueloop.storage.store import Store
 from trueloop.storage.tables import ROWS, TABLES
 from trueloop.storage.value_rows import FORMS, PIECE, RowForm
+
+_MALFORMED: Final = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 @dataclass(frozen=True)
@@ -28,17 +33,42 @@ def damage(store: Store, after: int = 0) -> list[Damage]:
     """What is damaged; `after`: rows up to this number are taken as good. Raises STO-FILE, STO-BUSY.
 
     SQLite is asked for the order of its pages, indices and references; PostgreSQL's own are `pg_amcheck`'s. Then every
-    row is hashed anew: document, payload, and the values of an inspection.
+    row is hashed anew: document, payload, and the values of an inspection. A table whose pages SQLite cannot read is
+    damaged as a whole.
     """
-    with store.reading() as connection:
-        whole = list(_of_file(connection)) if connection.dialect.name == "sqlite" else []
-        return [*whole, *(one for kind in KINDS for one in _of_kind(connection, kind, after))]
+    found: list[Damage] = []
+    try:
+        with store.reading() as connection:
+            found += (one for look in _whole(connection) for one in _readable("", look(connection)))
+            for kind in KINDS:
+                found += _readable(kind.table, _of_kind(connection, kind, after))
+    except TrueloopError as wrong:  # SQLite may not even end the transaction on a damaged file
+        if wrong.code is not Code.STO_FILE or not found:
+            raise
+    return list(dict.fromkeys(found))
 
 
-def _of_file(connection: Connection) -> Iterator[Damage]:
+def _whole(connection: Connection) -> tuple[Callable[[Connection], Iterator[Damage]], ...]:
+    return (_pages, _references) if connection.dialect.name == "sqlite" else ()
+
+
+def _readable(table: str, found: Iterator[Damage]) -> Iterator[Damage]:
+    try:
+        yield from found
+    except (DatabaseError, sqlite3.DatabaseError) as wrong:  # what comes while rows are fetched is SQLite's own
+        cause = getattr(wrong, "orig", wrong)
+        if (getattr(cause, "sqlite_errorcode", 0) or 0) & 0xFF not in _MALFORMED:
+            raise
+        yield Damage(table, None, f"it cannot be read: {cause}")
+
+
+def _pages(connection: Connection) -> Iterator[Damage]:
     for (said,) in connection.exec_driver_sql("PRAGMA integrity_check(20)"):
         if said != "ok":
             yield Damage("", None, str(said))
+
+
+def _references(connection: Connection) -> Iterator[Damage]:
     for table, row, to, _ in connection.exec_driver_sql("PRAGMA foreign_key_check"):
         yield Damage(table, row, f"refers to a row of {to} that is not there")
 

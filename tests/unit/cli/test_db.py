@@ -3,6 +3,7 @@
 import json
 import shutil
 import sqlite3
+import struct
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
@@ -210,6 +211,45 @@ def test_a_check_finds_labels_times_and_orders_that_contradict(folder: Path) -> 
     found = json.loads(output_of("db", "check", "--json", status=ExitStatus.FINDINGS))["findings"]
     assert sorted(one["code"] for one in found) == ["LAB-LINK", "LAB-LINK", "STO-CLOCK", "STO-ORDER"]
     assert {one["values"].get("in_link") for one in found if one["code"] == "LAB-LINK"} == {"finish"}
+
+
+def _in_one_file() -> None:
+    """What SQLite has in its log goes into the file."""
+    connection = sqlite3.connect("trueloop.db")
+    connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    connection.close()
+
+
+def test_a_check_finds_a_number_that_was_changed_in_the_file(folder: Path) -> None:
+    """A wrong digit of a measured value is no wrong row: only the hash tells it."""
+    invoke("db", "import", MODBAS2 / "touches.csv", "--job", JOB, "--serial", "2511", status=0)
+    assert "0 findings" in output_of("db", "check")
+    connection = sqlite3.connect("trueloop.db")
+    (error_mm,) = connection.execute("SELECT min(error_mm) FROM touch").fetchone()
+    connection.close()
+    _in_one_file()
+    content, value = (folder / "trueloop.db").read_bytes(), struct.pack(">d", error_mm)
+    assert content.count(value) == 1
+    (folder / "trueloop.db").write_bytes(content.replace(value, struct.pack(">d", error_mm + 0.001)))
+    (found,) = json.loads(output_of("db", "check", "--json", status=ExitStatus.FINDINGS))["findings"]
+    assert (found["code"], found["severity"], found["values"]["row"]) == ("STO-DAMAGED", "error", "inspection:1")
+    (folder / "trueloop.db").write_bytes(content)
+    assert "0 findings" in output_of("db", "check")
+
+
+def test_a_check_says_that_pages_of_the_file_are_damaged(folder: Path) -> None:
+    invoke("db", "import", MODBAS2 / "touches.csv", "--job", JOB, "--serial", "2511", status=0)
+    connection = sqlite3.connect("trueloop.db")
+    (page,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'touch'").fetchone()
+    (size,) = connection.execute("PRAGMA page_size").fetchone()
+    connection.close()
+    _in_one_file()
+    with (folder / "trueloop.db").open("r+b") as file:
+        file.seek((page - 1) * size)
+        file.write(b"\xa5" * 100)
+    found = json.loads(output_of("db", "check", "--json", status=ExitStatus.FINDINGS))
+    assert {one["code"] for one in found["findings"]} == {"STO-DAMAGED"} and found["rows"] == 0
+    assert {"the file", "the table 'inspection'"} <= {one["values"]["row"] for one in found["findings"]}
 
 
 def test_a_check_finds_a_clock_that_went_back(folder: Path) -> None:

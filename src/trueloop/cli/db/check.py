@@ -9,7 +9,7 @@ from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
 @guarded
 def check(db: Db = None, as_json: AsJson = False) -> None:
-    """Check that every row can be read, that links lead to rows, and that labels, order and times agree."""
+    """Check that rows are what was kept, that links lead to rows, and that labels, order and times agree."""
     from trueloop.jobs.db.checked import check_store
     from trueloop.jobs.store.opened import opened
 

@@ -1,4 +1,4 @@
-"""What is odd in a store: rows that cannot be read, links to nothing, labels against links, order, clock."""
+"""What is odd in a store: damage, links to nothing, labels against links, order, clock."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -9,6 +9,7 @@ from sqlalchemy import select
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.jobs.db.agreed import Facts, odd_labels, odd_links, odd_order, odd_times
 from trueloop.jobs.db.found import row_name, row_of
+from trueloop.storage.integrity import Damage, damage
 from trueloop.storage.kept import Kept
 from trueloop.storage.kinds import KINDS, Kind
 from trueloop.storage.reading import Query, found
@@ -34,7 +35,15 @@ class _Pass:
 
 
 def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) -> Checked:
-    """Reads every row once and compares what they say of each other. `progress` is given what is being done."""
+    """Compares all that is stored with its hashes, then what the rows say of each other.
+
+    `progress` is given what is being done. Where pages of a file are damaged, its rows may hold anything: they are not
+    read. Raises STO-FILE, STO-BUSY.
+    """
+    progress(f"checking {store.where}: hashes")
+    damaged = damage(store)
+    if any(one.row is None for one in damaged):
+        return Checked(0, tuple(map(_damaged, damaged)))
     over = _Pass()
     for kind in KINDS:
         progress(f"checking {store.where}: {kind.table}")
@@ -45,10 +54,16 @@ def check_store(store: Store, progress: Callable[[str], None] = lambda _: None) 
             before = replace(kept, value=None)
             if kept.superseded_by is None:
                 over.facts.take(kept)
-    facts = over.facts
-    return Checked(
-        over.rows, (*over.findings, *odd_links(facts), *odd_labels(facts), *odd_order(facts), *odd_times(facts))
-    )
+    facts, unreadable = over.facts, {one.values.get("row") for one in over.findings}
+    more = [one for one in map(_damaged, damaged) if one.values["row"] not in unreadable]
+    odd = (*odd_links(facts), *odd_labels(facts), *odd_order(facts), *odd_times(facts))
+    return Checked(over.rows, (*over.findings, *more, *odd))
+
+
+def _damaged(one: Damage) -> Finding:
+    name = one.table.replace("_", "-")
+    row = f"{name}:{one.row}" if one.row is not None else f"the table {one.table!r}" if one.table else "the file"
+    return _finding(row, f"{row} is damaged: {one.why}")
 
 
 def _readable(store: Store, kind: Kind, findings: list[Finding]) -> Iterator[Kept[Any]]:
@@ -81,13 +96,12 @@ def _one_by_one(store: Store, kind: Kind, after: int, findings: list[Finding]) -
 
 def _unreadable(row: str, wrong: Exception) -> Finding:
     why = wrong.message if isinstance(wrong, TrueloopError) else str(wrong)
-    return Finding(
-        Severity.ERROR,
-        Code.STO_DAMAGED,
-        f"{row} cannot be read: {why}",
-        "restore the store from a backup: trueloop db restore",
-        values={"row": row},
-    )
+    return _finding(row, f"{row} cannot be read: {why}")
+
+
+def _finding(row: str, said: str) -> Finding:
+    hint = "restore the store from a backup: trueloop db restore"
+    return Finding(Severity.ERROR, Code.STO_DAMAGED, said, hint, values={"row": row})
 
 
 def _clock(before: Kept[Any] | None, kept: Kept[Any]) -> Iterator[Finding]:

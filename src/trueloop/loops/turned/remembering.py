@@ -48,7 +48,7 @@ def remembering(inputs: Inputs, own: ProfileErrorModel, tools: int) -> "tuple[Re
     """
     if not is_used(inputs):
         return None, None
-    if inputs.measured_finished or tools > 1:
+    if inputs.measured_finished or inputs.machine is not None or tools > 1:
         return None, _unused(inputs, _why_unused(inputs))
     today = today_of(inputs, own)
     seen, left_out = _judged(inputs.history, today)
@@ -161,6 +161,8 @@ def _unused(inputs: Inputs, why: str) -> FromMemory:
 def _why_unused(inputs: Inputs) -> str:
     if inputs.measured_finished:
         return wording("The touches are of a finished part: earlier parts take no part in correcting the next one.")
+    if inputs.machine is not None:
+        return wording("Errors of the machine are known of this part: memory has errors with them and is not used.")
     return wording("The contour is cut with several tool offsets: memory is of one edge and is not used.")
 
 
