@@ -9,6 +9,7 @@
 ['2511']
 """
 
+import weakref
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -85,6 +86,7 @@ def open_store(
     name = url.database if url.get_backend_name() == "sqlite" else ""
     engine = engine_of(url, wait_s, create=create, read_only=read_only)
     store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)))
+    weakref.finalize(store, engine.dispose)  # commands end without closing it; PostgreSQL's connections are held open
     try:
         _made_ready(store, create, read_only)
     except BaseException:

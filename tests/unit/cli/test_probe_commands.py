@@ -1,6 +1,7 @@
 """`trueloop probe` and `simulate` from the outside: files in, files out."""
 
 import csv
+import hashlib
 import json
 import shutil
 from pathlib import Path
@@ -12,7 +13,10 @@ from tests.support.cli import invoke, run
 from tests.support.probing import EXAMPLES, log_of
 from trueloop.cli.probe import Control
 from trueloop.controllers.probing import WRITERS
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.jobs.measure.probing import read_probing
+from trueloop.storage.store import find, open_store
 
 JOB = EXAMPLES / "loop" / "modbas2.toml"
 MACHINE = EXAMPLES / "loop" / "machine.toml"
@@ -208,3 +212,33 @@ def test_a_program_that_linuxcnc_stops_is_told_with_file_line_and_block(loop: Pa
     said = run("linuxcnc", "loop", loop / "modbas2.toml", status=3)
     assert said.startswith(f"{loop / 'bad.ngc'}:4: CTL-PROGRAM: LinuxCNC stopped: ")
     assert "positive limit" in said and "'G1 X99999'" in said
+
+
+def test_what_a_log_holds_is_kept_as_what_the_semi_finish_cut_left(loop: Path) -> None:
+    plan = (probing := read_probing(loop / "modbas2.toml")).plan
+    assert probing.probe.calibration is not None
+    normal, error = np.array([touch.normal for touch in plan.touches]), np.linspace(-0.05, 0.09, 32)
+    off = plan.approach.allowance_mm + error + probing.probe.calibration.radius_mm(normal)
+    contacts = np.array([touch.nominal_mm for touch in plan.touches]) + off[:, None] * normal
+    (loop / "log.txt").write_text(log_of(plan, contacts))
+    store = open_store(loop / "trueloop.db", create=True)
+    command = ("probe", "read", loop / "modbas2.toml", loop / "log.txt", "--control", "fanuc")
+    output = ("-o", loop / "touches.csv")
+    refused = invoke(*command, *output, status=3)
+    assert "STO-PART" in refused.stderr and not (loop / "touches.csv").exists() and not find(store, Inspection)
+
+    said = invoke(*command, *output, "--serial", "17", status=0)
+    assert "trueloop.db: 1 part, 1 inspection, 1 cut" in said.stderr and (loop / "touches.csv").is_file()
+    (inspection,) = (kept.value for kept in find(store, Inspection))
+    (cut,) = (kept.value for kept in find(store, Cut))
+    (link,) = (kept.value for kept in find(store, InspectionLink))
+    assert inspection.part.serial == cut.part.serial == "17" and cut.stage is Stage.SEMIFINISH
+    assert inspection.sha256 == hashlib.sha256((loop / "log.txt").read_bytes()).hexdigest()
+    assert [touch.error_mm for touch in inspection.touches] == pytest.approx(error, abs=0.001)
+    assert (link.inspection, link.cut, link.released) == (inspection.identity, cut.identity, False)
+
+    again = invoke(*command, "--serial", "17", "--json", status=0)
+    assert json.loads(again.stdout)["store"]["new"] == {} and len(find(store, Inspection)) == 1
+    assert "STO-OTHER-PART" in invoke(*command, "--serial", "18", status=3).stderr
+    without = invoke(*command, "--serial", "18", "--db", "none", "--json", status=0)
+    assert "store" not in json.loads(without.stdout) and len(find(store, Inspection)) == 1

@@ -10,15 +10,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.correction import example_correction
+from tests.support.correction import example_correction, example_inputs
 from tests.support.kept import EDGE, MADE_AT, cut_of, inspected, of_part
 from trueloop.domain.life import Cut, Quarantine
 from trueloop.domain.tool import Edge
 from trueloop.jobs.store.codec import store_codec
 from trueloop.jobs.store.history import history_of
 from trueloop.jobs.store.order import Dated, cutting_order
+from trueloop.jobs.store.remembered import with_history
 from trueloop.jobs.store.where import place_of_store, store_of
-from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.correction import Composed, Correction
 from trueloop.loops.turned.made_parts import made_part
 from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.store import Store, keep, open_store
@@ -64,6 +65,22 @@ def test_a_part_out_of_the_store_is_the_part_that_was_kept(store: Store) -> None
     assert found.semifinish == own.semifinish
     assert found.correction_mm is not None and own.correction_mm is not None
     np.testing.assert_allclose(found.correction_mm, own.correction_mm, atol=1e-12)
+
+
+def test_a_part_corrected_for_errors_of_the_machine_teaches_nothing(store: Store) -> None:
+    """Its touches after the finish cut have the machine's errors in them, those before it do not."""
+    made = corrections()
+    for order, serial in enumerate(SERIALS):
+        correction = made[serial]
+        if serial == "2611":
+            nothing = np.zeros(len(correction.touches.point))
+            correction = replace(correction, composed=Composed(nothing, nothing, nothing, nothing))
+        keep_part(store, correction, cut_of(correction, serial, order=order), 1.0)
+    history = history_of(store, EDGE)
+    assert [(part.serial, part.order, part.minutes_in_cut) for part in history] == [("2511", 0, 0.0), ("2711", 1, 6.0)]
+    inputs = with_history(store, replace(example_inputs("modbas2"), edge=EDGE))
+    assert [part.serial for part in inputs.history] == ["2511", "2711"]
+    assert any("known errors of the machine: 1. They teach memory nothing." in note for note in inputs.notes)
 
 
 def test_a_part_not_yet_inspected_has_no_finish_and_another_edge_nothing(store: Store) -> None:

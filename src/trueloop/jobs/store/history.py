@@ -37,23 +37,35 @@ class LivedPart:
     finish: Inspection | None
     order_in_doubt: bool
 
+    @property
+    def of_machine(self) -> bool:
+        """Its correction took known errors of the machine out of the touches. Of those after the finish cut nobody
+        does, so that S and F would not be of one process.
+        """
+        return self.correction.payload.composed is not None
+
 
 def history_of(store: Store, edge: Edge, also: Sequence[LivedPart] = ()) -> tuple[MadePart, ...]:
     """The parts that an edge finished since it was mounted, in cutting order: without those superseded or quarantined,
-    and without parts of which no correction is known. `also` are parts as they are about to be kept. `order` counts
-    from 0; `minutes_in_cut` is the edge's age as the cut began, None where the time of one of its earlier cuts is not
-    known.
+    without parts of which no correction is known, and without those corrected for known errors of the machine. `also`
+    are parts as they are about to be kept. `order` counts from 0; `minutes_in_cut` is the edge's age as the cut began,
+    None where the time of one of its earlier cuts is not known.
 
     Raises STO errors, and what the finish inspections refuse.
     """
-    ages = _ages_min(store, edge, [lived.cut for lived in also])
+    return history_from(store, edge, life_of(store, edge, also), [lived.cut for lived in also])
+
+
+def history_from(store: Store, edge: Edge, life: Sequence[LivedPart], also: Sequence[Cut] = ()) -> tuple[MadePart, ...]:
+    """The same, of what `life_of` gave; `also`: cuts in it that are not kept yet."""
+    ages = _ages_min(store, edge, also)
     return tuple(
         replace(
             _made(lived, order),
             minutes_in_cut=ages.get(lived.cut.identity),
             order_in_doubt=lived.order_in_doubt,
         )
-        for order, lived in enumerate(life_of(store, edge, also))
+        for order, lived in enumerate(one for one in life if not one.of_machine)
     )
 
 

@@ -1,8 +1,9 @@
 """What a job gets out of the store before it is corrected: the parts that its edge has cut before."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from trueloop.jobs.store.history import history_of
+from trueloop.jobs.store.history import LivedPart, history_from, life_of
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.made_parts import name_of
 from trueloop.storage.store import Store
@@ -19,9 +20,24 @@ def with_history(store: Store, inputs: Inputs) -> Inputs:
         return inputs
     serials = [one.part.serial for one in inputs.inspections if one.part.serial]
     own = (name_of(inputs.part), serials[0] if serials else "")
-    parts = history_of(store, inputs.edge)
+    edge = inputs.edge
+    life = life_of(store, edge)
+    inputs = replace(inputs, notes=(*inputs.notes, *_left_out(life)))
+    parts = history_from(store, edge, life)
     before = next((k for k, part in enumerate(parts) if (part.part_type, part.serial) == own), len(parts))
     if not before:
         first = wording("First part of this edge: corrected by the fit of its own touches.")
         return replace(inputs, notes=(*inputs.notes, first))
     return replace(inputs, history=parts[:before])
+
+
+def _left_out(life: Sequence[LivedPart]) -> tuple[str, ...]:
+    count = sum(one.of_machine for one in life)
+    if not count:
+        return ()
+    return (
+        wording(
+            "Parts of this edge corrected for known errors of the machine: {count}. They teach memory nothing.",
+            count=count,
+        ),
+    )
