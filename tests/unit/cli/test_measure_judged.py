@@ -91,7 +91,7 @@ def test_a_part_as_predicted_raises_nothing_and_teaches(work: Path) -> None:
 def test_another_share_of_the_correction_is_alarmed_and_not_learned_from(work: Path, way: str, cause: str) -> None:
     said = read(work, f"{way}.csv", "--order", 1)
     assert "warning MEM-ALARM: part 'S2'" in said.stderr and cause in said.stderr
-    assert "1 quarantine" in said.stdout
+    assert "1 quarantine" in said.stdout and "nothing is learned from it" in said.stderr
     (word,) = (kept.value for kept in find(store_in(work), Quarantine))
     assert cause in word.why and word.by == "trueloop"
     assert taught(work) == ["S1"]
