@@ -10,12 +10,14 @@ import pytest
 from tests.support.cli import output_of
 from tests.support.machines import random_directions, random_model
 from trueloop.arrays import Array
+from trueloop.domain.inspection import Inspection
 from trueloop.domain.machine import Machine
 from trueloop.formats.jobs.machine_toml import read_machine
 from trueloop.formats.record_file import read_record
 from trueloop.formats.tables.model_file import read_model
 from trueloop.machine.model.lag import lagged
 from trueloop.machine.model.model import MachineModel, State
+from trueloop.storage.store import find, open_store
 
 MACHINE = """
 [machine]
@@ -203,8 +205,8 @@ def test_export_says_how_far_the_table_is_from_the_model(folder: Path) -> None:
     assert "MCH-TABLE" in refused
 
 
-def test_decompose(folder: Path) -> None:
-    """Touches on an ideal part by a machine without process error: what is left is what the model does not know."""
+def inspected(folder: Path) -> Path:
+    """Touches on an ideal part, whose surface lies 10 µm outside, by a machine without process error."""
     model = read_model(folder / "model/model.json")
     rng = np.random.default_rng(42)
     nominal, normal = rng.uniform(-50, 50, (8, 3)), random_directions(8, rng)
@@ -217,7 +219,12 @@ def test_decompose(folder: Path) -> None:
     file = folder / "inspections.csv"
     lines = ["# touch_u_um 0.5", ",".join(["point", *names]), *(",".join(map(str, row)) for row in rows)]
     file.write_text("\n".join(lines))
-    out = folder / "parts"
+    return file
+
+
+def test_decompose(folder: Path) -> None:
+    """What is left is what the model does not know."""
+    file, out = inspected(folder), folder / "parts"
     options = ("--work-zero", "250,0,-150", "--cutting", "T1=24", "--probing", "T1=24", "-o", out)
     output_of("machine", "decompose", file, "-m", folder / "model/model.json", *options)
     with (out / "components.csv").open() as table:
@@ -227,6 +234,27 @@ def test_decompose(folder: Path) -> None:
     assert "ERROR_MTG" in (out / "components.html").read_text()
 
 
+def test_decompose_keeps_what_either_device_found(folder: Path, tmp_path: Path) -> None:
+    """The part is 10 µm too large by the measuring machine; the machine's probe saw that less its own error."""
+    file, db = inspected(folder), str(tmp_path / "trueloop.db")
+    output_of("db", "init", db)
+    options = ("--work-zero", "250,0,-150", "--cutting", "T1=24", "--probing", "T1=24", "-o", tmp_path, "--db", db)
+    call = ("machine", "decompose", file, "-m", folder / "model/model.json", *options)
+    assert "1 part, 2 inspections" in output_of(*call, "--type", "PLATE", "--serial", "7")
+    assert "kept already" in output_of(*call, "--type", "PLATE", "--serial", "7")
+    assert "STO-OTHER-PART" in output_of(*call, "--type", "PLATE", "--serial", "8", status=3)
+    output_of(*call, status=2)
+    kept = {one.value.device: one.value for one in find(open_store(db), Inspection)}
+    assert {one.part.serial for one in kept.values()} == {"7"}
+    for device, is_ideal in (("measuring machine", True), ("machine's probe", False)):
+        points = kept[device].points
+        assert [point.name for point in points] == [f"P{k}" for k in range(8)]
+        vectors = [np.array([getattr(point, name) for point in points]) for name in VECTORS]
+        along = np.einsum("ni,ni->n", vectors[0] - vectors[1], vectors[2])
+        assert np.allclose(along, 0.01, atol=1e-9) == is_ideal
+
+
+VECTORS = ("measured_mm", "nominal_mm", "outward_normal")
 NAMES = (("nominal", "_mm"), ("normal", ""), ("controller", "_mm"), ("cmm", "_mm"))
 
 

@@ -1,14 +1,20 @@
 """`trueloop machine decompose`: the errors of a part taken apart."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.machine.options import Extrapolate, ModelOption, logs_of, signals_of
 from trueloop.cli.program_file import vector_of
+from trueloop.cli.store_options import Db
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+if TYPE_CHECKING:
+    from trueloop.diagnosis.components import Inspections
+    from trueloop.jobs.store.keep_facts import KeptFacts
 
 
 @guarded
@@ -24,8 +30,16 @@ def decompose(
     compensated: Annotated[bool, typer.Option(help="The model was in force during cutting.")] = True,
     new_frame: Annotated[bool, typer.Option(help="Take out the part coordinate system discrepancy.")] = False,
     extrapolate: Extrapolate = None,
+    part_type: Annotated[str, typer.Option("--type", help="The part type, for the store.  [default: none]")] = "",
+    serial: Annotated[
+        str, typer.Option("--serial", help="Serial number of the part: keep both inspections in the store.")
+    ] = "",
+    db: Db = None,
 ) -> None:
-    """Take the errors of a part apart: what the machine did, what the process, what the model left."""
+    """Take the errors of a part apart: what the machine did, what the process, what the model left.
+
+    With --serial both inspections are kept in the store.
+    """
     from trueloop.errors import in_file
     from trueloop.formats.measurements.inspections_csv import components_csv, read_inspections
     from trueloop.formats.outputs import write_all
@@ -33,6 +47,8 @@ def decompose(
     from trueloop.loops.machine.post_process import decompose_part, states_of
     from trueloop.report.machine.components import components_page
 
+    if db and not serial:
+        raise typer.BadParameter("needs --serial: a part is known by its serial number", param_hint="--db")
     known = read_model(model)
     points, seen = read_inspections(inspections)
     zero = vector_of(work_zero, "--work-zero")
@@ -47,9 +63,24 @@ def decompose(
         "components.csv": components_csv(points, parts).encode(),
         "components.html": components_page(points, parts, frame).encode(),
     }
+    kept = _kept(inspections, points, seen, part_type, serial, db)
     write_all(out, contents.items(), inputs=(inspections, model, *logs_of([*cutting, *probing])))
     if frame is not None:
         typer.echo(
             f"part frame: shift {UM_PER_MM * frame.shift_mm} µm, turn {URAD_PER_RAD * frame.turn_rad} µrad taken out"
         )
     typer.echo(f"{len(points)} points; written: {out / 'components.csv'}, {out / 'components.html'}")
+    if kept is not None:
+        typer.echo(kept.words)
+
+
+def _kept(
+    file: Path, points: Sequence[str], seen: "Inspections", part_type: str, serial: str, db: str | None
+) -> "KeptFacts | None":
+    """What was kept in the store; None: no part is named, or there is no store."""
+    if not serial:
+        return None
+    from trueloop.jobs.machine.kept import keep_both
+    from trueloop.jobs.store.keeping import Keeping
+
+    return keep_both(file, points, seen, part_type, serial, Keeping(db))
