@@ -12,7 +12,7 @@ from trueloop.storage.store import Store, find
 
 
 def require_serial(part: Part, file: str) -> None:
-    """Raises STO-PART for a part that could not be told from the next one; `file` is the one that should say it."""
+    """Raises STO-PART for a part without a serial number, by which parts are kept apart; `file` should state it."""
     if not part.serial:
         raise TrueloopError(
             Code.STO_PART,

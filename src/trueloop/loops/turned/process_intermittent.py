@@ -170,7 +170,7 @@ def _decision(model: ProfileErrorModel, matched: Commanded, options: Options, by
         matched.resolution_mm,
         options.weight,
         by,
-        any(curve.told for curve in model.curves),
+        any(curve.from_memory for curve in model.curves),
     )
 
 
@@ -179,10 +179,11 @@ def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array]:
 
     Three touches of an arc that earlier parts tell say little of whether an offset is enough; its curve does.
     """
-    told = [i for i, curve in enumerate(model.curves) if curve.told]
-    touched = model.vectors.chosen(np.flatnonzero((model.weight > 0.0) & ~np.isin(model.vectors.feature_index, told)))
+    from_memory = [i for i, curve in enumerate(model.curves) if curve.from_memory]
+    on_others = ~np.isin(model.vectors.feature_index, from_memory)
+    touched = model.vectors.chosen(np.flatnonzero((model.weight > 0.0) & on_others))
     errors, normals = [touched.error_mm], [touched.outward_normal]
-    for i in told:
+    for i in from_memory:
         s, _ = angles_along(model.profile.features[i])
         errors.append(model.curves[i].value_mm(s[2::5]))
         normals.append(model.profile.features[i].outward_normal(s[2::5]))

@@ -39,8 +39,8 @@ BOUND: Final = 4.0
 def fitted(observed: Observations) -> Hyperparameters:
     """The most probable hyperparameters, given errors in cutting order; of the gain, whether it is 1 or to be learned.
 
-    The corrections of one edge are much alike, so that a gain near 1 cannot be told from d(φ): it is learned only where
-    the errors say that it is wrong.
+    The corrections of one edge are much alike, so that a gain near 1 cannot be separated from d(φ): it is learned only
+    where the errors say that it is wrong.
     """
     latest = observed.at(observed.cuts.part[observed.cut] > observed.cuts.part.max() - FITTED_PARTS)
     right, of_right = best(latest, 0.0)

@@ -49,7 +49,7 @@ WRONG: Final = 0.01
 """Share of actuators that were believed wrong beforehand: a diameter taken for a radius, a correction run twice."""
 
 SUSPECT: Final = 0.2
-"""Only a gain that seems to be off by more is asked about: one nearer to 1 cannot be told from d(φ)."""
+"""Only a gain that seems to be off by more is asked about: one nearer to 1 cannot be separated from d(φ)."""
 
 JITTER_MM2: Final = 1e-10
 """Added to every variance: (0.01 µm)². Keeps the covariance of coincident touches positive definite."""

@@ -99,7 +99,7 @@ def kind_of_correction(correction: Correction, index: int) -> str:
         return wording("not touched: left as programmed")
     if correction.by_offset[index]:
         return wording("constant offset")
-    if curve.told:
+    if curve.from_memory:
         return wording("by earlier parts and {n} touches", n=touches)
     return _shape_words(curve, touches)
 

@@ -77,13 +77,13 @@ def decide(
     resolution_mm: float,
     weight: float,
     by: str = "auto",
-    told: bool = False,
+    from_memory: bool = False,
 ) -> Decision:
     """Fits one offset to all touches and tests, axis by axis, what it leaves.
 
     `process_error_mm` (n,), `outward_normal` (n, 2); `sigma_mm` is how the process and its gauging repeat, with its
-    degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`; `told`:
-    some of the places were not touched, earlier parts tell their errors.
+    degrees of freedom (inf when known). The offset is −weight × the fitted constants. `by` as in `Decision`;
+    `from_memory`: some of the places were not touched, their errors are from earlier parts.
     """
     informs = np.abs(outward_normal) > FACES_AXIS
     inverse = np.linalg.pinv(np.where(np.any(informs, axis=0), outward_normal, 0.0), rcond=1e-9)
@@ -91,7 +91,8 @@ def decide(
     left = process_error_mm - outward_normal @ constants
     x, z = (
         _decide_axis(
-            axis, left, informs[:, axis], -weight * constants[axis], sigma_mm, degrees_of_freedom, resolution_mm, told
+            *(axis, left, informs[:, axis], -weight * constants[axis]),
+            *(sigma_mm, degrees_of_freedom, resolution_mm, from_memory),
         )
         for axis in range(2)
     )
@@ -106,7 +107,7 @@ def _decide_axis(
     sigma_mm: float,
     degrees_of_freedom: float,
     resolution_mm: float,
-    told: bool,
+    from_memory: bool,
 ) -> AxisDecision:
     name, n = AXES[axis], int(np.count_nonzero(informs))
     if n == 0:
@@ -123,13 +124,14 @@ def _decide_axis(
         if enough
         else wording("that is more than the process scatters by itself, so the contour is changed")
     )
+    touches = wording("{n} touches", n=n)
     words = wording(
         "{axis}: a constant offset of {offset} would leave up to {left} at {places}, where {sigma} (one standard "
         "deviation) is repeatability; {verdict} (p = {p:.2g}).",
         axis=name,
         offset=wording("{x} (on the radius)", x=Um(offset_mm, "+.1f")) if axis == 0 else Um(offset_mm, "+.1f"),
         left=Um(largest),
-        places=wording("{n} touches and places that earlier parts tell", n=n) if told else wording("{n} touches", n=n),
+        places=wording("{n} touches and places that earlier parts tell", n=n) if from_memory else touches,
         sigma=Um(sigma_mm),
         verdict=verdict,
         p=p_value,

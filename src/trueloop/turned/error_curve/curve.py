@@ -33,8 +33,8 @@ class ErrorCurve:
     `probe_share` is the probe's part of the touches' variance. Without `touches` on the feature or on those it runs on
     from, the curve is an estimate; where the touches say nothing of it at all it is `unsupported`, and zero.
     `knot_every` is r of [6517 Eq. 5]; `notes` say in words how the curve came about. `next_cut` is what earlier parts
-    and these touches say of the next cut, whose uncertainty is then known as a whole; None: nothing. `told`: the curve
-    itself is from there, and not through the touches.
+    and these touches say of the next cut, whose uncertainty is then known as a whole; None: nothing. `from_memory`: the
+    curve itself is from there, and not through the touches.
     """
 
     feature: str
@@ -53,7 +53,7 @@ class ErrorCurve:
     degrees_of_freedom: int | None
     notes: tuple[str, ...]
     next_cut: NextCut | None = None
-    told: bool = False
+    from_memory: bool = False
 
     def value_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Part error at arc lengths of shape (n,) or a number, → (n,)."""

@@ -67,12 +67,12 @@ class ProfileErrorModel:
         """Errors at the touches, (n,), with those of the next cut, had nothing been corrected, where earlier parts tell
         them.
         """
-        told = error_mm.copy()
+        expected = error_mm.copy()
         for index, curve in enumerate(self.curves):
             if curve.next_cut is not None:
                 rows = self.vectors.of_feature(index)
-                told[rows] = curve.expected_mm(self.vectors.arc_length_mm[rows])
-        return told
+                expected[rows] = curve.expected_mm(self.vectors.arc_length_mm[rows])
+        return expected
 
     @property
     def farthest_words(self) -> str:
@@ -175,7 +175,7 @@ def _curves(profile: Profile, vectors: ErrorVectors, fitted: FittedChains, optio
                 degrees_of_freedom=fitted.degrees_of_freedom or None,
                 notes=fit.notes,
                 next_cut=fit.next_cut,
-                told=fit.scattered_mm is not None,
+                from_memory=fit.scattered_mm is not None,
             )
 
 
