@@ -84,7 +84,14 @@ def taught(work: Path) -> list[str]:
 def test_a_part_as_predicted_raises_nothing_and_teaches(work: Path) -> None:
     said = read(work, "clean.csv", "--order", 1)
     assert "MEM-ALARM" not in said.output and not find(store_in(work), Quarantine)
+    assert "STO-PATTERN" not in said.output  # of its dome three points were touched, and twenty inspected
     assert taught(work) == ["S1", "S2"]
+
+
+def test_a_part_inspected_at_fewer_points_than_touched_is_flagged(work: Path) -> None:
+    lines = (work / "clean.csv").read_text(encoding="utf-8").splitlines()
+    (work / "fewer.csv").write_text("\n".join(lines[:-24]), encoding="utf-8")
+    assert "STO-PATTERN" in read(work, "fewer.csv", "--order", 1).stderr
 
 
 @pytest.mark.parametrize(("way", "cause"), [("not-run", "was not run"), ("twice", "was applied twice")])

@@ -26,7 +26,7 @@ def order_in_doubt(store: Store, cut: Cut, inspected_at: datetime | None) -> Ite
             Severity.WARNING,
             Code.STO_ORDER,
             f"in which order this edge cut {', '.join(map(repr, doubted[:6]))} is in doubt: what is stated, the times "
-            "of the inspections and the serial numbers contradict each other",
+            "of the inspections and the serial numbers contradict each other, or neither an order nor times are stated",
             hint="state it: --order NUMBER counts the parts of the edge as they were cut",
             values={"serials": doubted[:6]},
         )

@@ -20,10 +20,14 @@ errors this many times as large as those, and as the bands of the prediction, ha
 
 
 def other_points(part: Part, before: Correction, after: ErrorVectors) -> Iterator[Finding]:
-    """A warning where the points are not those that were touched before the finish cut."""
+    """A warning where the points are not those that were touched before the finish cut.
+
+    With memory few are touched: more that are inspected then are no other plan.
+    """
     touched, found = len(before.touches.point), len(after.point)
     near = sum(bool(_distances_mm(before, place).min() <= ON_PROFILE_MM) for place in after.nominal_mm)
-    if (near, found) != (found, touched):
+    fewer_touched = before.memory is not None and near == touched
+    if (near, found) != (found, touched) and not fewer_touched:
         yield Finding(
             Severity.WARNING,
             Code.STO_PATTERN,
