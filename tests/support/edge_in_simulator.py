@@ -46,7 +46,7 @@ class CutPart:
 
 
 def workshop_of(part: int, moved_mm: float = 0.0, seed: int = 7) -> Workshop:
-    """The turning centre of NIST's parts as it cuts part number k; `moved_mm`: its tool stands off in x by so much."""
+    """The turning centre of NIST's parts as it cuts part number k; `moved_mm`: its tool is off in x by so much."""
     rng = np.random.default_rng([seed, part])
     at = np.radians([0.0, 30.0, 60.0, 90.0])
     own = WANDERS_MM * rng.standard_normal(4)

@@ -17,7 +17,7 @@ FEW = (2, 9, 16)
 
 
 def remembering_inputs(moved_mm: float = 0.0) -> Inputs:
-    """Three earlier parts as the example's dome, each with its own setting and scatter; today's stands off by so much
+    """Three earlier parts as the example's dome, each with its own setting and scatter; today's deviates by so much
     in x.
     """
     inputs = example_inputs("modbas2")

@@ -6,8 +6,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import pytest
-
 from tests.support.cli import invoke
 from tests.support.job_in_store import FINISH, SERIAL, JobInStore, job_in_store
 from trueloop.cli.failure import ExitStatus
@@ -15,7 +13,6 @@ from trueloop.storage.integrity import damage
 from trueloop.storage.kinds import KINDS
 from trueloop.storage.store import find
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are POSIX's")
 ROOM_BYTES = 33_000
 """No file grows beyond it: SQLite's index of its log does not, the log itself would."""
 LONGEST_S = 300

@@ -49,19 +49,12 @@ def replay(which: Which, page: Page, output: Output = None, db: Db = None, as_js
     from trueloop.jobs.series.pages import replay_of, write_series
     from trueloop.jobs.store.opened import opened
     from trueloop.loops.post_process.options import SeriesOptions
-    from trueloop.report.series.lines import replay_rows
 
     options = SeriesOptions(take_nominal=which.take_nominal)
     with busy("replaying the series"):
         shown = replay_of(which.book(opened(db), options))
         files = write_series(shown, "replay", output, page.language, page.unit)
-    if as_json:
-        print_json({**shown.model_dump(mode="json"), "files": files})
-        return
-    print_lines([f"{shown.part_type}: {shown.parts} parts; root mean square left from the second part on, µm"])
-    head, *rows = replay_rows(shown)
-    _print_table(head, rows)
-    _print_rest(shown, files)
+    _print_replay(shown, f"{shown.part_type}: {shown.parts} parts", files, as_json)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,16 +77,21 @@ class Shop:
 def simulate(shop: Shop, page: Page, output: Output = None, as_json: AsJson = False) -> None:
     """Simulate a series that wears and warms up: what memory leaves, beside doing nothing and simpler rules."""
     from trueloop.jobs.series.pages import WhatIf, simulated, write_series
-    from trueloop.report.series.lines import replay_rows
 
     with busy(f"simulating {shop.parts} parts"):
         given = WhatIf(shop.parts, shop.seed, shop.gain, shop.tool_changed_at, shop.jump_at, shop.jump_um)
         shown = simulated(given)
         files = write_series(shown, "simulation", output, page.language, page.unit)
+    _print_replay(shown, f"{shown.parts} simulated parts", files, as_json)
+
+
+def _print_replay(shown: "SeriesShape", of: str, files: list[str], as_json: bool) -> None:
+    from trueloop.report.series.lines import replay_rows
+
     if as_json:
         print_json({**shown.model_dump(mode="json"), "files": files})
         return
-    print_lines([f"{shown.parts} simulated parts; root mean square left from the second part on, µm"])
+    print_lines([f"{of}; root mean square left from the second part on, µm"])
     head, *rows = replay_rows(shown)
     _print_table(head, rows)
     _print_rest(shown, files)

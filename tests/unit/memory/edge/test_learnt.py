@@ -180,7 +180,7 @@ def test_signs_and_sizes_of_what_was_put_in() -> None:
         both = result.by_type["A"].mean_mm, result.by_type["B"].mean_mm
         transfers.append(1000 * np.mean(result.transfer.mean_mm + (both[0] + both[1]) / 2))
         types.append(1000 * (both[1] - both[0]))
-    # The new setting is (-25, +23) µm from the old one, as far as it can be told from the form and the part types.
+    # The new setting is (-25, +23) µm from the old one, as far as it can be separated from the form and the part types.
     assert np.all(np.abs(np.array(changes) - [-25.0, 23.0]) < 2 * np.array(unsure))
     assert np.all(np.mean(changes, axis=0) * [-1, 1] > 10)
     assert np.mean(types, axis=0)[-1] == pytest.approx(4.0, abs=1.5)  # at 85° along x

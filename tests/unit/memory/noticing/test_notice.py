@@ -137,7 +137,7 @@ def test_with_few_parts_the_limits_are_wider() -> None:
 
 
 def noise(kind: str, rng: np.random.Generator, n: int, parts: int) -> Array:
-    """What V describes, with its noise as it may be in a shop: variance 1.5² µm² but for gross touches."""
+    """What V describes, with its noise as it may be in a shop: variance 1.5² µm², more at gross touches."""
     angles = np.linspace(0.1, 1.5, n)
     smooth = np.linalg.cholesky(covariance_of(angles, noise_mm=1e-6))
     drawn = rng.standard_t(4, (parts, n)) / np.sqrt(2) if kind == "t4" else rng.normal(size=(parts, n))
