@@ -22,6 +22,7 @@ AREAS: Final = {
     "REC": "Records of corrections",
     "SIM": "The simulator",
     "CTL": "Controls",
+    "RTC": "Real-time correction",
     "JOB": "Job files",
     "STO": "the store of parts, tools, inspections and corrections",
     "LAB": "labels of parts and programs",

@@ -339,6 +339,23 @@ class Code(StrEnum):
     CTL_LINUXCNC = "CTL-LINUXCNC", "LinuxCNC is missing or does not come up"
     CTL_DIALECT = "CTL-DIALECT", "a program for another control than the one that shall run it", ("dialect",)
     CTL_PROGRAM = "CTL-PROGRAM", "the control stopped a program with an error", ("said", "block")
+    # RTC: real-time correction. Images
+    RTC_MODEL = "RTC-MODEL", "a model that cannot be asked in a servo period", ("axes",)
+    RTC_SIGNAL = "RTC-SIGNAL", "signals that an image cannot hold, or whose range is not known", ("signals",)
+    RTC_LIMIT = "RTC-LIMIT", "a correction beyond what the component would let pass", ("largest_um", "limit_um")
+    RTC_IMAGE = "RTC-IMAGE", "a file that is no image", ("refusal",)
+    # Real-time correction: tables by program line
+    RTC_LINE = "RTC-LINE", "a line of a program that does not say where it is in the cut", ("line", "times")
+    RTC_PATH_MODE = "RTC-PATH-MODE", "a path mode by which the control joins blocks"
+    RTC_TABLE = "RTC-TABLE", "a correction that no table can hold"
+    # Real-time correction: the component and its lines of HAL
+    RTC_BUILD = "RTC-BUILD", "the component cannot be compiled or installed"
+    RTC_HAL = "RTC-HAL", "a configuration of LinuxCNC that the corrector cannot be put into"
+    # Real-time correction: signals, watching
+    RTC_SOURCE = "RTC-SOURCE", "a source of signals that cannot be read"
+    RTC_CONNECTION = "RTC-CONNECTION", "a running LinuxCNC that cannot be reached"
+    RTC_SAMPLES = "RTC-SAMPLES", "samples of a run that cannot be judged"
+
     # JOB: job files
     JOB_MISSING = "JOB-MISSING", "a job, or a file that it names, that is not there"
     JOB_SYNTAX = "JOB-SYNTAX", "a job that is no TOML"

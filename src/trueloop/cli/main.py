@@ -14,6 +14,7 @@ from trueloop.cli.machine import commands as machine
 from trueloop.cli.measure import commands as measure
 from trueloop.cli.nc import commands as nc
 from trueloop.cli.new import new
+from trueloop.cli.realtime import commands as realtime
 from trueloop.cli.series import commands as series
 from trueloop.cli.simulated import linuxcnc
 from trueloop.cli.simulated.simulate import simulate
@@ -49,6 +50,7 @@ app.add_typer(measure.app, name="measure")
 app.command()(simulate)
 app.add_typer(linuxcnc.app, name="linuxcnc")
 app.add_typer(machine.app, name="machine")
+app.add_typer(realtime.app, name="realtime")
 app.add_typer(surface.app, name="surface")
 app.add_typer(series.app, name="series")
 app.add_typer(offsets.app, name="offsets")

@@ -1,0 +1,10 @@
+//! Real-time error correction: what a servo thread adds to the commands of the control, period by period.
+//!
+//! [`image`] reads and checks what was prepared beforehand; [`wanted`] asks it what should be added at a place;
+//! [`corrector`] decides how much of that may be in force: phases, slew, travel, signals that are late or impossible.
+
+#![no_std]
+
+pub mod corrector;
+pub mod image;
+pub mod wanted;

@@ -1,0 +1,1 @@
+"""`trueloop realtime`: the machine's errors corrected in the servo thread of LinuxCNC."""

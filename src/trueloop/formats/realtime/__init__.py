@@ -1,0 +1,1 @@
+"""Files of the real-time loop: images, and samples of a run."""

@@ -1,0 +1,1 @@
+"""What `trueloop realtime` does with files."""
