@@ -1,0 +1,89 @@
+"""What is recorded of every servo period: the pins that HAL's `sampler` takes, and the lines that wire them to it.
+
+A stream of LinuxCNC gives no number to a record that found no room, so every stream begins with the corrector's own
+count of periods: records of several streams are joined by it, and lost ones are seen.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+AXES: Final = "xyz"
+MOST_PINS: Final = 20
+"""Pins of one stream, the count of periods among them (HAL_STREAM_MAX_PINS is 21)."""
+DEPTH: Final = 8000
+"""Records that a stream holds: 8 s at 1 kHz, for a recorder that the disk holds up."""
+PERIODS: Final = "rtec.periods"
+"""How often `rtec.write` ran since it was loaded, u32."""
+
+
+@dataclass(frozen=True)
+class SampledPin:
+    """A pin, and its type in sampler's letters: f, b, s or u."""
+
+    name: str
+    kind: str
+
+
+def sampled_pins(joints: Mapping[int, int], signals: int) -> tuple[SampledPin, ...]:
+    """All pins to record, the count of periods left out.
+
+    `joints`: by axis (0, 1, 2 for X, Y, Z) its joint's number. `signals`: how many the image needs.
+    """
+    of_axes = [
+        SampledPin(name.format(axis=axis, joint=joint), "f")
+        for axis, joint in sorted(joints.items())
+        for name in OF_AXIS
+    ]
+    return (*of_axes, *STATES, *(SampledPin(f"rtec.in-use-{k}", "f") for k in range(signals)))
+
+
+OF_AXIS: Final = (
+    "rtec.at-{axis}",
+    "rtec.cmd-{axis}",
+    "rtec.out-{axis}",
+    "rtec.corr-{axis}",
+    "rtec.model-{axis}",
+    "rtec.table-{axis}",
+    "rtec.tool-{axis}",
+    "joint.{joint}.f-error",
+)
+STATES: Final = tuple(
+    SampledPin(name, kind)
+    for name, kind in (
+        ("rtec.line", "s"),
+        ("rtec.program", "s"),
+        ("rtec.phase", "s"),
+        ("rtec.fault-code", "s"),
+        ("rtec.fault-signal", "s"),
+        ("rtec.on-path", "b"),
+        ("rtec.generation", "u"),
+        ("rtec.oldest-age", "f"),
+        ("rtec.write.time", "s"),
+        ("servo-thread.time", "s"),
+    )
+)
+
+
+def streams(pins: Sequence[SampledPin]) -> list[tuple[SampledPin, ...]]:
+    """The pins by stream, each with the count of periods at its head."""
+    room, head = MOST_PINS - 1, SampledPin(PERIODS, "u")
+    return [(head, *pins[start : start + room]) for start in range(0, len(pins), room)]
+
+
+def sampler_lines(pins: Sequence[SampledPin], linked: Mapping[str, str], first: int = 0) -> list[str]:
+    """Lines of HAL, to stand after all others of the servo thread: `sampler` loaded, run after the corrector, wired.
+
+    `linked`: signals that pins are on already, by pin: a pin joins one signal only. `first`: streams before it belong
+    to others, who load `sampler` too: these lines then leave `loadrt` to them.
+    """
+    by_stream = streams(pins)
+    kinds = ",".join("".join(pin.kind for pin in stream) for stream in by_stream)
+    depths = ",".join([str(DEPTH)] * len(by_stream))
+    lines = [f"loadrt sampler depth={depths} cfg={kinds}"] if first == 0 else []
+    lines += [f"addf sampler.{first + k} servo-thread" for k in range(len(by_stream))]
+    for k, stream in enumerate(by_stream, first):
+        for place, pin in enumerate(stream):
+            signal = linked.get(pin.name) or f"watch-{pin.name.replace('.', '-')}"
+            lines.append(f"net {signal} {pin.name} => sampler.{k}.pin.{place}")
+    return lines
