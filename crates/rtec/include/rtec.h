@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT OR Apache-2.0
- * What a servo thread calls. Structures are those of src/corrector.rs; axes are X, Y, Z, lengths mm, times s.
+ * What a servo thread calls. Structures are those of src/corrector/values.rs; axes are X, Y, Z, lengths mm, times s.
  * Nothing here allocates, blocks, or fails: whoever calls gives the memory, aligned to 64 bytes. */
 #ifndef RTEC_H
 #define RTEC_H
@@ -29,7 +29,7 @@ typedef struct {
 typedef struct {
     double correction[RTEC_AXES], model[RTEC_AXES], table[RTEC_AXES], latch[RTEC_AXES];
     double in_use[RTEC_SIGNALS], oldest_age_s;
-    int32_t phase, fault, fault_signal;
+    int32_t phase, fault, fault_signal, waits_for, signal_fault;
     bool enabled, active, on_path, pause;
 } rtec_outputs;
 
@@ -46,7 +46,8 @@ int32_t rtec_image_init(rtec_image *image, const uint8_t *bytes, size_t count, c
 const char *rtec_refusal(int32_t number);
 const char *rtec_fault(int32_t number);
 void rtec_state_init(rtec_state *state);
-/* One period: what is to be added to the commands. */
+/* One period: what is to be added to the commands. The state holds directions of travel and readings: it is initialised once, and
+ * stays when another image is taken. Signals count as silent until the heartbeat has changed once. */
 void rtec_step(rtec_image *image, rtec_state *state, const rtec_inputs *inputs, const rtec_settings *settings,
                rtec_outputs *outputs);
 #endif

@@ -1,9 +1,9 @@
-//! How much of a correction is in force: phases, slew, limits, travel, and signals that are late or impossible.
+//! What goes into one period and comes out of it: the structures of include/rtec.h.
 
 use crate::wanted::{AXES, SIGNALS};
 
 /// What the control and the signals say in one period. The same as `rtec_inputs` of include/rtec.h.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Inputs {
     /// `joint.N.pos-cmd` of X, Y, Z, mm.
@@ -12,7 +12,7 @@ pub struct Inputs {
     pub tool_offset: [f64; AXES],
     /// Signals in the order of the image.
     pub signal: [f64; SIGNALS],
-    /// Seconds since each was read, as the signals' component knows.
+    /// Seconds since each was read, as the signals' component knew at its last message.
     pub age_s: [f64; SIGNALS],
     /// Length of the period, s.
     pub period_s: f64,
@@ -65,16 +65,17 @@ pub struct Settings {
 }
 
 /// What is in force, and why. The same as `rtec_outputs`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Outputs {
     /// Correction in force: to be added to commands and taken out of feedback, mm.
     pub correction: [f64; AXES],
-    /// Of the model wanted, mm.
+    /// Of the model wanted, mm; zero where `parts` leaves it out.
     pub model: [f64; AXES],
-    /// Of the table wanted, mm.
+    /// Of the table wanted, mm; zero where `parts` leaves it out, and while probing.
     pub table: [f64; AXES],
-    /// Where the tool was at the last touch, by [6876 §3.3] COORDS_ACTUAL, machine coordinates, mm.
+    /// Where the tool was at the last touch, by [6876 §3.3] COORDS_ACTUAL, machine coordinates, mm. The model as it knew its
+    /// signals then; without any reading yet it is the command.
     pub latch: [f64; AXES],
     /// Signals in use.
     pub in_use: [f64; SIGNALS],
@@ -82,11 +83,16 @@ pub struct Outputs {
     pub oldest_age_s: f64,
     /// One of [`Phase`].
     pub phase: i32,
-    /// One of [`Fault`], 0 without.
+    /// One of [`Fault`], 0 without. From the beginning of leaving until `enable` goes off.
     pub fault: i32,
-    /// Signal that the fault, or the freezing, is about; −1 without.
+    /// Signal that the fault is about; without a fault the first bad one. −1: none, or all of them (watchdog).
     pub fault_signal: i32,
-    /// Whether the correction is in force.
+    /// In phase waiting: one of [`WaitsFor`]; otherwise 0.
+    pub waits_for: i32,
+    /// What is wrong with the first bad signal, one of [`Fault`], whether the correction is asked for or not; 0: nothing.
+    pub signal_fault: i32,
+    /// Whether the correction is in force: from when it first was what is wanted until it leaves. It stays on where a jump
+    /// of what is wanted is being slewed.
     pub enabled: bool,
     /// Whether any correction is added.
     pub active: bool,
@@ -96,48 +102,25 @@ pub struct Outputs {
     pub pause: bool,
 }
 
-/// What the corrector is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(i32)]
-pub enum Phase {
-    /// Not asked for.
-    Off = 0,
-    /// Asked for, and waiting: not homed, drives off, or probing.
-    Waiting = 1,
-    /// On the way to what is wanted, as fast as the slew allows.
-    Ramping = 2,
-    /// What is wanted is in force.
-    InForce = 3,
-    /// A signal is bad; its last good reading stands in for it.
-    Frozen = 4,
-    /// A signal stayed bad: the correction goes to zero.
-    Leaving = 5,
-    /// Faulted: zero, or on the way there, until `enable` goes off.
-    Faulted = 6,
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            limit_mm: 0.150,
+            slew_mm_per_s: 5.0,
+            resolution_mm: 0.0,
+            stale_s: 10.0,
+            freeze_s: 30.0,
+            leave_s: 5.0,
+            watchdog_s: 2.0,
+            off_path_s: 0.1,
+            parts: MODEL_PART | TABLE_PART,
+            probe_corrected: false,
+            pause_program: true,
+        }
+    }
 }
 
-/// Why the correction was taken out. It stays until `enable` goes off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(i32)]
-pub enum Fault {
-    /// A correction beyond the limit.
-    Limit = 1,
-    /// A position, tool offset or correction that is not a number.
-    NotANumber = 2,
-    /// The drive would leave its travel.
-    Travel = 3,
-    /// A signal is older than it may be.
-    Stale = 4,
-    /// A signal outside the range in which the model holds, or not a number.
-    Range = 5,
-    /// A signal that jumped.
-    Jump = 6,
-    /// The signals' component is silent.
-    Watchdog = 7,
-    /// Another program runs than the one that the table belongs to.
-    Program = 8,
-    /// A block of the table is cut elsewhere than the table says.
-    OffPath = 9,
-    /// Settings that make no sense: a limit, slew or time that is negative or not a number.
-    Settings = 10,
-}
+/// Bit of `parts`: the model.
+pub const MODEL_PART: u32 = 1;
+/// Bit of `parts`: the table.
+pub const TABLE_PART: u32 = 2;

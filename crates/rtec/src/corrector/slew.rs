@@ -1,0 +1,63 @@
+//! How a correction changes: by the slew at most, and in steps of the drive's resolution.
+
+use super::values::Settings;
+use error_eval::Vector;
+
+/// Used where the setting is none, mm/s.
+const SAFE_SLEW: f64 = 1.0;
+/// A rounded correction stays while what is wanted is within this part of a step of it, so that noise at an edge between
+/// two steps does not move the drive to and fro.
+const STAYS_WITHIN: f64 = 0.6;
+/// From here on a number of steps has no fraction, or does not fit.
+const MOST_STEPS: f64 = 4_503_599_627_370_496.0;
+
+/// Slew that may be used, mm/s.
+pub(super) fn usable_slew(settings: &Settings) -> f64 {
+    let slew = settings.slew_mm_per_s;
+    if slew.is_finite() && slew > 0.0 {
+        slew
+    } else {
+        SAFE_SLEW
+    }
+}
+
+/// `from`, moved towards `to` by at most `most` on each axis.
+pub(super) fn slewed(from: &Vector, to: &Vector, most: f64) -> Vector {
+    let mut now = *from;
+    for (value, to) in now.iter_mut().zip(to) {
+        let way = to - *value;
+        *value = if way.abs() <= most {
+            *to
+        } else {
+            *value + way.max(-most).min(most)
+        };
+    }
+    now
+}
+
+/// `wanted` in whole steps of `resolution`; `held` is what it was before.
+pub(super) fn rounded(wanted: &Vector, held: &Vector, resolution: f64) -> Vector {
+    let mut steps = *wanted;
+    if resolution > 0.0 {
+        for (value, held) in steps.iter_mut().zip(held) {
+            let stays = (*value - held).abs() <= STAYS_WITHIN * resolution
+                && whole(*held, resolution) == *held;
+            *value = if stays {
+                *held
+            } else {
+                whole(*value, resolution)
+            };
+        }
+    }
+    steps
+}
+
+fn whole(value: f64, resolution: f64) -> f64 {
+    let steps = value / resolution;
+    if steps.abs() >= MOST_STEPS {
+        return value;
+    }
+    let half = if steps < 0.0 { -0.5 } else { 0.5 };
+    // A cast cuts off towards zero; `round` is not in `core`.
+    (steps + half) as i64 as f64 * resolution
+}
