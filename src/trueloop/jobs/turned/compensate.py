@@ -13,7 +13,7 @@ from trueloop.formats.tables.tool_tables.new_table import new_table
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.jobs.store.keeping import Keeping, kept_all_the_same
 from trueloop.jobs.store.where import store_of
-from trueloop.jobs.turned.job import read_job
+from trueloop.jobs.turned.job import ReadJob, read_job
 from trueloop.loops.turned.correction import Correction, Inputs
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.memory.edge.options import Use
@@ -77,10 +77,8 @@ def compensate_and_keep(
     parts of the edge take part, where that is not to be the job's choice. Raises STO, EDG and MEM
     errors.
     """
-    read = read_job(job, serial=keeping.serial)
-    store = store_of(Path(job).parent, keeping.db, read.store_db)
-    inputs = _remembering(store, read.inputs, memory)
-    correction = compensate(inputs)
+    made = correct_job(job, keeping, memory)
+    read, store, inputs, correction = made.read, made.store, made.inputs, made.correction
     folder = Path(output or _from_here(read.output_folder))
     options = PageOptions(language or read.page.language, unit or read.page.unit)
     contents = {**_new_table(read.tool_table, correction), **outputs_of(correction, options, pdf)}
@@ -91,6 +89,24 @@ def compensate_and_keep(
     kept = keep_correction(store, inputs, correction, keeping, read.made_with)
     with kept_all_the_same(kept):
         return Done(correction, write_all(folder, contents.items(), read.files), kept)
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A job as read, its store, the inputs with what that knows of the edge, and the correction; nothing is written."""
+
+    read: ReadJob
+    store: "Store | None"
+    inputs: Inputs
+    correction: Correction
+
+
+def correct_job(job: FilePath, keeping: Keeping, memory: Use | None = None) -> Corrected:
+    """The correction of a job, nothing kept and nothing written. Raises what reading and correcting refuse."""
+    read = read_job(job, serial=keeping.serial)
+    store = store_of(Path(job).parent, keeping.db, read.store_db)
+    inputs = _remembering(store, read.inputs, memory)
+    return Corrected(read, store, inputs, compensate(inputs))
 
 
 def _remembering(store: "Store | None", inputs: Inputs, memory: Use | None) -> Inputs:

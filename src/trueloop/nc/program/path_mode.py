@@ -34,7 +34,7 @@ class PathMode:
         cuts = path.line[np.isin(path.motion, [Motion.LINE, Motion.ARC])]
         cut = int(cuts[0]) if cuts.size else None
         before = range(lines.until if cut is None else cut - lines.first)
-        named = [block for block in map(lines.program.block, before) if _mode(block) is not None]
+        named = [block for block in map(lines.program.block, before) if mode_of(block) is not None]
         last = replace(named[-1], line=lines.first + named[-1].line) if named else self.named
         return PathMode(lines.program.file, cut, last)
 
@@ -47,7 +47,7 @@ class PathMode:
         if self.named is None:
             message = "no path mode before the first cut: by its default LinuxCNC rounds corners without a bound"
             yield _finding(Severity.NOTE, message, Place(self.file, self.cut, 1))
-        elif _mode(self.named) == BLENDED and not any(word.letter == "P" for word in self.named.words):
+        elif mode_of(self.named) == BLENDED and not any(word.letter == "P" for word in self.named.words):
             message = "G64 without P: corners are rounded as far as the machine's accelerations ask"
             yield _finding(Severity.WARNING, message, Place(self.file, self.named.line, 1))
 
@@ -57,7 +57,8 @@ def path_mode_findings(program: Program, path: ToolPath) -> Iterator[Finding]:
     return PathMode().and_then(path, Lines(program, program.block_count, 0)).findings()
 
 
-def _mode(block: Block) -> float | None:
+def mode_of(block: Block) -> float | None:
+    """The path mode that a block names: `BLENDED`, or one of `EXACT`; None: it names none, or is skipped."""
     codes = [word.value for word in block.words if word.letter == "G" and not block.skipped]
     return next((code for code in codes if code in (*EXACT, BLENDED)), None)
 

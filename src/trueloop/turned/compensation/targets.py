@@ -62,7 +62,7 @@ class Fitting:
 
 
 @dataclass(frozen=True)
-class _Ends:
+class CutEnds:
     """Arc lengths where a cut begins and ends on one set of centre pieces."""
 
     start_mm: float
@@ -76,7 +76,7 @@ def end_shifts(
 
     Where other moves stand between two cuts (about an edge), the last of them ends where the next cut starts.
     """
-    pairs = [(_ends(cuts, k, commanded), _ends(cuts, k, corrected)) for k in range(len(cuts))]
+    pairs = [(ends_of(cuts, k, commanded), ends_of(cuts, k, corrected)) for k in range(len(cuts))]
     first = cuts[0].feature
     start = _difference(commanded[first], pairs[0][0].start_mm, corrected[first], pairs[0][1].start_mm)
     shifts: list[EndShift] = []
@@ -98,7 +98,7 @@ def replaced_arcs(
     """New moves for every cut that is an arc in the program. `touches_mm[i]`: arc lengths of feature i's touches."""
     return tuple(
         Replacement(
-            cut.move, _fitted(corrected[cut.feature], _ends(cuts, k, corrected), touches_mm[cut.feature], fitting)
+            cut.move, _fitted(corrected[cut.feature], ends_of(cuts, k, corrected), touches_mm[cut.feature], fitting)
         )
         for k, cut in enumerate(cuts)
         if cut.move in arc_moves
@@ -112,7 +112,7 @@ def bent_lines(
     found = []
     for k, cut in enumerate(cuts):
         if cut.move not in arc_moves and isinstance(corrected[cut.feature].shifted.feature, Line):
-            ends, shifted = _ends(cuts, k, corrected), corrected[cut.feature].shifted
+            ends, shifted = ends_of(cuts, k, corrected), corrected[cut.feature].shifted
             at = shifted.centre_mm(np.linspace(ends.start_mm, ends.end_mm, SAMPLES_OF_LINE))
             along = (at[-1] - at[0]) / np.linalg.norm(at[-1] - at[0])
             off = (at - at[0]) @ np.array([along[1], -along[0]])
@@ -121,11 +121,18 @@ def bent_lines(
     return found
 
 
-def _ends(cuts: Sequence[Cut], k: int, pieces: Sequence[CentrePiece]) -> _Ends:
-    cut = cuts[k]
-    before = None if k == 0 else cuts[k - 1].feature if _follows(cuts, k) else cut.feature
-    after = None if k + 1 == len(cuts) else cuts[k + 1].feature if _follows(cuts, k + 1) else cut.feature
-    return _Ends(_place(cut.feature, cut.start_mm, before, pieces), _place(cut.feature, cut.end_mm, after, pieces))
+def ends_of(cuts: Sequence[Cut], k: int, pieces: Sequence[CentrePiece]) -> CutEnds:
+    """Where cut k begins and ends on some pieces: at a junction where these go over to the neighbour."""
+    cut, (before, after) = cuts[k], neighbours(cuts, k)
+    return CutEnds(_place(cut.feature, cut.start_mm, before, pieces), _place(cut.feature, cut.end_mm, after, pieces))
+
+
+def neighbours(cuts: Sequence[Cut], k: int) -> tuple[int | None, int | None]:
+    """Features cut before and after cut k: None at the contour's ends, its own where other moves stand between."""
+    feature = cuts[k].feature
+    before = None if k == 0 else cuts[k - 1].feature if _follows(cuts, k) else feature
+    after = None if k + 1 == len(cuts) else cuts[k + 1].feature if _follows(cuts, k + 1) else feature
+    return before, after
 
 
 def _follows(cuts: Sequence[Cut], k: int) -> bool:
@@ -149,14 +156,14 @@ def _difference(old: CentrePiece, old_mm: float, new: CentrePiece, new_mm: float
     return np.asarray(new.shifted.centre_mm(new_mm) - old.shifted.centre_mm(old_mm))
 
 
-def _fitted(piece: CentrePiece, ends: _Ends, touches_mm: Array, fitting: Fitting) -> tuple[Move, ...]:
+def _fitted(piece: CentrePiece, ends: CutEnds, touches_mm: Array, fitting: Fitting) -> tuple[Move, ...]:
     path = _sampled(piece, ends, touches_mm, fitting.tolerance_mm)
     if fitting.arcs == "lines" or not isinstance(piece.shifted.feature, Arc):
         return as_lines(path)
     return as_arcs(path) if fitting.arcs == "arcs" else fewest_moves(path)
 
 
-def _sampled(piece: CentrePiece, ends: _Ends, touches_mm: Array, tolerance_mm: float) -> SampledPath:
+def _sampled(piece: CentrePiece, ends: CutEnds, touches_mm: Array, tolerance_mm: float) -> SampledPath:
     low, high = sorted((ends.start_mm, ends.end_mm))
     touched = touches_mm[(touches_mm > low) & (touches_mm < high)]
     even = np.linspace(low, high, max(3, int((high - low) / SAMPLE_MM) + 1))

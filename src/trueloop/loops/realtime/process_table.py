@@ -1,0 +1,196 @@
+"""The process-intermittent correction as a table that the servo thread applies by program line, in place of a program.
+
+(Δx, Δz) from a lookup table, added to what the given program commands [4773 §2.3, §3.2]; the error specification file
+of [6811 abstract, §2]. Of a composed correction the table is COMP_PROC: the model does COMP_MTG in real time, at the
+temperatures of the moment.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags
+from trueloop.domain.record import check_uncorrected
+from trueloop.errors import Code, TrueloopError, in_file
+from trueloop.loops.realtime.added import Added
+from trueloop.loops.realtime.along_moves import Corrected, added_along
+from trueloop.loops.realtime.driven import SAME_MM, Driven, driven
+from trueloop.loops.realtime.lines import require_kept_path, require_known_lines
+from trueloop.loops.turned.commanded import Run, commanded
+from trueloop.loops.turned.correction import Correction
+from trueloop.loops.turned.part_on_machine import CompMtg, PartOnMachine
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.realtime.image import Block
+from trueloop.turned.compensation.contour import CentrePiece, centre_pieces, shifted_contour
+from trueloop.turned.compensation.displaced import DisplacedFeature, Displacement, Then
+from trueloop.turned.compensation.shift import Shift
+from trueloop.units import UM_PER_MM
+
+WITHIN_MM: Final = 2e-6
+"""Between two rows the correction is linear to this."""
+SAGITTA_MM: Final = 1e-3
+"""How far the chord between two rows of an arc may stand off the arc: a hundredth of the gate."""
+SHORTEST_MM: Final = 1e-3
+"""Rows are not put closer than this for the correction's sake."""
+DIALECT: Final = "linuxcnc"
+
+
+@dataclass(frozen=True)
+class Placed:
+    """How the program stands in the machine.
+
+    `origin_mm`: machine coordinates (x as a radius, z) of the program's zero during the finish pass, with all that is
+    in force: work offset, G52, G92 and the tool's offset. `tip`: which point of the nose the control drives under G41
+    and G42, LinuxCNC's tool orientation, 0 or 9 being its centre. `gate_mm`: how far off its path a row still holds.
+    """
+
+    origin_mm: tuple[float, float]
+    tip: int = 0
+    gate_mm: float = 0.1
+
+
+@dataclass(frozen=True)
+class ProcessTable:
+    """The blocks of a table, lines ascending, and what to know of it."""
+
+    blocks: tuple[Block, ...]
+    notes: tuple[str, ...]
+
+
+def process_table(program: Program, run: Run, correction: Correction, placed: Placed) -> ProcessTable:
+    """The table of a correction, for the program that it was made for, run as it was then.
+
+    Raises CTL-DIALECT for another control than LinuxCNC, CMP-TWICE for a corrected program, RTC-TABLE where the
+    correction was made for another one, RTC-LINE for lines that run more than once, RTC-PATH-MODE where the control
+    would join blocks or leave their path by more than the gate.
+    """
+    _require_dialect(program)
+    with in_file(program.file):
+        check_uncorrected(program.source)
+        contour = commanded(program, None, correction.profile, correction.nose_radius_mm, 0.0, run)
+        _require_same(_pieces(correction, contour.finish), correction.commanded)
+        moves = driven(program, contour, run, correction.nose_radius_mm, placed.tip)
+        offset_mm = np.array(correction.decision.offset_mm) * correction.decision.by_offset
+        after = [_of_process(piece) for piece in correction.corrected]
+        added = added_along(moves, Corrected(correction.profile, correction.commanded, after, offset_mm))
+        traced = _traced(program, run)
+        require_known_lines(traced, moves, added)
+        require_kept_path(program, traced, moves, added, placed.gate_mm)
+    return ProcessTable(_blocks(moves, added, np.asarray(placed.origin_mm)), tuple(_notes(correction, moves, added)))
+
+
+def _traced(program: Program, run: Run) -> ToolPath:
+    """Run once more, with the order in which its blocks are executed."""
+    skipped = run.execute_deleted_blocks
+    return program.run(run.parameters, skipped_blocks=skipped, strict=False, roughing=False, trace=True)
+
+
+def _require_dialect(program: Program) -> None:
+    name = program.dialect.name
+    if name != DIALECT:
+        raise TrueloopError(
+            Code.CTL_DIALECT,
+            f"the finish program is written for {name!r}; the real-time corrector runs in LinuxCNC, by lines of "
+            f"{DIALECT!r} programs",
+            hint="run the corrected program, or translate the finish program: `trueloop nc translate`",
+            values={"dialect": name},
+        )
+
+
+def _pieces(correction: Correction, finish: Sequence[Shift]) -> tuple[CentrePiece, ...]:
+    profile = correction.profile
+    return centre_pieces(profile, shifted_contour(profile, finish, correction.nose_radius_mm))
+
+
+def _require_same(found: Sequence[CentrePiece], of_correction: Sequence[CentrePiece]) -> None:
+    """Raises RTC-TABLE where the program, run again, commands another contour than the one that was corrected."""
+    off_mm = max(float(np.max(np.abs(_sampled(a) - _sampled(b)))) for a, b in zip(found, of_correction, strict=True))
+    if off_mm > 1e-6:
+        raise TrueloopError(
+            Code.RTC_TABLE,
+            f"the program commands a contour that is up to {off_mm * UM_PER_MM:.3f} µm off the one that was corrected",
+            hint="take the job that the correction was made by: it says how the program is run",
+        )
+
+
+def _sampled(piece: CentrePiece) -> Array:
+    return piece.shifted.centre_mm(np.linspace(piece.start_mm, piece.end_mm, 9))
+
+
+def machine_of(correction: Correction) -> PartOnMachine | None:
+    """The part on its machine, of a correction that holds COMP_MTG."""
+    for piece in correction.corrected:
+        moved = getattr(piece.shifted, "displacement", None)
+        if isinstance(moved, Then) and isinstance(moved.second, CompMtg):
+            return moved.second.standing.part
+    return None
+
+
+def _of_process(piece: CentrePiece) -> CentrePiece:
+    """A corrected piece without COMP_MTG."""
+    shifted = piece.shifted
+    if not isinstance(shifted, DisplacedFeature):
+        return piece
+    return replace(piece, shifted=replace(shifted, displacement=_first(shifted.displacement)))
+
+
+def _first(moved: Displacement) -> Displacement:
+    return moved.first if isinstance(moved, Then) and isinstance(moved.second, CompMtg) else moved
+
+
+def _blocks(moves: Driven, added: Mapping[int, Added], origin_mm: Array) -> tuple[Block, ...]:
+    """Rows by line: those of the line's moves, one after the other."""
+    rows: dict[int, list[Array]] = {}
+    for move, one in added.items():
+        if moves.length_mm[move] > SAME_MM:
+            share = _shares(moves, move, one)
+            at = moves.controlled_mm(move, share) + origin_mm
+            rows.setdefault(int(moves.centre.line[move]), []).append(np.hstack([at, one.at(share)]))
+    return tuple(Block(line, _joined(rows[line])) for line in sorted(rows))
+
+
+def _joined(parts: Sequence[Array]) -> Array:
+    rows = np.concatenate(parts)
+    moved = np.any(np.abs(np.diff(rows[:, :2], axis=0)) > SAME_MM, axis=1)
+    return np.asarray(rows[np.concatenate([[True], moved])])
+
+
+def _shares(moves: Driven, move: int, added: Added) -> Array:
+    """Where along a move rows stand: near enough to each other on arcs, and wherever what is added bends."""
+    length_mm, share = float(moves.length_mm[move]), np.array([0.0, 1.0])
+    if moves.centre.motion[move] == Motion.ARC:
+        sweep = abs(float(moves.centre.sweep_rad[move]))
+        most = 2.0 * np.arccos(max(1.0 - SAGITTA_MM * sweep / length_mm, 0.0))
+        share = np.linspace(0.0, 1.0, int(np.ceil(sweep / most)) + 1)
+    while True:
+        split = _bends(added, share) & (np.diff(share) * length_mm > SHORTEST_MM)
+        if not np.any(split):
+            return share
+        share = np.sort(np.concatenate([share, (share[:-1] + share[1:])[split] / 2]))
+
+
+def _bends(added: Added, share: Array) -> Flags:
+    """Whether what is added between two shares and the next leaves the straight way by more than `WITHIN_MM`, (n,)."""
+    start, end = added.at(share[:-1]), added.at(share[1:])
+    bends = np.zeros(len(start), dtype=np.bool_)
+    for part in (0.25, 0.5, 0.75):
+        off = added.at(share[:-1] + part * np.diff(share)) - (start + part * (end - start))
+        bends |= np.linalg.norm(off, axis=1) > WITHIN_MM
+    return bends
+
+
+def _notes(correction: Correction, moves: Driven, added: Mapping[int, Added]) -> Iterator[str]:
+    yield "Table or corrected program, one of the two: with the table in force the given program is run."
+    if correction.decision.by_offset:
+        yield "The correction is a tool offset, and the table holds it: the tool's offset is left as it is."
+    if correction.composed is not None:
+        yield "The table is COMP_PROC alone: the machine model of the job does COMP_MTG in real time."
+    lead = moves.lead
+    if lead is not None and lead not in added:
+        yield (
+            f"The rapid of line {moves.centre.line[lead]} would come closer to the part and stays: the correction "
+            f"comes in where line {moves.centre.line[moves.first]} begins, as fast as the corrector's slew lets it."
+        )
