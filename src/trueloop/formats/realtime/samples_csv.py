@@ -1,0 +1,157 @@
+"""samples.csv: a row for every servo period of a run. docs/realtime-samples.md describes the columns.
+
+Written by whole lines, so that a record is whole up to its last line whenever the recorder ends. The reader leaves out
+a last line without an end: only a process killed in the middle of a write leaves one.
+"""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.input_file import FilePath, read_text
+from trueloop.realtime.samples import AXES, COUNTS, TIMES_NS, Samples, column_names
+
+BLOCK: Final = 1000
+"""Rows that are made into text at once."""
+WHOLE: Final = (*COUNTS, *TIMES_NS)
+OFF: Final = 1e-6
+"""By how much of a period a time may be off a whole number of them, with nine decimals of a second."""
+DECIMALS_S: Final = 1e-9
+HINT: Final = "name a samples.csv as `trueloop realtime watch` writes it; docs/realtime-samples.md has the columns"
+
+
+def header(axes: str, signals: Sequence[str]) -> bytes:
+    """The first line."""
+    return (",".join(column_names(axes, signals)) + "\n").encode()
+
+
+def lines(samples: Samples) -> Iterator[bytes]:
+    """The rows as whole lines, many at once."""
+    names = column_names(samples.axes, samples.signals)
+    table = np.column_stack([samples.columns[name] for name in names])
+    line = ",".join(map(_form, names)) + "\n"
+    for start in range(0, len(table), BLOCK):
+        rows = table[start : start + BLOCK]
+        yield (line * len(rows) % tuple(rows.ravel().tolist())).encode()
+
+
+def samples_csv(samples: Samples) -> bytes:
+    """The whole file.
+
+    >>> from trueloop.realtime.samples import Samples, column_names
+    >>> names = column_names("x", ["T1_degC"])
+    >>> one = Samples(1e-3, "x", ("T1_degC",), {name: np.zeros(1) for name in names})
+    >>> samples_csv(one).decode().split()[1].split(",")[:5]
+    ['0.000000000', '0.000000000', '0.000000000', '0.000000000', '0.000000']
+    """
+    return header(samples.axes, samples.signals) + b"".join(lines(samples))
+
+
+def _form(name: str) -> str:
+    """A nanometre counts: lengths in mm have nine decimals, in µm six."""
+    if name in WHOLE:
+        return "%d"
+    return "%.9f" if name == "time_s" or name.endswith("_mm") else "%.6f"
+
+
+def read_samples(path: FilePath) -> Samples:
+    """Reads a record. Raises RTC-SAMPLES with file, line and column for what is none."""
+    path = Path(path)
+    text = read_text(path, Code.RTC_SAMPLES, hint=HINT)
+    head, _, body = text.partition("\n")
+    names = head.rstrip("\r").split(",")
+    axes, signals = _of_header(names, path)
+    body = body[: body.rfind("\n") + 1]
+    table = _numbers(body, names, path)
+    columns = {name: table[:, names.index(name)].copy() for name in column_names(axes, signals)}
+    _require_whole(columns, names, path)
+    return Samples(_period_s(columns["time_s"], path), axes, signals, columns)
+
+
+def _of_header(names: Sequence[str], path: Path) -> tuple[str, tuple[str, ...]]:
+    """Axes and signals. What is neither of the record's own columns nor a second one is a signal."""
+    axes = "".join(axis for axis in AXES if f"command_{axis}_mm" in names)
+    own = set(column_names(axes, ()))
+    missing = sorted(own - set(names))
+    if missing or not axes:
+        what = f"columns {', '.join(missing[:4])}" if axes else "columns command_x_mm or the like"
+        raise _refusal(path, 1, None, f"{what} are missing among {len(names)}")
+    twice = next((name for k, name in enumerate(names) if name in names[:k] or not name), None)
+    if twice is not None:
+        place = len(names) - names[::-1].index(twice)
+        raise _refusal(path, 1, place, f"column {place}, {twice!r}, has no name or one that was there before")
+    of_other_axes = set(column_names(AXES, ())) - own
+    stray = next((name for name in names if name in of_other_axes), None)
+    if stray is not None:
+        place = names.index(stray) + 1
+        raise _refusal(path, 1, place, f"column {place}, {stray!r}, is of an axis without command")
+    return axes, tuple(name for name in names if name not in own)
+
+
+def _numbers(body: str, names: Sequence[str], path: Path) -> Array:
+    rows = body.splitlines()
+    if len(rows) < 2:
+        raise _refusal(path, 1 + len(rows), None, f"{len(rows)} periods; two are the least")
+    try:
+        table = np.loadtxt(rows, delimiter=",", ndmin=2, comments=None)
+    except ValueError as error:
+        raise _first_wrong(rows, names, path) from error
+    if len(table) != len(rows) or table.shape[1] != len(names):  # an empty line, or fewer cells everywhere
+        raise _first_wrong(rows, names, path)
+    return table
+
+
+def _first_wrong(rows: Sequence[str], names: Sequence[str], path: Path) -> TrueloopError:
+    """Where a table is none."""
+    for number, row in enumerate(rows, 2):
+        cells = row.split(",")
+        if len(cells) != len(names):
+            return _refusal(path, number, None, f"{len(cells)} values where the header names {len(names)}")
+        for place, cell in enumerate(cells, 1):
+            if not _is_number(cell):
+                return _refusal(path, number, place, f"{cell!r} in column {place}, {names[place - 1]}, is no number")
+    return _refusal(path, 2, None, f"the {len(rows)} rows are no table of numbers")
+
+
+def _is_number(cell: str) -> bool:
+    """As NumPy reads it: without the underscores that Python allows."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def _require_whole(columns: dict[str, Array], names: Sequence[str], path: Path) -> None:
+    for name in ("time_s", *WHOLE):
+        column = columns[name]
+        wrong = ~np.isfinite(column) if name == "time_s" else column != np.trunc(column)
+        wrong |= ~np.isfinite(column)
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            kind = "finite" if name == "time_s" else "whole"
+            raise _refusal(path, row + 2, names.index(name) + 1, f"{name} is {column[row]:g}, no {kind} number")
+
+
+def _period_s(time_s: Array, path: Path) -> float:
+    """The shortest step in time; all others are whole numbers of it. Between two periods stand those that were lost."""
+    steps = np.diff(time_s)
+    if steps.min() <= 0.0:
+        row = int(np.argmax(steps <= 0.0)) + 1
+        raise _refusal(path, row + 2, None, f"time goes from {time_s[row - 1]:.9f} s to {time_s[row]:.9f} s")
+    count = np.round(steps / steps.min())
+    period_s = float(np.median(steps / count))
+    off = np.abs(steps - count * period_s)
+    if (wrong := off > OFF * period_s * count + 2 * DECIMALS_S).any():
+        row = int(np.argmax(wrong)) + 1
+        whole = f"no whole number of periods of {period_s:.9f} s"
+        raise _refusal(path, row + 2, None, f"{steps[row - 1]:.9f} s after the period before it: {whole}")
+    return float(steps.sum() / count.sum())
+
+
+def _refusal(path: Path, line: int, column: int | None, message: str) -> TrueloopError:
+    return TrueloopError(Code.RTC_SAMPLES, message, hint=HINT, place=Place(str(path), line, column))
