@@ -16,6 +16,7 @@ from hypothesis.extra import numpy as arrays
 from trueloop.arrays import Array, same_content
 from trueloop.domain.codec import Codec
 from trueloop.errors import Code, TrueloopError
+from trueloop.realtime.image import Block
 
 P = TypeVar("P")
 
@@ -185,3 +186,9 @@ def test_equality_by_content_looks_into_arrays() -> None:
     assert not same_content(np.zeros(2), np.zeros(2, dtype=np.int64))
     assert not same_content((1.0,), (1.0, 2.0))
     assert not same_content({"a": 1}, {"b": 1})
+
+
+def test_a_value_compared_by_content_is_unlike_what_is_of_another_type() -> None:
+    block = Block(1, np.zeros((2, 4)))
+    assert block == Block(1, np.zeros((2, 4)))
+    assert all(block != other for other in (None, 1, "", (1, np.zeros((2, 4))), np.zeros(2)))
