@@ -8,7 +8,8 @@ use crate::Vector;
 /// Displacements along X, Y, Z in mm, then rotations about them in rad.
 pub const COMPONENTS: usize = 6;
 
-type Six = [f64; COMPONENTS];
+/// The six errors, or one power of each.
+pub type Six = [f64; COMPONENTS];
 
 /// Why numbers make no body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +33,36 @@ pub struct Body<'a> {
     powers: usize,
     rows: &'a [Six],
     both_ways: bool,
-    arm: Vector,
-    carries: Vector,
+    arm: Arm,
+}
+
+/// What leads from the frame in which errors turn to the tool point.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Arm {
+    /// With all axes at 0, mm.
+    pub start: Vector,
+    /// 1 for axes whose position adds to it, else 0.
+    pub carries: Vector,
+}
+
+impl Arm {
+    /// The arm at machine position `q`.
+    #[inline(always)]
+    fn at<S: Simd>(&self, simd: S, q: &[S::f64s; 3]) -> [S::f64s; 3] {
+        let mut arm = *q;
+        for ((part, carried), start) in arm.iter_mut().zip(self.carries).zip(self.start) {
+            *part = simd.mul_add_e_f64s(simd.splat_f64s(carried), *part, simd.splat_f64s(start));
+        }
+        arm
+    }
+}
+
+/// Adds d + r × arm to `error`, for errors on one segment: `rows` are powers of `step`, the distance from the segment's
+/// start, lowest first; `q` is the machine's position. For who keeps the rows of a segment by himself.
+#[inline(always)]
+pub fn add_local(rows: &[Six], step: f64, arm: &Arm, q: &Vector, error: &mut Vector) {
+    let simd = Scalar::new();
+    add_turned(simd, horner(simd, rows, step), arm.at(simd, q), error);
 }
 
 impl<'a> Body<'a> {
@@ -77,8 +106,10 @@ impl<'a> Body<'a> {
             powers,
             rows,
             both_ways,
-            arm,
-            carries,
+            arm: Arm {
+                start: arm,
+                carries,
+            },
         })
     }
 
@@ -96,22 +127,8 @@ impl<'a> Body<'a> {
         };
         let above = simd.max_f64s(*at, simd.splat_f64s(self.first));
         let at = simd.min_f64s(above, simd.splat_f64s(self.last));
-        let [dx, dy, dz, rx, ry, rz] = self.six(simd, at, *travel);
-        let [x, y, z] = self.arm(simd, q);
-        let parts = [(dx, ry, z, rz, y), (dy, rz, x, rx, z), (dz, rx, y, ry, x)];
-        for (error, (d, a, b, c, e)) in error.iter_mut().zip(parts) {
-            let turned = simd.mul_add_e_f64s(a, b, simd.neg_f64s(simd.mul_f64s(c, e)));
-            *error = simd.add_f64s(*error, simd.add_f64s(d, turned));
-        }
-    }
-
-    #[inline(always)]
-    fn arm<S: Simd>(&self, simd: S, q: &[S::f64s; 3]) -> [S::f64s; 3] {
-        let mut arm = *q;
-        for ((part, carried), start) in arm.iter_mut().zip(self.carries).zip(self.arm) {
-            *part = simd.mul_add_e_f64s(simd.splat_f64s(carried), *part, simd.splat_f64s(start));
-        }
-        arm
+        let six = self.six(simd, at, *travel);
+        add_turned(simd, six, self.arm.at(simd, q), error);
     }
 
     /// The six errors: all lanes at once where they share a polynomial, as neighbours mostly do.
@@ -168,6 +185,21 @@ impl<'a> Body<'a> {
         let first = (table * (self.inner.len() + 1) + segment) * self.powers;
         let rows = self.rows.get(first..first + self.powers).unwrap_or(&[]);
         horner(simd, rows, simd.sub_f64s(at, simd.splat_f64s(start)))
+    }
+}
+
+/// Adds d + r × arm.
+#[inline(always)]
+fn add_turned<S: Simd>(
+    simd: S,
+    [dx, dy, dz, rx, ry, rz]: [S::f64s; COMPONENTS],
+    [x, y, z]: [S::f64s; 3],
+    error: &mut [S::f64s; 3],
+) {
+    let parts = [(dx, ry, z, rz, y), (dy, rz, x, rx, z), (dz, rx, y, ry, x)];
+    for (error, (d, a, b, c, e)) in error.iter_mut().zip(parts) {
+        let turned = simd.mul_add_e_f64s(a, b, simd.neg_f64s(simd.mul_f64s(c, e)));
+        *error = simd.add_f64s(*error, simd.add_f64s(d, turned));
     }
 }
 

@@ -15,7 +15,7 @@ mod lanes;
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-pub use body::{Body, ModelError, COMPONENTS};
+pub use body::{add_local, Arm, Body, ModelError, Six, COMPONENTS};
 use lanes::{columns, write};
 
 /// Position or error: X, Y, Z in mm.
