@@ -20,6 +20,7 @@ error = "EZZ"
 degree = 2
 segments = 3
 signals = { T12 = 20.0 }          # linear in T12 − 20
+expansion = { T7 = 20.0 }         # linear in T7 − 20 and in the position: a screw or a scale that grows
 choose = { T1 = 20, column = 20 } # and in those of these that matter
 most = 3                          # but in so many at the most
 
@@ -45,7 +46,7 @@ from trueloop.machine.identify.form import Form
 from trueloop.machine.model.chain import ZERO, Axis, AxisKind, Chain
 from trueloop.machine.model.history import Lag
 from trueloop.machine.model.model import Machine
-from trueloop.machine.model.names import error_name
+from trueloop.machine.model.names import ErrorName, error_name
 from trueloop.machine.model.position_basis import CONSTANT, segments
 from trueloop.machine.model.standard import five_axis_terms, frame_terms, mill_terms, turning_terms
 from trueloop.machine.model.structure import chain_of
@@ -109,6 +110,7 @@ class TermTable(Table):
     both_ways: bool = False
     zero_at: tuple[Finite, ...] = ()
     signals: Signals = Field(default_factory=dict)
+    expansion: Signals = Field(default_factory=dict)
     choose: Signals = Field(default_factory=dict)
     most: Count = 4
 
@@ -202,7 +204,19 @@ def _own_term(table: TermTable, chain: Chain) -> Term:
     parts = [Part(CONSTANT)]
     if not name.place and table.degree > 0:
         parts = [Part(segments(*axis.travel, table.segments, table.degree, table.zero_at))]
-    return Term(name, (*parts, *_signal_parts(table.signals)), table.both_ways)
+    return Term(name, (*parts, *_signal_parts(table.signals), *_expansions(table, name, axis)), table.both_ways)
+
+
+def _expansions(table: TermTable, name: ErrorName, axis: Axis) -> list[Part]:
+    """What grows with the distance from the first place where the error is zero; from anywhere, where there is none."""
+    if table.expansion and name.place:
+        raise TrueloopError(
+            Code.MCH_FILE,
+            f"{name} has no position that an expansion by {len(table.expansion)} signals could grow along",
+            hint="signals = { … } is for what depends on a signal alone",
+        )
+    basis = segments(*axis.travel, 1, 1, table.zero_at[:1]) if table.expansion else CONSTANT
+    return [Part(basis, signal, reference) for signal, reference in table.expansion.items()]
 
 
 def _lags(file: Located[MachineFile]) -> tuple[Lag, ...]:

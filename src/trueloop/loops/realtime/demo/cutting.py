@@ -1,0 +1,104 @@
+"""From what the drives did to the part: the lathe's truth, the nose's envelope, the virtual measuring machine.
+
+Three parts are compared that differ in nothing but what is said: the same drift of the process, the same noise of the
+measuring machine. Lengths in mm, X a radius, part errors positive where material is left on.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags, by_content
+from trueloop.geometry.offset import nose_centre_path
+from trueloop.geometry.profile import Profile
+from trueloop.loops.realtime.demo.part import NOSE_RADIUS_MM, SET_AT_MM, TOOL_OFFSET_MM, WORK_ZERO_Z_MM
+from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.simulator.cmm import VirtualCmm
+from trueloop.simulator.lathe.truth import WarmLathe
+from trueloop.simulator.lathe.warm_up import WarmUp
+from trueloop.simulator.machine import VirtualMachine
+from trueloop.simulator.nose import Nose
+from trueloop.simulator.path import CentrePath, path_of_positions
+from trueloop.simulator.process import Repeatability
+from trueloop.simulator.stock import Stock
+
+POINTS_PER_MM: Final = 2.0
+MARGIN_MM: Final = 0.6
+"""From the ends of every feature: corners are not judged."""
+
+PROCESS: Final = Repeatability(along_mm=0.0012, correlation_mm=1.0)
+"""What does not repeat along a cut: that of the parts of [6811] (`simulator/presets.py`)."""
+
+CMM: Final = VirtualCmm(frame_mm=0.0003, tilt_rad=2e-6, mpe_mm=0.0009, mpe_per_mm=0.9e-3 / 350)
+
+
+@by_content
+@dataclass(frozen=True)
+class Drives:
+    """What the drives did, period by period: time since the cold start (n,), positions in machine coordinates (n, 2),
+    and which of them cut, one mask (n,) a cut.
+    """
+
+    time_s: Array
+    position_mm: Array
+    cuts: tuple[Flags, ...]
+
+
+@by_content
+@dataclass(frozen=True)
+class MeasuredPart:
+    """Part errors at the gauging points: as measured, and as they are without noise of process and measurement, mm."""
+
+    points: GaugingPoints
+    measured_mm: Array
+    true_mm: Array
+
+    @property
+    def rms_um(self) -> float:
+        """Of what was measured."""
+        return float(1e3 * np.sqrt(np.mean(self.measured_mm**2)))
+
+    @property
+    def worst_um(self) -> float:
+        """Of what was measured."""
+        return float(1e3 * np.abs(self.measured_mm).max())
+
+
+def nose_positions(lathe: WarmLathe, drives: Drives, warm: WarmUp, set_mm: Array) -> Array:
+    """Where the nose's centre was, (n, 2), part coordinates; `set_mm` is what setting the tool took out."""
+    tool = -np.array(TOOL_OFFSET_MM)
+    at = lathe.tool_mm(drives.position_mm, tool, warm.at(drives.time_s))
+    return np.asarray(at - [0.0, WORK_ZERO_Z_MM] - set_mm)
+
+
+def setting_mm(lathe: WarmLathe, cold: WarmUp, correction_mm: Array) -> Array:
+    """By how much the tool is off where it is set, (2,), with what the corrector adds there: setting takes it out."""
+    commanded = np.array(SET_AT_MM) + TOOL_OFFSET_MM + [0.0, WORK_ZERO_Z_MM]
+    slides = commanded + correction_mm + 0.5 * np.array([lathe.lost.x_mm, lathe.lost.z_mm])
+    error = lathe.error_mm(slides[None], -np.array(TOOL_OFFSET_MM), cold.at(np.zeros(1)))[0]
+    return np.asarray(slides + error - commanded)
+
+
+def gauging_points(profile: Profile) -> GaugingPoints:
+    """Two points a millimetre of what the nose reaches of every feature, away from its ends."""
+    spacing = {
+        f.name: Spacing(max(2, round(POINTS_PER_MM * f.length_mm)), MARGIN_MM, MARGIN_MM) for f in profile.features
+    }
+    return equally_spaced(profile, spacing, nose_centre_path(profile, NOSE_RADIUS_MM).reachable_mm)
+
+
+def measured_part(nose_mm: Array, cuts: Sequence[Flags], points: GaugingPoints, seed: int) -> MeasuredPart:
+    """The part that a nose leaves whose centre was there, measured."""
+    paths = [path_of_positions(nose_mm[cut]) for cut in cuts]
+    rng = np.random.default_rng(seed)
+    cut = _cut(paths, PROCESS, rng)
+    found = CMM.measure(cut, points.nominal_mm, points.outward_normal, rng)
+    true = _cut(paths, Repeatability(), rng).height_mm(points.nominal_mm, points.outward_normal)
+    return MeasuredPart(points, found, true)
+
+
+def _cut(paths: Sequence[CentrePath], process: Repeatability, rng: np.random.Generator) -> Stock:
+    machine = VirtualMachine(nose=Nose(NOSE_RADIUS_MM), repeatability=process)
+    return machine.cut(Stock(), paths, rng)
