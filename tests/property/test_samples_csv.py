@@ -95,7 +95,7 @@ def test_a_spreadsheet_reads_it() -> None:
 def _changed(tmp_path: Path, line: int, column: str, value: str) -> Path:
     """Five good rows with one cell changed."""
     names = column_names("xz", ())
-    columns = {name: np.zeros(5) for name in names} | {"time_s": np.arange(5) * 1e-3}
+    columns: dict[str, Array] = {name: np.zeros(5) for name in names} | {"time_s": np.arange(5) * 1e-3}
     rows = [row.split(",") for row in samples_csv(Samples(1e-3, "xz", (), columns)).decode().splitlines()]
     rows[line - 1][names.index(column)] = value
     file = tmp_path / "samples.csv"

@@ -1,0 +1,165 @@
+"""The page of a run with the real-time corrector: finished parts, the run over time, faults, residual, times."""
+
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.realtime.events import Event
+from trueloop.report.markup import esc, fields, items, section, table
+from trueloop.report.realtime.parts_figure import parts_figure
+from trueloop.report.realtime.run import NS_PER_US, FinishedPart, Residual, RunPage, Timing, Trace, largest_um
+from trueloop.report.realtime.trace_figure import (
+    ALARM,
+    AXIS_COLOURS,
+    CAUSES,
+    WIDTHS,
+    signal_colour,
+    trace_figures,
+)
+from trueloop.report.shell import figure_block, html_page
+from trueloop.report.style import LEFT_ON, TAKEN, plain, signed
+
+KICKER: Final = "trueloop · real-time correction"
+MOST_EVENTS: Final = 200
+SAID: Final = {"model": "asked for by the model", "table": "by the table", "correction": "in force"}
+
+
+def run_page(run: RunPage) -> str:
+    """The page as HTML, all of it in one file."""
+    verdict = f'<p class="verdict">{esc(run.verdict)}</p>' if run.verdict else ""
+    head = f'<header><p class="kicker">{KICKER}</p><h1>{esc(run.title)}</h1>{verdict}</header>'
+    return html_page(f"{esc(run.title)} – real-time correction", head + "".join(_sections(run)))
+
+
+def _sections(run: RunPage) -> Iterator[str]:
+    if run.parts:
+        yield section("parts", "Finished parts", _parts_table(run.parts), _parts_figure(run.parts))
+    if run.trace is not None:
+        yield section("trace", "The run over time", _recorded(run.trace), _trace_figure(run.trace))
+        yield section("events", "Faults and changes of state", _events(run.trace.events))
+    if run.residuals:
+        yield section("residual", "What was left, by the model", _residuals(run.residuals))
+    if run.timings:
+        yield section("times", "Times", _timings(run.timings, run.bare_ns))
+    if run.conditions:
+        yield section("conditions", "Conditions", fields((esc(k), esc(v)) for k, v in run.conditions.items()))
+    if run.notes:
+        yield section("notes", "Notes", items(map(esc, run.notes)))
+
+
+def _parts_table(parts: tuple[FinishedPart, ...]) -> str:
+    """A row a part, then a row for each of its features."""
+    rows = []
+    for part in parts:
+        rows.append(_part_row(f"<b>{esc(part.name)}</b>", part.deviation_um))
+        names = np.array(part.feature)
+        rows += [
+            _part_row(f"&emsp;{esc(name)}", part.deviation_um[names == name]) for name in dict.fromkeys(part.feature)
+        ]
+    head = ("part, feature", "places", "RMS<br>µm", "most left on<br>µm", "most taken<br>µm", "range<br>µm")
+    return table(head, rows, name="parts-table")
+
+
+def _part_row(name: str, deviation_um: Array) -> tuple[str, ...]:
+    high, low = float(deviation_um.max()), float(deviation_um.min())
+    root = float(np.sqrt(np.mean(deviation_um**2)))
+    return (
+        name,
+        str(len(deviation_um)),
+        plain(root, 2),
+        signed(max(high, 0.0), 2),
+        signed(min(low, 0.0), 2),
+        plain(high - low, 2),
+    )
+
+
+def _parts_figure(parts: tuple[FinishedPart, ...]) -> str:
+    caption = (
+        f"Deviation along the normal, one scale for all parts: {_key(LEFT_ON, 'red')}: material left on, "
+        f"{_key(TAKEN, 'blue')}: too much taken."
+    )
+    return figure_block("parts-figure", {kind: parts_figure(parts, width) for kind, width in WIDTHS.items()}, caption)
+
+
+def _recorded(trace: Trace) -> str:
+    lost = f"; {trace.lost} periods were not recorded" if trace.lost else ", none missing"
+    largest = "".join(
+        f" Largest correction in force along {axis}: {plain(value, 3)} µm."
+        for axis, value in largest_um(trace, "correction").items()
+    )
+    return f"<p>{trace.periods} periods of {1e3 * trace.period_s:g} ms{lost}.{largest}</p>"
+
+
+def _trace_figure(trace: Trace) -> str:
+    axes = ", ".join(_key(AXIS_COLOURS[axis], axis.upper()) for axis in trace.axes)
+    causes = ", ".join(_key(colour, SAID[cause]) for cause, (colour, _) in CAUSES.items())
+    signals = ", ".join(_key(signal_colour(trace.signals, name), name) for name in trace.signals)
+    caption = (
+        f"Command: {axes}; x is a radius. Correction: {causes}."
+        + (f" Signals in use: {signals}." if signals else "")
+        + f" {_key(ALARM, 'Shaded')}: a signal is bad, or a fault. Each band reaches from the least to the largest "
+        "value of its stretch of time: no period is hidden."
+    )
+    return figure_block("trace-figure", trace_figures(trace), caption)
+
+
+def _events(found: tuple[Event, ...]) -> str:
+    shown = _shortened(found)
+    rows = [
+        (
+            f"{event.time_s:.3f}",
+            str(event.line),
+            f"<b>{esc(event.in_words())}</b>" if event.alarming else esc(event.in_words()),
+        )
+        for event in shown
+    ]
+    left_out = len(found) - len(shown)
+    more = f"<p class='note'>{left_out} changes of state without a fault are left out here.</p>" if left_out else ""
+    return table(("time<br>s", "program line", "state"), rows, words=(2,), name="events-table") + more
+
+
+def _shortened(found: tuple[Event, ...]) -> list[Event]:
+    """All of them, or the alarming ones of many; the last ones of very many."""
+    if len(found) <= MOST_EVENTS:
+        return list(found)
+    return [event for event in found if event.alarming][-MOST_EVENTS:]
+
+
+def _residuals(residuals: Iterable[Residual]) -> str:
+    rows = [
+        (
+            esc(one.name),
+            plain(one.uncorrected_um, 3),
+            plain(one.rms_nm, 2),
+            plain(one.worst_nm, 2),
+            str(one.periods),
+            str(one.left_out) + (f" ({esc(one.why)})" if one.left_out and one.why else ""),
+        )
+        for one in residuals
+    ]
+    head = ("run", "error to correct<br>µm RMS", "left<br>nm RMS", "largest<br>nm", "periods judged", "left out")
+    return table(head, rows, name="residual-table", stacks=True)
+
+
+def _timings(timings: Iterable[Timing], bare_ns: float | None) -> str:
+    """In µs; the ratio is that of the medians."""
+    rows = [
+        (
+            esc(one.name),
+            *(plain(value / NS_PER_US, 3) for value in (one.median_ns, one.p99_ns, one.p999_ns)),
+            *([plain(one.median_ns / bare_ns, 2)] if bare_ns else []),
+            str(one.periods),
+        )
+        for one in timings
+    ]
+    ratio = ["to the evaluator<br>alone"] if bare_ns else []
+    head = ("what", "median<br>µs", "99 %<br>µs", "99.9 %<br>µs", *ratio, "times taken")
+    alone = f"<p class='note'>The evaluator alone: {plain(bare_ns / NS_PER_US, 3)} µs (median).</p>" if bare_ns else ""
+    return table(head, rows, name="times-table") + alone
+
+
+def _key(colour: str, text: str) -> str:
+    """A name in its colour."""
+    return f'<b style="color:{colour}">■ {esc(text)}</b>'
