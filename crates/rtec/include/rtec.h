@@ -42,6 +42,7 @@ size_t rtec_state_size(void);
  * `program`, `program_count`: content of the program that shall run, may be null: not compared. */
 int32_t rtec_image_init(rtec_image *image, const uint8_t *bytes, size_t count, const char *serial,
                         const uint8_t *program, size_t program_count);
+uint32_t rtec_image_signals(const rtec_image *image);
 /* Its name and meaning, "hash: ...". Never null. */
 const char *rtec_refusal(int32_t number);
 const char *rtec_fault(int32_t number);

@@ -9,6 +9,7 @@ use core::slice;
 use crate::corrector::{Corrector, Inputs, Outputs, Settings};
 use crate::image::{Expected, Image, Refusal};
 use crate::names::{text, FAULTS, REFUSALS};
+use crate::wanted::Asked;
 
 /// An image whose bytes stay as long as it does.
 pub type CImage = Image<'static>;
@@ -63,6 +64,16 @@ pub unsafe extern "C" fn rtec_image_init(
         Err(refusal) => return refusal as i32,
     }
     0
+}
+
+/// How many signals an image needs.
+///
+/// # Safety
+/// `image` was made by [`rtec_image_init`], and no other thread changes it meanwhile.
+#[no_mangle]
+pub unsafe extern "C" fn rtec_image_signals(image: *const CImage) -> u32 {
+    // SAFETY: null, or an image, which is only read.
+    unsafe { image.as_ref() }.map_or(0, |image| image.signals().len() as u32)
 }
 
 /// Name and meaning of a refusal, `hash: …`; never null.

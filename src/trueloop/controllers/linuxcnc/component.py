@@ -1,8 +1,10 @@
 """The virtual part, built for LinuxCNC's hardware layer."""
 
+import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -33,18 +35,33 @@ def source(name: str) -> str:
 @cache
 def virtual_part() -> bytes:
     """The component as a shared object, compiled once a run. Raises CTL-LINUXCNC with the compiler's words."""
+    return compiled("virtual_part", {"virtual_part.comp": source("virtual_part.comp").encode()})
+
+
+def compiled(name: str, files: Mapping[str, bytes], link: str = "", code: Code = Code.CTL_LINUXCNC) -> bytes:
+    """NAME.so of NAME.comp and what lies beside it, by halcompile.
+
+    `link`: flags of the linker, in which `{folder}` is where the files lie. Raises CTL-LINUXCNC where LinuxCNC is
+    missing, `code` with the compiler's words where it fails.
+    """
     require_linuxcnc()
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "virtual_part.comp").write_text(source("virtual_part.comp"))
+        for file, content in files.items():
+            Path(folder, file).write_bytes(content)
         done = subprocess.run(
-            ["halcompile", "--compile", "virtual_part.comp"], cwd=folder, capture_output=True, text=True, check=False
+            ["halcompile", "--compile", f"{name}.comp"],
+            cwd=folder,
+            env=os.environ | {"LDFLAGS": link.format(folder=folder)},
+            capture_output=True,
+            text=True,
+            check=False,
         )
-        built = Path(folder, "virtual_part.so")
+        built = Path(folder, f"{name}.so")
         if done.returncode != 0 or not built.exists():
             raise TrueloopError(
-                Code.CTL_LINUXCNC,
+                code,
                 f"halcompile ended with status {done.returncode}: {(done.stderr or done.stdout).strip()!r}",
                 hint=f"on Debian 12 run as root:  {INSTALL} gcc libc6-dev",
-                place=Place("virtual_part.comp"),
+                place=Place(f"{name}.comp"),
             )
         return built.read_bytes()

@@ -6,7 +6,7 @@ import re
 import signal
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -67,34 +67,52 @@ def probe(program: bytes, part: ProbedPart, log_name: str, progress: Progress | 
 
 
 @contextmanager
-def _session(program: bytes, feed_override: float, extra_hal: str, *, sample: bool) -> Iterator[Path]:
-    """A folder that holds a whole configuration."""
+def configuration(files: Mapping[str, bytes], modules: Mapping[str, bytes] | None = None) -> Iterator[Path]:
+    """A folder that holds the virtual lathe's configuration, with files added or in place of its own.
+
+    `files` lie in its `config`, `order.json` being the operator's; `modules` are laid over LinuxCNC's own.
+    """
     require_linuxcnc()
+    own = {file: source(file).encode() for file in ("machine.ini", "machine.hal", "run_program.py")}
+    own["display"] = b"#!/bin/sh\nexec /usr/bin/python3 run_program.py\n"
+    own["extra.hal"] = b""
+    own["tool.tbl"] = "".join(f"T{k} P{k} X0 Z0\n" for k in range(1, 33)).encode()
+    own["machine.var"] = "".join(f"{k}\t{float(k == 5220):.6f}\n" for k in PARAMETERS).encode()
     with tempfile.TemporaryDirectory(prefix="trueloop-linuxcnc-", ignore_cleanup_errors=True) as name:
-        folder, config = Path(name), Path(name, "config")
+        folder = Path(name)
         folder.chmod(0o755)
         for made in ("config", "modules", "home"):
             (folder / made).mkdir()
         (folder / "home").chmod(0o1777)
-        for file in ("machine.ini", "machine.hal", "run_program.py"):
-            (config / file).write_text(source(file))
-        (config / "display").write_text("#!/bin/sh\nexec /usr/bin/python3 run_program.py\n")
-        (config / "display").chmod(0o755)
-        (config / "extra.hal").write_text(extra_hal)
-        (config / "tool.tbl").write_text("".join(f"T{k} P{k} X0 Z0\n" for k in range(1, 33)))
-        (config / "machine.var").write_text("".join(f"{k}\t{float(k == 5220):.6f}\n" for k in PARAMETERS))
-        (config / "program.ngc").write_bytes(program)
-        order = {
-            "program": "program.ngc",
-            "feed_override": feed_override,
-            "sample": sample,
-            "timeout_s": TIMEOUT_S,
-        }
-        (config / "order.json").write_text(json.dumps(order))
+        for file, content in (own | dict(files)).items():
+            (folder / "config" / file).write_bytes(content)
+        for file, content in (modules or {}).items():
+            (folder / "modules" / file).write_bytes(content)
+        (folder / "config" / "display").chmod(0o755)
+        yield folder
+
+
+@contextmanager
+def _session(program: bytes, feed_override: float, extra_hal: str, *, sample: bool) -> Iterator[Path]:
+    """A configuration whose operator runs one program."""
+    order = {
+        "program": "program.ngc",
+        "feed_override": feed_override,
+        "sample": sample,
+        "timeout_s": TIMEOUT_S,
+    }
+    files = {"program.ngc": program, "extra.hal": extra_hal.encode(), "order.json": json.dumps(order).encode()}
+    with configuration(files) as folder:
         yield folder
 
 
 def _run(folder: Path, progress: Progress | None) -> None:
+    """Plays the order. Raises CTL-LINUXCNC, CTL-PROGRAM."""
+    play(folder, progress)
+    _require_success(folder)
+
+
+def play(folder: Path, progress: Progress | None = None) -> None:
     """Starts LinuxCNC and waits for its end; ends it with everything it started when this process is interrupted."""
     environment = os.environ | {
         "HOME": str(folder / "home"),
@@ -115,7 +133,6 @@ def _run(folder: Path, progress: Progress | None) -> None:
             _wait(process, folder / "config" / "progress.txt", progress)
         finally:
             _end(process)
-    _require_success(folder)
 
 
 def _end(process: "subprocess.Popen[bytes]") -> None:
@@ -155,7 +172,8 @@ def _report(file: Path, progress: Progress) -> None:
         progress(int(words[0]), float(words[1]), float(words[2]))
 
 
-def _require_success(folder: Path) -> None:
+def answer(folder: Path) -> dict[str, Any]:
+    """What the operator left behind. Raises CTL-LINUXCNC with LinuxCNC's words where it left nothing."""
     answer_file = folder / "config" / "answer.json"
     if not answer_file.exists():
         said = (folder / "linuxcnc.log").read_text(errors="replace").strip().splitlines()
@@ -165,13 +183,18 @@ def _require_success(folder: Path) -> None:
             f"LinuxCNC did not come up; it said: {' / '.join((telling or said)[:3])!r}",
             hint="it needs the right to make namespaces and to mount: run as root, or allow it to a container",
         )
-    answer: dict[str, Any] = json.loads(answer_file.read_text())
-    if answer["error"] is not None:
-        raise _stopped(folder, answer)
-    if answer.get("overruns"):
+    left: dict[str, Any] = json.loads(answer_file.read_text())
+    return left
+
+
+def _require_success(folder: Path) -> None:
+    left = answer(folder)
+    if left["error"] is not None:
+        raise _stopped(folder, left)
+    if left.get("overruns"):
         raise TrueloopError(
             Code.CTL_LINUXCNC,
-            f"{answer['overruns']} servo periods were not recorded",
+            f"{left['overruns']} servo periods were not recorded",
             hint="the computer is too busy: run it again with less beside it",
         )
 
