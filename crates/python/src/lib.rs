@@ -10,6 +10,7 @@ mod nc_map;
 mod nc_path;
 mod nc_session;
 mod nc_text;
+mod realtime;
 mod simulator;
 mod surface;
 
@@ -27,6 +28,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     nc_map::register(module)?;
     nc_session::register(module)?;
     nc_text::register(module)?;
+    realtime::register(module)?;
     simulator::register(module)?;
     surface::register(module)
 }
