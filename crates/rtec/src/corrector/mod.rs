@@ -23,7 +23,7 @@ use error_eval::Vector;
 use latch::Latch;
 use movement::Movement;
 use readings::{Bad, Readings};
-use slew::{rounded, slewed, usable_slew};
+use slew::{rounded, slewed, usable, SAFE_SLEW};
 use travel::{stays_inside, Ramp};
 
 /// What is remembered from period to period. It knows nothing of an image: one that is exchanged while nothing is in force
@@ -32,6 +32,8 @@ use travel::{stays_inside, Ramp};
 pub struct Corrector {
     phase: Phase,
     fault: Option<Bad>,
+    /// Last one that could be used, mm/s.
+    slew: f64,
     correction: Vector,
     /// What the correction went to last: rounding holds on to it.
     target: Vector,
@@ -59,6 +61,7 @@ impl Corrector {
         Self {
             phase: Phase::Off,
             fault: None,
+            slew: SAFE_SLEW,
             correction: [0.0; AXES],
             target: [0.0; AXES],
             reached: false,
@@ -83,8 +86,9 @@ impl Corrector {
         } else {
             0.0
         };
+        self.slew = usable(settings.slew_mm_per_s).unwrap_or(self.slew);
         let ramp = Ramp {
-            slew_mm_per_s: usable_slew(settings),
+            slew_mm_per_s: self.slew,
             period_s,
         };
         self.latch.take(inputs.touch);

@@ -91,7 +91,9 @@ impl Readings {
     /// Age of the oldest among the first `count` that are known, s.
     pub(super) fn oldest_s(&self, count: usize) -> f64 {
         let known = self.kept.iter().take(count).filter(|kept| kept.known);
-        known.fold(0.0, |oldest, kept| kept.age_s.max(oldest))
+        known
+            .fold(0.0_f64, |oldest, kept| oldest.max(kept.age_s))
+            .min(f64::MAX)
     }
 }
 

@@ -1,32 +1,29 @@
 //! How a correction changes: by the slew at most, and in steps of the drive's resolution.
 
-use super::values::Settings;
 use error_eval::Vector;
 
-/// Used where the setting is none, mm/s.
-const SAFE_SLEW: f64 = 1.0;
+/// Until a setting could be used, mm/s.
+pub(super) const SAFE_SLEW: f64 = 1.0;
 /// A rounded correction stays while what is wanted is within this part of a step of it, so that noise at an edge between
 /// two steps does not move the drive to and fro.
 const STAYS_WITHIN: f64 = 0.6;
 /// From here on a number of steps has no fraction, or does not fit.
 const MOST_STEPS: f64 = 4_503_599_627_370_496.0;
 
-/// Slew that may be used, mm/s.
-pub(super) fn usable_slew(settings: &Settings) -> f64 {
-    let slew = settings.slew_mm_per_s;
-    if slew.is_finite() && slew > 0.0 {
-        slew
-    } else {
-        SAFE_SLEW
-    }
+/// A slew that may be used, mm/s.
+pub(super) fn usable(slew: f64) -> Option<f64> {
+    (slew.is_finite() && slew > 0.0).then_some(slew)
 }
+
+/// What is left of a way by rounding: that much of a step may be added to it.
+const HAIR: f64 = 1e-9;
 
 /// `from`, moved towards `to` by at most `most` on each axis.
 pub(super) fn slewed(from: &Vector, to: &Vector, most: f64) -> Vector {
     let mut now = *from;
     for (value, to) in now.iter_mut().zip(to) {
         let way = to - *value;
-        *value = if way.abs() <= most {
+        *value = if way.abs() <= most * (1.0 + HAIR) {
             *to
         } else {
             *value + way.max(-most).min(most)

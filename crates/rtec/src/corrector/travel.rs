@@ -15,6 +15,9 @@ const LEAST_ACCELERATION: f64 = 1000.0;
 /// What is seen beyond this is a jump of the command, mm/s².
 const MOST_ACCELERATION: f64 = 20_000.0;
 
+/// A command at the end may be beyond it by this, mm.
+const ROUNDING: f64 = 1e-9;
+
 /// How fast a correction goes in a fault.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ramp {
@@ -35,7 +38,7 @@ pub(super) fn stays_inside(
         .zip(ends)
         .zip(axes)
         .all(|(((q, c), &(low, high)), axis)| {
-            let inside = low <= *q && *q <= high;
+            let inside = low - ROUNDING <= *q && *q <= high + ROUNDING;
             let fits = if *c > 0.0 {
                 room_is_enough(high - q, *c, axis.velocity, axis.acceleration, ramp)
             } else {

@@ -1,0 +1,137 @@
+//! The drive stays inside its travel while the command does.
+
+use super::virtual_machine::{Dice, Planner};
+use super::*;
+
+const END: f64 = 200.0;
+
+/// Moves along X to a target with `model` in force; whether a fault came of it. The drive never leaves its travel.
+fn approach(bench: &mut Bench, planner: &mut Planner, model: impl Fn(f64) -> f64) -> bool {
+    let mut image = stand_in(0, |place: &Place| Wanted {
+        model: [model(place.position[0]), 0.0, 0.0],
+        ..Wanted::default()
+    });
+    for _ in 0..3000 {
+        bench.inputs.position[0] = planner.step(PERIOD);
+        let drive = bench.inputs.position[0] + bench.step(&mut image).correction[0];
+        let inside = drive.abs() <= END + 1e-12;
+        assert!(
+            inside,
+            "drive at {drive}, command at {}",
+            bench.inputs.position[0]
+        );
+    }
+    if bench.said.fault != 0 {
+        assert_eq!(bench.said.fault, Fault::Travel as i32);
+    }
+    bench.said.fault != 0
+}
+
+fn from_the_middle(target: f64, speed: f64, acceleration: f64, correction: f64) -> bool {
+    let mut bench = Bench::new();
+    bench.settings.limit_mm = 0.2;
+    let mut planner = Planner::at(
+        target - target.signum() * (speed * 1.2).min(150.0),
+        acceleration,
+    );
+    approach(&mut bench, &mut planner, |_| correction);
+    (planner.target, planner.speed) = (target, speed);
+    approach(&mut bench, &mut planner, |_| correction)
+}
+
+#[test]
+fn a_rapid_to_the_end_faults_before_the_drive_is_there() {
+    for sign in [1.0, -1.0] {
+        assert!(from_the_middle(sign * END, 200.0, 2000.0, sign * 0.1));
+        assert!(from_the_middle(sign * END, 2.0, 2000.0, sign * 0.1));
+        assert!(from_the_middle(sign * END, 800.0, 10_000.0, sign * 0.02));
+    }
+}
+
+#[test]
+fn a_correction_away_from_the_end_is_no_fault() {
+    for sign in [1.0, -1.0] {
+        assert!(!from_the_middle(sign * END, 200.0, 2000.0, sign * -0.1));
+    }
+}
+
+#[test]
+fn coming_to_rest_just_inside_is_no_fault() {
+    for (left, acceleration, correction) in [
+        (0.021, 2000.0, 0.02),
+        (0.35, 2000.0, 0.1),
+        (0.1, 10_000.0, 0.02),
+    ] {
+        for speed in [2.0, 50.0, 200.0] {
+            let faulted = from_the_middle(END - left, speed, acceleration, correction);
+            assert!(!faulted, "{left} mm left, {speed} mm/s");
+        }
+    }
+}
+
+#[test]
+fn a_correction_that_grows_towards_the_end_faults_where_it_no_longer_fits() {
+    let mut bench = Bench::new();
+    let mut planner = Planner::at(100.0, 2000.0);
+    (planner.target, planner.speed) = (END, 100.0);
+    assert!(approach(&mut bench, &mut planner, |q| (q - 100.0) * 1e-3));
+}
+
+#[test]
+fn switching_on_at_the_end_adds_nothing() {
+    let mut bench = Bench::new();
+    let mut image = stand_in(0, constant([0.02, 0.0, 0.0]));
+    bench.inputs.position[0] = END;
+    let said = bench.step(&mut image);
+    assert_eq!(
+        (said.fault, said.correction),
+        (Fault::Travel as i32, [0.0; AXES])
+    );
+}
+
+#[test]
+fn a_command_outside_is_a_fault_once_the_correction_should_come_in_force() {
+    for q in [END + 0.001, -END - 0.001] {
+        let mut bench = Bench::new();
+        let mut image = stand_in(0, constant([0.0; AXES]));
+        bench.inputs.position[0] = q;
+        bench.inputs.homed = false;
+        assert_eq!(bench.steps(&mut image, 10).fault, 0);
+        bench.inputs.homed = true;
+        assert_eq!(bench.step(&mut image).fault, Fault::Travel as i32);
+    }
+}
+
+#[test]
+fn a_fault_at_standstill_near_the_end_leaves_it_inside() {
+    let mut bench = Bench::new();
+    let mut image = stand_in(0, constant([0.02, 0.0, 0.0]));
+    bench.inputs.position[0] = END - 0.0205;
+    bench.until(&mut image, Phase::InForce);
+    bench.inputs.tool_offset[0] = f64::NAN;
+    for _ in 0..10 {
+        assert!(bench.inputs.position[0] + bench.step(&mut image).correction[0] <= END);
+    }
+}
+
+#[test]
+fn whatever_a_planner_does_the_drive_stays_inside() {
+    let mut dice = Dice::new(3);
+    for _ in 0..150 {
+        let acceleration = [500.0, 2000.0, 8000.0][dice.of(3)];
+        let (offset, slope) = (dice.between(-0.1, 0.1), dice.between(-2e-4, 2e-4));
+        let mut bench = Bench::new();
+        bench.settings.limit_mm = 0.2;
+        bench.settings.slew_mm_per_s = dice.between(2.0, 10.0);
+        let mut planner = Planner::at(0.0, acceleration);
+        (planner.target, planner.speed) = (dice.between(-20.0, 20.0), 300.0);
+        approach(&mut bench, &mut planner, |q| offset + slope * q);
+        for _ in 0..4 {
+            let near = dice.between(-2.0, 0.0).exp2() * dice.between(0.0, 1.0);
+            let end = if dice.once_in(2) { END } else { -END };
+            (planner.target, planner.speed) = (end - end.signum() * near, dice.between(1.0, 300.0));
+            approach(&mut bench, &mut planner, |q| offset + slope * q);
+            bench.inputs.enable = dice.once_in(2);
+        }
+    }
+}
