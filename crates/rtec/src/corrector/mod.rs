@@ -98,16 +98,12 @@ impl Corrector {
             .take(inputs, asked.signals(), settings, period_s, !inputs.enable);
         let wanted = self.ask(asked, inputs, settings);
         let sum = in_parts(&wanted, settings);
-        self.off_path_s = if wanted.listed && !wanted.on_path {
-            self.off_path_s + period_s
-        } else {
-            0.0
-        };
 
         self.next_phase(
             &Conditions::new(inputs, settings, asked.has_table(), bad),
             period_s,
         );
+        self.stray(&wanted, period_s);
         self.target = rounded(
             &self.faded(&sum, settings),
             &self.target,
@@ -148,6 +144,16 @@ impl Corrector {
             signal: self.readings.values(),
             line: cuts.then_some(inputs.line),
         })
+    }
+
+    /// Counts how long a listed block has been off its path while the correction follows.
+    fn stray(&mut self, wanted: &Wanted, period_s: f64) {
+        let strays = wanted.listed && !wanted.on_path && self.phase.follows();
+        self.off_path_s = if strays {
+            self.off_path_s + period_s
+        } else {
+            0.0
+        };
     }
 
     /// What of it the phase lets come in force. A correction that leaves fades: it stays between nothing and what is wanted

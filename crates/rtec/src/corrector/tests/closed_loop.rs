@@ -87,14 +87,17 @@ fn run(seed: u64, acceleration: f64, periods: usize, seen: &mut Seen) -> usize {
         let said = bench.silent_step(&mut images[world.image]);
         world.check(&bench, &before, on, &mut behind, seen);
         if on {
-            for axis in 0..AXES {
-                world.drive[axis] = position[axis] + said.correction[axis];
-            }
+            world.drive = sum(position, said.correction);
         }
         seen.phases[said.phase as usize] += 1;
         seen.faults[said.fault as usize] += usize::from(said.fault != before.fault);
     }
     world.injected.iter().sum()
+}
+
+fn sum(mut a: [f64; AXES], b: [f64; AXES]) -> [f64; AXES] {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
 }
 
 impl World {

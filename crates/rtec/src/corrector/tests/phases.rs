@@ -2,6 +2,9 @@
 
 use super::*;
 
+/// Sets it, or takes it away; what is said of it.
+type Hindrance = (fn(&mut Inputs, bool), WaitsFor);
+
 const WANTED: [f64; AXES] = [0.02, 0.0, -0.05];
 
 fn in_force() -> (Bench, StandIn<impl FnMut(&Place) -> Wanted>) {
@@ -40,7 +43,7 @@ fn off_ramps_to_zero_and_says_nothing() {
 
 #[test]
 fn each_hindrance_takes_it_to_zero_and_it_returns_by_itself() {
-    let hindrances: [(fn(&mut Inputs, bool), WaitsFor); 4] = [
+    let hindrances: [Hindrance; 4] = [
         (|inputs, there| inputs.homed = !there, WaitsFor::Homing),
         (|inputs, there| inputs.machine_on = !there, WaitsFor::Drives),
         (|inputs, there| inputs.probing = there, WaitsFor::Probing),
@@ -279,6 +282,9 @@ fn a_listed_block_may_be_off_its_path_for_a_time() {
     }
     assert!(!on_path);
     step(&mut bench, true, 1);
+    bench.inputs.enable = false;
+    step(&mut bench, false, 200);
+    bench.inputs.enable = true;
     assert_eq!(step(&mut bench, false, 99).fault, 0);
     assert_eq!(step(&mut bench, false, 2).fault, Fault::OffPath as i32);
 }

@@ -100,11 +100,11 @@ impl World {
         homed: bool,
     ) -> [f64; AXES] {
         self.periods = if on && homed { self.periods + 1 } else { 0 };
-        for axis in 0..AXES {
+        for (axis, correction) in correction.into_iter().enumerate() {
             let before = self.axes[axis].position;
             self.told[axis] &= homed;
             if !on {
-                self.coast(axis, correction[axis]);
+                self.coast(axis, correction);
             } else if self.periods == 1 {
                 self.axes[axis].velocity = 0.0;
             } else {
