@@ -87,17 +87,17 @@ impl Asked for Image<'_> {
     #[inline]
     fn wanted(&mut self, place: &Place) -> Wanted {
         self.take_signals(&place.signal);
-        let mut model = [0.0; AXES];
-        for _ in 0..FIXED_POINT_STEPS {
-            model = self
-                .error(plus(&place.position, &model), place)
-                .map(|part| -part);
-        }
         let (listed, row) = self.path.ask(place.line, &place.position);
         let [dx, dz] = row.unwrap_or_default();
+        let table = [dx, 0.0, dz];
+        let meant = plus(&place.position, &table);
+        let mut model = [0.0; AXES];
+        for _ in 0..FIXED_POINT_STEPS {
+            model = self.error(plus(&meant, &model), place).map(|part| -part);
+        }
         Wanted {
             model,
-            table: [dx, 0.0, dz],
+            table,
             listed,
             on_path: row.is_some(),
         }
