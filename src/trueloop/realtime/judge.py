@@ -39,7 +39,7 @@ class DrivenRun:
     period_s: float
     command_mm: Array
     drive_mm: Array
-    signals: Mapping[str, Array]
+    signals: Mapping[str, Array | float]
     line: NDArray[np.intp]
     in_force: Flags
     tool_mm: Array | Vector = ZERO

@@ -10,13 +10,16 @@ import numpy as np
 
 from tests.support import image_reference
 from tests.support.cut_thrice import PROGRAM, TOOL_OFFSET, blocks, image, lathe_model
-from trueloop.arrays import Array
+from trueloop.arrays import Array, Flags
 from trueloop.controllers.linuxcnc.realtime.session import QUIET, Driven, Setup, drive, home, on, put, record, run, wait
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.judge import DrivenRun, Judged, judge
 
 SIGNALS = {"T1": 27.5, "T2": 33.25}
 RAMPING, IN_FORCE = 2, 3
+LEFT_NM = 0.05
+"""Far below the goal of 2 nm: drives are a wire here, and a model asked off by the table's 8 µm would leave 1 nm."""
+
 PINS = (
     *("joint.0.pos-cmd", "joint.1.pos-cmd", "rtec.out-0", "rtec.out-2"),
     *("joint.0.motor-offset", "joint.1.motor-offset", "joint.0.f-error", "joint.1.f-error"),
@@ -52,7 +55,7 @@ def run_of(driven: Driven) -> DrivenRun:
     )
 
 
-def cutting(driven: Driven) -> Array:
+def cutting(driven: Driven) -> Flags:
     """Periods on the lines of the table."""
     return np.isin(driven["rtec.line"], [block.line for block in blocks()])
 
@@ -75,20 +78,20 @@ def test_what_is_left_is_within_two_nanometres() -> None:
     found, driven = judged(), session(corrected=True)
     cut = found.judged & cutting(driven)
     left = 1e6 * np.linalg.norm(found.residual_mm[cut], axis=1)
-    print(f"{cut.sum()} periods in the cut: {np.sqrt(np.mean(left**2)):.2f} nm RMS, {left.max():.2f} nm at most")
+    print(f"{cut.sum()} periods in the cut: {np.sqrt(np.mean(left**2)):.5f} nm RMS, {left.max():.5f} nm at most")
     print(f"of {found.uncorrected_um:.1f} um; all periods {found.rms_nm:.2f} nm RMS, {found.worst_nm:.2f} at most")
     print(
         f"{found.reversals} reversals, {found.longest_limited_s * 1e3:.0f} ms at most, behind {found.behind_nm:.2f} nm"
     )
     assert found.uncorrected_um > 10.0
-    assert np.sqrt(np.mean(left**2)) < 2.0
+    assert np.sqrt(np.mean(left**2)) < LEFT_NM
 
 
 def test_reversals_stay_within_the_slew() -> None:
     found = judged()
     assert found.reversals >= 6 and 0.001 < found.longest_limited_s < 0.02
     assert found.step_um <= found.most_step_um * (1 + 1e-9)
-    assert found.behind_nm < 2.0
+    assert found.behind_nm < LEFT_NM
 
 
 def test_motion_sees_nothing_of_it() -> None:
@@ -131,8 +134,8 @@ def test_a_judge_that_knows_nothing_of_trueloop_finds_the_same() -> None:
         if off < 0.05:
             left.append([x[k] + error[0] - command[k, 0] - added[0], z[k] + error[2] - command[k, 1] - added[1]])
     residual = 1e6 * np.hypot(*np.array(left).T)
-    print(f"{len(residual)} periods: {np.sqrt(np.mean(residual**2)):.2f} nm RMS, {residual.max():.2f} nm at most")
-    assert len(residual) > 700 and np.sqrt(np.mean(residual**2)) < 2.0
+    print(f"{len(residual)} periods: {np.sqrt(np.mean(residual**2)):.5f} nm RMS, {residual.max():.5f} nm at most")
+    assert len(residual) > 700 and np.sqrt(np.mean(residual**2)) < LEFT_NM
 
 
 def nearest(rows: Array, at: Array) -> tuple[Array, float]:
