@@ -7,10 +7,12 @@ interpreter reports. Under G41 and G42 LinuxCNC itself keeps the nose off the co
 import itertools
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
 
+from tests.support import erring_lathe
 from tests.support.correction import EXAMPLES, NOW
 from tests.support.line_table import added_mm, moves_of, off_moves_mm, off_places_mm, sent_to
 from tests.support.linuxcnc import Move, Tool
@@ -23,6 +25,7 @@ from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.realtime.process_table import Placed, ProcessTable, process_table
 from trueloop.loops.turned.correction import Correction, Inputs
+from trueloop.loops.turned.part_on_machine import PartOnMachine
 from trueloop.loops.turned.process_intermittent import compensate
 from trueloop.nc.program.program import read_program
 from trueloop.turned.options import Options
@@ -75,12 +78,12 @@ class Judged:
         return float(max(np.max(off_moves_mm(went, self.corrected, ORIGIN)), np.max(off_places_mm(fed, went))))
 
 
-def judged(inputs: Inputs, folder: Path, tip: int = 0) -> Judged:
+def judged(inputs: Inputs, folder: Path, tip: int = 0, origin_mm: tuple[float, float] = ORIGIN) -> Judged:
     program = inputs.program
     fine = read_program(program.source, program.dialect.name, program.file, program.unit, DECIMALS)
     inputs = replace(inputs, program=fine, made_at=NOW)
     correction = compensate(inputs)
-    table = process_table(inputs.program, inputs.run, correction, Placed(ORIGIN, tip))
+    table = process_table(inputs.program, inputs.run, correction, Placed(origin_mm, tip))
     tools = [Tool(1, inputs.nose_radius_mm, tip or 9)]
     sources = correction.source_program, correction.corrected_program
     given, corrected = (moves_of(source, folder, tools) for source in sources)
@@ -134,7 +137,7 @@ def test_an_example_goes_where_its_corrected_program_goes(job: str, tmp_path: Pa
 
 @pytest.mark.parametrize("scale", [1.0, 2.0])
 @pytest.mark.parametrize("follow", ["place", "nose"])
-def test_a_worn_nose_on_an_arc(scale: float, follow: str, tmp_path: Path) -> None:
+def test_a_worn_nose_on_an_arc(scale: float, follow: Literal["place", "nose"], tmp_path: Path) -> None:
     """X programmed as a radius and as a diameter: the rows are of the radius either way."""
     options = replace(FINE, errors_follow=follow)
     found = judged(inputs_of(turned_program(PIN, 0.8, scale=scale), options=options), tmp_path)
@@ -229,3 +232,40 @@ def test_between_rows_the_correction_is_linear(tmp_path: Path) -> None:
     on_arc = circle * (10.8 / np.hypot(*circle.T))[:, None] + np.array([5.0, -10.0])  # where the command really is
     wanted = dome.shifted.centre_mm(np.linspace(dome.start_mm, dome.end_mm, 20001))
     assert np.max(off_places_mm((on_arc + dense[:, 2:])[::7], wanted)) < 10 * NM
+
+
+ZERO, TOOL, CUTTING_C = (70.0, 0.0, -100.0), (-30.0, 0.0, 45.0), 28.0
+STANDS = (ZERO[0] - TOOL[0], ZERO[2] - TOOL[2])
+
+
+def on_erring_lathe() -> PartOnMachine:
+    signals = {"T1": 22.0}
+    return PartOnMachine(
+        erring_lathe.model(), "0" * 64, ZERO, TOOL, TOOL, {"T1": CUTTING_C}, signals, signals, "cmm", "compensated"
+    )
+
+
+def in_real_time_mm(at_mm: Array, table_mm: Array) -> Array:
+    """Where the drives are sent: the command, and c = table − E(command + c), asked twice, E by its formula."""
+    added = table_mm
+    for _ in range(2):
+        there = at_mm + added
+        added = table_mm - erring_lathe.error_mm(there[:, 0], there[:, 1], CUTTING_C)
+    return np.asarray(at_mm + added)
+
+
+def test_model_in_real_time_and_table_make_the_composed_program(tmp_path: Path) -> None:
+    """COMP_MTG by the servo thread, COMP_PROC by the table: along the contour what one program carries of both.
+
+    E is asked where the corrected command is here, before COMP_MTG there: 50 µm of 1 µm/mm, less than 0.1 µm.
+    """
+    inputs = replace(inputs_of(turned_program(PIN, 0.8)), machine=on_erring_lathe())
+    found = judged(inputs, tmp_path, origin_mm=STANDS)
+    sent = sent_to([move for move in found.given if 5 <= move.line <= 9], STANDS, 0.1)
+    went = in_real_time_mm(sent.at_mm, added_mm(found.table.blocks, sent)[0])
+    composed = [move for move in found.corrected if move.kind != "rapid"]
+    assert np.max(off_moves_mm(went, composed, STANDS)) < 0.1 * UM
+    assert np.max(off_places_mm(sent_to(composed[1:], STANDS, 0.1).at_mm, went)) < 0.1 * UM
+    by_table_alone = sent.at_mm + added_mm(found.table.blocks, sent)[0]
+    assert np.max(off_moves_mm(by_table_alone, composed, STANDS)) > 15 * UM, "COMP_MTG is not in the table"
+    assert any("COMP_PROC alone" in note for note in found.table.notes)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.support.linuxcnc import LATHE_STARTUP, Move, Tool, interpret
-from trueloop.arrays import Array, Integers
+from trueloop.arrays import Array, Flags, Integers
 from trueloop.realtime.image import Block
 
 XZ = (0, 2)
@@ -25,7 +25,7 @@ class Sent:
 
     at_mm: Array
     line: Integers
-    rapid: Array
+    rapid: Flags
 
 
 def moves_of(source: bytes, folder: Path, tools: Sequence[Tool]) -> list[Move]:
@@ -109,7 +109,7 @@ def _off(points: Array, move: Move) -> Array:
     arm = points - centre
     turned = np.sign(sweep) * (np.arctan2(arm[:, 0], arm[:, 1]) - angle) % (2 * np.pi)
     radius = np.hypot(*(start - centre))
-    return np.where(turned <= abs(sweep), np.abs(np.hypot(arm[:, 0], arm[:, 1]) - radius), ends)
+    return np.asarray(np.where(turned <= abs(sweep), np.abs(np.hypot(arm[:, 0], arm[:, 1]) - radius), ends))
 
 
 def off_places_mm(points: Array, places: Array) -> Array:
