@@ -19,7 +19,7 @@ from trueloop.realtime.image import Bank, Block, Body, Identity, Image, RealTime
 SERIAL: Final = "4711"
 PROGRAM: Final = b"N10 G1 X50 Z-10 F100\nN20 Z-30\nM2\n"
 WORDS = 1024
-LIMITS, SIGNAL, SLOPES = 0, 11, 16
+LIMITS, TOOL, SIGNAL, SLOPES = 0, 8, 11, 16
 """Where groups of the good image begin, in words; one signal, one body, two blocks."""
 BODY = SLOPES + 19
 BREAKS = BODY + 11
@@ -127,8 +127,22 @@ BAD: Final[Mapping[str, tuple[str, Callable[[bytes], bytes]]]] = {
     "no limit": ("limits", _word(LIMITS, 0.0)),
     "a gate below zero": ("limits", _word(LIMITS + 1, -0.1)),
     "a travel the other way round": ("limits", _word(LIMITS + 2, 300.0)),
-    "a range without an inside": ("limits", _word(SIGNAL + 2, 35.0)),
+    "a range the other way round": ("limits", _word(SIGNAL + 2, 36.0)),
     "no step between readings": ("limits", _word(SIGNAL + 4, 0.0)),
+    "a gate of metres": ("limits", _word(LIMITS + 1, 1001.0)),
+    "a tool that reaches the moon": ("limits", _word(TOOL + 2, 4e11)),
+    "a signal of any size": ("limits", _word(SIGNAL + 3, 1e300)),
+    "axes that lie along each other": ("limits", _word(SLOPES + 1, 1.5)),
+    "axes that a degree turns round": ("limits", _word(SLOPES + 10, 0.1)),
+    "a row that asks for metres": ("limits", _word(ROWS + 2, -1001.0)),
+    "an error of metres": ("body", _word(TABLES, 1e300)),
+    "an error of metres a degree": ("body", _word(PER_UNIT + 1, 100.0)),
+    "an arm that reaches the moon": ("body", _word(BODY + 7, -4e11)),
+    "an axis that carries itself twice": ("body", _word(BODY + 8, 2.0)),
+    "a table that belongs to no program": ("program", lambda good: rehashed(good[:224] + bytes(32) + good[256:])),
+    "the first letters of magic": ("short", lambda good: good[:3]),
+    "a head that says less than it is": ("short", lambda good: good[:16] + bytes(8) + good[24:]),
+    "something after the sizes": ("version", lambda good: good[:24] + b"x" + good[25:]),
     "breaks that do not ascend": ("body", _word(BREAKS + 1, -300.0)),
     "lines that do not ascend": ("order", _word(BLOCKS + 3, 1.0)),
     "a limit that is none over bad breaks": ("limits", lambda good: _word(0, -1.0)(_word(BREAKS + 1, 5.0)(good))),

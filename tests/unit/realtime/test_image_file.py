@@ -15,8 +15,8 @@ from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes, read_image
 from trueloop.realtime.image import Bank, Block, Body, Identity, Image, RealTimeLimits, Signal
 
-numbers = st.floats(-1e6, 1e6)
-above = st.floats(1e-9, 1e6)
+numbers = st.floats(-1e3, 1e3)
+above = st.floats(1e-9, 1e3)
 texts = st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=8)
 hashes = st.binary(min_size=32, max_size=32).filter(any).map(bytes.hex)
 
@@ -24,17 +24,24 @@ hashes = st.binary(min_size=32, max_size=32).filter(any).map(bytes.hex)
 @st.composite
 def spans(draw: st.DrawFn) -> tuple[float, float]:
     low = draw(numbers)
-    return low, low + draw(st.floats(1e-3, 1e6))
+    return low, low + draw(st.floats(1e-3, 1e3))
 
 
 @st.composite
 def bodies(draw: st.DrawFn, signals: int) -> Body:
-    breaks = np.cumsum(draw(st.lists(st.floats(0.5, 100), min_size=2, max_size=4)))
+    breaks = np.cumsum(draw(st.lists(st.floats(0.5, 10), min_size=2, max_size=4)))
     shape = (draw(st.sampled_from([1, 3])), len(breaks) - 1, draw(st.integers(1, 8)), 6)
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     places = sorted(draw(st.sets(st.integers(0, signals - 1), max_size=signals))) if signals else []
-    added = tuple((place, rng.normal(size=shape)) for place in places)
-    return Body(draw(st.integers(0, 2)), breaks, rng.normal(size=shape), added, rng.normal(size=3), rng.normal(size=3))
+    added = tuple((place, rng.normal(0, 1e-12, shape)) for place in places)
+    return Body(
+        draw(st.integers(0, 2)),
+        breaks,
+        rng.normal(0, 1e-12, shape),
+        added,
+        rng.normal(size=3),
+        rng.choice([0.0, 1.0], 3),
+    )
 
 
 @st.composite
@@ -46,13 +53,13 @@ def images(draw: st.DrawFn) -> Image:
         for _ in range(draw(st.integers(0, 16)))
     )
     carriers = tuple(draw(bodies(len(signals))) for _ in range(draw(st.integers(0, 3))))
-    bank = Bank(signals, carriers, rng.normal(size=(1 + len(signals), 3, 3)), tuple(rng.normal(size=3).tolist()))
+    bank = Bank(signals, carriers, rng.normal(0, 1e-6, (1 + len(signals), 3, 3)), tuple(rng.normal(size=3).tolist()))
     lines = sorted(draw(st.sets(st.integers(1, 2**31 - 1), max_size=4)))
     blocks = tuple(Block(line, rng.normal(size=(draw(st.integers(2, 5)), 4))) for line in lines)
     limits = RealTimeLimits((x, y, z), draw(above), draw(above))
     with_model = draw(st.booleans())
     model = draw(hashes) if with_model else ""
-    identity = Identity(draw(texts), draw(texts), model, draw(texts), draw(hashes), draw(texts))
+    identity = Identity(draw(texts), draw(texts), model, draw(texts), draw(hashes) if blocks else "", draw(texts))
     return Image(identity, limits, bank if with_model else None, blocks)
 
 

@@ -14,13 +14,14 @@ import numpy as np
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import FilePath, nearest_name
-from trueloop.formats.realtime.image_words import NoImageError, check_numbers, image_words, read_words
+from trueloop.formats.realtime.image_checks import NoImageError, check_numbers
+from trueloop.formats.realtime.image_words import image_words, read_words
 from trueloop.realtime.image import SIGNALS, Identity, Image
 
 MAGIC: Final = b"TLRTEC\r\n"
 VERSION: Final = 1
 MOST_BYTES: Final = 64 << 20
-HEAD: Final = struct.Struct("<8sIIQ8x32s64s64s32s32s64s32s160s512s")
+HEAD: Final = struct.Struct("<8sIIQQ32s64s64s32s32s64s32s160s512s")
 """Magic, version, bytes of head and file, hash; machine, serial, model, program, its name, record; units and names."""
 HASHED_FROM: Final = 64
 TEXT_BYTES: Final = 64
@@ -55,8 +56,8 @@ def _content(image: Image) -> bytes:
     )
     words = image_words(image).astype("<f8").tobytes()
     first = (MAGIC, VERSION, HEAD.size, HEAD.size + len(words))
-    hashed = HEAD.pack(*first, b"", *named)[HASHED_FROM:] + words
-    return HEAD.pack(*first, hashlib.sha256(hashed).digest(), *named) + words
+    hashed = HEAD.pack(*first, 0, b"", *named)[HASHED_FROM:] + words
+    return HEAD.pack(*first, 0, hashlib.sha256(hashed).digest(), *named) + words
 
 
 def _text(text: str, size: int) -> bytes:
@@ -107,16 +108,18 @@ def _read(content: bytes, serial: str | None, program: bytes | None) -> Image:
     """In the order of docs/realtime-image.md."""
     _check_frame(content)
     head = HEAD.unpack_from(content)
-    if hashlib.sha256(memoryview(content)[HASHED_FROM:]).digest() != head[4]:
-        raise NoImageError("hash", f"SHA-256 is not {head[4].hex()[:16]}…")
-    machine, own_serial, own_program, record = (_read_text(head[k]) for k in (5, 6, 9, 10))
-    model_sha256, program_sha256 = (part.hex() if any(part) else "" for part in (head[7], head[8]))
+    if hashlib.sha256(memoryview(content)[HASHED_FROM:]).digest() != head[5]:
+        raise NoImageError("hash", f"SHA-256 is not {head[5].hex()[:16]}…")
+    machine, own_serial, own_program, record = (_read_text(head[k]) for k in (6, 7, 10, 11))
+    model_sha256, program_sha256 = (part.hex() if any(part) else "" for part in (head[8], head[9]))
     identity = Identity(machine, own_serial, model_sha256, own_program, program_sha256, record)
     _check_identity(identity, serial, program)
     words = np.frombuffer(content, dtype="<f8", offset=HEAD.size)
     named = list(zip(_slots(head[-1], NAME_BYTES), _slots(head[-2], UNIT_BYTES), strict=True))
     limits, bank, blocks = read_words(words, named)
     check_numbers(limits, bank, blocks)
+    if bool(blocks) != bool(program_sha256):
+        raise NoImageError("program", f"{len(blocks)} blocks for the program of sha256 {program_sha256[:16]!r}")
     empty = not (model_sha256 or bank.signals or bank.bodies or bank.slope.any())
     return Image(identity, limits, None if empty else bank, blocks)
 
@@ -125,19 +128,20 @@ def _check_frame(content: bytes) -> None:
     """Empty, magic, version, and the length against what the head says."""
     if not content:
         raise NoImageError("empty", "0 bytes")
-    if content[: len(MAGIC)] != MAGIC:
+    if not MAGIC.startswith(content[: len(MAGIC)]):
         raise NoImageError("magic", f"it begins with {content[: len(MAGIC)]!r}")
     if len(content) < HEAD.size:
         raise NoImageError("short", f"{len(content)} bytes, its head alone has {HEAD.size}")
-    _, version, head, said, *_ = HEAD.unpack_from(content)
+    _, version, head, said, zero, *_ = HEAD.unpack_from(content)
     if version != VERSION:
         raise NoImageError("version", f"version {version}, not {VERSION}")
-    if head != HEAD.size:
-        raise NoImageError("version", f"its head has {head} bytes, not {HEAD.size}")
+    if head != HEAD.size or zero:
+        raise NoImageError("version", f"its head has {head} bytes and ends its sizes by {zero}, not {HEAD.size} and 0")
     if len(content) > MOST_BYTES:
         raise NoImageError("long", f"more than {MOST_BYTES} bytes")
     if len(content) != said:
-        raise NoImageError("short" if len(content) < said else "long", f"{len(content)} bytes, its head says {said}")
+        refusal = "short" if len(content) < said or said < HEAD.size else "long"
+        raise NoImageError(refusal, f"{len(content)} bytes, its head says {said}")
     if said % 8:
         raise NoImageError("odd", f"{said} bytes are no whole number of words of 8 bytes")
 

@@ -1,12 +1,13 @@
 """The numbers of an image, one after the other, and back. Names of refusals are those of docs/realtime-image.md."""
 
 from collections.abc import Iterator, Sequence
-from itertools import accumulate, chain, pairwise
+from itertools import accumulate, chain
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array
+from trueloop.formats.realtime.image_checks import NoImageError
 from trueloop.machine.model.chain import Vector
 from trueloop.realtime.image import SIGNALS, Bank, Block, Body, Image, RealTimeLimits, Signal
 
@@ -14,15 +15,9 @@ AXES: Final = 3
 BODIES: Final = 8
 POWERS: Final = 8
 COMPONENTS: Final = 6
-MOST_WORDS: Final = (64 << 20) // 8
-
-
-class NoImageError(Exception):
-    """Why a file is no image: the refusal's name, and what was found."""
-
-    def __init__(self, refusal: str, found: str) -> None:
-        super().__init__(found)
-        self.refusal = refusal
+BREAKS: Final = 1 << 20
+ROWS: Final = 1 << 21
+LINE: Final = (1 << 31) - 1
 
 
 def image_words(image: Image) -> Array:
@@ -113,7 +108,7 @@ def _vector(three: Array) -> Vector:
 
 
 def _body(rest: _Words, signals: int) -> Body:
-    axis, breaks = rest.count("axis", 0, AXES - 1), rest.count("breaks", 2, MOST_WORDS)
+    axis, breaks = rest.count("axis", 0, AXES - 1), rest.count("breaks", 2, BREAKS)
     tables, powers = rest.count("tables", 1, AXES), rest.count("powers", 1, POWERS)
     if tables == 2:
         raise NoImageError("count", "tables: 2, where 1 or 3 are")
@@ -131,34 +126,16 @@ def _body(rest: _Words, signals: int) -> Body:
 def _blocks(rest: _Words) -> tuple[Block, ...]:
     listed = [
         (
-            rest.count("program line", 1, 2**31 - 1),
-            rest.count("first row", 0, MOST_WORDS),
-            rest.count("rows", 2, MOST_WORDS),
+            rest.count("program line", 0, LINE),
+            rest.count("first row", 0, ROWS),
+            rest.count("rows", 2, ROWS),
         )
-        for _ in range(rest.count("blocks", 0, MOST_WORDS))
+        for _ in range(rest.count("blocks", 0, ROWS))
     ]
-    rows = rest.take(4 * rest.count("rows", 0, MOST_WORDS)).reshape(-1, 4)
+    rows = rest.take(4 * rest.count("rows", 0, ROWS)).reshape(-1, 4)
+    if bool(listed) != bool(len(rows)):
+        raise NoImageError("count", f"{len(listed)} blocks, {len(rows)} rows")
     for line, first, count in listed:
         if first + count > len(rows):
             raise NoImageError("count", f"line {line}: rows {first} to {first + count} of {len(rows)}")
     return tuple(Block(line, rows[first : first + count]) for line, first, count in listed)
-
-
-def check_numbers(limits: RealTimeLimits, bank: Bank, blocks: tuple[Block, ...]) -> None:
-    """Whether the numbers make limits, functions and a table. Raises NoImageError: limits, body, order."""
-    ranges = [(f"signal {s.name}", s.low, s.high) for s in bank.signals]
-    ranges += [(f"travel {axis}", *ends) for axis, ends in zip("XYZ", limits.travel_mm, strict=True)]
-    for what, low, high in ranges:
-        if not low < high:
-            raise NoImageError("limits", f"{what}: {low:g} to {high:g}")
-    above = [("limit", limits.limit_mm), ("gate", limits.gate_mm)]
-    for what, value in (*above, *((f"most step of {s.name}", s.most_step) for s in bank.signals)):
-        if not value > 0:
-            raise NoImageError("limits", f"{what}: {value:g}")
-    for number, body in enumerate(bank.bodies):
-        places = [place for place, _ in body.per_unit]
-        if not (np.diff(body.breaks) > 0).all() or sorted(set(places)) != places:
-            raise NoImageError("body", f"body {number}: breaks {body.breaks.tolist()}, signals {places} do not ascend")
-    for before, after in pairwise(blocks):
-        if not before.line < after.line:
-            raise NoImageError("order", f"program line {after.line} after {before.line}")
