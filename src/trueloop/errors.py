@@ -340,7 +340,7 @@ class Code(StrEnum):
     CTL_DIALECT = "CTL-DIALECT", "a program for another control than the one that shall run it", ("dialect",)
     CTL_PROGRAM = "CTL-PROGRAM", "the control stopped a program with an error", ("said", "block")
     # RTC: real-time correction. Images
-    RTC_MODEL = "RTC-MODEL", "a model that cannot be asked in a servo period", ("axes",)
+    RTC_MODEL = "RTC-MODEL", "a machine that an image cannot hold: its axes, or their travel", ("axes",)
     RTC_SIGNAL = "RTC-SIGNAL", "signals that an image cannot hold, or whose range is not known", ("signals",)
     RTC_LIMIT = "RTC-LIMIT", "a correction beyond what the component would let pass", ("largest_um", "limit_um")
     RTC_IMAGE = "RTC-IMAGE", "a file that is no image", ("refusal",)

@@ -2,6 +2,8 @@
 
 import typer
 
+from trueloop.cli.realtime.image import image, show
+
 app = typer.Typer(
     help="The machine's errors corrected in the servo thread of LinuxCNC: image, component, signals, watching.",
     no_args_is_help=True,
@@ -12,3 +14,7 @@ app = typer.Typer(
 @app.callback()
 def _real_time() -> None:
     pass
+
+
+for command in (image, show):
+    app.command()(command)

@@ -5,7 +5,7 @@ times signals becomes one piecewise polynomial an error, over the union of the b
 positions of the axes between it and the tool point.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -77,6 +77,11 @@ def compile_model(
     parts = _Parts(model, signals, tool_mm, dict(fixed or {}))
     bodies = tuple(body for axis in chain.axes for body in parts.bodies(axis.name))
     slope = parts.slope()
+    return CompiledModel(bodies, slope, parts.bed_to_work, evaluator_of(bodies, slope))
+
+
+def evaluator_of(bodies: Iterable[Body], slope: Array) -> MachineEvaluator:
+    """What evaluates them in Rust."""
     given = [
         (
             *(b.axis, b.breaks.tolist(), b.powers.shape[2], b.powers.reshape(-1, 6).tolist()),
@@ -84,7 +89,7 @@ def compile_model(
         )
         for b in bodies
     ]
-    return CompiledModel(bodies, slope, parts.bed_to_work, MachineEvaluator(given, slope.tolist()))
+    return MachineEvaluator(given, slope.tolist())
 
 
 class _Parts:
