@@ -7,6 +7,8 @@
 #![no_std]
 
 mod body;
+#[cfg(test)]
+mod built;
 #[cfg(any(feature = "c-library", test))]
 pub mod c_api;
 pub mod corrector;

@@ -73,12 +73,9 @@ impl<'a> Path<'a> {
         self.blocks.is_empty()
     }
 
-    /// Lines ascend: else [`Refusal::Order`]. Rows are within bounds, mm: else [`Refusal::Limits`].
-    pub(crate) fn check(&self, most: f64, most_length: f64) -> Result<(), Refusal> {
-        let small = |row: &[Word; 4]| {
-            let [x, z, dx, dz] = numbers(row).map(f64::abs);
-            x <= most_length && z <= most_length && dx <= most && dz <= most
-        };
+    /// Lines ascend: else [`Refusal::Order`]. No number is beyond `most`: else [`Refusal::Limits`].
+    pub(crate) fn check(&self, most: f64) -> Result<(), Refusal> {
+        let small = |row: &[Word; 4]| numbers(row).iter().all(|part| part.abs() <= most);
         let lines = || self.blocks.iter().filter_map(line_of);
         if !lines().zip(lines().skip(1)).all(|(a, b)| a < b) {
             Err(Refusal::Order)
@@ -136,7 +133,8 @@ impl<'a> Path<'a> {
 }
 
 fn line_of([line, ..]: &[Word; 3]) -> Option<i32> {
-    whole(number(line), i32::MAX as usize).map(|line| line as i32)
+    let line = whole(number(line), i32::MAX as usize).filter(|line| *line > 0);
+    line.map(|line| line as i32)
 }
 
 impl Block<'_> {

@@ -180,3 +180,6 @@ fn plus(a: &Vector, b: &Vector) -> Vector {
     }
     sum
 }
+
+#[cfg(test)]
+mod tests;
