@@ -147,29 +147,42 @@ impl Block<'_> {
         });
         found.place = place;
         let (first, end) = self.window(found.segment, dx + dz + 2.0 * gate);
-        let on = |near: &Near| near.square <= gate * gate;
-        if let Some(near) = self.nearest(first, end, place).filter(on) {
-            found.segment = near.segment;
-            return Some(near.row);
-        }
-        // entered in its middle: the next part of it, after its end from its beginning
-        let end = found.segment + MOST_SEGMENTS;
-        let near = self.nearest(found.segment, end, place).filter(on);
-        let next = if end + 1 < self.rows.len() { end } else { 0 };
-        found.segment = near.as_ref().map_or(next, |near| near.segment);
-        near.map(|near| near.row)
+        let near = self.settled(first, end, gate, place);
+        let near = near.or_else(|| self.look_on(&mut found.segment, gate, place))?;
+        found.segment = near.segment;
+        Some(near.row)
     }
 
-    /// The segments that are within `length` of one, ahead and behind, mm.
+    /// Entered in the middle of the block: the next part of it, after its end from its beginning.
+    #[cold]
+    fn look_on(&self, segment: &mut usize, gate: f64, place: [f64; 2]) -> Option<Near> {
+        let (first, end) = (*segment, *segment + MOST_SEGMENTS);
+        *segment = if end + 1 < self.rows.len() { end } else { 0 };
+        self.settled(first, end, gate, place)
+    }
+
+    /// The nearest place on some segments or, where that is on their first or last, near it: it may be beyond.
+    #[inline]
+    fn settled(&self, first: usize, end: usize, gate: f64, place: [f64; 2]) -> Option<Near> {
+        let near = self.nearest(first, end, gate, place)?;
+        if first < near.segment && near.segment + 1 < end {
+            return Some(near);
+        }
+        let (first, end) = self.window(near.segment, 2.0 * gate);
+        self.nearest(first, end, gate, place)
+    }
+
+    /// One segment, and those ahead of its end and behind its start that are within `length` of it, mm.
     fn window(&self, segment: usize, length: f64) -> (usize, usize) {
-        let ahead = self.rows.get(segment..).unwrap_or(&[]);
+        let ahead = self.rows.get(segment + 1..).unwrap_or(&[]);
         let behind = self.rows.get(..=segment).unwrap_or(&[]);
         let first = segment.saturating_sub(walked(behind.windows(2).rev(), length));
-        (first, segment + walked(ahead.windows(2), length))
+        (first, segment + 1 + walked(ahead.windows(2), length))
     }
 
+    /// The nearest place within the gate on some segments.
     #[inline]
-    fn nearest(&self, first: usize, end: usize, place: [f64; 2]) -> Option<Near> {
+    fn nearest(&self, first: usize, end: usize, gate: f64, place: [f64; 2]) -> Option<Near> {
         let last = end.min(self.rows.len().saturating_sub(1)); // of the rows, both ends of segments
         let rows = self.rows.get(first..=last)?;
         let mut best: Option<Near> = None;
@@ -184,7 +197,7 @@ impl Block<'_> {
                 });
             }
         }
-        best
+        best.filter(|best| best.square <= gate * gate)
     }
 }
 
