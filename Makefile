@@ -53,8 +53,8 @@ demo-surface: $(SETUP) ## a surface: ten measured parts to a corrected STEP surf
 demo-memory: $(SETUP) ## memory of an edge: ten parts of NIST's metal, each predicted from those before it, in out/memory
 	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.nist_memory
 
-test: $(SETUP) ## every test that needs no files from outside; installs LinuxCNC, Chromium and PostgreSQL where it may
-	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql
+test: $(SETUP) ## every test that needs no files from outside; installs what of Debian is needed where it may
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto
 	cargo test --quiet --locked --workspace --exclude trueloop-python --tests
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m 'not corpus'
 

@@ -3,6 +3,7 @@
 import typer
 
 from trueloop.cli.realtime.image import image, show
+from trueloop.cli.realtime.signals import signals
 
 app = typer.Typer(
     help="The machine's errors corrected in the servo thread of LinuxCNC: image, component, signals, watching.",
@@ -16,5 +17,5 @@ def _real_time() -> None:
     pass
 
 
-for command in (image, show):
+for command in (image, show, signals):
     app.command()(command)

@@ -1,0 +1,95 @@
+"""Logs that are played again: what reads them, how fast their time runs, and the lags at their beginning."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop.controllers.linuxcnc.realtime.signals.past import Clock
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Feed
+from trueloop.controllers.linuxcnc.realtime.signals.replay import Replay
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.measurements.history_csv import read_history
+from trueloop.formats.realtime.signals_toml import SignalsFile
+from trueloop.formats.toml_tables import Located
+from trueloop.machine.model.history import History, Lag
+from trueloop.realtime.lags import LagRules, LagState, from_history
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """All sources that are logs, by name; `units` and `states` by signal and lag."""
+
+    feeds: Mapping[str, Feed]
+    units: Mapping[str, str]
+    states: Mapping[str, LagState | None]
+    speed: float = 1.0
+
+
+def replayed(file: Located[SignalsFile], names: Sequence[str], lags: Sequence[Lag], clock: Clock) -> Replayed:
+    """What replays give for these signals.
+
+    Raises RTC-SOURCE for a signal that its log does not hold and for logs at different speeds, and as `read_history`.
+    """
+    feeds: dict[str, Feed] = {}
+    units: dict[str, str] = {}
+    states: dict[str, LagState | None] = {}
+    for source in dict.fromkeys(file.model.signals[name].source for name in names):
+        columns = {n: file.model.signals[n].recorded or n for n in names if file.model.signals[n].source == source}
+        feed = _replay(file, source, columns, clock)
+        feeds[source] = feed
+        units.update({name: feed.log.units[column] for name, column in columns.items()})
+        states.update({lag.name: _state(feed, lag, clock) for lag in lags if lag.of in columns})
+    return Replayed(feeds, units, states, _speed(file, list(feeds)))
+
+
+def _replay(file: Located[SignalsFile], source: str, columns: dict[str, str], clock: Clock) -> Replay:
+    table = file.model.replay[source]
+    log = read_history(file.path.parent / table.file)
+    for name, column in columns.items():
+        if column not in log.signals:
+            with file.at("signals", name):
+                raise TrueloopError(
+                    Code.RTC_SOURCE,
+                    f"signal {name!r}: {table.file!r} holds no {column!r}, but {len(log.signals)} others: "
+                    f"{', '.join(log.signals)}",
+                    hint="say under which name it was logged: recorded = …",
+                )
+    start_s = float(log.time_s[0]) if table.start_s is None else table.start_s
+    with file.at("replay", source, "start_s"):
+        _check_start(log, start_s)
+    return Replay(log, columns, clock.monotonic_s, start_s, table.speed)
+
+
+def _check_start(log: History, start_s: float) -> None:
+    first, last = float(log.time_s[0]), float(log.time_s[-1])
+    if not first <= start_s < last:
+        raise TrueloopError(
+            Code.RTC_SOURCE,
+            f"the log is from {first:g} to {last:g} s: it cannot begin at {start_s:g} s",
+            hint="start_s counts as the log's own column time_s does",
+        )
+
+
+def _state(feed: Replay, lag: Lag, clock: Clock) -> LagState | None:
+    """A lag where the replay begins: in equilibrium at the log's first row, straight between rows however far apart."""
+    start_s, column = feed.start_s, feed.columns[lag.of]
+    until = feed.log.until(start_s)
+    times = np.append(until.time_s[until.time_s < start_s], start_s)
+    values = np.interp(times, feed.log.time_s, feed.log.signals[column])
+    rules = LagRules(gap=math.inf, equilibrium_s=float(times[0]))
+    state = from_history(lag, rules, History(times, {lag.of: values}))
+    return state and replace(state, time_s=clock.log_s, since_s=clock.log_s - (start_s - state.since_s))
+
+
+def _speed(file: Located[SignalsFile], used: Sequence[str]) -> float:
+    speeds = {file.model.replay[source].speed for source in used}
+    if len(speeds) > 1:
+        with file.at("replay", used[1], "speed"):
+            raise TrueloopError(
+                Code.RTC_SOURCE,
+                f"logs are played again at {len(speeds)} speeds: {', '.join(f'{s:g}' for s in sorted(speeds))}",
+                hint="one speed for all: lags run on one clock",
+            )
+    return next(iter(speeds), 1.0)

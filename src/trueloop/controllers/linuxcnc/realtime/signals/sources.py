@@ -1,0 +1,154 @@
+"""From the tables of a configuration to what reads them: one feed a source, for all of its signals."""
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from trueloop.controllers.linuxcnc.realtime.signals.mqtt import Mqtt, Topic, paho
+from trueloop.controllers.linuxcnc.realtime.signals.mtconnect import MtConnect, is_address
+from trueloop.controllers.linuxcnc.realtime.signals.one_wire import OneWire
+from trueloop.controllers.linuxcnc.realtime.signals.readings import Feed
+from trueloop.controllers.linuxcnc.realtime.signals.serial_lines import LinePart, SerialLines, pyserial
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.realtime.signals_toml import (
+    MqttTable,
+    MtConnectTable,
+    OneWireTable,
+    SerialTable,
+    SignalsFile,
+    SignalTable,
+)
+from trueloop.formats.toml_tables import Located
+
+SPINDLE: Final = "spindle"
+CONSTANT: Final = "constant"
+Signals = Mapping[str, SignalTable]
+
+
+@dataclass(frozen=True)
+class Keys:
+    """Which keys a signal of one kind of source has to have, and which it may have besides."""
+
+    kind: str
+    needed: tuple[str, ...] = ()
+    other: tuple[str, ...] = ()
+
+
+KINDS: Final = {
+    "serial": Keys("a serial port", ("unit",), ("pattern", "column")),
+    "one_wire": Keys("a 1-Wire bus", ("device",)),
+    "mqtt": Keys("an MQTT broker", ("unit", "topic"), ("path", "time_path", "qos")),
+    "mtconnect": Keys("an MTConnect agent", ("unit", "item")),
+    "replay": Keys("a log played again", (), ("recorded",)),
+    SPINDLE: Keys("the spindle's pin"),
+    CONSTANT: Keys("a constant", ("unit", "value")),
+}
+
+
+def kind_of(file: Located[SignalsFile], name: str) -> str:
+    """Of which kind a signal's source is. Raises RTC-SOURCE for a source that is not there, or there twice."""
+    source = file.model.signals[name].source
+    named = {kind: getattr(file.model, kind) for kind in KINDS if kind not in (SPINDLE, CONSTANT)}
+    found = [kind for kind, tables in named.items() if source in tables]
+    if source in (SPINDLE, CONSTANT):
+        found.append(source)
+    with file.at("signals", name, "source"):
+        if len(found) == 1:
+            return found[0]
+        known = [*(one for tables in named.values() for one in tables), SPINDLE, CONSTANT]
+        what = f"names {len(found)} sources" if found else "is no source"
+        raise TrueloopError(
+            Code.RTC_SOURCE,
+            f"signal {name!r}: {source!r} {what}; there are {len(known)}: {', '.join(known)}",
+            hint=f"a source is a table such as [serial.{source}] or [mqtt.{source}], its name there once",
+        )
+
+
+def check_keys(file: Located[SignalsFile], name: str, kind: str) -> None:
+    """Raises RTC-SOURCE for a key that a signal of this kind of source lacks, or that means nothing to it."""
+    table, keys = file.model.signals[name], KINDS[kind]
+    given = {key for key in table.model_fields_set if key != "source" and getattr(table, key) is not None}
+    strange = sorted(given - {*keys.needed, *keys.other})
+    missing = [key for key in keys.needed if key not in given]
+    if kind == "serial" and not given & {"pattern", "column"}:
+        missing.append("column")
+    if not (strange or missing):
+        return
+    with file.at("signals", name, *strange[:1]):
+        what = f"has no key {strange[0]!r}" if strange else f"needs the key {missing[0]!r}"
+        allowed = ", ".join((*keys.needed, *keys.other)) or "source alone"
+        raise TrueloopError(
+            Code.RTC_SOURCE, f"signal {name!r}: {keys.kind} {what}", hint=f"its keys are {allowed}: {HINT}"
+        )
+
+
+HINT: Final = "docs/realtime-signals.md"
+
+
+def serial_feed(file: Located[SignalsFile], table: SerialTable, signals: Signals) -> Feed:
+    """Raises RTC-SOURCE for a pattern that is none, and where pyserial is not installed."""
+    pyserial()
+    parts = {name: _part(file, name, table, signal) for name, signal in signals.items()}
+    return SerialLines(table.port, table.baud, parts, table.ask, table.every_s)
+
+
+def _part(file: Located[SignalsFile], name: str, table: SerialTable, signal: SignalTable) -> LinePart:
+    with file.at("signals", name, "pattern"):
+        try:
+            pattern = None if signal.pattern is None else re.compile(signal.pattern)
+        except re.error as error:
+            raise _wrong(name, f"the pattern {signal.pattern!r} is none: {error}") from error
+        if pattern and not pattern.groups:
+            raise _wrong(name, f"the pattern {signal.pattern!r} has no group: put the number in (…)")
+    return LinePart(pattern, signal.column or 1, table.separator)
+
+
+def _wrong(name: str, what: str) -> TrueloopError:
+    return TrueloopError(Code.RTC_SOURCE, f"signal {name!r}: {what}", hint=f"how it is written is in {HINT}")
+
+
+def one_wire_feed(table: OneWireTable, signals: Signals, folder: Path) -> Feed:
+    """All sensors of the bus."""
+    return OneWire({name: str(signal.device) for name, signal in signals.items()}, table.every_s, folder / table.folder)
+
+
+def mqtt_feed(file: Located[SignalsFile], source: str, table: MqttTable, signals: Signals, folder: Path) -> Feed:
+    """Raises RTC-SOURCE for a topic with wildcards, for an environment variable that is not set, without paho-mqtt."""
+    paho()
+    for name, signal in signals.items():
+        if set(str(signal.topic)) & set("+#") or not signal.topic:
+            with file.at("signals", name, "topic"):
+                raise _wrong(name, f"the topic {signal.topic!r} names not one topic alone")
+    topics = {
+        name: Topic(str(signal.topic), signal.path or "", signal.time_path or "", signal.qos or 0)
+        for name, signal in signals.items()
+    }
+    user, password = (_from_environment(file, source, key, getattr(table, key)) for key in ("user_env", "password_env"))
+    port = table.port or (8883 if table.tls else 1883)
+    authorities = str(folder / table.ca_file) if table.ca_file else ""
+    return Mqtt(table.host, port, topics, user, password, table.tls, authorities, table.skew_s)
+
+
+def _from_environment(file: Located[SignalsFile], source: str, key: str, variable: str) -> str:
+    if variable and variable not in os.environ:
+        with file.at("mqtt", source, key):
+            raise TrueloopError(
+                Code.RTC_SOURCE,
+                f"the environment variable {variable!r} is not set",
+                hint="set it where LinuxCNC is started: it is handed on to what that starts",
+            )
+    return os.environ.get(variable, "") if variable else ""
+
+
+def mtconnect_feed(file: Located[SignalsFile], source: str, table: MtConnectTable, signals: Signals) -> Feed:
+    """Raises RTC-SOURCE for an address that is none."""
+    if not is_address(table.url):
+        with file.at("mtconnect", source, "url"):
+            raise TrueloopError(
+                Code.RTC_SOURCE, f"{table.url!r} is no address of an agent", hint="such as http://10.0.0.7:5000/lathe"
+            )
+    items = {name: str(signal.item) for name, signal in signals.items()}
+    return MtConnect(table.url, items, table.every_s, table.held, table.skew_s)

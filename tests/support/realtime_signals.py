@@ -1,0 +1,47 @@
+"""An image with signals, the model that it was made from, and a configuration beside them."""
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from trueloop.formats.realtime.image_file import image_to_bytes
+from trueloop.formats.tables.model_file import model_to_json
+from trueloop.machine.model.history import Lag
+from trueloop.machine.model.model import Machine, MachineModel
+from trueloop.machine.model.names import error_name
+from trueloop.machine.model.position_basis import CONSTANT
+from trueloop.machine.model.structure import chain_of
+from trueloop.machine.model.term import Part, Term
+from trueloop.realtime.bank import bank_of, signals_of
+from trueloop.realtime.image import Identity, Image, RealTimeLimits
+
+MACHINE = Machine("lathe", chain_of("turning"), "4711")
+
+
+def model_of(names: tuple[str, ...], lags: tuple[Lag, ...] = (), unit: str = "°C") -> MachineModel:
+    """A spindle that drifts by 1 µm for one unit of each signal, known from 10 to 60 of it."""
+    terms = (Term(error_name("EX0C"), tuple(Part(CONSTANT, name, 20.0) for name in names)),)
+    size, known = sum(term.size for term in terms), dict.fromkeys(names, (10.0, 60.0))
+    covariance = np.zeros((size + len(lags),) * 2)
+    units = dict.fromkeys(names, unit)
+    return MachineModel(MACHINE, terms, np.full(size, 1e-3), covariance, known, lags, units)
+
+
+def write_image(folder: Path, model: MachineModel, program: bytes = b"") -> None:
+    """`model.json` and `lathe.img`."""
+    text = model_to_json(model).encode()
+    (folder / "model.json").write_bytes(text)
+    identity = Identity("lathe", "4711", hashlib.sha256(text).hexdigest())
+    limits = RealTimeLimits(((-10.0, 300.0), (-1.0, 1.0), (-300.0, 100.0)))
+    image = Image(identity, limits, bank_of(model, (0.0, 0.0, 0.0), signals_of(model)))
+    (folder / "lathe.img").write_bytes(image_to_bytes(image))
+
+
+def write_configuration(folder: Path, text: str, top: Mapping[str, object] = {}) -> Path:
+    """`signals.toml`: the tables after `image` and what else stands at the top."""
+    head = [f"{name} = {value}" for name, value in {"image": '"lathe.img"', **top}.items()]
+    path = folder / "signals.toml"
+    path.write_text("\n".join([*head, "", text]))
+    return path
