@@ -21,7 +21,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory test test-corpus check format bench fuzz setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime test test-corpus check format bench fuzz setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -52,6 +52,10 @@ demo-surface: $(SETUP) ## a surface: ten measured parts to a corrected STEP surf
 
 demo-memory: $(SETUP) ## memory of an edge: ten parts of NIST's metal, each predicted from those before it, in out/memory
 	@OMP_NUM_THREADS=1 $(RUN)python -m scripts.nist_memory
+
+demo-realtime: $(SETUP) ## LinuxCNC turns a part on a virtual lathe that warms up, without and with the corrector, in out/realtime
+	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev
+	@OMP_NUM_THREADS=2 $(RUN)trueloop realtime demo
 
 test: $(SETUP) ## every test that needs no files from outside; installs what of Debian is needed where it may
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto

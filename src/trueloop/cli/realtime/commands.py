@@ -2,6 +2,7 @@
 
 import typer
 
+from trueloop.cli.realtime.check import check, demo
 from trueloop.cli.realtime.image import image, show
 from trueloop.cli.realtime.signals import signals
 
@@ -17,5 +18,5 @@ def _real_time() -> None:
     pass
 
 
-for command in (image, show, signals):
+for command in (image, show, signals, check, demo):
     app.command()(command)

@@ -4,7 +4,7 @@ Three parts are compared that differ in nothing but what is said: the same drift
 measuring machine. Lengths in mm, X a radius, part errors positive where material is left on.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -15,6 +15,7 @@ from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.loops.realtime.demo.part import NOSE_RADIUS_MM, SET_AT_MM, TOOL_OFFSET_MM, WORK_ZERO_Z_MM
 from trueloop.probing.plan import GaugingPoints, Spacing, equally_spaced
+from trueloop.realtime.judge import DrivenRun
 from trueloop.simulator.cmm import VirtualCmm
 from trueloop.simulator.lathe.truth import WarmLathe
 from trueloop.simulator.lathe.warm_up import WarmUp
@@ -79,6 +80,15 @@ def setting_mm(lathe: WarmLathe, cold: WarmUp, correction_mm: Array) -> Array:
     slides = commanded + correction_mm + 0.5 * np.array([lathe.lost.x_mm, lathe.lost.z_mm])
     error = lathe.error_mm(slides[None], -np.array(TOOL_OFFSET_MM), cold.at(np.zeros(1)))[0]
     return np.asarray(slides + error - commanded)
+
+
+def set_position(run: DrivenRun, cold: Mapping[str, Array]) -> DrivenRun:
+    """Two periods of a run that comes to where the tool is set, the way the tool is set there."""
+    at = np.array(SET_AT_MM) + TOOL_OFFSET_MM + [0.0, WORK_ZERO_Z_MM]
+    command = np.array([[at[0] + 1.0, 0.0, at[1] + 1.0], [at[0], 0.0, at[1]]])
+    tool = np.array([-TOOL_OFFSET_MM[0], 0.0, -TOOL_OFFSET_MM[1]])
+    both = np.ones(2, dtype=bool)
+    return DrivenRun(run.period_s, command, command, cold, np.zeros(2, dtype=np.intp), both, tool)
 
 
 def gauging_points(profile: Profile) -> GaugingPoints:

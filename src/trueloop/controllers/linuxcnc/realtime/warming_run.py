@@ -1,0 +1,175 @@
+"""A program run by LinuxCNC on a lathe that warms up: sensors follow a stream of one row a servo period.
+
+HAL's `streamer` plays what the sensors say, with the machine's own clock beside it, so that every recorded period knows
+how warm the lathe was in it. `rtec-signals` is not used: the lag is in the stream.
+"""
+
+import ctypes
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags, by_content
+from trueloop.controllers.linuxcnc.realtime.session import (
+    QUIET,
+    Driven,
+    Setup,
+    Step,
+    drive,
+    get,
+    home,
+    on,
+    put,
+    record,
+    run,
+    wait,
+)
+from trueloop.realtime.image import Image, Signal
+from trueloop.realtime.judge import DrivenRun
+from trueloop.realtime.samples import COUNTS, Samples, column_names, signal_columns
+
+PERIOD_S: Final = 1e-3
+RAMPING, IN_FORCE = 2, 3
+DEPTH: Final = 4000
+PROGRAM: Final = "part.ngc"
+STREAM: Final = "sensors.txt"
+AXES: Final = "xz"
+OF_AXES: Final = {"x": (0, 0), "z": (1, 2)}
+"""Joint, and number of the component's pins."""
+
+COUNTED: Final = dict(
+    zip(COUNTS, ("line", "program", "phase", "fault-code", "fault-signal", "on-path", "generation"), strict=True)
+)
+
+
+@by_content
+@dataclass(frozen=True)
+class Sensors:
+    """What the sensors say, a row a servo period: `time_s` (n,) of the machine's clock, values (n,) by signal."""
+
+    time_s: Array
+    values: Mapping[str, Array]
+
+
+@by_content
+@dataclass(frozen=True)
+class WarmingRun:
+    """A run: `clock_s` (n,) of the machine, and all that was recorded, for a judge and for `samples.csv`."""
+
+    clock_s: Array
+    driven: DrivenRun
+    samples: Samples
+    messages: tuple[str, ...]
+    overrun: bool
+
+    @property
+    def in_force(self) -> Flags:
+        """Periods with the correction in force, or on its way."""
+        return self.driven.in_force
+
+
+def warming_run(content: bytes, image: Image, program: str, sensors: Sensors, *, corrected: bool) -> WarmingRun:
+    """The program from a cold start, the corrector in force all along or off. Raises as `session.drive`.
+
+    `content` is that of the `image`.
+    """
+    signals = image.bank.signals if image.bank else ()
+    files = {PROGRAM: program.encode(), STREAM: _stream(sensors, signals)}
+    setup = Setup(content, files, _pins(len(signals)), hal=_hal(len(signals)), depth=len(sensors.time_s))
+    driven = drive(setup, [*_steps(image, corrected=corrected), get("underruns", "streamer.0.underruns")])
+    return _run(driven, image, corrected=corrected)
+
+
+def _steps(image: Image, *, corrected: bool) -> list[Step]:
+    enabled = [put("rtec.enable", 1), wait("rtec.phase", IN_FORCE)] if corrected else []
+    started = [put("streamer.0.enable", 1), put("rtec.heartbeat", 1), put("rtec.program", int(bool(image.blocks)))]
+    return [on(), home(), *started, *enabled, record(), run(PROGRAM), record(on=False)]
+
+
+def _hal(signals: int) -> str:
+    """The stream, slower than its component by nothing: a row a period, from when it is enabled."""
+    lines = [
+        QUIET,
+        f"loadrt streamer depth={DEPTH} cfg={'f' * (signals + 1)}",
+        "addf streamer.0 servo-thread",
+        "setp streamer.0.enable 0",
+        *(f"net sensor-{k} streamer.0.pin.{k + 1} => rtec.signal-{k}" for k in range(signals)),
+        f"loadusr halstreamer {STREAM}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _stream(sensors: Sensors, signals: Sequence[Signal]) -> bytes:
+    table = np.column_stack([sensors.time_s, *(sensors.values[signal.name] for signal in signals)])
+    line = " ".join(["%.4f", *["%.6f"] * len(signals)]) + "\n"
+    return (line * len(table) % tuple(table.ravel().tolist())).encode()
+
+
+def _pins(signals: int) -> tuple[str, ...]:
+    of_axes = [
+        pin
+        for joint, number in OF_AXES.values()
+        for pin in (
+            *(f"joint.{joint}.{name}" for name in ("pos-cmd", "motor-offset", "f-error")),
+            *(f"rtec.{name}-{number}" for name in ("out", "corr", "model", "table", "tool")),
+        )
+    ]
+    in_use = [f"rtec.in-use-{k}" for k in range(signals)]
+    times = ("rtec.oldest-age", "rtec.write.time", "servo-thread.time", "streamer.0.pin.0")
+    return (*of_axes, *in_use, *(f"rtec.{name}" for name in COUNTED.values()), *times)
+
+
+def _run(driven: Driven, image: Image, *, corrected: bool) -> WarmingRun:
+    signals, tool = (image.bank.signals, image.bank.tool_mm) if image.bank else ((), (0.0, 0.0, 0.0))
+    samples = _samples(driven, signals)
+    in_force = np.isin(samples.count("phase"), (RAMPING, IN_FORCE))
+    if not corrected:
+        in_force[:] = False
+    run_of = DrivenRun(
+        PERIOD_S,
+        samples.mm("command"),
+        samples.mm("drive"),
+        {signal.name: driven[f"rtec.in-use-{k}"] for k, signal in enumerate(signals)},
+        driven["rtec.line"].astype(np.intp),
+        in_force,
+        np.asarray(tool) - samples.mm("tool"),
+    )
+    late = bool(driven.got["underruns"])
+    return WarmingRun(driven["streamer.0.pin.0"], run_of, samples, driven.messages, late)
+
+
+def _samples(driven: Driven, signals: Sequence[Signal]) -> Samples:
+    """As `trueloop realtime watch` records them."""
+    named = signal_columns([(signal.name, signal.unit) for signal in signals])
+    columns = {"time_s": PERIOD_S * np.arange(len(driven.samples), dtype=np.float64)}
+    for axis, (joint, number) in OF_AXES.items():
+        columns[f"command_{axis}_mm"] = driven[f"joint.{joint}.pos-cmd"]
+        columns[f"drive_{axis}_mm"] = driven[f"rtec.out-{number}"] - driven[f"joint.{joint}.motor-offset"]
+        columns[f"tool_{axis}_mm"] = driven[f"rtec.tool-{number}"]
+        for name, pin in (("model", "model"), ("table", "table"), ("correction", "corr")):
+            columns[f"{name}_{axis}_um"] = 1e3 * driven[f"rtec.{pin}-{number}"]
+        columns[f"following_error_{axis}_um"] = 1e3 * driven[f"joint.{joint}.f-error"]
+    columns |= {name: driven[f"rtec.in-use-{k}"] for k, name in enumerate(named)}
+    columns |= {name: driven[f"rtec.{pin}"] for name, pin in COUNTED.items()}
+    columns["oldest_age_s"] = driven["rtec.oldest-age"]
+    per_ns = _clocks_per_ns()
+    for name, pin in (("write_ns", "rtec.write.time"), ("thread_ns", "servo-thread.time")):
+        columns[name] = np.asarray(np.round(driven[pin] / per_ns), dtype=np.float64)
+    return Samples(PERIOD_S, AXES, named, {name: columns[name] for name in column_names(AXES, named)})
+
+
+def _clocks_per_ns() -> float:
+    """Of the counts in which LinuxCNC gives times; 1 where its library is not there, which then gives nanoseconds."""
+    try:
+        library = ctypes.CDLL("liblinuxcnchal.so.0")
+        clocks = library.rtapi_get_clocks
+    except (OSError, AttributeError):
+        return 1.0
+    clocks.restype = ctypes.c_longlong
+    from_ns, from_clocks = time.perf_counter_ns(), clocks()
+    time.sleep(0.1)
+    return float((clocks() - from_clocks) / (time.perf_counter_ns() - from_ns))
