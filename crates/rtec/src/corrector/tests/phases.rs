@@ -39,6 +39,8 @@ fn off_ramps_to_zero_and_says_nothing() {
     let last = bench.steps(&mut image, 9);
     assert_eq!((last.correction, last.active), ([0.0; AXES], false));
     assert_eq!(last.model, WANTED);
+    bench.inputs.enable = true;
+    assert!(!bench.step(&mut image).enabled);
 }
 
 #[test]
@@ -251,8 +253,15 @@ fn another_program_than_the_table_s_is_a_fault() {
 
 #[test]
 fn the_table_is_asked_by_line_only_while_its_program_runs() {
-    for (program, line) in [(0, None), (1, Some(7)), (2, None)] {
+    for (program, parts, line) in [
+        (0, 3, None),
+        (1, 3, Some(7)),
+        (2, 3, None),
+        (1, 2, Some(7)),
+        (1, 1, None),
+    ] {
         let mut bench = Bench::new();
+        bench.settings.parts = parts;
         (bench.inputs.program, bench.inputs.line) = (program, 7);
         let mut seen = None;
         let mut image = stand_in(0, |place| {
@@ -301,6 +310,12 @@ fn a_fault_pauses_what_it_would_be_seen_on() {
     bench.settings.pause_program = true;
     bench.inputs.enable = false;
     assert!(!bench.step(&mut image).pause);
+    // One of zero was in force here, and would have been another elsewhere.
+    let mut nothing = stand_in(0, constant([0.0; AXES]));
+    let mut bench = Bench::new();
+    bench.until(&mut nothing, Phase::InForce);
+    bench.inputs.tool_offset = [f64::NAN; AXES];
+    assert!(bench.step(&mut nothing).pause);
     // None was, and no program runs: one that is started then is paused.
     let mut bench = Bench::new();
     bench.inputs.tool_offset = [f64::NAN; AXES];

@@ -254,6 +254,34 @@ fn a_signal_that_is_bad_from_the_start_faults_after_freeze_and_leave() {
 }
 
 #[test]
+fn waiting_for_a_signal_is_counted_while_nothing_else_is_in_the_way() {
+    let (mut bench, mut image) = (Bench::new(), warm(1));
+    bench.settings = Settings {
+        freeze_s: 0.5,
+        leave_s: 0.25,
+        ..bench.settings
+    };
+    bench.inputs.signal[0] = 50.0;
+    bench.steps(&mut image, 700);
+    bench.inputs.machine_on = false;
+    bench.steps(&mut image, 3);
+    bench.inputs.machine_on = true;
+    assert!((750..=752).contains(&bench.until(&mut image, Phase::Faulted)));
+}
+
+#[test]
+fn a_lost_signal_grows_old() {
+    let (mut bench, mut image) = in_force(2);
+    bench.inputs.signal[1] = f64::NAN;
+    let said = bench.steps(&mut image, 300);
+    assert!(
+        (said.oldest_age_s - 0.3).abs() < 1e-9,
+        "{}",
+        said.oldest_age_s
+    );
+}
+
+#[test]
 fn an_exchanged_image_with_other_signals_takes_their_readings_as_they_come() {
     let (mut bench, mut image) = in_force(1);
     bench.inputs.enable = false;

@@ -56,6 +56,14 @@ fn another_resolution_leaves_no_odd_step() {
     }
 }
 
+#[test]
+fn a_rounding_beyond_the_limit_is_refused_too() {
+    let mut bench = Bench::new();
+    (bench.settings.resolution_mm, bench.settings.limit_mm) = (0.01, 0.049);
+    let mut image = stand_in(0, constant([0.048, 0.0, 0.0]));
+    assert_eq!(bench.step(&mut image).fault, Fault::Limit as i32);
+}
+
 /// E(q) of a machine: 20 µm and 0.1 µm/mm.
 fn error(q: f64) -> f64 {
     0.02 + 1e-4 * q

@@ -115,6 +115,90 @@ fn a_fault_at_standstill_near_the_end_leaves_it_inside() {
 }
 
 #[test]
+fn a_hair_s_breadth_is_enough_for_a_hair() {
+    let mut bench = Bench::new();
+    let mut image = stand_in(0, constant([1e-4, 0.0, 0.0]));
+    bench.inputs.position[0] = END - 1.1e-4;
+    assert_eq!(bench.steps(&mut image, 10).phase, Phase::InForce as i32);
+}
+
+#[test]
+fn a_command_at_the_end_may_be_rounded_beyond_it() {
+    let mut bench = Bench::new();
+    let mut image = stand_in(0, constant([-0.02, 0.0, 0.0]));
+    bench.inputs.position[0] = END + 1e-12;
+    assert_eq!(bench.steps(&mut image, 10).phase, Phase::InForce as i32);
+}
+
+#[test]
+fn an_axis_that_never_moved_may_move() {
+    let mut bench = Bench::new();
+    let mut image = stand_in(0, constant([0.1, 0.0, 0.0]));
+    bench.inputs.position[0] = END - 0.11;
+    assert_eq!(bench.steps(&mut image, 30).fault, Fault::Travel as i32);
+}
+
+#[test]
+fn what_a_command_did_elsewhere_it_may_do_at_the_end() {
+    for left in (0..60).map(|k| 0.05 + 0.005 * f64::from(k)) {
+        let mut bench = Bench::new();
+        let mut planner = Planner::at(190.0, 8000.0);
+        for (target, speed) in [(195.0, 200.0), (END - left, 5.0), (END, 200.0)] {
+            (planner.target, planner.speed) = (target, speed);
+            approach(&mut bench, &mut planner, |_| 0.05);
+        }
+    }
+}
+
+#[test]
+fn an_axis_that_brakes_harder_than_it_was_seen_to_stays_inside() {
+    let mut bench = Bench::new();
+    let mut planner = Planner::at(0.0, 500.0);
+    (planner.target, planner.speed) = (END, 200.0);
+    let mut image = stand_in(0, constant([0.1, 0.0, 0.0]));
+    while planner.position < 150.0 {
+        bench.inputs.position[0] = planner.step(PERIOD);
+        bench.step(&mut image);
+    }
+    planner.acceleration = 8000.0;
+    assert!(approach(&mut bench, &mut planner, |_| 0.1));
+}
+
+#[test]
+fn a_command_that_moves_when_it_is_first_seen_was_not_hurled() {
+    let mut bench = Bench::new();
+    let mut planner = Planner {
+        velocity: 50.0,
+        ..Planner::at(150.0, 500.0)
+    };
+    (planner.target, planner.speed) = (END - 1.0, 50.0);
+    assert!(!approach(&mut bench, &mut planner, |_| 0.1));
+}
+
+#[test]
+fn a_correction_that_leaves_is_guarded_too() {
+    let mut bench = Bench::new();
+    bench.settings.freeze_s = 0.0;
+    bench.settings.leave_s = 60.0;
+    let mut planner = Planner::at(100.0, 2000.0);
+    let mut image = stand_in(1, constant([0.1, 0.0, 0.0]));
+    bench.inputs.position[0] = 100.0;
+    bench.until(&mut image, Phase::InForce);
+    bench.inputs.signal[0] = f64::NAN;
+    bench.until(&mut image, Phase::Leaving);
+    (planner.target, planner.speed) = (END, 200.0);
+    for _ in 0..2000 {
+        bench.inputs.position[0] = planner.step(PERIOD);
+        assert!(bench.inputs.position[0] + bench.step(&mut image).correction[0] <= END + 1e-12);
+    }
+    // The first reason stays.
+    assert_eq!(
+        (bench.said.phase, bench.said.fault),
+        (Phase::Faulted as i32, Fault::Range as i32)
+    );
+}
+
+#[test]
 fn whatever_a_planner_does_the_drive_stays_inside() {
     let mut dice = Dice::new(3);
     for _ in 0..150 {
