@@ -90,6 +90,8 @@ COMMANDS = (
     "surface sampling",
     "surface compare",
     "surface path",
+    "realtime image",
+    "realtime show",
 )
 HELP = {"--help", "-h"}
 
@@ -107,7 +109,7 @@ def _help(*command: str) -> str:
 
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
-    rooms = "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |series |db "
+    rooms = "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |series |db |realtime "
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)
     groups: dict[str, list[str]] = {command.rpartition(" ")[0]: [] for command in COMMANDS}

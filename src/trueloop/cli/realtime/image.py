@@ -10,7 +10,6 @@ import typer
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import positive
 from trueloop.cli.program_file import parameters_of, vector_of
-from trueloop.cli.store_options import Db
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 from trueloop.units import UM_PER_MM
 
@@ -72,7 +71,15 @@ class OfTable:
         ),
     ] = None
     tip: Annotated[int, typer.Option(min=0, max=9, help="LinuxCNC's orientation of the tool, where G41 is used.")] = 0
-    db: Db = None
+    db: Annotated[
+        str | None,
+        typer.Option(
+            "--db",
+            metavar="FILE|URL",
+            help="Store of a record, and of a job's earlier parts; none: no store.  "
+            "[default: store.db of the job, else trueloop.db beside it]",
+        ),
+    ] = None
 
 
 @guarded
