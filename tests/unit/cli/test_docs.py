@@ -92,6 +92,9 @@ COMMANDS = (
     "surface path",
     "realtime image",
     "realtime show",
+    "realtime signals",
+    "realtime check",
+    "realtime demo",
 )
 HELP = {"--help", "-h"}
 
