@@ -140,12 +140,12 @@ fn an_axis_that_never_moved_may_move() {
 
 #[test]
 fn what_a_command_did_elsewhere_it_may_do_at_the_end() {
-    for left in (0..60).map(|k| 0.05 + 0.005 * f64::from(k)) {
+    for left in (0..300).map(|k| 0.05 + 0.001 * f64::from(k)) {
         let mut bench = Bench::new();
-        let mut planner = Planner::at(190.0, 8000.0);
+        let mut planner = Planner::at(190.0, 20_000.0);
         for (target, speed) in [(195.0, 200.0), (END - left, 5.0), (END, 200.0)] {
             (planner.target, planner.speed) = (target, speed);
-            approach(&mut bench, &mut planner, |_| 0.05);
+            approach(&mut bench, &mut planner, |_| 0.03);
         }
     }
 }
@@ -160,7 +160,7 @@ fn an_axis_that_brakes_harder_than_it_was_seen_to_stays_inside() {
         bench.inputs.position[0] = planner.step(PERIOD);
         bench.step(&mut image);
     }
-    planner.acceleration = 8000.0;
+    planner.acceleration = 12_000.0;
     assert!(approach(&mut bench, &mut planner, |_| 0.1));
 }
 
