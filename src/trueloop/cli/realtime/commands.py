@@ -3,7 +3,9 @@
 import typer
 
 from trueloop.cli.realtime.check import check, demo
+from trueloop.cli.realtime.hal import hal
 from trueloop.cli.realtime.image import image, show
+from trueloop.cli.realtime.install import install
 from trueloop.cli.realtime.signals import signals
 
 app = typer.Typer(
@@ -18,5 +20,5 @@ def _real_time() -> None:
     pass
 
 
-for command in (image, show, signals, check, demo):
+for command in (image, install, hal, show, signals, check, demo):
     app.command()(command)

@@ -1,6 +1,5 @@
-"""The component, compiled on the machine that it shall run on."""
+"""The component, compiled on the machine that it shall run on: C around an object file that comes with trueloop."""
 
-import re
 from functools import cache
 from typing import Final
 
@@ -8,35 +7,25 @@ from trueloop import _core
 from trueloop.controllers.linuxcnc.component import compiled, source
 from trueloop.errors import Code
 
-LIBRARY: Final = "librtec.a"
+OBJECT: Final = "trueloop_rtec.o"
+
+
+def sources() -> dict[str, bytes]:
+    """All that is compiled, by file name."""
+    return {
+        "rtec.comp": source("realtime/rtec.comp").encode(),
+        "rtec.h": _core.realtime_header().encode(),
+        OBJECT: _core.realtime_library(),
+    }
 
 
 @cache
 def component() -> bytes:
-    """rtec.so: the C of `rtec.comp` and the static library behind `rtec.h`. Raises RTC-BUILD, CTL-LINUXCNC.
-
-    The linker reads libraries before it knows what is asked of them: it is told by name.
-    """
-    header = _core.realtime_header()
-    asked = " ".join(f"-Wl,-u,{name}" for name in functions(header))
-    return compiled(
-        "rtec",
-        {
-            "rtec.comp": source("realtime/rtec.comp").encode(),
-            "rtec.h": header.encode(),
-            LIBRARY: _core.realtime_library(),
-        },
-        f"-Wl,--gc-sections {asked} {{folder}}/{LIBRARY}",
-        Code.RTC_BUILD,
-    )
+    """rtec.so. Raises RTC-BUILD with the compiler's words, CTL-LINUXCNC where LinuxCNC is missing."""
+    return compiled("rtec", sources(), f"-Wl,--gc-sections {{folder}}/{OBJECT}", Code.RTC_BUILD)
 
 
 @cache
 def recorder() -> bytes:
     """recorder.so: for sessions that are judged. Raises RTC-BUILD, CTL-LINUXCNC."""
     return compiled("recorder", {"recorder.comp": source("realtime/recorder.comp").encode()}, code=Code.RTC_BUILD)
-
-
-def functions(header: str) -> tuple[str, ...]:
-    """The functions that a header declares."""
-    return tuple(re.findall(r"^\w[\w ]*[ *](rtec_\w+)\(", header, re.MULTILINE))

@@ -9,7 +9,7 @@ pin in signed s-#[16];
 pin in unsigned u-#[8];
 pin in bit b-#[16];
 pin in bit enable;
-function _ fp;
+function _;
 option singleton yes;
 option extra_setup yes;
 option extra_cleanup yes;

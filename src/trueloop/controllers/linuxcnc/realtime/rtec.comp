@@ -15,7 +15,7 @@ force, which is exchanged only while *enable* is off and nothing is added.
 """;
 examples """
     loadrt rtec image=/home/cnc/lathe.rtec serial=4711
-    addf rtec.read servo-thread 1
+    addf rtec.read servo-thread
 
 *trueloop realtime hal lathe.ini* prints all lines that a configuration needs.
 """;
@@ -48,13 +48,13 @@ pin out signed phase "0 off, 1 waiting, 2 ramping, 3 in force, 4 frozen, 5 leavi
 pin out bit fault "Stays until enable goes off";
 pin out signed fault-code "0 none, 1 limit, 2 not a number, 3 travel, 4 stale, 5 range, 6 jump, 7 watchdog, 8 program, 9 off path, 10 settings";
 pin out signed fault-signal "Signal that a fault is about, without a fault the first bad one; -1: none, or all of them";
-pin out signed waits-for "In phase waiting: 1 homing, 2 drives on, 3 the end of probing, 4 signals; otherwise 0";
+pin out signed waits-for "What phase waiting waits for: 0 nothing, 1 homing, 2 drives, 3 probing, 4 signals";
 pin out signed signal-fault "What is wrong with the first bad signal, as fault-code says it, in any phase; 0: nothing";
 pin out bit enabled "The correction is in force";
 pin out bit active "Something is added";
 pin out bit on-path "The table has a row for this place";
 pin out bit pause "To halui.program.pause";
-pin out signed reload-error "Why the last image was refused: 0 it was not, 1 missing, 2 empty, 3 short, 4 odd, 5 long, 6 magic, 7 version, 8 hash, 9 serial, 10 count, 11 not finite, 12 program, 13 order, 14 body, 15 limits";
+pin out signed reload-error "Why the last image was refused: 0 none, 1 missing, 2 empty, 3 short, 4 odd, 5 long, 6 magic, 7 version, 8 hash, 9 serial, 10 count, 11 not finite, 12 program, 13 order, 14 body, 15 limits";
 pin out unsigned generation = 1 "Images that were in force, this one included";
 pin out unsigned periods "How often rtec.write ran";
 pin out unsigned signals "How many signals the image needs";
@@ -70,8 +70,8 @@ param rw unsigned parts = 3 "1 the model, 2 the table, 3 both";
 param rw bit probe-corrected = 0 "Leave the correction in force while probing";
 param rw bit pause-program = 1 "Pause the program at a fault, and on the way to it";
 param rw float mm-per-unit = 1 "25.4 on a machine in inches; a new value holds from when nothing is added";
-function read fp "Feedback of the drives to motion: before motion-command-handler";
-function write fp "Commands of motion to the drives: after motion-controller";
+function read "Feedback of the drives to motion: before motion-command-handler";
+function write "Commands of motion to the drives: after motion-controller";
 option no_convenience_defines yes;
 option singleton yes;
 option extra_setup yes;

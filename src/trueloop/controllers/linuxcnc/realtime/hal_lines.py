@@ -1,0 +1,174 @@
+"""What to change in a configuration of LinuxCNC so that the corrector stands between motion and the drives.
+
+In the lines there are, `joint.N.motor-pos-cmd` becomes `rtec.out-A`, `joint.N.motor-pos-fb` becomes `rtec.drive-fb-A`:
+whatever was wired to motion is wired to the corrector, whatever the drives are. All else is new. Nothing is edited.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from trueloop.controllers.linuxcnc.realtime.configuration import Configuration, HalLine
+from trueloop.controllers.linuxcnc.realtime.hal_checks import (
+    AXES,
+    added,
+    check_compensation,
+    check_free,
+    joints_of,
+    mm_per_unit,
+    units,
+)
+from trueloop.controllers.linuxcnc.realtime.hal_remarks import TO_MOTION, remarks
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.realtime.image import Image
+
+NEW_FILE: Final = "rtec.hal"
+HANDLER: Final = "motion-command-handler"
+CONTROLLER: Final = "motion-controller"
+
+
+@dataclass(frozen=True)
+class Change:
+    """One change. `place`: the line that is replaced, or before or after which the text goes; without: a new file."""
+
+    where: Literal["replace", "before", "after", "new"]
+    place: Place
+    text: str
+    why: str
+    old: str = ""
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """All changes, and what cannot be written as one."""
+
+    changes: tuple[Change, ...]
+    remarks: tuple[str, ...]
+
+
+def wiring(configuration: Configuration, image: Image | None = None, image_file: str = "IMAGE.rtec") -> Wiring:
+    """What a configuration needs. `image`: signals and serial are taken from it.
+
+    Raises RTC-HAL for a configuration that the corrector cannot be put into, by what stands in the way.
+    """
+    check_free(configuration)
+    joints = joints_of(configuration)
+    check_compensation(configuration, joints)
+    changes = (
+        *_loaded(configuration, image, image_file),
+        *_replaced(configuration, joints),
+        *_new_file(configuration, joints, image),
+        *_ini(configuration),
+    )
+    return Wiring(changes, (*remarks(configuration, joints, image),))
+
+
+def _loaded(configuration: Configuration, image: Image | None, image_file: str) -> Iterator[Change]:
+    """The component, and its two functions around motion's."""
+    handler, controller = (added(configuration, name) for name in (HANDLER, CONTROLLER))
+    thread = handler.words[2]
+    serial = f" serial={image.identity.serial}" if image and image.identity.serial else ""
+    load = f"loadrt rtec image={image_file}{serial}"
+    first = f"{load}\naddf rtec.read {thread}"
+    yield Change("before", handler.place, first, "the correction comes out of the feedback before motion sees it")
+    last = f"addf rtec.write {thread}"
+    yield Change(
+        "after", controller.place, last, "the correction of this period goes into the command, before the drives"
+    )
+
+
+def _replaced(configuration: Configuration, joints: dict[int, int]) -> Iterator[Change]:
+    """Lines in which the corrector takes motion's place."""
+    new = {f"joint.{joint}.motor-pos-cmd": f"rtec.out-{axis}" for axis, joint in joints.items()}
+    new |= {f"joint.{joint}.motor-pos-fb": f"rtec.drive-fb-{axis}" for axis, joint in joints.items()}
+    missing = [pin for pin in new if not configuration.using(pin)]
+    if missing:
+        raise TrueloopError(
+            Code.RTC_HAL,
+            f"no line nets {', '.join(missing)}",
+            hint="a drive that motion does not command cannot be corrected",
+            place=Place(str(configuration.ini)),
+        )
+    for line in configuration.hal:
+        if text := _with_pins(line, new):
+            yield Change("replace", line.place, text, "the drive is wired to the corrector", old=line.text)
+
+
+def _with_pins(line: HalLine, new: dict[str, str]) -> str:
+    """The line with pins replaced; "" where it has none of them."""
+    if not any(word in new for word in line.words[1:]):
+        return ""
+    command, hash_mark, comment = line.text.partition("#")
+    for pin, by in new.items():
+        command = " ".join(by if word == pin else word for word in command.split(" "))
+        command = "\t".join(by if word == pin else word for word in command.split("\t"))
+    return command + hash_mark + comment
+
+
+def _new_file(configuration: Configuration, joints: dict[int, int], image: Image | None) -> Iterator[Change]:
+    place = Place(str(configuration.ini.parent / NEW_FILE))
+    unit = mm_per_unit(configuration)
+    for axis, joint in joints.items():
+        letter = AXES[axis].lower()
+        yield Change(
+            "new", place, _net(configuration, f"joint.{joint}.pos-cmd", f"rtec.at-{axis}"), "where it is asked for"
+        )
+        yield Change(
+            "new", place, f"net rtec-{letter}-cmd joint.{joint}.motor-pos-cmd => rtec.cmd-{axis}", "what is commanded"
+        )
+        yield Change(
+            "new", place, f"net rtec-{letter}-fb rtec.fb-{axis} => joint.{joint}.motor-pos-fb", "what motion sees"
+        )
+        tool = _net(configuration, f"motion.tooloffset.{letter}", f"rtec.tool-{axis}")
+        yield Change("new", place, tool, "a longer tool has a longer arm")
+    yield Change("new", place, f"setp rtec.mm-per-unit {unit:g}", f"[TRAJ]LINEAR_UNITS = {units(configuration).value}")
+    for pin, to, why in STATES:
+        if pin == PROBE and configuration.signal_of(pin) is None:
+            continue  # no probe
+        yield Change("new", place, _net(configuration, pin, to), why)
+    for from_, pin, why in TO_MOTION:
+        if configuration.signal_of(pin) is None:
+            yield Change("new", place, f"net {from_.replace('.', '-')} {from_} => {pin}", why)
+    for text in _signals(len(image.bank.signals) if image and image.bank else 0, bool(image and image.blocks)):
+        yield Change("new", place, text, "signals, and which program runs")
+
+
+PROBE: Final = "motion.probe-input"
+STATES: Final = (
+    ("motion.is-all-homed", "rtec.homed", "zero while not homed: motion takes it away while a joint is homing"),
+    ("motion.motion-enabled", "rtec.machine-on", "zero while the drives are off"),
+    ("motion.motion-type", "rtec.motion-type", "zero while probing, unless rtec.probe-corrected"),
+    ("motion.program-line", "rtec.line", "chooses the block of the table"),
+    (PROBE, "rtec.touch", "latches where the tool really was"),
+)
+
+
+def _net(configuration: Configuration, pin: str, to: str) -> str:
+    """A line that brings a pin of motion to the corrector, by the signal that it is on."""
+    signal = configuration.signal_of(pin)
+    return f"net {signal} => {to}" if signal else f"net {to.replace('.', '-')} {pin} => {to}"
+
+
+def _signals(count: int, table: bool) -> Iterator[str]:
+    if count or table:
+        yield "loadusr -W trueloop realtime signals SIGNALS.toml"
+        yield "net rtec-heartbeat rtec-signals.heartbeat => rtec.heartbeat"
+        yield "net rtec-program rtec-signals.program => rtec.program"
+    for k in range(count):
+        yield f"net rtec-signal-{k} rtec-signals.signal-{k} => rtec.signal-{k}"
+        yield f"net rtec-age-{k} rtec-signals.age-{k} => rtec.age-{k}"
+
+
+def _ini(configuration: Configuration) -> Iterator[Change]:
+    last = configuration.all("HAL", "HALFILE")[-1]
+    yield Change("after", last.place, f"HALFILE = {NEW_FILE}", "the new lines")
+    if not configuration.value("HAL", "HALUI"):
+        yield Change("after", last.place, "HALUI = halui", "rtec.pause needs halui.program.pause")
+
+
+def by_file(changes: Sequence[Change]) -> dict[str, list[Change]]:
+    """Changes by the file they are in, in the order of its lines."""
+    files: dict[str, list[Change]] = {}
+    for change in changes:
+        files.setdefault(change.place.file or "", []).append(change)
+    return {file: sorted(found, key=lambda change: change.place.line or 0) for file, found in files.items()}

@@ -1,0 +1,100 @@
+"""What `trueloop realtime hal` prints, done by hand on a configuration: the corrector works."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.loops.realtime.test_component import IN_FORCE, PROGRAM, SECOND_ORDER_MM
+from tests.support.realtime_lathe import LATHE, RECORD, added, applied, commanded, stood
+from trueloop.controllers.linuxcnc.component import source
+from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
+from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, wiring
+from trueloop.controllers.linuxcnc.realtime.session import Setup, drive, get, home, on, put, record, run, wait
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.realtime.image_file import image_to_bytes
+from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits, Signal
+
+EXAMPLES = Path("/usr/share/doc/linuxcnc/examples/sample-configs")
+
+
+def wired(folder: Path, image: Image | None = None) -> tuple[Wiring, dict[str, str]]:
+    """The virtual lathe without a corrector, and its files with the changes made."""
+    texts = {name: source(name) for name in ("machine.ini", "machine.hal")} | {"extra.hal": "net at joint.0.pos-cmd\n"}
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    made = wiring(read_configuration(folder / "machine.ini"), image, "image.rtec")
+    return made, applied(made.changes, texts)
+
+
+def test_the_virtual_lathe_wired_by_the_printed_lines_is_corrected(tmp_path: Path) -> None:
+    _, files = wired(tmp_path)
+    assert "rtec" not in source("machine.hal")
+    contents = {name: text.encode() for name, text in files.items()} | {"p.ngc": PROGRAM}
+    setup = Setup(LATHE.image, contents, (*RECORD, "rtec.homed", "rtec.machine-on", "rtec.line", "rtec.tool-2"))
+    steps = [on(), home(), *IN_FORCE, record(), run("p.ngc"), record(False)]
+    steps += [put("rtec.limit", -1)]
+    driven = drive(setup, [*steps, wait("rtec.phase", 6), get("pause", "halui.program.pause")])
+    assert not driven.messages
+    at = commanded(driven)
+    assert np.ptp(at, axis=0).min() > 29.0
+    np.testing.assert_allclose(stood(driven) - at, LATHE.added_mm(at), atol=SECOND_ORDER_MM)
+    assert np.abs(added(driven)).max() > 0.03
+    assert max(np.abs(driven[f"joint.{joint}.f-error"]).max() for joint in (0, 1)) < 1e-9
+    assert driven["rtec.homed"].all()
+    assert driven["rtec.machine-on"].all()
+    assert set(driven["rtec.line"]) > {3.0, 4.0}
+    assert driven.got["pause"] is True
+
+
+def test_signals_and_serial_come_from_the_image(tmp_path: Path) -> None:
+    signals = tuple(Signal(name, "°C", 20.0, 10.0, 40.0, 2.0) for name in ("T1", "T2"))
+    limits = RealTimeLimits(((-500, 2000), (-1, 1), (-2000, 2000)))
+    image = Image(Identity("lathe", "4711"), limits, Bank(signals, (), np.zeros((3, 3, 3))))
+    assert len(image_to_bytes(image)) > 1024
+    _, files = wired(tmp_path, image)
+    assert "loadrt rtec image=image.rtec serial=4711\n" in files["machine.hal"]
+    assert files["rtec.hal"].count("rtec-signals.") == 2 + 2 * len(signals)
+    without = replace(image, bank=replace(image.bank, signals=(), slope=np.zeros((1, 3, 3))) if image.bank else None)
+    assert "rtec-signals" not in wired(tmp_path, without)[1]["rtec.hal"]
+
+
+@pytest.mark.parametrize(
+    ("ini", "unit", "axes"),
+    [
+        ("by_interface/parport/nist-lathe/inch.ini", "25.4", "012"),
+        ("by_interface/mesa/hm2-servo/5i20.ini", "25.4", "012"),
+        ("by_interface/mesa/hm2-stepper/5i20.ini", "25.4", "012"),
+        ("by_interface/parport/stepper/stepper_mm.ini", "1", "012"),
+        ("by_interface/parport/etch-servo/etch.ini", "25.4", "01"),
+        ("by_machine/sherline/SherlineLathe/SherlineLathe_mm.ini", "1", "012"),
+    ],
+)
+def test_every_drive_of_a_known_configuration_is_wired_to_the_corrector(ini: str, unit: str, axes: str) -> None:
+    read = read_configuration(EXAMPLES / ini)
+    changes = wiring(read).changes
+    named = {Path(change.place.file or "") for change in changes if change.where != "new"}
+    before = {path.name: path.read_bytes() for path in named}
+    files = applied(changes, {name: content.decode() for name, content in before.items()})
+    words = [line.partition("#")[0].split() for text in files.values() for line in text.splitlines()]
+    for axis in "012":
+        for pin in ("at", "cmd", "out", "drive-fb", "fb", "tool"):
+            assert sum(f"rtec.{pin}-{axis}" in line for line in words) == (axis in axes)
+    assert f"setp rtec.mm-per-unit {unit}\n" in files["rtec.hal"]
+    assert "HALFILE = rtec.hal\n" in files[Path(ini).name]
+    thread = [line[1] for line in words if line[:1] == ["addf"] and line[2].startswith("servo")]
+    first, last = thread.index("rtec.read"), thread.index("rtec.write")
+    assert thread[first : last + 1] == ["rtec.read", "motion-command-handler", "motion-controller", "rtec.write"]
+    assert {path.name: path.read_bytes() for path in named} == before
+
+
+def test_every_configuration_that_comes_with_linuxcnc_is_wired_or_refused_with_a_reason() -> None:
+    wired_count = 0
+    for ini in sorted(EXAMPLES.rglob("*.ini")):
+        try:
+            wired_count += bool(wiring(read_configuration(ini)).changes)
+        except TrueloopError as refused:
+            assert refused.code is Code.RTC_HAL
+            assert refused.hint
+    assert wired_count > 100
