@@ -9,46 +9,46 @@ from typing import Final
 
 import numpy as np
 
+from trueloop import _core
 from trueloop.realtime.samples import Samples
 
-PHASES: Final = ("off", "waiting", "ramping", "in force", "frozen", "leaving", "faulted")
+_NAMES: Final = _core.realtime_names()
+PHASES: Final = tuple(name for _, name, _ in _NAMES["phases"])
 """By the number that `rtec.phase` shows."""
-FAULTS: Final = (
-    "none",
-    "a correction beyond the limit",
-    "a position, tool offset or correction that is no number",
-    "the drive would leave its travel",
-    "a signal older than it may be",
-    "a signal outside the range in which the model holds",
-    "a signal that jumped",
-    "the signals' component is silent",
-    "another program runs than the table's",
-    "a block of the table is cut off its path",
-    "settings that make no sense",
-)
-"""By the number that `rtec.fault-code` shows."""
-RAMPING, IN_FORCE, FROZEN, LEAVING, FAULTED = 2, 3, 4, 5, 6
+FAULTS: Final = tuple(meaning for _, _, meaning in _NAMES["faults"])
+"""What each means, by the number that `rtec.fault-code` and `rtec.signal-fault` show."""
+WAITS: Final = tuple(meaning for _, _, meaning in _NAMES["waits"])
+"""By the number that `rtec.waits-for` shows."""
+OFF, WAITING, RAMPING, IN_FORCE, FROZEN, LEAVING, FAULTED = range(7)
 ALARMING: Final = (FROZEN, LEAVING, FAULTED)
 
 
 @dataclass(frozen=True)
 class Event:
-    """The state from this time on. `fault` 0: none; `signal`: the column that it is about, "" where there is none."""
+    """The state from this time on: its phase, and the reason for it, 0 where there is none.
+
+    The reason is what is waited for while waiting, what is wrong with a signal while that is frozen or leaving, else
+    the fault. `signal`: the column that it is about, "" where there is none.
+    """
 
     time_s: float
     line: int
     phase: int
-    fault: int
+    reason: int
     signal: str
 
     @property
     def alarming(self) -> bool:
         """Whether something is wrong."""
-        return self.fault != 0 or self.phase in ALARMING
+        return self.phase in ALARMING
 
     def in_words(self) -> str:
-        """The phase, and why."""
-        return state_in_words(self.phase, self.fault, self.signal)
+        """As "faulted: a signal jumped (T1_degC)"."""
+        phase = word(PHASES, self.phase)
+        if not self.reason:
+            return phase
+        reason = word(WAITS if self.phase == WAITING else FAULTS, self.reason)
+        return f"{phase}: {reason}" + (f" ({self.signal})" if self.signal and self.phase in ALARMING else "")
 
 
 def word(words: Sequence[str], number: int) -> str:
@@ -56,44 +56,39 @@ def word(words: Sequence[str], number: int) -> str:
     return words[number] if 0 <= number < len(words) else str(number)
 
 
-def state_in_words(phase: int, fault: int, signal: str) -> str:
-    """As "faulted: a signal that jumped (T1_degC)"."""
-    about = f" ({signal})" if signal else ""
-    if fault:
-        return f"{word(PHASES, phase)}: {word(FAULTS, fault)}{about}"
-    return word(PHASES, phase) + (about if phase in ALARMING else "")
-
-
-def signal_name(signals: Sequence[str], place: int) -> str:
-    """The column of a signal; "" for −1."""
-    if place < 0:
-        return ""
-    return signals[place] if place < len(signals) else f"signal {place}"
-
-
 def events(samples: Samples, before: Event | None = None) -> list[Event]:
     """Every change, the state at the beginning first where nothing was `before`."""
     if not len(samples):
         return []
-    phase, fault = samples.count("phase"), samples.count("fault")
-    about = samples.count("fault_signal")
-    same = np.column_stack([np.where(phase == RAMPING, IN_FORCE, phase), fault, about])
+    phase, about = samples.count("phase"), samples.count("fault_signal")
+    settled = np.where(phase == RAMPING, IN_FORCE, phase)
+    reason = np.select(
+        [phase == WAITING, np.isin(phase, (FROZEN, LEAVING))],
+        [samples.count("waits_for"), samples.count("signal_fault")],
+        samples.count("fault"),
+    )
+    same = np.column_stack([settled, reason, np.where(np.isin(phase, ALARMING), about, -1)])
     changes = np.flatnonzero(np.any(same[1:] != same[:-1], axis=1)) + 1
-    line = samples.count("line")
     found = [
         Event(
             float(samples.time_s[k]),
-            int(line[k]),
+            int(samples.columns["line"][k]),
             int(phase[k]),
-            int(fault[k]),
-            signal_name(samples.signals, int(about[k])),
+            int(reason[k]),
+            _signal(samples.signals, int(same[k, 2])),
         )
         for k in (0, *changes)
     ]
     return found[1:] if before is not None and _same(before, found[0]) else found
 
 
+def _signal(signals: Sequence[str], place: int) -> str:
+    """The column of a signal; "" for −1."""
+    if place < 0:
+        return ""
+    return signals[place] if place < len(signals) else f"signal {place}"
+
+
 def _same(one: Event, other: Event) -> bool:
-    settled = {RAMPING: IN_FORCE}
-    first, second = (settled.get(event.phase, event.phase) for event in (one, other))
-    return (first, one.fault, one.signal) == (second, other.fault, other.signal)
+    first, second = (IN_FORCE if event.phase == RAMPING else event.phase for event in (one, other))
+    return (first, one.reason, one.signal) == (second, other.reason, other.signal)

@@ -17,7 +17,17 @@ from trueloop.units import SIGNALS, UM_PER_MM
 AXES: Final = "xyz"
 PLACES_MM: Final = ("command", "drive", "tool")
 PLACES_UM: Final = ("model", "table", "correction", "following_error")
-COUNTS: Final = ("line", "program", "phase", "fault", "fault_signal", "on_path", "generation")
+COUNTS: Final = (
+    "line",
+    "program",
+    "phase",
+    "waits_for",
+    "fault",
+    "signal_fault",
+    "fault_signal",
+    "on_path",
+    "generation",
+)
 TIMES_NS: Final = ("write_ns", "thread_ns")
 UNITS: Final = {unit: suffix for suffix, unit in SIGNALS.items()} | {"degC": "_degC", "rpm": "_rpm"}
 """How a signal's column ends, by its unit."""

@@ -21,12 +21,16 @@ def on_screen(say: Texts) -> str:
     return f"<p class='note screen'>{words}</p>"
 
 
-def html_page(title: str, body: str, script: str = "", language: str = "en") -> str:
-    """The page; title and body are HTML. `script` names a file beside this one that the page needs besides."""
+def html_page(title: str, body: str, script: str = "", language: str = "en", connects: bool = False) -> str:
+    """The page; title and body are HTML. `script` names a file beside this one that the page needs besides.
+
+    `connects`: it asks the server that it came from for more, and nobody else.
+    """
     scripts = "\n".join((HERE / name).read_text(encoding="utf-8") for name in ("page.js", script) if name)
+    policy = f"{POLICY}; connect-src 'self'" if connects else POLICY
     return (
         f'<!doctype html><html lang="{language}"><head><meta charset="utf-8"><title>{title}</title>'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<style>{(HERE / 'page.css').read_text(encoding='utf-8')}"
         f"@page {{ @bottom-left {{ content: {_css_text(unescape(title))}; }} }}</style></head>"

@@ -93,6 +93,7 @@ COMMANDS = (
     "realtime image",
     "realtime show",
     "realtime signals",
+    "realtime watch",
     "realtime check",
     "realtime demo",
 )

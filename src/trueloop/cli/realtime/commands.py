@@ -7,6 +7,7 @@ from trueloop.cli.realtime.hal import hal
 from trueloop.cli.realtime.image import image, show
 from trueloop.cli.realtime.install import install
 from trueloop.cli.realtime.signals import signals
+from trueloop.cli.realtime.watch import watch
 
 app = typer.Typer(
     help="The machine's errors corrected in the servo thread of LinuxCNC: image, component, signals, watching.",
@@ -20,5 +21,5 @@ def _real_time() -> None:
     pass
 
 
-for command in (image, install, hal, show, signals, check, demo):
+for command in (image, install, hal, show, signals, watch, check, demo):
     app.command()(command)

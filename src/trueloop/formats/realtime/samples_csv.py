@@ -5,6 +5,7 @@ a last line without an end: only a process killed in the middle of a write leave
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -155,3 +156,67 @@ def _period_s(time_s: Array, path: Path) -> float:
 
 def _refusal(path: Path, line: int, column: int | None, message: str) -> TrueloopError:
     return TrueloopError(Code.RTC_SAMPLES, message, hint=HINT, place=Place(str(path), line, column))
+
+
+class Recording:
+    """A record that grows while it is made: samples.csv, then samples-2.csv, … of so many rows each, by whole lines.
+
+    Of many files the last `keep` stay. Raises OUT-FOLDER where there is a record already, or the system refuses.
+    """
+
+    def __init__(
+        self, folder: Path, axes: str, signals: Sequence[str], most_rows: int, keep: int | None = None
+    ) -> None:
+        self.files: list[Path] = []
+        self._folder, self._header, self._most, self._keep = folder, header(axes, signals), most_rows, keep
+        with _writable(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+        self._begin()
+
+    def add(self, samples: Samples) -> None:
+        """Further periods."""
+        while len(samples):
+            if self._rows == self._most:
+                self._file.close()
+                self._begin()
+            fitting = min(len(samples), self._most - self._rows)
+            for piece in lines(samples.rows(slice(0, fitting))):
+                with _writable(self._folder):
+                    self._file.write(piece)
+            self._rows += fitting
+            samples = samples.rows(slice(fitting, None))
+
+    def close(self) -> None:
+        """Nothing more comes."""
+        self._file.close()
+
+    def _begin(self) -> None:
+        number = len(self.files) + 1
+        self.files.append(self._folder / ("samples.csv" if number == 1 else f"samples-{number}.csv"))
+        with _writable(self._folder):
+            self._file = self.files[-1].open("xb", buffering=0)
+            self._file.write(self._header)
+            if self._keep is not None and number > self._keep:
+                self.files[number - 1 - self._keep].unlink(missing_ok=True)
+        self._rows = 0
+
+
+@contextmanager
+def _writable(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except FileExistsError as error:
+        raise TrueloopError(
+            Code.OUT_FOLDER,
+            f"nothing was written to {str(folder)!r}: {Path(error.filename).name!r} is there already, and a record is "
+            "never written over",
+            hint="name another folder: `--out`",
+            place=Place(str(folder)),
+        ) from error
+    except OSError as error:
+        raise TrueloopError(
+            Code.OUT_FOLDER,
+            f"{str(folder)!r} takes no more: {error.strerror or error}",
+            hint="name a folder that can be written to, on a disk with room: `--out`",
+            place=Place(str(folder)),
+        ) from error

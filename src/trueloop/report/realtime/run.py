@@ -9,6 +9,7 @@ from trueloop.arrays import Array, by_content
 from trueloop.realtime.envelope import Envelope, envelope
 from trueloop.realtime.events import Event, events
 from trueloop.realtime.samples import Samples
+from trueloop.realtime.tally import NONE, Tally, counted
 from trueloop.statistics import rms
 
 NS_PER_US = 1e3
@@ -44,10 +45,10 @@ class Timing:
     p999_ns: float
 
 
-def timing_of(name: str, each_ns: Array) -> Timing:
-    """From the time of each period."""
-    quantiles = np.quantile(each_ns, (0.5, 0.99, 0.999)) if len(each_ns) else np.full(3, np.nan)
-    return Timing(name, len(each_ns), *map(float, quantiles))
+def timing_of(name: str, each_ns: Array | Tally) -> Timing:
+    """From the time of each period, or from how often each came."""
+    tally = each_ns if isinstance(each_ns, Tally) else counted(NONE, each_ns)
+    return Timing(name, tally.total, *(tally.quantile(share) for share in (0.5, 0.99, 0.999)))
 
 
 @dataclass(frozen=True)

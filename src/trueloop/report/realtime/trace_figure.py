@@ -54,7 +54,7 @@ def trace_figure(trace: Trace, width: int, stretches: int) -> Figure:
     for k, (title, columns) in enumerate(panels, 1):
         key = "" if k == 1 else str(k)
         ends = _range(drawn, [name for name, *_ in columns], with_zero="correction" in title)
-        axes[f"yaxis{key}"] = style.axis(title, *ends, 4) | {"domain": list(heights[k - 1])}
+        axes[f"yaxis{key}"] = style.axis(title, *ends, 6) | {"domain": list(heights[k - 1])}
         data += [_alarm(span, ends, f"y{key}") for span in alarms(trace, end)]
         data += [_band(drawn, name, colour, line, f"y{key}") for name, colour, line in columns]
     return {"data": data, "layout": style.layout(width, height, margin=MARGINS, **axes)}

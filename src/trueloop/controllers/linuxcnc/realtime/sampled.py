@@ -35,7 +35,8 @@ def sampled_pins(joints: Mapping[int, int], signals: int) -> tuple[SampledPin, .
         for axis, joint in sorted(joints.items())
         for name in OF_AXIS
     ]
-    return (*of_axes, *STATES, *(SampledPin(f"rtec.in-use-{k}", "f") for k in range(signals)))
+    states = (SampledPin(name, kind) for name, (kind, _) in STATES.items())
+    return (*of_axes, *states, *(SampledPin(f"rtec.in-use-{k}", "f") for k in range(signals)))
 
 
 OF_AXIS: Final = (
@@ -48,21 +49,21 @@ OF_AXIS: Final = (
     "rtec.tool-{axis}",
     "joint.{joint}.f-error",
 )
-STATES: Final = tuple(
-    SampledPin(name, kind)
-    for name, kind in (
-        ("rtec.line", "s"),
-        ("rtec.program", "s"),
-        ("rtec.phase", "s"),
-        ("rtec.fault-code", "s"),
-        ("rtec.fault-signal", "s"),
-        ("rtec.on-path", "b"),
-        ("rtec.generation", "u"),
-        ("rtec.oldest-age", "f"),
-        ("rtec.write.time", "s"),
-        ("servo-thread.time", "s"),
-    )
-)
+STATES: Final = {
+    "rtec.line": ("s", "line"),
+    "rtec.program": ("s", "program"),
+    "rtec.phase": ("s", "phase"),
+    "rtec.waits-for": ("s", "waits_for"),
+    "rtec.fault-code": ("s", "fault"),
+    "rtec.signal-fault": ("s", "signal_fault"),
+    "rtec.fault-signal": ("s", "fault_signal"),
+    "rtec.on-path": ("b", "on_path"),
+    "rtec.generation": ("u", "generation"),
+    "rtec.oldest-age": ("f", "oldest_age_s"),
+    "rtec.write.time": ("s", "write_ns"),
+    "servo-thread.time": ("s", "thread_ns"),
+}
+"""Pins with their types, and the columns of samples that hold them."""
 
 
 def streams(pins: Sequence[SampledPin]) -> list[tuple[SampledPin, ...]]:

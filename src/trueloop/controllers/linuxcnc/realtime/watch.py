@@ -1,0 +1,201 @@
+"""Attaching to a LinuxCNC that runs with the corrector: every servo period as it was, from HAL's `sampler`.
+
+Pins that are read one by one from outside belong to different periods: what shall be judged to a nanometre is taken by
+the servo thread itself. `sampled.py` has the pins and the lines of HAL.
+"""
+
+import json
+import re
+import select
+import subprocess
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.controllers.linuxcnc.realtime.sampled import AXES, PERIODS, STATES
+from trueloop.errors import Code, TrueloopError
+from trueloop.realtime.samples import Samples, signal_columns
+from trueloop.units import UM_PER_MM
+
+READER: Final = Path(__file__).with_name("read_streams.py")
+PYTHON: Final = "/usr/bin/python3"
+END_S: Final = 5.0
+BYTES: Final = 1 << 20
+WRAP: Final = 1 << 32
+OF_AXES: Final = ("at", "cmd", "out", "corr", "model", "table", "tool")
+LINES: Final = "`trueloop realtime hal` prints the lines that wire a sampler to the corrector"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where in a row each pin stands; `period_s` of the servo thread; `axes` as "xz"; columns of the signals."""
+
+    place: Mapping[str, int]
+    width: int
+    period_s: float
+    mm_per_unit: float
+    clocks_per_ns: float
+    axes: str
+    signals: tuple[str, ...]
+
+
+class Watched:
+    """A LinuxCNC that is attached to; `layout` says what is recorded."""
+
+    def __init__(self, process: "subprocess.Popen[bytes]", layout: Layout) -> None:
+        self._process, self.layout = process, layout
+        self._rest = b""
+        self._first: int | None = None
+
+    def periods(self, wait_s: float) -> Samples | None:
+        """What came since the last call, after `wait_s` at most; maybe nothing. None: LinuxCNC has ended."""
+        assert self._process.stdout is not None
+        if not select.select([self._process.stdout], [], [], wait_s)[0]:
+            return self._samples(b"")
+        came = self._process.stdout.read1(BYTES)  # type: ignore[attr-defined]
+        return self._samples(came) if came else None
+
+    def _samples(self, came: bytes) -> Samples:
+        self._rest += came
+        row = 8 * self.layout.width
+        whole = len(self._rest) // row * row
+        table = np.frombuffer(self._rest[:whole], np.float64).reshape(-1, self.layout.width)
+        self._rest = self._rest[whole:]
+        if self._first is None and len(table):
+            self._first = int(table[0, self.layout.place[PERIODS]])
+        return samples_of(table, self.layout, self._first or 0)
+
+
+@contextmanager
+def attached(named: Sequence[tuple[str, str]] | None = None) -> Iterator[Watched]:
+    """Attaches to the LinuxCNC on this computer. `named`: name and unit of each signal, in the order of the image.
+
+    Raises RTC-CONNECTION where none runs, none with a corrector, or none with a sampler that is wired to it.
+    """
+    try:
+        process = subprocess.Popen(
+            [PYTHON, str(READER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        )
+    except OSError as error:
+        raise _no_linuxcnc(f"{PYTHON}: {error.strerror or error}") from error
+    try:
+        assert process.stdout is not None
+        yield Watched(process, layout_of(process.stdout.readline(), named))
+    finally:
+        _end(process)
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    """Closed stdin ends it; what it still has to say is not waited for."""
+    assert process.stdin is not None and process.stdout is not None
+    process.stdin.close()
+    process.stdout.close()
+    try:
+        process.wait(END_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def layout_of(said: bytes, named: Sequence[tuple[str, str]] | None = None) -> Layout:
+    """From the reader's first line. Raises RTC-CONNECTION."""
+    if not said:
+        raise _no_linuxcnc("its `hal` module for Python cannot be used")
+    head: dict[str, Any] = json.loads(said)
+    if "error" in head:
+        raise _no_corrector(head)
+    place: dict[str, int] = {}
+    k = 0
+    for stream in head["columns"]:
+        for beside in stream:
+            place |= {pin: k for pin in beside if pin not in place}
+            k += 1
+    axes = "".join(axis for n, axis in enumerate(AXES) if f"rtec.at-{n}" in place)
+    count = head["signals"]
+    _require_wired(place, axes, count, head["samplers"])
+    if named is not None and len(named) != count:
+        raise TrueloopError(
+            Code.RTC_CONNECTION,
+            f"the image names {len(named)} signals, the one in force needs {count}",
+            hint="name the image that the corrector has loaded: --image",
+        )
+    names = named if named is not None else [(f"signal_{n}", "") for n in range(count)]
+    units = head["mm_per_unit"]
+    return Layout(place, k, 1e-9 * head["period_ns"], units, head["clocks_per_ns"], axes, signal_columns(names))
+
+
+def _no_linuxcnc(why: str) -> TrueloopError:
+    return TrueloopError(
+        Code.RTC_CONNECTION,
+        f"0 LinuxCNC that can be reached on this computer: {why}",
+        hint="install LinuxCNC 2.9, and start it before: it must be on the same computer, in the same container",
+    )
+
+
+def _no_corrector(head: Mapping[str, Any]) -> TrueloopError:
+    found = head["found"]
+    if head["error"] == "no thread":
+        message, hint = (
+            "0 threads run `rtec.write`",
+            "`trueloop realtime hal` prints the lines that add it to the thread",
+        )
+    elif found:
+        message = f"{len(found)} components run in HAL, and no `rtec` among them: {', '.join(found[:6])}"
+        hint = "`trueloop realtime hal` prints the lines that load the corrector"
+    else:
+        message = "0 components run in HAL: no LinuxCNC runs on this computer"
+        hint = "start LinuxCNC first; who watches must be on the same computer and, in a container, in the same one"
+    return TrueloopError(Code.RTC_CONNECTION, message, hint=hint)
+
+
+def _require_wired(place: Mapping[str, int], axes: str, signals: int, samplers: int) -> None:
+    needed = [PERIODS, *STATES, *(f"rtec.in-use-{k}" for k in range(signals))]
+    needed += [f"rtec.{what}-{AXES.index(axis)}" for axis in axes or "x" for what in OF_AXES]
+    missing = [pin for pin in needed if pin not in place]
+    if missing:
+        raise TrueloopError(
+            Code.RTC_CONNECTION,
+            f"{len(missing)} pins of the corrector that a record needs are on none of {samplers} samplers: "
+            f"{', '.join(missing[:4])}{' …' if len(missing) > 4 else ''}",
+            hint=f"{LINES}; a stream's first pin has to be on {PERIODS}",
+        )
+
+
+def samples_of(table: Array, layout: Layout, first: int) -> Samples:
+    """Rows (n, width) of pins as samples; `first`: the count of periods at which the record began."""
+
+    def pin(name: str) -> Array:
+        return np.array(table[:, layout.place[name]])
+
+    mm = layout.mm_per_unit
+    columns = {"time_s": ((pin(PERIODS) - first) % WRAP) * layout.period_s}
+    for axis in layout.axes:
+        n = AXES.index(axis)
+        columns[f"command_{axis}_mm"] = mm * pin(f"rtec.at-{n}")
+        columns[f"drive_{axis}_mm"] = mm * (pin(f"rtec.at-{n}") + (pin(f"rtec.out-{n}") - pin(f"rtec.cmd-{n}")))
+        columns[f"tool_{axis}_mm"] = mm * pin(f"rtec.tool-{n}")
+        for what, of in (("model", "model"), ("table", "table"), ("correction", "corr")):
+            columns[f"{what}_{axis}_um"] = UM_PER_MM * pin(f"rtec.{of}-{n}")
+        error = _following_error(layout, n)
+        columns[f"following_error_{axis}_um"] = UM_PER_MM * mm * pin(error) if error else np.full(len(table), np.nan)
+    columns |= {column: pin(name) for name, (_, column) in STATES.items()}
+    for column in ("write_ns", "thread_ns"):
+        columns[column] = np.round(columns[column] / layout.clocks_per_ns)
+    columns |= {name: pin(f"rtec.in-use-{k}") for k, name in enumerate(layout.signals)}
+    return Samples(layout.period_s, layout.axes, layout.signals, columns)
+
+
+def _following_error(layout: Layout, axis: int) -> str | None:
+    """Of the joint whose command the corrector is asked at."""
+    at = layout.place[f"rtec.at-{axis}"]
+    joints = [name.split(".")[1] for name, place in layout.place.items() if place == at and _COMMANDED.match(name)]
+    wanted = [f"joint.{joint}.f-error" for joint in joints]
+    return next((name for name in wanted if name in layout.place), None)
+
+
+_COMMANDED: Final = re.compile(r"joint\.\d+\.pos-cmd$")

@@ -1,0 +1,172 @@
+"""Watching a run: every period into samples.csv, the live page while it goes on, a page of it at the end."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Final
+
+from trueloop.controllers.linuxcnc.realtime.watch import Watched, attached
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.outputs import write_all
+from trueloop.formats.realtime.image_file import read_image
+from trueloop.formats.realtime.samples_csv import Recording
+from trueloop.jobs.realtime.live_server import LOCAL, LiveServer
+from trueloop.realtime.envelope import Envelope, empty, gathered
+from trueloop.realtime.events import Event, events
+from trueloop.realtime.image import Image
+from trueloop.realtime.samples import Samples
+from trueloop.realtime.tally import NONE, Tally, counted
+from trueloop.report.realtime.live import live_page, silence, told
+from trueloop.report.realtime.page import run_page
+from trueloop.report.realtime.run import RunPage, Trace, timing_of, trace_names
+
+WAIT_S: Final = 0.2
+SILENT_S: Final = 1.0
+MOST_EVENTS: Final = 10_000
+ROWS: Final = 3_600_000
+"""Rows of a file: an hour at 1 kHz."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to watch, and where to write. `seconds` None: until it is stopped. `keep` None: all files of the record."""
+
+    folder: Path
+    image: Path | None = None
+    seconds: float | None = None
+    host: str = LOCAL
+    port: int = 0
+    rows: int = ROWS
+    keep: int | None = None
+
+
+@dataclass
+class Seen:
+    """What is kept of a run for its page, in bounded room."""
+
+    drawn: Envelope
+    happened: list[Event] = field(default_factory=list)
+    fault: Event | None = None
+    periods: int = 0
+    lost: int = 0
+    write: Tally = NONE
+    thread: Tally = NONE
+    last_s: float | None = None
+
+    def take(self, samples: Samples) -> None:
+        """Further periods."""
+        new = events(samples, self.happened[-1] if self.happened else None)
+        self.happened = (self.happened + new)[-MOST_EVENTS:]
+        self.fault = next((event for event in reversed(new) if event.alarming), self.fault)
+        self.periods += len(samples)
+        since = self.last_s if self.last_s is not None else float(samples.time_s[0]) - samples.period_s
+        self.lost += round((float(samples.time_s[-1]) - since) / samples.period_s) - len(samples)
+        self.last_s = float(samples.time_s[-1])
+        self.drawn = gathered(self.drawn, samples)
+        self.write = counted(self.write, samples.columns["write_ns"])
+        self.thread = counted(self.thread, samples.columns["thread_ns"])
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of it. `ended`: why the record ends."""
+
+    files: tuple[Path, ...]
+    page: Path
+    periods: int
+    lost: int
+    faults: int
+    ended: str
+
+
+def watch(order: Order, stopped: Callable[[], bool], say: Callable[[str], None] = lambda words: None) -> Result:
+    """Records until it is stopped, the time is up, or LinuxCNC ends. `say` is told where the live page is.
+
+    Raises RTC-CONNECTION where there is nothing to record, RTC-IMAGE for a file that is none, OUT-FOLDER where nothing
+    can be written.
+    """
+    image = read_image(order.image) if order.image else None
+    signals = image.bank.signals if image and image.bank else ()
+    began = datetime.now().astimezone()
+    with attached([(one.name, one.unit) for one in signals] if image else None) as watched:
+        layout = watched.layout
+        title = image.identity.machine or "LinuxCNC" if image else "LinuxCNC"
+        page = live_page(title, layout.axes, layout.signals)
+        with LiveServer(page, order.host, order.port) as live:
+            recording = Recording(order.folder, layout.axes, layout.signals, order.rows, order.keep)
+            say(f"live page: {live.address}")
+            seen = Seen(empty(trace_names(layout.axes, layout.signals), layout.period_s))
+            try:
+                ended = _record(watched, recording, live, seen, order.seconds, stopped)
+            finally:
+                recording.close()
+    if not seen.periods:
+        raise TrueloopError(
+            Code.RTC_CONNECTION,
+            "0 periods came: the servo thread stands, or another program reads the sampler",
+            hint="one reader a stream: end other halsampler or watch commands",
+        )
+    content = run_page(_page(seen, watched, title, began, image))
+    (written,) = write_all(order.folder, [("report.html", content.encode())])
+    faults = sum(event.alarming for event in seen.happened)
+    kept = tuple(file for file in recording.files if file.exists())
+    return Result(kept, written, seen.periods, seen.lost, faults, ended)
+
+
+def _record(
+    watched: Watched,
+    recording: Recording,
+    live: LiveServer,
+    seen: Seen,
+    seconds: float | None,
+    stopped: Callable[[], bool],
+) -> str:
+    """Until something ends it; says what."""
+    began = heard = time.monotonic()
+    while True:
+        samples = watched.periods(WAIT_S)
+        now = time.monotonic()
+        if samples is None:
+            return "LinuxCNC ended"
+        if len(samples):
+            heard = now
+            recording.add(samples)
+            seen.take(samples)
+            live.tell(told(samples, seen.happened[-1], seen.fault, seen.periods, seen.lost))
+        elif now - heard > SILENT_S:
+            live.tell(silence(now - heard))
+        if stopped():
+            return "stopped"
+        if seconds is not None and now - began >= seconds:
+            return "time is up"
+
+
+def _page(seen: Seen, watched: Watched, title: str, began: datetime, image: Image | None) -> RunPage:
+    layout = watched.layout
+    trace = Trace(
+        layout.axes, layout.signals, seen.drawn, tuple(seen.happened), seen.periods, seen.lost, layout.period_s
+    )
+    conditions = {
+        "began": began.isoformat(sep=" ", timespec="seconds"),
+        "length": f"{seen.periods * layout.period_s:.3f} s",
+        "servo period": f"{1e3 * layout.period_s:g} ms",
+        "clock of the times": f"{layout.clocks_per_ns:.6f} counts a ns",
+    }
+    if image:
+        conditions |= {
+            "machine": " ".join(filter(None, (image.identity.machine, image.identity.serial))),
+            "program of the table": image.identity.program or "no table",
+        }
+    timings = (timing_of("rtec.write", seen.write), timing_of("whole servo thread", seen.thread))
+    return RunPage(title, verdict=_verdict(seen), conditions=conditions, trace=trace, timings=timings)
+
+
+def _verdict(seen: Seen) -> str:
+    bad = sum(event.alarming for event in seen.happened)
+    recorded = f"{seen.periods} periods recorded, {seen.lost} lost"
+    if not bad:
+        return f"{recorded}; no fault, no bad signal."
+    assert seen.fault is not None
+    return f"{recorded}; {bad} faults or bad signals, the last at {seen.fault.time_s:.3f} s: {seen.fault.in_words()}."
