@@ -21,7 +21,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime test test-corpus check format bench fuzz setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime test test-corpus check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -88,8 +88,12 @@ bench: $(SETUP) ## ours beside what a user would pick instead, as ratios
 	    $(RUN)python -m benches.$$bench || exit 1; done
 
 SECONDS ?= 60
-fuzz: ## the reader and runner of NC programs under cargo-fuzz, which is installed if need be: make fuzz SECONDS=60
+fuzz: ## readers of NC programs and of real-time images under cargo-fuzz, which is installed if need be: make fuzz SECONDS=60
 	@scripts/fuzz.sh $(SECONDS)
+
+miri: ## the real-time core, its C interface among it, under miri, which is installed if need be
+	@cargo +nightly miri --version > /dev/null 2>&1 || rustup toolchain install nightly --profile minimal --component miri
+	cargo +nightly miri test --quiet --locked --target-dir target/miri --package rtec --features c-library
 
 clean: ## remove everything that can be made again
 	rm -rf $(VENV) target out build .*_cache .hypothesis

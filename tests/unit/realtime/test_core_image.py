@@ -1,6 +1,7 @@
 """The core takes the images that the writer writes, and refuses others by the names that the writer's reader has."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -44,3 +45,8 @@ def test_columns_that_do_not_fit_are_refused() -> None:
         core.wanted({"position": [[0.0, 0.0, 0.0]], "travel": [1.0, 1.0]})
     with pytest.raises(ValueError, match="no setting is called slow"):
         core.step({"position": [[0.0, 0.0, 0.0]]}, {"slow": 1.0})
+
+
+def test_the_seed_of_the_fuzzer_is_a_good_image() -> None:
+    seed = Path(__file__).parents[3] / "crates" / "rtec" / "fuzz" / "seeds" / "good.img"
+    assert _core.RealTimeCore(seed.read_bytes(), SERIAL, PROGRAM).signals == 1
