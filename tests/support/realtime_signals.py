@@ -15,7 +15,7 @@ from trueloop.machine.model.position_basis import CONSTANT
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import Part, Term
 from trueloop.realtime.bank import bank_of, signals_of
-from trueloop.realtime.image import Identity, Image, RealTimeLimits
+from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 
 MACHINE = Machine("lathe", chain_of("turning"), "4711")
 
@@ -29,14 +29,18 @@ def model_of(names: tuple[str, ...], lags: tuple[Lag, ...] = (), unit: str = "°
     return MachineModel(MACHINE, terms, np.full(size, 1e-3), covariance, known, lags, units)
 
 
-def write_image(folder: Path, model: MachineModel, program: bytes = b"") -> None:
+def image_bytes(model: MachineModel, program: bytes = b"", blocks: tuple[Block, ...] = ()) -> bytes:
+    """The model as an image, with a table for a program where there are blocks."""
+    sha256 = hashlib.sha256(program).hexdigest() if program else ""
+    identity = Identity("lathe", "4711", hashlib.sha256(model_to_json(model).encode()).hexdigest(), "part", sha256)
+    limits = RealTimeLimits(((-10.0, 400.0), (-1.0, 1.0), (-300.0, 200.0)))
+    return image_to_bytes(Image(identity, limits, bank_of(model, (0.0, 0.0, 0.0), signals_of(model)), blocks))
+
+
+def write_image(folder: Path, model: MachineModel) -> None:
     """`model.json` and `lathe.img`."""
-    text = model_to_json(model).encode()
-    (folder / "model.json").write_bytes(text)
-    identity = Identity("lathe", "4711", hashlib.sha256(text).hexdigest())
-    limits = RealTimeLimits(((-10.0, 300.0), (-1.0, 1.0), (-300.0, 100.0)))
-    image = Image(identity, limits, bank_of(model, (0.0, 0.0, 0.0), signals_of(model)))
-    (folder / "lathe.img").write_bytes(image_to_bytes(image))
+    (folder / "model.json").write_text(model_to_json(model))
+    (folder / "lathe.img").write_bytes(image_bytes(model))
 
 
 def write_configuration(folder: Path, text: str, top: Mapping[str, object] = {}) -> Path:

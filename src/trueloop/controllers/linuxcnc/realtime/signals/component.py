@@ -102,6 +102,8 @@ def run(setup: Setup, hal: Any, linuxcnc: Any, sha256: Callable[[], str], stop: 
         program.start()
         pins.ready()
         _cycle(collector, program, pins, stop, lambda: setattr(watch, "sha256", sha256()))
+    except KeyboardInterrupt:
+        pass  # LinuxCNC's module makes this of SIGTERM
     finally:
         ended([*collector.threads(), program], stop)
         pins.end()

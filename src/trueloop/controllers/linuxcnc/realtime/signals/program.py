@@ -124,7 +124,7 @@ class ProgramThread(threading.Thread):
             try:
                 ask = ask or self._connected()
                 self.running = ask()
-            except self._linuxcnc.error:
+            except (self._linuxcnc.error, SystemError):  # the second where it forgets to say the first
                 self.running, ask = Running.NONE, None
             except Exception as error:  # is said, and ends the thread and with it the heartbeat
                 self.running = Running.NONE
