@@ -164,6 +164,24 @@ def test_under_compensation_rows_are_where_the_control_drives(contour: str, tip:
     assert len(about_edge) > 10, "the arc about the edge is in the block after it"
 
 
+def test_under_compensation_a_taper_goes_over_the_corner(tmp_path: Path) -> None:
+    """Errors that grow along lines, which end where the nose does not get into the corner: 0.8 mm before it.
+
+    On the way out by G40 the corrected program inherits its contour's X, the table holds what it added to the nose's
+    centre: nose radius times slope apart, in the air.
+    """
+    touches = touches_on(KNOB)
+    (x, z), (on_x, on_z) = touches.nominal_mm.T, touches.outward_normal.T
+    error = 0.01 + 0.0008 * (z + 30.0) * on_x + 0.001 * x * on_z
+    found = judged(inputs_of((START + FORWARD + END).encode(), KNOB, error_mm=error), tmp_path)
+    *on_contour, way_out = [move for move in found.corrected if move.kind != "rapid"]
+    sent = sent_to([move for move in found.given if move.line < 10], ORIGIN, 0.1)
+    went = sent.at_mm + added_mm(found.table.blocks, sent)[0]
+    assert np.max(off_moves_mm(went[~sent.rapid], on_contour, ORIGIN)) < 0.1 * UM
+    assert np.max(off_places_mm(sent_to(on_contour, ORIGIN, 0.1).at_mm, went)) < 0.1 * UM
+    assert np.linalg.norm(went[-1] - np.add(way_out.start_mm, way_out.origin_mm)[[0, 2]] - ORIGIN) < 0.1 * UM
+
+
 def test_a_tool_offset_is_a_table_too(tmp_path: Path) -> None:
     """The corrected program shifts its frame by G52; the table adds the same along the contour."""
     inputs = inputs_of(turned_program(PIN, 0.8), options=replace(FINE, by="offset"))
