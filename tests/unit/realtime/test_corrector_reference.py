@@ -68,11 +68,11 @@ def image() -> Image:
 def wanted(q: Array, travel: Array, signals: Array, line: int | None) -> tuple[Array, Array, bool, bool]:
     """What the image asks for, from its numbers."""
     slope = SLOPE + np.tensordot(signals - REFERENCES, WARM, axes=1)
-    model = np.zeros(3)
-    for _ in range(2):
-        model = -((q + model) @ slope + np.array([BACKLASH_MM * travel[0], 0, 0]))
     on_path = line == LINE and abs(q[0] - ON_PATH_X) < 0.1
     table = np.array([ADDED[0], 0, ADDED[1]]) if on_path else np.zeros(3)
+    model = np.zeros(3)
+    for _ in range(2):
+        model = -((q + table + model) @ slope + np.array([BACKLASH_MM * travel[0], 0, 0]))
     return model, table, line == LINE, on_path
 
 
