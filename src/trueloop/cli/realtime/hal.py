@@ -1,5 +1,6 @@
 """`trueloop realtime hal`: the lines of HAL that put the corrector into a configuration."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,9 @@ def hal(
     image: Annotated[
         Path | None, typer.Option("--image", help="The image: its signals and its machine's serial go into the lines.")
     ] = None,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Also the lines of a sampler, for `trueloop realtime watch`.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Print the lines to change and to add so that the corrector stands between motion and the drives, and why.
@@ -26,11 +30,16 @@ def hal(
     """
     from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
     from trueloop.controllers.linuxcnc.realtime.hal_lines import by_file, wiring
+    from trueloop.controllers.linuxcnc.realtime.watch_lines import watching
     from trueloop.formats.realtime.image_file import read_image
 
     read = read_image(image) if image is not None else None
     named = str(image.resolve()) if image is not None else "IMAGE.rtec"
-    made = wiring(read_configuration(ini), read, named)
+    configuration = read_configuration(ini)
+    made = wiring(configuration, read, named)
+    if watch:
+        signals = len(read.bank.signals) if read and read.bank else 0
+        made = replace(made, changes=(*made.changes, *watching(configuration, made, signals)))
     if as_json:
         changes = [
             {"file": c.place.file, "line": c.place.line, "where": c.where, "old": c.old, "text": c.text, "why": c.why}

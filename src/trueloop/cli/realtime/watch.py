@@ -32,7 +32,7 @@ def watch(
     """Record what the corrector does: attaches to the LinuxCNC on this computer, until Ctrl-C.
 
     Every servo period goes into samples.csv; a live page shows command, correction by cause, signals, state and times;
-    at the end a page of the run is written. LinuxCNC needs a sampler on the corrector: see `trueloop realtime hal`.
+    at the end a page of the run is written. LinuxCNC needs a sampler on the corrector: see `realtime hal --watch`.
     """
     from trueloop.jobs.realtime.watched import Order
     from trueloop.jobs.realtime.watched import watch as watched

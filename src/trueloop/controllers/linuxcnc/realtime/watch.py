@@ -28,7 +28,7 @@ END_S: Final = 5.0
 BYTES: Final = 1 << 20
 WRAP: Final = 1 << 32
 OF_AXES: Final = ("at", "cmd", "out", "corr", "model", "table", "tool")
-LINES: Final = "`trueloop realtime hal` prints the lines that wire a sampler to the corrector"
+LINES: Final = "`trueloop realtime hal --watch` prints the lines that wire a sampler to the corrector"
 
 
 @dataclass(frozen=True)
