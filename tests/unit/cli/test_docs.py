@@ -91,6 +91,8 @@ COMMANDS = (
     "surface compare",
     "surface path",
     "realtime image",
+    "realtime install",
+    "realtime hal",
     "realtime show",
     "realtime signals",
     "realtime watch",
