@@ -11,8 +11,9 @@ from tests.support import erring_lathe
 from tests.support.cli import invoke
 from tests.unit.realtime.test_judge import corrected_run
 from trueloop.arrays import Array
-from trueloop.formats.realtime.samples_csv import samples_csv
+from trueloop.formats.realtime.samples_csv import read_samples, samples_csv
 from trueloop.formats.tables.model_file import model_to_json
+from trueloop.jobs.realtime.check import driven_run
 from trueloop.realtime.samples import Samples, column_names
 
 UNITS = {"T1": "°C"}
@@ -69,3 +70,14 @@ def test_signals_that_were_not_recorded_are_named(tmp_path: Path, model: Path) -
     other.write_text(model_to_json(replace(erring_lathe.model(), units={"T1": "rev/min"})))
     done = invoke("realtime", "check", recorded(tmp_path), other)
     assert done.exit_code == 3 and "T1_rpm" in done.output
+
+
+def test_tool_and_program_are_those_of_the_record(tmp_path: Path) -> None:
+    """The tool is that of the image less the offset in force; lines count where the image's own program runs."""
+    samples = read_samples(recorded(tmp_path))
+    count = len(samples)
+    columns = {**samples.columns, "tool_x_mm": np.full(count, 4.0), "line": np.full(count, 7.0)}
+    columns["program"] = np.where(np.arange(count) < 100, 1.0, 2.0)
+    run = driven_run(replace(samples, columns=columns), [("T1", "°C")], (1.0, 0.0, 3.0), "samples.csv")
+    assert np.array_equal(run.tool_mm, np.tile([-3.0, 0.0, 3.0], (count, 1)))
+    assert run.line[:100].tolist() == [7] * 100 and not run.line[100:].any()

@@ -13,7 +13,7 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT
 from trueloop.machine.model.term import Part, Term
 from trueloop.realtime.image import Block
-from trueloop.realtime.judge import DrivenRun, judge, travel_ways
+from trueloop.realtime.judge import DrivenRun, due, judge, travel_ways
 
 PERIOD_S, SLEW = 1e-3, 5.0
 LOST_MM = 0.012
@@ -136,3 +136,24 @@ def test_ways_of_travel_are_those_of_the_last_move() -> None:
     x = np.array([0.0, 0.0, 1.0, 1.0, 0.5, 0.5, 0.7])
     assert travel_ways(np.column_stack([x, 0 * x, -x]))[:, 0].tolist() == [0, 0, 1, 1, -1, -1, 1]
     assert travel_ways(np.column_stack([x, 0 * x, -x]))[:, 1:].tolist() == [[0, w] for w in (0, 0, -1, -1, 1, 1, -1)]
+
+
+def test_model_and_table_together_are_asked_where_both_send_the_machine() -> None:
+    run = corrected_run()
+    rows = np.array([[60.0, -150.0, 0.0, 0.02], [56.0, -190.0, 0.0, 0.02]])
+    asked = due(replace(run, line=run.line + 7), erring_lathe.model(), (Block(7, rows),), 0.1, SLEW)
+    added, warm = np.array([0.0, 0.0, 0.02]), np.asarray(run.signals["T1"])
+    expected = np.zeros_like(run.command_mm)
+    for _ in range(8):
+        expected = -formula_mm(run.command_mm + expected, warm) + added
+    assert np.abs(asked.correction_mm - expected)[5:-5].max() < 1e-9
+    at_command = -formula_mm(run.command_mm, warm) + added
+    assert np.abs(at_command - expected).max() > 1e-7
+
+
+def test_a_table_holds_within_its_gate() -> None:
+    run = corrected_run()
+    rows = np.array([[60.0, -150.0, 0.01, 0.02], [56.0, -190.0, 0.01, 0.02]])
+    beside = replace(run, line=run.line + 7, command_mm=run.command_mm + [0.15, 0.0, 0.0])
+    assert not due(beside, None, (Block(7, rows),), 0.1, SLEW).table_mm.any()
+    assert due(beside, None, (Block(7, rows),), 0.2, SLEW).table_mm.any()
