@@ -91,6 +91,11 @@ def test_q_says_what_is_merged(q: bytes, merged: bool) -> None:
         assert produce()
 
 
+def test_where_no_q_is_named_p_says_what_is_merged() -> None:
+    error = refused(PRODUCERS[Code.RTC_PATH_MODE])
+    assert error.code is Code.RTC_PATH_MODE and "lines 20 and 21 go straight on within 0.0025 mm" in error.message
+
+
 def test_a_mode_that_changes_in_the_pass_holds_from_there() -> None:
     opened = (COLLAR, COLLAR + b"G64\n")
     error = refused(partial(_table, opened))
