@@ -6,6 +6,7 @@ import pytest
 
 from tests.support.bad_images import BAD, PROGRAM, SERIAL, good_image, write_bad_images
 from tests.support.refusals import refused
+from trueloop._core import realtime_names
 from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes, read_image
 
@@ -46,3 +47,9 @@ def test_without_a_serial_and_a_program_any_machine_s_will_do(tmp_path: Path) ->
     files = write_bad_images(tmp_path)
     for what in ("another machine", "a table for another program"):
         assert read_image(files[what][0]).blocks == good_image().blocks
+
+
+def test_every_refusal_has_a_bad_image() -> None:
+    """Those of the reader in the servo thread, but `none`; `missing` is no content."""
+    known = {name for _, name, _ in realtime_names()["refusals"]}
+    assert known - {"none", "missing"} == {refusal for refusal, _ in BAD.values()}

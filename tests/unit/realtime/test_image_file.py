@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tests.support import image_reference
 from tests.support.bad_images import good_image
 from tests.support.refusals import refused
+from trueloop._core import RealTimeCore
 from trueloop.errors import Code
 from trueloop.formats.realtime.image_file import image_to_bytes, read_image
 from trueloop.realtime.image import Bank, Block, Body, Identity, Image, RealTimeLimits, Signal
@@ -73,6 +74,12 @@ def read_back(image: Image) -> Image:
 @given(images())
 def test_an_image_is_read_back_to_the_last_bit(image: Image) -> None:
     assert read_back(image) == image
+
+
+@given(images())
+def test_whatever_is_written_is_taken_in_the_servo_thread(image: Image) -> None:
+    core = RealTimeCore(image_to_bytes(image), image.identity.serial)
+    assert core.signals == (len(image.bank.signals) if image.bank else 0)
 
 
 def test_it_stands_in_the_file_as_the_page_says() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from tests.support.banks import RANGES, Asked, any_asked, bank_for, by_the_model
 from tests.support.machines import chain_with_travel
-from tests.unit.realtime.test_bank import LIMITS, RANGES, Asked, asked, bank_for, by_the_model
 from trueloop.arrays import Array
 from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
@@ -17,6 +17,7 @@ from trueloop.realtime.bank import bank_of, signals_of
 from trueloop.realtime.image import Block, Identity, Image, RealTimeLimits
 from trueloop.realtime.largest import extent_of
 
+LIMITS = RealTimeLimits(((-300.0, 400.0),) * 3)
 WAYS = np.array(list(product([1.0, -1.0], repeat=3)))
 IDENTITY = Identity("any", "")
 
@@ -28,8 +29,8 @@ def corrections(at: Asked, position: Array, signals: Array) -> Array:
     return -by_the_model(Asked(at.model, rows[0], WAYS * here, rows[1], at.tool, rows[2]))
 
 
-@settings(max_examples=25)
-@given(asked())
+@settings(max_examples=8)
+@given(any_asked())
 def test_the_largest_is_what_the_model_says_there(at: Asked) -> None:
     bank = bank_for(at.model, at.tool)
     there = [
