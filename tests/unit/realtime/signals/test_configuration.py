@@ -213,6 +213,8 @@ def test_replays_run_at_one_speed_and_with_nothing_measured(tmp_path: Path) -> N
     assert "2 speeds: 2, 3" in refusal(write_configuration(tmp_path, fast + other)).message
     live = BOX + '[signals.T2]\nsource="box"\ncolumn=1\nunit="degC"\n'
     assert "2 times their pace" in refusal(write_configuration(tmp_path, fast + live)).message
+    both = prepared(write_configuration(tmp_path, fast + other.replace("3.0", "2.0"), {"every_s": 0.5})).setup
+    assert (both.clock.speed, both.rules.least_gap_s) == (2.0, 3.0), "three turns of half a second, a second each"
     assert prepared(write_configuration(tmp_path, fast.replace("2.0", "1.0") + live))
 
 

@@ -80,7 +80,7 @@ def _state(feed: Replay, lag: Lag, clock: Clock) -> LagState | None:
     values = np.interp(times, feed.log.time_s, feed.log.signals[column])
     rules = LagRules(gap=math.inf, equilibrium_s=float(times[0]))
     state = from_history(lag, rules, History(times, {lag.of: values}))
-    return state and replace(state, time_s=clock.log_s, since_s=clock.log_s - (start_s - state.since_s))
+    return state and replace(state, time_s=clock.log_s, since_s=clock.log_s)
 
 
 def _speed(file: Located[SignalsFile], used: Sequence[str]) -> float:
