@@ -20,6 +20,7 @@ def test_a_screw_that_grows_is_found(tmp_path: Path) -> None:
     """E = a z' + α z' (T − 20), z' from where it is held: read at random places and temperatures, known elsewhere."""
     (tmp_path / "machine.toml").write_text(TERM)
     machine, form = read_machine(tmp_path / "machine.toml")
+    assert form.terms[0].admissible().shape == (5, 3), "both parts are zero where the error is"
     rng = np.random.default_rng(1)
     z, warm = rng.uniform(-300, 0, 60), rng.uniform(18, 32, 60)
 

@@ -154,6 +154,6 @@ def test_model_and_table_together_are_asked_where_both_send_the_machine() -> Non
 def test_a_table_holds_within_its_gate() -> None:
     run = corrected_run()
     rows = np.array([[60.0, -150.0, 0.01, 0.02], [56.0, -190.0, 0.01, 0.02]])
-    beside = replace(run, line=run.line + 7, command_mm=run.command_mm + [0.15, 0.0, 0.0])
+    beside = replace(run, line=run.line + 7, command_mm=run.command_mm + np.array([0.15, 0.0, 0.0]))
     assert not due(beside, None, (Block(7, rows),), 0.1, SLEW).table_mm.any()
     assert due(beside, None, (Block(7, rows),), 0.2, SLEW).table_mm.any()

@@ -86,3 +86,29 @@ def test_instruments_read_over_the_whole_day_and_travel() -> None:
     first = [reading.value for reading in measured_day(WarmLathe(), seed=1)[1]]
     assert first == [reading.value for reading in measured_day(WarmLathe(), seed=1)[1]]
     assert first != [reading.value for reading in readings]
+
+
+def test_a_warm_casting_tilts_the_work() -> None:
+    """What is turned about Y by less turns the tool's arm by less, too."""
+    lathe, at, arm = WarmLathe(), places(), np.array([-40.0, 70.0])
+    hot = WarmUp(np.zeros(40), *(np.full(40, k) for k in (0.0, 10.0, 0.0, 0.0, 0.0)))
+    turned = lathe.turned_rad(at, hot)
+    assert turned - lathe.turned_rad(at, still(40)) == pytest.approx(-8e-6)
+    difference = lathe.error_mm(at, arm, hot) - lathe.error_mm(at, np.zeros(2), hot)
+    assert np.abs(difference - turned[:, None] * [arm[1], -arm[0]]).max() < 1e-7
+
+
+def test_sensors_say_what_they_are_on() -> None:
+    warm = WarmUp(np.zeros(1), *(np.array([k]) for k in (10.0, 5.0, 3.0, 2.0, 1.0)))
+    assert {name: float(value[0]) for name, value in warm.sensors().items()} == pytest.approx(
+        {"T1": 31.0, "T2": 27.0, "T3": 24.0}
+    )
+
+
+def test_a_laser_sees_the_lost_motion_there_and_back() -> None:
+    """A slide lags behind its drive: forward it stands short, on the way back long."""
+    values: dict[int, list[float]] = {1: [], -1: []}
+    for reading in measured_day(WarmLathe())[1]:
+        if reading.run == "laser Z 0":
+            values[reading.way[1]].append(reading.value)
+    assert np.mean(values[1]) - np.mean(values[-1]) == pytest.approx(-8.0, abs=1.0)
