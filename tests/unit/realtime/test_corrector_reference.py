@@ -51,10 +51,10 @@ TIMES = {"stale_s": 20.5, "freeze_s": 30.5, "leave_s": 40.5, "watchdog_s": 15.5,
 
 
 def image() -> Image:
-    """Slopes that two signals change, backlash of X, and one block of a table."""
+    """Slopes that two signals change, an error along X by the travel of Z, and one block of a table."""
     powers = np.zeros((3, 1, 1, 6))
     powers[:, 0, 0, 0] = (0, BACKLASH_MM, -BACKLASH_MM)
-    body = Body(0, np.array([-END_MM, END_MM]), powers, (), np.zeros(3), np.zeros(3))
+    body = Body(2, np.array([-END_MM, END_MM]), powers, (), np.zeros(3), np.zeros(3))
     signals = tuple(
         Signal(name, "", at, *row) for name, at, row in zip(("T1", "p"), REFERENCES, RANGES.tolist(), strict=True)
     )
@@ -72,7 +72,7 @@ def wanted(q: Array, travel: Array, signals: Array, line: int | None) -> tuple[A
     table = np.array([ADDED[0], 0, ADDED[1]]) if on_path else np.zeros(3)
     model = np.zeros(3)
     for _ in range(2):
-        model = -((q + table + model) @ slope + np.array([BACKLASH_MM * travel[0], 0, 0]))
+        model = -((q + table + model) @ slope + np.array([BACKLASH_MM * travel[2], 0, 0]))
     return model, table, line == LINE, on_path
 
 
