@@ -76,7 +76,7 @@ impl<'a> Body<'a> {
     }
 
     /// Whether it is a function of position that stays within bounds: breaks and signals ascend, no error is beyond
-    /// `most` anywhere. `spans` says how far each signal may be from its reference.
+    /// `most` (mm or rad) anywhere. `spans` says how far each signal may be from its reference.
     pub(crate) fn check(&self, spans: &[f64; SIGNALS], most: f64) -> Result<(), Refusal> {
         let ascending = |pair: &[Word]| matches!(pair, [a, b] if number(a) < number(b));
         let places = || self.dependents().map(|(place, _)| place);
@@ -86,8 +86,11 @@ impl<'a> Body<'a> {
             let span = place.and_then(|place| spans.get(place)).copied();
             reach += span.unwrap_or(0.0) * self.reach(rows);
         }
-        let mut arms = self.arm.start.iter().chain(&self.arm.carries);
-        let bounded = reach <= most && arms.all(|part| part.abs() <= most);
+        let lever = |part: &f64| part.abs() <= most * most;
+        let carried = |part: &f64| part.abs() <= 1.0;
+        let bounded = reach <= most
+            && self.arm.start.iter().all(lever)
+            && self.arm.carries.iter().all(carried);
         if rising && bounded && self.breaks.windows(2).all(ascending) {
             Ok(())
         } else {

@@ -14,8 +14,14 @@ const VERSION: u32 = 1;
 const HEAD: usize = 1024;
 /// Bytes of an image at most.
 const MOST_BYTES: u64 = 64 << 20;
-/// Any number, and what any sum of powers may reach: so no number that is asked for is too large for a float.
-const MOST: f64 = 1e30;
+/// Errors (mm, rad), rows of a table and limits (mm) at most.
+const MOST: f64 = 1e3;
+/// Lengths at most, mm.
+const MOST_LENGTH: f64 = MOST * MOST;
+/// Signals and their references at most, whatever their unit.
+const MOST_SIGNAL: f64 = 1e9;
+/// What a millimetre of travel adds to an error, at most.
+const MOST_SLOPE: f64 = 1.0;
 
 /// What an image must agree with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -59,8 +65,8 @@ impl<'a> Image<'a> {
         let image = Self::lay_out(words)?;
         image.check_limits()?;
         image.check_bodies()?;
-        image.path.check(MOST)?;
-        if !image.path.is_empty() && is_zero(bytes, 224, 32) {
+        image.path.check(MOST, MOST_LENGTH)?;
+        if image.path.is_empty() != is_zero(bytes, 224, 32) {
             return Err(Refusal::Program);
         }
         Ok(image)
@@ -142,11 +148,11 @@ impl<'a> Image<'a> {
     }
 
     fn check_limits(&self) -> Result<(), Refusal> {
-        let small = |value: f64| value.abs() <= MOST;
-        let length = |value: f64| value > 0.0 && small(value);
-        let ends = |low: f64, high: f64| low < high && small(low) && small(high);
+        let length = |value: f64| value > 0.0 && value <= MOST;
         let signal = |(range, reference): (&SignalRange, &f64)| {
-            ends(range.low, range.high) && range.most_step > 0.0 && small(*reference)
+            let numbers = [range.low, range.high, *reference];
+            let small = numbers.iter().all(|value| value.abs() <= MOST_SIGNAL);
+            small && range.low <= range.high && range.most_step > 0.0
         };
         let mut signals = self.ranges.iter().zip(&self.reference).take(self.signals);
         let shares = core::iter::once(1.0).chain(self.spans());
@@ -158,10 +164,10 @@ impl<'a> Image<'a> {
         }
         let good = length(self.limit)
             && length(self.path.gate)
-            && self.travel.iter().all(|(low, high)| ends(*low, *high))
-            && self.tool.iter().all(|part| small(*part))
+            && self.travel.iter().all(|(low, high)| low <= high)
+            && self.tool.iter().all(|part| part.abs() <= MOST_LENGTH)
             && signals.all(signal)
-            && reach.iter().all(|sum| small(*sum));
+            && reach.iter().all(|sum| *sum <= MOST_SLOPE);
         if good {
             Ok(())
         } else {
@@ -183,7 +189,12 @@ fn check_head<'a>(bytes: &'a [u8], expected: Expected<'_>) -> Result<&'a [Word],
         return Err(Refusal::Empty);
     }
     if !bytes.starts_with(MAGIC) {
-        return Err(Refusal::Magic);
+        let begins = MAGIC.starts_with(bytes);
+        return Err(if begins {
+            Refusal::Short
+        } else {
+            Refusal::Magic
+        });
     }
     let Some((head, _)) = bytes.split_first_chunk::<HEAD>() else {
         return Err(Refusal::Short);

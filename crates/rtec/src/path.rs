@@ -73,9 +73,13 @@ impl<'a> Path<'a> {
         self.blocks.is_empty()
     }
 
-    /// Lines ascend: else [`Refusal::Order`]. No number is beyond `most`: else [`Refusal::Limits`].
-    pub(crate) fn check(&self, most: f64) -> Result<(), Refusal> {
-        let small = |row: &[Word; 4]| numbers(row).iter().all(|part| part.abs() <= most);
+    /// Lines ascend: else [`Refusal::Order`]. Corrections are within `most`, places within `most_length`, mm: else
+    /// [`Refusal::Limits`].
+    pub(crate) fn check(&self, most: f64, most_length: f64) -> Result<(), Refusal> {
+        let small = |row: &[Word; 4]| {
+            let [x, z, dx, dz] = numbers(row).map(f64::abs);
+            x <= most_length && z <= most_length && dx <= most && dz <= most
+        };
         let lines = || self.blocks.iter().filter_map(line_of);
         if !lines().zip(lines().skip(1)).all(|(a, b)| a < b) {
             Err(Refusal::Order)
