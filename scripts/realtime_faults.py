@@ -38,7 +38,7 @@ IN_FORCE: Final = (2, 3)
 SAMPLED: Final = (
     *("joint.0.pos-cmd", "joint.1.pos-cmd", "joint.0.motor-offset", "joint.1.motor-offset"),
     *("rtec.out-0", "rtec.out-2", "rtec.phase", "rtec.fault-code", "rtec.waits-for", "rtec.signal-fault"),
-    *("rtec.generation", "rtec.enable", "rtec.reload-error"),
+    *("rtec.generation", "rtec.enable", "rtec.reload-error", "rtec.periods"),
 )
 PROGRAM: Final = b"G21 G18 G8 G90 G94 G64 P0.001 Q0\n" + 400 * (
     b"G1 X40 Z-20 F3000\nG1 X70 Z-110\nG1 X20 Z-110\nG0 X60 Z5\nG2 X80 Z-15 I0 K-20 F3000\nG1 X41 Z10\n"
@@ -192,7 +192,7 @@ def judged(driven: Driven, models: Sequence[MachineModel], images: Sequence[int]
     in_force = (driven["rtec.phase"] == IN_FORCE[1]) & ~turning
     return {
         "periods": len(command),
-        "missed": int((np.diff(driven["rtec.periods"]) != 1).sum()) if "rtec.periods" in driven.columns else 0,
+        "missed": int((np.diff(driven["rtec.periods"]) != 1).sum()),
         "error_without_um_rms": rms_um(bare),
         "error_in_force_nm_rms": 1e3 * rms_um(left[in_force]),
         "periods_within_reversals": int(turning.sum()),
