@@ -372,15 +372,15 @@ class MachineEvaluator:
 
 # rtec: the real-time corrector
 
-class RealTimeRefusal(ValueError):
+class RealTimeRefusalError(ValueError):
     """Bytes that are no image: arguments are the number, the name and the meaning."""
 
 @final
 class RealTimeCore:
-    """An image and what a corrector remembers, from one call to the next. Lengths in mm, times in s, X of a lathe a radius."""
+    """An image and what a corrector remembers, from one call to the next; mm, s, X of a lathe a radius."""
 
     def __new__(cls, image: bytes, serial: str | None = None, program: bytes | None = None) -> RealTimeCore:
-        """Raises RealTimeRefusal; `serial` and the content of `program` are compared where they are given."""
+        """Raises RealTimeRefusalError; `serial` and the content of `program` are compared where they are given."""
 
     @property
     def signals(self) -> int:
@@ -389,14 +389,15 @@ class RealTimeCore:
     def step(self, inputs: dict[str, Any], settings: dict[str, float]) -> dict[str, NDArray[Any]]:
         """One period after the other; the columns of `inputs` and what comes back are named as in rtec.h.
 
-        `position` (n, 3) must be there; one value stands for all n periods. Not given: 1 ms, all that lets the correction
-        come in force, zero otherwise. Settings that are not given are the component's. ValueError for names not known.
+        `position` (n, 3) must be there; one value stands for all n periods. Not given: 1 ms, all that lets the
+        correction come in force, zero otherwise. Settings that are not given are the component's. ValueError for names
+        not known.
         """
 
     def wanted(self, places: dict[str, Any]) -> dict[str, NDArray[Any]]:
         """What should be added at places that follow each other: model, table (n, 3), listed, on_path (n).
 
-        Columns as in `step`: position, travel, tool_offset, signal, line (-1: none). The corrector's state stays as it is.
+        Columns as in `step`: position, travel, tool_offset, signal, line (-1: none). The corrector's state stays.
         """
 
 def realtime_library() -> bytes:

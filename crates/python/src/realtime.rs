@@ -17,7 +17,7 @@ static HEADER: &str = include_str!("../../rtec/include/rtec.h");
 
 pyo3::create_exception!(
     _core,
-    RealTimeRefusal,
+    RealTimeRefusalError,
     PyValueError,
     "Bytes that are no image: arguments are the number, the name and the meaning."
 );
@@ -97,7 +97,7 @@ impl RealTimeCore {
 }
 
 fn refused(refusal: Refusal) -> PyErr {
-    RealTimeRefusal::new_err(
+    RealTimeRefusalError::new_err(
         spelled(&REFUSALS)
             .into_iter()
             .find(|(number, ..)| *number == refusal as i32),
@@ -334,7 +334,10 @@ fn realtime_names() -> HashMap<&'static str, Vec<(i32, String, String)>> {
 
 /// Adds what this file binds to the module.
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("RealTimeRefusal", module.py().get_type::<RealTimeRefusal>())?;
+    module.add(
+        "RealTimeRefusalError",
+        module.py().get_type::<RealTimeRefusalError>(),
+    )?;
     module.add_class::<RealTimeCore>()?;
     module.add_function(wrap_pyfunction!(realtime_library, module)?)?;
     module.add_function(wrap_pyfunction!(realtime_header, module)?)?;

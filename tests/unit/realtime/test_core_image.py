@@ -19,7 +19,7 @@ def test_a_good_image_is_taken() -> None:
 @pytest.mark.parametrize("what", BAD)
 def test_a_bad_one_is_refused_by_the_same_name(what: str) -> None:
     refusal, made = BAD[what]
-    with pytest.raises(_core.RealTimeRefusal) as raised:
+    with pytest.raises(_core.RealTimeRefusalError) as raised:
         _core.RealTimeCore(made(image_to_bytes(good_image())), SERIAL, PROGRAM)
     number, name, _ = raised.value.args
     assert name == refusal
