@@ -14,7 +14,7 @@ by name, and *loadrt* fails. At each rising edge of *reload* the file is read ag
 force, which is exchanged only while *enable* is off and nothing is added.
 """;
 examples """
-    loadrt rtec image=/home/cnc/lathe.rtec serial=4711
+    loadrt rtec image=lathe.rtec serial=4711
     addf rtec.read servo-thread
 
 *trueloop realtime hal lathe.ini* prints all lines that a configuration needs.
