@@ -153,3 +153,10 @@ def test_of_two_offers_the_later_one_is_taken_and_a_bad_one_takes_the_first_away
     driven = drive(Setup(LATHE.image, FILES, RECORD), [*steps, record(), SETTLED, record(False), *bad, told])
     np.testing.assert_allclose(added(driven), LATHE.added_mm(commanded(driven)), atol=SECOND_ORDER_MM)
     assert driven.got["bad"] == [2, 6]
+
+
+def test_while_the_corrector_is_asked_for_and_waits_no_image_is_taken() -> None:
+    steps: list[Step] = [on(), put("rtec.enable", 1), wait("rtec.phase", 1), *offered("other.rtec")]
+    told = get("waiting", "rtec.active", "rtec.generation", "rtec.reload-error")
+    driven = drive(Setup(LATHE.image, FILES), [*steps, told, *OFF, wait("rtec.generation", 2)])
+    assert driven.got["waiting"] == [False, 1, 0]
