@@ -11,7 +11,18 @@ from tests.support.realtime_lathe import LATHE, RECORD, added, applied, commande
 from trueloop.controllers.linuxcnc.component import source
 from trueloop.controllers.linuxcnc.realtime.configuration import read_configuration
 from trueloop.controllers.linuxcnc.realtime.hal_lines import Wiring, wiring
-from trueloop.controllers.linuxcnc.realtime.session import Setup, drive, get, home, on, put, record, run, wait
+from trueloop.controllers.linuxcnc.realtime.session import (
+    Setup,
+    drive,
+    get,
+    home,
+    on,
+    put,
+    record,
+    run,
+    wait,
+    with_entries,
+)
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.realtime.image_file import image_to_bytes
 from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits, Signal
@@ -19,9 +30,10 @@ from trueloop.realtime.image import Bank, Identity, Image, RealTimeLimits, Signa
 EXAMPLES = Path("/usr/share/doc/linuxcnc/examples/sample-configs")
 
 
-def wired(folder: Path, image: Image | None = None) -> tuple[Wiring, dict[str, str]]:
+def wired(folder: Path, image: Image | None = None, units: str = "mm") -> tuple[Wiring, dict[str, str]]:
     """The virtual lathe without a corrector, and its files with the changes made."""
     texts = {name: source(name) for name in ("machine.ini", "machine.hal")} | {"extra.hal": "net at joint.0.pos-cmd\n"}
+    texts["machine.ini"] = with_entries(texts["machine.ini"], [("TRAJ", "LINEAR_UNITS", units)])
     for name, text in texts.items():
         (folder / name).write_text(text)
     made = wiring(read_configuration(folder / "machine.ini"), image, "image.rtec")
@@ -98,3 +110,11 @@ def test_every_configuration_that_comes_with_linuxcnc_is_wired_or_refused_with_a
             assert refused.code is Code.RTC_HAL
             assert refused.hint
     assert wired_count > 100
+
+
+@pytest.mark.parametrize(
+    ("written", "mm"), [("mm", "1"), ("inch", "25.4"), ("0.0393700787401575", "25.4"), ("1.0", "1")]
+)
+def test_a_unit_is_a_word_or_how_many_of_it_a_millimetre_has(written: str, mm: str, tmp_path: Path) -> None:
+    _, files = wired(tmp_path, units=written)
+    assert f"setp rtec.mm-per-unit {mm}\n" in files["rtec.hal"]
