@@ -24,7 +24,7 @@ test test-corpus: export OMP_NUM_THREADS := 1
 .PHONY: help demo demo-surface demo-memory demo-realtime test test-corpus check format bench fuzz miri setup clean
 
 help: ## list the targets
-	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 # The scripts of a virtual environment name its folder: in a clone that was moved it is made anew.
 ifneq ($(file < $(PLACE)),$(CURDIR))

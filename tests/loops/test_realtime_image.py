@@ -64,7 +64,7 @@ def test_an_image_of_a_model(model: Path, tmp_path: Path) -> None:
     read = read_image(out, serial="7")
     assert read.identity.model_sha256 == sha256_of(model.read_bytes())
     assert (read.identity.machine, read.identity.program, read.blocks) == ("erring lathe", "", ())
-    assert read.limits.travel_mm == (erring_lathe.X_TRAVEL, (-0.4, 0.4), erring_lathe.Z_TRAVEL)
+    assert read.limits.travel_mm == (erring_lathe.X_TRAVEL, (-1.0, 1.0), erring_lathe.Z_TRAVEL)
     assert read.limits.limit_mm == pytest.approx(0.4)
     assert read.bank is not None and read.bank.tool_mm == (1.0, 2.0, -3.0)
     assert [(s.low, s.high, s.most_step) for s in read.bank.signals] == [(10.0, 25.0, 1.0)]

@@ -24,6 +24,8 @@ from trueloop.report.realtime.image_summary import where_in_words
 from trueloop.units import UM_PER_MM
 
 DEFAULT: Final = RealTimeLimits(((0.0, 0.0),) * 3)
+NO_AXIS_MM: Final = (-1.0, 1.0)
+"""Travel of an axis that the machine does not have: more than any correction, for nobody drives it."""
 
 Ends = tuple[float, float]
 
@@ -155,13 +157,12 @@ def _machine(known: _Model | None, table: CorrectedProgram | None, options: Imag
 
 
 def _travel(known: _Model | None, options: ImageOptions) -> tuple[Ends, Ends, Ends]:
-    """Of X, Y, Z. An axis that the machine does not have may be asked for as much as the limit, which nothing drives.
+    """Of X, Y, Z. An axis that the machine does not have stands at 0 and drives nothing: it may be asked for any.
 
     Raises RTC-MODEL for a travel that nobody states, or that has no end.
     """
     chain = known.model.machine.chain if known else None
     there = [a for a in "XYZ" if a in chain.order] if chain else ["X", "Z"]
-    nothing = (-options.limit_mm, options.limit_mm)
     found = {a: options.travel_mm.get(a, chain.axis(a).travel if chain else (1.0, 0.0)) for a in there}
     bad = [axis for axis, (low, high) in found.items() if not -1e6 <= low < high <= 1e6]
     bad += [axis for axis in options.travel_mm if axis not in (there if chain else "XYZ")]
@@ -173,7 +174,7 @@ def _travel(known: _Model | None, options: ImageOptions) -> tuple[Ends, Ends, En
             override=" ".join(f"--travel {axis}=LOW,HIGH" for axis in bad),
             values={"axes": bad},
         )
-    x, y, z = ({**options.travel_mm, **found}.get(axis, nothing) for axis in "XYZ")
+    x, y, z = ({**options.travel_mm, **found}.get(axis, NO_AXIS_MM) for axis in "XYZ")
     return x, y, z
 
 

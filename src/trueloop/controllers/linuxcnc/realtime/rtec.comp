@@ -249,12 +249,14 @@ static rtec_image *in_force(struct __comp_state *hal) {
     int may = (was & OFFERED) && !*hal->enable && !said.active;
     if (may && __atomic_compare_exchange_n(&hand, &was, next, 0, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
         ++*hal->generation;
+        for (int k = 0; k < RTEC_SIGNALS; k++) *hal->in_use[k] = 0; /* it may need fewer */
         was = next;
     }
     return place[was & IN_FORCE].image;
 }
 
-static rtec_inputs inputs(struct __comp_state *hal, long period) {
+/* Of signals those alone that the image needs: each pin is a place of its own in memory. */
+static rtec_inputs inputs(struct __comp_state *hal, long period, unsigned signals) {
     double mm = hal->mm_per_unit;
     int usable = mm > 0 && mm < 1e6; /* false for what is not a number */
     if (usable && !said.active) scale = mm;
@@ -274,7 +276,7 @@ static rtec_inputs inputs(struct __comp_state *hal, long period) {
         in.position[k] = usable ? *hal->at[k] * scale : NAN; /* which the corrector refuses */
         in.tool_offset[k] = *hal->tool[k] * scale;
     }
-    for (int k = 0; k < RTEC_SIGNALS; k++) {
+    for (unsigned k = 0; k < signals; k++) {
         in.signal[k] = *hal->signal[k];
         in.age_s[k] = *hal->age[k];
     }
@@ -297,14 +299,15 @@ static rtec_settings settings(const struct __comp_state *hal) {
     };
 }
 
-static void show(struct __comp_state *hal, const rtec_outputs *out) {
+static void show(struct __comp_state *hal, const rtec_outputs *out, unsigned signals) {
     for (int k = 0; k < RTEC_AXES; k++) {
         *hal->corr[k] = out->correction[k];
         *hal->model[k] = out->model[k];
         *hal->table[k] = out->table[k];
         *hal->latch[k] = out->latch[k] / scale;
     }
-    for (int k = 0; k < RTEC_SIGNALS; k++) *hal->in_use[k] = out->in_use[k];
+    for (unsigned k = 0; k < signals; k++) *hal->in_use[k] = out->in_use[k];
+    *hal->signals = signals;
     *hal->oldest_age = out->oldest_age_s;
     *hal->phase = out->phase;
     *hal->fault = out->fault != 0;
@@ -327,11 +330,11 @@ FUNCTION(write) {
     if (*hal->reload && !was_reload) __atomic_fetch_add(&asked, 1, __ATOMIC_RELEASE);
     was_reload = *hal->reload;
     rtec_image *asked_for = in_force(hal);
-    rtec_inputs in = inputs(hal, period);
+    unsigned signals = rtec_image_signals(asked_for);
+    rtec_inputs in = inputs(hal, period, signals);
     rtec_settings set = settings(hal);
     rtec_step(asked_for, state, &in, &set, &said);
     for (int k = 0; k < RTEC_AXES; k++) *hal->out[k] = *hal->cmd[k] + said.correction[k] / scale;
-    show(hal, &said);
-    *hal->signals = rtec_image_signals(asked_for);
+    show(hal, &said, signals);
     ++*hal->periods;
 }
