@@ -38,9 +38,10 @@ def nearest(rows: Array, x: float, z: float) -> tuple[float, Array]:
 
 
 def places_along(path: Array, feed_mm_per_s: float, from_mm: float = 0.0) -> Array:
-    """Where the command is in each period: X, Y, Z, with Y that does not matter."""
+    """Where the command is in each of 100,000 periods at most: X, Y, Z, with Y that does not matter."""
     length = np.concatenate([[0.0], np.hypot(*np.diff(path, axis=0).T).cumsum()])
-    at = np.arange(from_mm, length[-1], feed_mm_per_s * PERIOD_S)
+    at = from_mm + feed_mm_per_s * PERIOD_S * np.arange(100_000)
+    at = at[at < length[-1]]
     return np.column_stack(
         [np.interp(at, length, path[:, 0]), np.full(len(at), 7.0), np.interp(at, length, path[:, 1])]
     )

@@ -73,11 +73,11 @@ class Demo:
         return corrected.rms_um / plain.rms_um, corrected.worst_um / plain.worst_um
 
 
-def demo(folder: Path, seed: int = 0, say: Say = lambda doing: None) -> Demo:
+def demo(folder: Path, seed: int = 0, tell: Say = lambda doing: None) -> Demo:
     """Everything, from the readings to the page. Raises CTL-LINUXCNC and RTC-BUILD where LinuxCNC is missing, OUT."""
     lathe, profile = WarmLathe(), demo_profile()
     program = demo_program(profile)
-    say("measuring the cold and the warm lathe, fitting its model")
+    tell("measuring the cold and the warm lathe, fitting its model")
     model, model_files = _model(lathe, folder / "machine", seed)
     image = _image(model, model_files["model.json"])
     content = image_to_bytes(image)
@@ -85,9 +85,9 @@ def demo(folder: Path, seed: int = 0, say: Say = lambda doing: None) -> Demo:
     sensors = _sensors(model, warm, np.random.default_rng(seed + 1))
     runs = {}
     for name, corrected in ((WITHOUT, False), (WITH, True)):
-        say(f"LinuxCNC turns the part {name}")
+        tell(f"LinuxCNC turns the part {name}")
         runs[name] = warming_run(content, image, program.text, sensors, corrected=corrected)
-    say("the virtual measuring machine measures")
+    tell("the virtual measuring machine measures")
     parts = _parts(lathe, program, runs, model, sensors, warm, seed)
     found = judge(runs[WITH].driven, model)
     set_mm = setting_mm(lathe, warm, _added_when_set(model, runs[WITH], sensors))

@@ -81,8 +81,8 @@ class Result:
     ended: str
 
 
-def watch(order: Order, stopped: Callable[[], bool], say: Callable[[str], None] = lambda words: None) -> Result:
-    """Records until it is stopped, the time is up, or LinuxCNC ends. `say` is told where the live page is.
+def watch(order: Order, stopped: Callable[[], bool], tell: Callable[[str], None] = lambda words: None) -> Result:
+    """Records until it is stopped, the time is up, or LinuxCNC ends. `tell` is told where the live page is.
 
     Raises RTC-CONNECTION where there is nothing to record, RTC-IMAGE for a file that is none, OUT-FOLDER where nothing
     can be written.
@@ -96,7 +96,7 @@ def watch(order: Order, stopped: Callable[[], bool], say: Callable[[str], None] 
         page = live_page(title, layout.axes, layout.signals)
         with LiveServer(page, order.host, order.port) as live:
             recording = Recording(order.folder, layout.axes, layout.signals, order.rows, order.keep)
-            say(f"live page: {live.address}")
+            tell(f"live page: {live.address}")
             seen = Seen(empty(trace_names(layout.axes, layout.signals), layout.period_s))
             try:
                 ended = _record(watched, recording, live, seen, order.seconds, stopped)

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
+from trueloop.controllers.linuxcnc.realtime.sampled import STATES
 from trueloop.controllers.linuxcnc.realtime.session import (
     QUIET,
     Driven,
@@ -40,9 +41,8 @@ AXES: Final = "xz"
 OF_AXES: Final = {"x": (0, 0), "z": (1, 2)}
 """Joint, and number of the component's pins."""
 
-COUNTED: Final = dict(
-    zip(COUNTS, ("line", "program", "phase", "fault-code", "fault-signal", "on-path", "generation"), strict=True)
-)
+COUNTED: Final = {column: pin.removeprefix("rtec.") for pin, (_, column) in STATES.items() if column in COUNTS}
+"""Pins of the component by column of a record."""
 
 
 @by_content
