@@ -249,7 +249,6 @@ static rtec_image *in_force(struct __comp_state *hal) {
     int may = (was & OFFERED) && !*hal->enable && !said.active;
     if (may && __atomic_compare_exchange_n(&hand, &was, next, 0, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
         ++*hal->generation;
-        for (int k = 0; k < RTEC_SIGNALS; k++) *hal->in_use[k] = 0; /* it may need fewer */
         was = next;
     }
     return place[was & IN_FORCE].image;
@@ -299,26 +298,33 @@ static rtec_settings settings(const struct __comp_state *hal) {
     };
 }
 
+/* What the pins say. Each pin is a cache line of its own, which a period finds cold: what keeps its value is left alone. */
+static rtec_outputs shown;
+static int shown_fault;
+static unsigned shown_signals;
+#define SHOW(pin, before, now) do { if ((before) != (now)) *(pin) = (before) = (now); } while (0)
+
 static void show(struct __comp_state *hal, const rtec_outputs *out, unsigned signals) {
     for (int k = 0; k < RTEC_AXES; k++) {
-        *hal->corr[k] = out->correction[k];
-        *hal->model[k] = out->model[k];
-        *hal->table[k] = out->table[k];
-        *hal->latch[k] = out->latch[k] / scale;
+        SHOW(hal->corr[k], shown.correction[k], out->correction[k]);
+        SHOW(hal->model[k], shown.model[k], out->model[k]);
+        SHOW(hal->table[k], shown.table[k], out->table[k]);
+        SHOW(hal->latch[k], shown.latch[k], out->latch[k] / scale);
     }
-    for (unsigned k = 0; k < signals; k++) *hal->in_use[k] = out->in_use[k];
-    *hal->signals = signals;
-    *hal->oldest_age = out->oldest_age_s;
-    *hal->phase = out->phase;
-    *hal->fault = out->fault != 0;
-    *hal->fault_code = out->fault;
-    *hal->fault_signal = out->fault_signal;
-    *hal->waits_for = out->waits_for;
-    *hal->signal_fault = out->signal_fault;
-    *hal->enabled = out->enabled;
-    *hal->active = out->active;
-    *hal->on_path = out->on_path;
-    *hal->pause = out->pause;
+    for (int k = 0; k < RTEC_SIGNALS; k++) /* those of an image before that needed more go back to 0 */
+        SHOW(hal->in_use[k], shown.in_use[k], k < (int)signals ? out->in_use[k] : 0.0);
+    SHOW(hal->signals, shown_signals, signals);
+    SHOW(hal->oldest_age, shown.oldest_age_s, out->oldest_age_s);
+    SHOW(hal->phase, shown.phase, out->phase);
+    SHOW(hal->fault, shown_fault, out->fault != 0);
+    SHOW(hal->fault_code, shown.fault, out->fault);
+    SHOW(hal->fault_signal, shown.fault_signal, out->fault_signal);
+    SHOW(hal->waits_for, shown.waits_for, out->waits_for);
+    SHOW(hal->signal_fault, shown.signal_fault, out->signal_fault);
+    SHOW(hal->enabled, shown.enabled, out->enabled);
+    SHOW(hal->active, shown.active, out->active);
+    SHOW(hal->on_path, shown.on_path, out->on_path);
+    SHOW(hal->pause, shown.pause, out->pause);
 }
 
 FUNCTION(read) {
