@@ -58,10 +58,10 @@ def demo(
         print_json(_demo_figures(made))
         return
     for name, part in made.parts.items():
-        typer.echo(f"{name + ':':<36} {part.rms_um:6.2f} um RMS, {part.worst_um:6.2f} um at the worst place")
+        typer.echo(f"{name + ':':<36} {part.rms_um:6.2f} µm RMS, {part.worst_um:6.2f} µm at the worst place")
     rms, worst = made.ratios
     typer.echo(f"{'with it to without errors:':<36} {rms:6.2f} x RMS, {worst:6.2f} x worst")
-    typer.echo("left on the path in the cuts, normal to it, um RMS:")
+    typer.echo("left on the path in the cuts, normal to it, µm RMS:")
     for name, left in made.causes_um.items():
         typer.echo(f"  {name + ':':<56} {left:.3f}")
     for line in judged_lines(made.judged):
@@ -73,10 +73,10 @@ def judged_lines(found: "Judged") -> tuple[str, ...]:
     """What a judge says, for people."""
     return (
         f"{int(found.judged.sum())} periods judged: {found.rms_nm:.4f} nm RMS left, {found.worst_nm:.4f} nm at most, "
-        f"of {found.uncorrected_um:.1f} um RMS",
+        f"of {found.uncorrected_um:.1f} µm RMS",
         f"{found.reversals} reversals: {int(found.limited.sum())} periods limited by the slew, "
         f"{1e3 * found.longest_limited_s:.0f} ms at most in a row, {found.behind_nm:.4f} nm off what it allows",
-        f"largest step of the correction {found.step_um:.3f} um a period, the slew allows {found.most_step_um:.3f} um",
+        f"largest step of the correction {found.step_um:.3f} µm a period, the slew allows {found.most_step_um:.3f} µm",
     )
 
 
