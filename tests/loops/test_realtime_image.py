@@ -59,13 +59,14 @@ def job_on_machine(job: Path, model: Path) -> Path:
 def test_an_image_of_a_model(model: Path, tmp_path: Path) -> None:
     out = tmp_path / "lathe.img"
     said = run(
-        "realtime", "image", model, "-o", out, *WIDE, "--tool", "1,2,-3", "--range", "T1=10,25", "--step", "T1=1"
+        *("realtime", "image", model, "-o", out, *WIDE, "--gate-um", "70"),
+        *("--tool", "1,2,-3", "--range", "T1=10,25", "--step", "T1=1"),
     )
     read = read_image(out, serial="7")
     assert read.identity.model_sha256 == sha256_of(model.read_bytes())
     assert (read.identity.machine, read.identity.program, read.blocks) == ("erring lathe", "", ())
     assert read.limits.travel_mm == (erring_lathe.X_TRAVEL, (-1.0, 1.0), erring_lathe.Z_TRAVEL)
-    assert read.limits.limit_mm == pytest.approx(0.4)
+    assert (read.limits.limit_mm, read.limits.gate_mm) == pytest.approx((0.4, 0.07))
     assert read.bank is not None and read.bank.tool_mm == (1.0, 2.0, -3.0)
     assert [(s.low, s.high, s.most_step) for s in read.bank.signals] == [(10.0, 25.0, 1.0)]
     assert "rtec.signal-0: T1, 10 to 25, at most 1 between two readings" in said

@@ -41,6 +41,10 @@ class Operator:
         self.unnamed = False
         self.until(lambda: True, PATIENCE_S)
 
+    def heard(self, message: str) -> None:
+        """What is done with a message of an error: the first one counts."""
+        self.error = self.error or message
+
     def until(self, reached: Callable[[], bool], timeout_s: float) -> None:
         """Polls until something holds."""
         end = time.monotonic() + timeout_s
@@ -48,8 +52,8 @@ class Operator:
             try:
                 self.status.poll()
                 said = self.channel.poll()
-                if said and said[0] in ERRORS and self.error is None:
-                    self.error = said[1]
+                if said and said[0] in ERRORS:
+                    self.heard(said[1])
                 if reached():
                     return
             except linuxcnc.error:

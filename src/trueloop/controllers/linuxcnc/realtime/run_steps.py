@@ -11,16 +11,15 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import linuxcnc
 
 if TYPE_CHECKING:
-    from trueloop.controllers.linuxcnc.run_program import ERRORS, PATIENCE_S, Operator
+    from trueloop.controllers.linuxcnc.run_program import PATIENCE_S, Operator
 else:
-    from run_program import ERRORS, PATIENCE_S, Operator
+    from run_program import PATIENCE_S, Operator
 
 KINDS = {"float": "f", "s32": "s", "u32": "u", "bit": "b"}
 """Pins of the recorder by HAL's types, in the order of a row."""
@@ -61,22 +60,9 @@ class Player(Operator):
         self.messages: list[str] = []
         super().__init__()
 
-    def until(self, reached: Callable[[], bool], timeout_s: float) -> None:
-        """As the operator's, but messages do not end it."""
-        end = time.monotonic() + timeout_s
-        while True:
-            try:
-                self.status.poll()
-                said = self.channel.poll()
-                if said and said[0] in ERRORS:
-                    self.messages.append(said[1].strip())
-                if reached():
-                    return
-            except linuxcnc.error:
-                pass  # the status buffer comes up a moment after the display program
-            if time.monotonic() > end:
-                raise TimeoutError(f"nothing happened within {timeout_s} s")
-            time.sleep(0.002)
+    def heard(self, message: str) -> None:
+        """Messages end nothing: they are kept."""
+        self.messages.append(message.strip())
 
     def mode(self, mode: int) -> None:
         """Manual, MDI or AUTO."""
