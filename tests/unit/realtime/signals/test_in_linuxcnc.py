@@ -40,9 +40,9 @@ net t1 rtec-signals.signal-0 => rtec.signal-0
 net t1-age rtec-signals.age-0 => rtec.age-0
 net signals-alive rtec-signals.heartbeat => rtec.heartbeat
 net signals-program rtec-signals.program => rtec.program
-setp rtec.watchdog 1
-setp rtec.freeze 0.2
-setp rtec.leave 0.2
+setp rtec.watchdog 3
+setp rtec.freeze 1
+setp rtec.leave 1
 """
 KILL = ("hal", "loadusr", "-w", "pkill", "-9", "-f", "[r]ealtime signals signals.toml")
 """In the session's own namespace of processes."""
@@ -69,7 +69,8 @@ def driven() -> Driven:
         *(on(), home(), put("rtec.enable", 1), wait("rtec.phase", IN_FORCE), record()),
         *(mdi("G53 G0 X295. Z95."), note("ours"), run("part.ngc"), note("first"), run("other.ngc"), note("end")),
         *(wait("rtec.fault", 1), get("other", "rtec.fault-code"), record(False)),
-        *(put("rtec.enable", 0), wait("rtec.fault", 0), put("rtec.enable", 1), wait("rtec.phase", IN_FORCE)),
+        *(wait("rtec-signals.program", 0), put("rtec.enable", 0), wait("rtec.fault", 0)),
+        *(put("rtec.enable", 1), wait("rtec.phase", IN_FORCE)),
         *(KILL, wait("rtec.fault", 1), get("killed", "rtec.fault-code", "rtec.corr-0", "rtec-signals.signal-0")),
     ]
     return drive(setup, steps)
