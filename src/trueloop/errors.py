@@ -335,6 +335,10 @@ class Code(StrEnum):
     )
     SIM_MILL = "SIM-MILL", "a surface's job that the virtual mill cannot cut"
 
+    # MON: charts and capability
+    MON_FEW = "MON-FEW", "too few values for a chart", ("count",)
+    MON_LIMITS = "MON-LIMITS", "limits that say nothing of capability"
+
     # CTL: controls and what they write
     CTL_LINUXCNC = "CTL-LINUXCNC", "LinuxCNC is missing or does not come up"
     CTL_DIALECT = "CTL-DIALECT", "a program for another control than the one that shall run it", ("dialect",)

@@ -1,0 +1,88 @@
+"""Capability and performance of a characteristic against its limits, with intervals [ISO 22514-2].
+
+Pp and Ppk take the standard deviation of all values, Cp and Cpk the short-term one of the moving range: the difference is
+drift. All are for values that are normally distributed.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy import stats
+
+from trueloop.arrays import Array
+from trueloop.errors import Code, TrueloopError
+from trueloop.monitoring.charts import baseline
+
+SHARE_OF_FREEDOM: Final = 0.62
+"""A standard deviation from n − 1 moving ranges is as good as one from 0.62 (n − 1) independent values: the variance of
+the mean moving range of normal values, whose neighbours share a value [Cryer, Ryan 1990]."""
+
+
+@dataclass(frozen=True)
+class Index:
+    """One index with its interval at `level`; `value` is None where a limit that it needs is not stated."""
+
+    name: str
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class Capability:
+    """The four indices of one characteristic. `normal_p` is the probability of values as unlike the normal (Shapiro)."""
+
+    count: int
+    mean: float
+    sigma: float
+    short_sigma: float
+    indices: tuple[Index, ...]
+    normal_p: float
+
+
+def capability(values: Array, lower: float | None, upper: float | None, level: float = 0.95) -> Capability:
+    """Indices of values (n,) against limits; None: no limit on that side.
+
+    Raises MON-FEW for too few values, MON-LIMITS without a limit and for a lower one that is not below the upper one.
+    """
+    _check(lower, upper)
+    base, n = baseline(values), len(values)
+    mean, sigma = float(np.mean(values)), float(np.std(values, ddof=1))
+    indices = [
+        made
+        for letter, s, freedom in (("P", sigma, n - 1.0), ("C", base.sigma, SHARE_OF_FREEDOM * (n - 1)))
+        for made in (
+            _spread(f"{letter}p", lower, upper, s, freedom, level),
+            _least(letter, lower, upper, mean, s, n, freedom, level),
+        )
+    ]
+    return Capability(n, mean, sigma, base.sigma, tuple(indices), float(stats.shapiro(values).pvalue))
+
+
+def _check(lower: float | None, upper: float | None) -> None:
+    if (lower is None and upper is None) or (lower is not None and upper is not None and lower >= upper):
+        raise TrueloopError(
+            Code.MON_LIMITS,
+            f"limits {lower} and {upper} say nothing of capability",
+            hint="state a lower limit, an upper one above it, or both",
+        )
+
+
+def _spread(name: str, lower: float | None, upper: float | None, s: float, freedom: float, level: float) -> Index:
+    """(U − L)/6 s; its interval follows from that of s, which is exact: χ²."""
+    if lower is None or upper is None:
+        return Index(name, None)
+    value = (upper - lower) / (6.0 * s)
+    low, high = (value * np.sqrt(stats.chi2.ppf(p, freedom) / freedom) for p in ((1 - level) / 2, (1 + level) / 2))
+    return Index(name, float(value), float(low), float(high))
+
+
+def _least(
+    letter: str, lower: float | None, upper: float | None, mean: float, s: float, n: int, freedom: float, level: float
+) -> Index:
+    """The nearer limit's distance in 3 s. Interval: ± z √(1/9n + P²/2ν) [Bissell 1990]."""
+    distances = [d for d in (None if upper is None else upper - mean, None if lower is None else mean - lower) if d is not None]
+    value = min(distances) / (3.0 * s)
+    half = stats.norm.ppf((1 + level) / 2) * np.sqrt(1.0 / (9.0 * n) + value**2 / (2.0 * freedom))
+    return Index(f"{letter}pk", float(value), float(value - half), float(value + half))

@@ -1,0 +1,121 @@
+"""Control charts of one characteristic, or of what a correction left: individuals, EWMA, CUSUM, Nelson's tests.
+
+Limits come from a baseline: values taken while nothing was wrong, or what is known of the process. Designs by default
+have about 370 values between false alarms, as a Shewhart chart has at 3 σ.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags, by_content
+from trueloop.errors import Code, TrueloopError
+from trueloop.monitoring import statistics_of_charts as plotted
+from trueloop.monitoring.rules import RULES, Rule
+
+D2: Final = 2.0 / np.sqrt(np.pi)
+"""Mean range of two values of standard deviation 1, 1.128 [ISO 7870-2, d2 for n = 2]."""
+FEWEST: Final = 8
+"""Below this many values a standard deviation is off by more than a quarter, and limits mean little."""
+SHEWHART: Final = 3.0
+EWMA_WEIGHT, EWMA_WIDTH = 0.2, 2.859
+"""370 values between false alarms at weight 0.2, limits from the first value on."""
+CUSUM_ALLOWANCE, CUSUM_INTERVAL = 0.5, 4.774
+"""370 values between false alarms; most sensitive to a shift of 1 σ."""
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """Centre and short-term standard deviation of a series in control, and from how many values they come."""
+
+    centre: float
+    sigma: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """What a chart found at one value: its place, the chart, and in words which rule."""
+
+    index: int
+    chart: str
+    meaning: str
+
+
+@by_content
+@dataclass(frozen=True)
+class Chart:
+    """What is plotted, (n,), with limits alike, in the unit of the values, and where it is beyond."""
+
+    name: str
+    plotted: Array
+    centre: float
+    low: Array
+    high: Array
+    alarms: tuple[Alarm, ...]
+
+
+def baseline(values: Sequence[float] | Array) -> Baseline:
+    """Centre and σ from values in control: their mean, and their mean moving range over d2.
+
+    The moving range does not see a slow drift, so that the drift shows. Raises MON-FEW for fewer than eight values, and
+    for values that are all equal.
+    """
+    given = np.asarray(values, dtype=np.float64)
+    sigma = float(plotted.moving_range(given).mean() / D2) if len(given) > 1 else 0.0
+    if len(given) < FEWEST or sigma == 0.0:
+        raise TrueloopError(
+            Code.MON_FEW,
+            f"{len(given)} values with a mean moving range of {sigma * D2:g} say no standard deviation",
+            hint=f"chart {FEWEST} values that differ at least, or give centre and sigma",
+            values={"count": len(given)},
+        )
+    return Baseline(float(given.mean()), sigma, len(given))
+
+
+def individuals(values: Array, base: Baseline, rules: Sequence[Rule] = RULES[:1]) -> Chart:
+    """Shewhart's chart of single values [ISO 7870-2], ± 3 σ, with those of Nelson's tests that are wanted."""
+    z = _z(values, base)
+    found = [Alarm(int(k), "individuals", rule.meaning) for rule in rules for k in np.flatnonzero(rule.marks(z))]
+    half = np.full(len(values), SHEWHART * base.sigma)
+    return _chart("individuals", values, base.centre, half, found)
+
+
+def ewma(values: Array, base: Baseline, weight: float = EWMA_WEIGHT, width: float = EWMA_WIDTH) -> Chart:
+    """The weighted average of all values so far [ISO 7870-6]; limits follow its own standard deviation."""
+    z = plotted.ewma(_z(values, base), weight)
+    sigma = plotted.ewma_sigma(weight, len(values))
+    found = _beyond("EWMA", np.abs(z) > width * sigma, f"weighted average beyond {width:g} of its σ")
+    return _chart("EWMA", base.centre + base.sigma * z, base.centre, width * base.sigma * sigma, found)
+
+
+def cusum(
+    values: Array, base: Baseline, allowance: float = CUSUM_ALLOWANCE, interval: float = CUSUM_INTERVAL
+) -> tuple[Chart, Chart]:
+    """Sums of what is above and below the centre by more than `allowance` σ [ISO 7870-4]; alarms beyond `interval` σ.
+
+    Both sums are plotted upwards from 0.
+    """
+    up, down = plotted.cusum(_z(values, base), allowance)
+    half = np.full(len(values), interval * base.sigma)
+    parts = (("CUSUM upwards", up, "above"), ("CUSUM downwards", down, "below"))
+    charts = [
+        _chart(name, base.sigma * s, 0.0, half, _beyond(name, s > interval, f"has been {side} the centre for long"))
+        for name, s, side in parts
+    ]
+    return charts[0], charts[1]
+
+
+def _z(values: Array, base: Baseline) -> Array:
+    return (np.asarray(values, dtype=np.float64) - base.centre) / base.sigma
+
+
+def _beyond(chart: str, where: Flags, meaning: str) -> list[Alarm]:
+    return [Alarm(int(k), chart, meaning) for k in np.flatnonzero(where)]
+
+
+def _chart(name: str, values: Array, centre: float, half: Array, alarms: Sequence[Alarm]) -> Chart:
+    ordered = tuple(sorted(alarms, key=lambda alarm: alarm.index))
+    return Chart(name, np.asarray(values, dtype=np.float64), centre, centre - half, centre + half, ordered)

@@ -1,0 +1,38 @@
+"""Each of Nelson's tests on the shortest series that it means, and on one that misses it by one value."""
+
+import numpy as np
+import pytest
+
+from trueloop.monitoring.rules import RULES
+
+SHORTEST: dict[int, list[float]] = {
+    1: [3.1],
+    2: [0.1] * 9,
+    3: [-0.5, -0.3, -0.1, 0.1, 0.3, 0.5],
+    4: [0.2, -0.2] * 7,
+    5: [2.1, 0.0, 2.1],
+    6: [1.1, 1.1, -0.1, 1.1, 1.1],
+    7: [0.9, -0.9] * 7 + [0.9],
+    8: [1.1, -1.1, -1.1, 1.1, 1.1, 1.1, -1.1, -1.1],
+}
+
+
+def marked(values: list[float], number: int) -> list[int]:
+    rule = next(rule for rule in RULES if rule.number == number)
+    return np.flatnonzero(rule.marks(np.array(values))).tolist()
+
+
+@pytest.mark.parametrize("number", SHORTEST)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_marks_the_value_at_which_the_pattern_is_complete(number: int, side: float) -> None:
+    values = [side * value for value in SHORTEST[number]]
+    assert marked(values, number) == [len(values) - 1]
+    assert marked(values[1:], number) == []
+
+
+def test_equal_values_neither_rise_nor_alternate() -> None:
+    assert marked([0.5] * 20, 3) == marked([0.5] * 20, 4) == []
+
+
+def test_both_sides_together_are_no_side() -> None:
+    assert marked([2.1, 0.0, -2.1], 5) == marked([1.1, 1.1, -1.1, -1.1, 1.1], 6) == []
