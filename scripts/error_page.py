@@ -21,6 +21,8 @@ AREAS: Final = {
     "MCH": "Machine models",
     "REC": "Records of corrections",
     "SIM": "The simulator",
+    "DIA": "causes of errors",
+    "MON": "charts and capability",
     "CTL": "Controls",
     "RTC": "Real-time correction",
     "JOB": "Job files",

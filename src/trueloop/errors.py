@@ -317,6 +317,7 @@ class Code(StrEnum):
     )
     MCH_TABLE = "MCH-TABLE", "what a control's table cannot hold", ("rows", "limit", "axis")
     MCH_MACHINE = "MCH-MACHINE", "a model for another machine", ("machine", "serial", "expected_serial")
+    MCH_OFFERED = "MCH-OFFERED", "a model of a machine that is offered and was not accepted", ("sha256",)
     MCH_PATTERN = "MCH-PATTERN", "a pattern of plates that is not known to repeat", ("plates",)
     MCH_OUTLIER = "MCH-OUTLIER", "a reading far off the model", ("run", "reading", "off", "unit")
     # REC: records of corrections
@@ -335,7 +336,23 @@ class Code(StrEnum):
     )
     SIM_MILL = "SIM-MILL", "a surface's job that the virtual mill cannot cut"
 
+    # DIA: causes of errors
+    DIA_NONE = "DIA-NONE", "a part or a part type of which the store holds nothing that a diagnosis could use"
+    DIA_FEW = "DIA-FEW", "fewer parts or points than a diagnosis needs", ("count", "needed")
+    DIA_POINTS = "DIA-POINTS", "points of a feature that do not determine an error asked for", ("feature",)
+    DIA_SIGNAL = "DIA-SIGNAL", "parts of which a temperature that the model needs was not kept", ("signal", "parts")
+    DIA_ALIKE = "DIA-ALIKE", "tools, positions or temperatures so much alike that causes cannot be told apart"
+    DIA_PART = "DIA-PART", "an inspection of another part, or of another machine", ("part",)
+    DIA_MODEL = "DIA-MODEL", "parts cut under another model of the machine than the one given", ("part",)
+    DIA_CLOCK = "DIA-CLOCK", "times of a part that contradict each other", ("part",)
+    DIA_UNSTABLE = "DIA-UNSTABLE", "a fixturing that spreads, drifts or steps", ("what", "size_um", "limit_um")
+    DIA_MOVED = "DIA-MOVED", "a probe or a part that was moved between inspections", ("part",)
+    DIA_GAIN = "DIA-GAIN", "parts on which another share of the correction arrived than was recorded", ("gain",)
+    DIA_STANDARD = "DIA-STANDARD", "a standard part without calibrated values, or not under standard conditions"
+    DIA_WORSE = "DIA-WORSE", "a refined model that is no better on parts left out"
+
     # MON: charts and capability
+    MON_NONE = "MON-NONE", "a characteristic of which the store holds no values", ("characteristic",)
     MON_FEW = "MON-FEW", "too few values for a chart", ("count",)
     MON_LIMITS = "MON-LIMITS", "limits that say nothing of capability"
 

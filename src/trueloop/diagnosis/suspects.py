@@ -6,18 +6,19 @@ it), times functions of its axis' position and of the temperature of the element
 leaves n · E, positive where it leaves material on. Every part may be set up elsewhere.
 
 Hypotheses are: nothing, one error, two. Each has a marginal likelihood, so that a hypothesis with more parameters has
-to earn them, and probabilities follow. Errors that one tool, one place or equal temperatures cannot tell apart share the
-probability: the answer is a set, and never one name out of a set.
+to earn them, and probabilities follow. Errors that one tool, one place or equal temperatures cannot tell apart share
+the probability: the answer is a set, and never one name out of a set.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations, product
+from itertools import combinations
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array, Integers, by_content
+from trueloop.diagnosis.evidence import SIZES, evidence, shares
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.model import State, design
 from trueloop.machine.model.names import ErrorName
@@ -27,8 +28,7 @@ from trueloop.machine.model.term import Part, Term
 NOISE_MM: Final = 0.001
 """What residuals scatter by, to begin with: the prior of their variance is worth two of them."""
 SETTING: Final = (0.1, 1.0, 4.0, 15.0, 60.0)
-SIZE: Final = (0.3, 2.0, 10.0, 60.0, 400.0)
-"""Variances of a part's set-up, and of what a wrong error leaves, in variances of the noise: what is tried."""
+"""Variances of a part's set-up, in variances of the noise: what is tried."""
 NOTHING_WRONG: Final = 0.9
 ONE_WRONG: Final = 0.09
 """Beforehand. Two errors have the rest."""
@@ -39,7 +39,7 @@ OTHER_ELEMENT: Final = 0.1
 @by_content
 @dataclass(frozen=True)
 class Residuals:
-    """What the machine's model left at n gauging points of many parts: `residual_mm` along the normals (n, 3).
+    """What the machine's model left at n gauging points of many parts: `residual_mm` (n,) along the normals (n, 3).
 
     `part` (n,) numbers the parts, `state` is the machine in each point while it was cut. `element` names the signal
     that is the temperature of each axis' element.
@@ -114,7 +114,8 @@ def columns(chain: Chain, suspect: Suspect, seen: Residuals) -> Array:
     rows = design(chain, (Term(suspect.error, tuple(parts)),), state)
     along = np.einsum("ni,nik->nk", seen.normal, rows)
     scale = np.sqrt(np.mean(along**2, axis=0))
-    return along[:, scale > 0.0] / scale[scale > 0.0]
+    unit: Array = along[:, scale > 0.0] / scale[scale > 0.0]
+    return unit
 
 
 def judge(chain: Chain, seen: Residuals, pairs: bool = True) -> Verdict:
@@ -122,37 +123,24 @@ def judge(chain: Chain, seen: Residuals, pairs: bool = True) -> Verdict:
     asked = suspects(chain, seen.element)
     whole = sum(share for _, share in asked)
     blocks = {one: columns(chain, one, seen) for one, _ in asked}
-    log = {(): evidence(seen, []) + np.log(NOTHING_WRONG)}
+    log: dict[tuple[Suspect, ...], float] = {(): evidence_of(seen, []) + np.log(NOTHING_WRONG)}
     for one, share in asked:
         if blocks[one].shape[1]:
-            log[(one,)] = evidence(seen, [blocks[one]]) + np.log(ONE_WRONG * share / whole)
+            log[(one,)] = evidence_of(seen, [blocks[one]]) + np.log(ONE_WRONG * share / whole)
     if pairs:
         likely = sorted((h for h in log if h), key=lambda h: -log[h])[:10]
-        shares = dict(asked)
+        share_of = dict(asked)
         for (a,), (b,) in combinations(likely, 2):
             if a.error != b.error:
-                prior = (1 - NOTHING_WRONG - ONE_WRONG) * 2 * shares[a] * shares[b] / whole**2
-                log[(a, b)] = evidence(seen, [blocks[a], blocks[b]]) + np.log(prior)
+                prior = (1 - NOTHING_WRONG - ONE_WRONG) * 2 * share_of[a] * share_of[b] / whole**2
+                log[(a, b)] = evidence_of(seen, [blocks[a], blocks[b]]) + np.log(prior)
     return _verdict(log)
 
 
-def evidence(seen: Residuals, blocks: Sequence[Array]) -> float:
+def evidence_of(seen: Residuals, blocks: Sequence[Array]) -> float:
     """Logarithm of the marginal likelihood: set-up and wrong errors normal, the noise's variance unknown."""
-    residual, set_up = seen.residual_mm / NOISE_MM, _set_ups(seen)
-    found = []
-    for setting, *sizes in product(SETTING, *[SIZE] * len(blocks)):
-        scaled = [np.sqrt(setting) * set_up, *(np.sqrt(s) * b for s, b in zip(sizes, blocks, strict=True))]
-        found.append(_log_student(residual, np.hstack(scaled)))
-    return float(np.logaddexp.reduce(found) - np.log(len(found)))
-
-
-def _log_student(values: Array, rows: Array) -> float:
-    """Of values with covariance v (1 + rows · rowsᵀ), v with two observations of 1 beforehand."""
-    inner = np.eye(rows.shape[1]) + rows.T @ rows
-    lower = np.linalg.cholesky(inner)
-    inside = np.linalg.solve(lower, rows.T @ values)
-    squares = float(values @ values - inside @ inside)
-    return -float(np.log(np.diag(lower)).sum()) - (1.0 + len(values) / 2) * float(np.log1p(squares / 2))
+    tried = [(_set_ups(seen), SETTING), *((block, SIZES) for block in blocks)]
+    return evidence(seen.residual_mm / NOISE_MM, tried)
 
 
 def _set_ups(seen: Residuals) -> Array:
@@ -165,11 +153,9 @@ def _set_ups(seen: Residuals) -> Array:
 
 
 def _verdict(log: Mapping[tuple[Suspect, ...], float]) -> Verdict:
-    total = np.logaddexp.reduce(list(log.values()))
-    shares = {h: float(np.exp(value - total)) for h, value in log.items()}
+    found = shares(log)
     by_error: dict[ErrorName, float] = {}
-    for hypothesis, share in shares.items():
+    for hypothesis, share in found.items():
         for one in hypothesis:
             by_error[one.error] = by_error.get(one.error, 0.0) + share
-    ordered = sorted(shares.items(), key=lambda item: -item[1])
-    return Verdict(tuple(ordered), dict(sorted(by_error.items(), key=lambda item: -item[1])))
+    return Verdict(tuple(found.items()), dict(sorted(by_error.items(), key=lambda item: -item[1])))

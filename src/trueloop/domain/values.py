@@ -2,16 +2,19 @@
 
 from typing import Final
 
+from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.judged import Judged, Judgement
 from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKind, InspectionLink, Quarantine, Stage
 from trueloop.domain.machine import Machine
+from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program, ProgramText
 from trueloop.domain.proposal import Effect, PartCutWith, Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.record import ChangedWord, Component, Product, Record
+from trueloop.domain.standard_part import StandardPart
 from trueloop.domain.tool import Edge, Setting, Tool
 from trueloop.domain.tool_offset import HeldTool, TableRow, ToolOffset
 
@@ -22,5 +25,6 @@ CODEC: Final = Codec.of(
     *(Inspection, Touch, Reading, CmmPoint),
     *(Cut, Stage, CuttingConditions, InspectionLink, Quarantine, EdgeEvent, EdgeEventKind),
     *(Record, ChangedWord, Component, Product),
+    *(BothInspections, MachineStood, ModelVersion, ModelDecision, StandardPart),
     *(Proposal, ProposalClass, ProposalDecision, Effect, PartCutWith),
 )

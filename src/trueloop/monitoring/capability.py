@@ -1,7 +1,7 @@
 """Capability and performance of a characteristic against its limits, with intervals [ISO 22514-2].
 
-Pp and Ppk take the standard deviation of all values, Cp and Cpk the short-term one of the moving range: the difference is
-drift. All are for values that are normally distributed.
+Pp and Ppk take the standard deviation of all values, Cp and Cpk the short-term one of the moving range: the
+difference is drift. All are for values that are normally distributed.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Index:
 
 @dataclass(frozen=True)
 class Capability:
-    """The four indices of one characteristic. `normal_p` is the probability of values as unlike the normal (Shapiro)."""
+    """The four indices of one characteristic. `normal_p` is that of values as unlike the normal (Shapiro)."""
 
     count: int
     mean: float
@@ -82,7 +82,8 @@ def _least(
     letter: str, lower: float | None, upper: float | None, mean: float, s: float, n: int, freedom: float, level: float
 ) -> Index:
     """The nearer limit's distance in 3 s. Interval: ± z √(1/9n + P²/2ν) [Bissell 1990]."""
-    distances = [d for d in (None if upper is None else upper - mean, None if lower is None else mean - lower) if d is not None]
-    value = min(distances) / (3.0 * s)
+    above = np.inf if upper is None else upper - mean
+    below = np.inf if lower is None else mean - lower
+    value = min(above, below) / (3.0 * s)
     half = stats.norm.ppf((1 + level) / 2) * np.sqrt(1.0 / (9.0 * n) + value**2 / (2.0 * freedom))
     return Index(f"{letter}pk", float(value), float(value - half), float(value + half))

@@ -11,13 +11,16 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from trueloop.domain.both_inspections import BothInspections
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
 from trueloop.domain.machine import Machine
+from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program, ProgramText
 from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
+from trueloop.domain.standard_part import StandardPart
 from trueloop.domain.tool import Edge, Setting, Tool
 
 Columns = Mapping[str, str | None]
@@ -111,6 +114,10 @@ SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
     "proposal": ("part_type", "changes"),
     "proposal_decision": ("verdict",),
     "part_cut_with": (),
+    "both_inspections": ("part_type", "serial", "machine"),
+    "model_version": ("machine", "parent_sha256"),
+    "model_decision": ("verdict",),
+    "standard_part": ("part_type", "serial"),
 }
 
 KINDS: Final[tuple[Kind, ...]] = (
@@ -147,6 +154,20 @@ KINDS: Final[tuple[Kind, ...]] = (
     ),
     Kind("proposal_decision", ProposalDecision, lambda one: {"verdict": one.verdict}),
     Kind("part_cut_with", PartCutWith, lambda one: {}),
+    Kind(
+        "both_inspections",
+        BothInspections,
+        lambda one: {**_of_part(one.part), "machine": one.machine.name},
+        lambda one: (one.part, one.machine),
+    ),
+    Kind(
+        "model_version",
+        ModelVersion,
+        lambda one: {"machine": one.machine.name, "parent_sha256": one.parent_sha256},
+        lambda one: (one.machine,),
+    ),
+    Kind("model_decision", ModelDecision, lambda one: {"verdict": one.verdict}),
+    Kind("standard_part", StandardPart, lambda one: _of_part(one.part), lambda one: (one.part,)),
 )
 
 

@@ -100,7 +100,7 @@ def guard(tables: Sequence[str]) -> None:
                 )
         return
     op.execute(
-        "CREATE FUNCTION trueloop_append_only() RETURNS trigger LANGUAGE plpgsql AS "
+        "CREATE OR REPLACE FUNCTION trueloop_append_only() RETURNS trigger LANGUAGE plpgsql AS "
         "$$ BEGIN RAISE EXCEPTION 'append-only: %', TG_TABLE_NAME; END $$"
     )
     for table in tables:

@@ -1,0 +1,50 @@
+"""A cause as data: how it shows on features, to whom, and from part to part; what mends it [4773 §4.2, Fig. 11]."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.diagnosis.features.feature_error import ErrorKind
+
+
+class Over(StrEnum):
+    """How a cause goes over the parts of a series."""
+
+    CONSTANT = "constant"  # the same on all parts
+    SETTING = "setting"  # the same until the tool is set anew
+    WEAR = "wear"  # grows with the minutes that the edge has cut
+    TEMPERATURE = "temperature"  # follows a temperature
+    DEPTH = "depth"  # in proportion to the depth of cut
+    SCATTER = "scatter"  # another value on every part
+    STEP = "step"  # another value from some part on, though nothing was set
+
+
+@dataclass(frozen=True)
+class Sign:
+    """How a cause shows: on one kind of error, to whom, over the parts.
+
+    `alike`: all features of a tool have one size, else each its own.
+    """
+
+    kind: ErrorKind
+    seen_by: tuple[SeenBy, ...]
+    over: tuple[Over, ...]
+    alike: bool = False
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One cause. `key` is a name without spaces, `name` that for people; `prior` its share beforehand.
+
+    `remedy` says what to do, `section` where the source says it, `decided_by` which measurement would tell it from
+    others. `on_standard_part`: a calibrated part shows it too, on which nothing was cut.
+    """
+
+    key: str
+    name: str
+    signs: tuple[Sign, ...]
+    prior: float
+    remedy: str
+    section: str
+    decided_by: str
+    on_standard_part: bool = False
