@@ -6,6 +6,7 @@ from datetime import datetime
 from enum import StrEnum
 
 from trueloop.diagnosis.features.feature_error import FeatureError
+from trueloop.diagnosis.features.feature_place import FeaturePlace
 
 
 class SeenBy(StrEnum):
@@ -17,20 +18,6 @@ class SeenBy(StrEnum):
 
     MACHINE = "machine"
     CMM = "CMM"
-
-
-@dataclass(frozen=True)
-class FeaturePlace:
-    """Where a feature is: `kind` "shaft", "face", "cone" or "arc"; x as a radius and z in the part's frame, mm.
-
-    `z_mm` and `radius_mm` are ranges, low to high. `tool` is the name of the tool that finished it.
-    """
-
-    name: str
-    kind: str
-    radius_mm: tuple[float, float]
-    z_mm: tuple[float, float]
-    tool: str = ""
 
 
 @dataclass(frozen=True)
