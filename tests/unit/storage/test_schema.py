@@ -3,20 +3,28 @@
 import shutil
 import sqlite3
 from pathlib import Path
+from typing import Any
 
+import psycopg
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import create_engine
+from sqlalchemy import Engine, create_engine, inspect
 
 from tests.support.postgresql import Server
 from tests.support.records import TURNED
-from tests.support.stores import cut, link, part, touched
+from tests.support.stores import AT, cut, link, part, touched
+from trueloop.domain.both_inspections import BothInspections, MachineStood
+from trueloop.domain.characteristic import Quantity
 from trueloop.domain.correction import Correction
-from trueloop.domain.inspection import Inspection
+from trueloop.domain.inspection import Inspection, Reading
 from trueloop.domain.life import Cut, InspectionLink
+from trueloop.domain.machine import Machine
+from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import PartType
+from trueloop.domain.record import sha256_of
+from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Code, TrueloopError
 from trueloop.storage import schema
 from trueloop.storage.integrity import damage
@@ -25,6 +33,10 @@ from trueloop.storage.store import find, keep, open_store
 from trueloop.storage.tables import METADATA
 
 FIRST = Path(__file__).with_name("first.sql")
+FIRST_IN_POSTGRESQL = Path(__file__).with_name("first.postgresql.sql")
+NEWEST = schema.TODAY
+ADDED = ("both_inspections", "model_decision", "model_version", "standard_part")
+"""Tables of the second schema."""
 
 
 def test_the_migrations_lead_to_the_tables_of_today() -> None:
@@ -100,7 +112,7 @@ def test_a_store_is_migrated_with_what_it_holds(place: str, request: pytest.Fixt
     before = [find(store, kind) for kind in (Inspection, Cut, InspectionLink, PartType)]
     store.close()
     request.getfixturevalue("to_come")
-    with pytest.raises(TrueloopError, match=r"schema 0001.*9998") as refused:
+    with pytest.raises(TrueloopError, match=rf"schema {NEWEST}.*9998") as refused:
         open_store(place, read_only=True)
     assert refused.value.code is Code.STO_SCHEMA
     store = open_store(place, create="://" in place)
@@ -117,18 +129,47 @@ def test_a_shared_database_is_not_migrated_by_the_way(server: Server, request: p
     place = server.new_database()
     open_store(place, create=True).close()
     request.getfixturevalue("to_come")
-    with pytest.raises(TrueloopError, match=r"schema 0001.*9998") as refused:
+    with pytest.raises(TrueloopError, match=rf"schema {NEWEST}.*9998") as refused:
         open_store(place)
     assert refused.value.code is Code.STO_SCHEMA
 
 
-def test_a_file_of_the_first_schema_is_read_as_it_was_written(tmp_path: Path) -> None:
-    """`first.sql` was dumped from a store of the first schema: it never changes, whatever comes after it."""
-    file = tmp_path / "trueloop.db"
-    connection = sqlite3.connect(file)
-    connection.executescript(FIRST.read_text(encoding="utf-8"))
-    connection.close()
-    store = open_store(file)
+def first_schema(place: str) -> Engine:
+    """`first.sql` and `first.postgresql.sql` were dumped from stores of the first schema: they never change."""
+    if "://" not in place:
+        connection = sqlite3.connect(place)
+        connection.executescript(FIRST.read_text(encoding="utf-8"))
+        connection.close()
+        return create_engine(f"sqlite:///{place}")
+    with psycopg.connect(place, autocommit=True) as server:
+        server.execute(FIRST_IN_POSTGRESQL.read_bytes())
+    return create_engine(place.replace("postgresql:", "postgresql+psycopg:"))
+
+
+def rows(engine: Engine) -> dict[str, list[tuple[Any, ...]]]:
+    """All that each table holds, but for the number of the schema."""
+    with engine.connect() as connection:
+        tables = sorted(set(inspect(connection).get_table_names()) - {"trueloop_schema"})
+        found = {
+            name: sorted(map(tuple, connection.exec_driver_sql(f"SELECT * FROM {name}")), key=repr) for name in tables
+        }
+    engine.dispose()
+    return found
+
+
+def test_a_store_of_the_first_schema_keeps_every_row_of_every_table(place: str) -> None:
+    engine = first_schema(place)
+    before = rows(engine)
+    assert sum(map(len, before.values())) == 23
+    open_store(place, create="://" in place).close()
+    after = rows(engine)
+    assert {name: after[name] for name in before} == before
+    assert {name: after[name] for name in after if name not in before} == {name: [] for name in ADDED}
+
+
+def test_a_store_of_the_first_schema_is_read_as_it_was_written(place: str) -> None:
+    first_schema(place).dispose()
+    store = open_store(place, create="://" in place)
     assert [one.value for one in find(store, Inspection)] == [touched("17"), touched("18", shift_mm=0.001)]
     assert [one.superseded_by for one in find(store, Inspection, superseded=True)] == [None, 3, None]
     assert [one.value for one in find(store, Cut)] == [cut()]
@@ -136,3 +177,25 @@ def test_a_file_of_the_first_schema_is_read_as_it_was_written(tmp_path: Path) ->
     assert [one.value.record.id for one in find(store, Correction)] == [TURNED.id]
     assert damage(store) == []
     assert [one.new for one in keep(store, [touched("17"), cut(), touched("19")])] == [False, False, True]
+    store.close()
+
+
+def test_a_store_of_the_first_schema_takes_what_a_diagnosis_keeps(place: str) -> None:
+    first_schema(place).dispose()
+    store = open_store(place, create="://" in place)
+    lathe, text = Machine("lathe", "7"), '{"trueloop": 1}'
+    stood = MachineStood((0.1, 0.0, -250.0), ((80.0, 0.0, 160.0),), {"T1": 20.7})
+    on_machine, on_cmm = touched("17"), touched("17", sha256="3" * 64)
+    given = [
+        BothInspections(part("17"), lathe, on_machine.identity, on_cmm.identity, stood, stood, "4" * 64, True),
+        ModelVersion(lathe, sha256_of(text.encode()), text, "4" * 64, ("EXX",), "why", "better", AT, "ana"),
+        ModelDecision(sha256_of(text.encode()), "accepted", "ana", AT, "looked at"),
+        StandardPart(part("master"), (Reading("d1", Quantity.DIAMETER, 40.0012, standard_u=0.0004),), AT, "lab"),
+    ]
+    assert all(one.new for one in keep(store, given))
+    assert [[one.value for one in find(store, type(value))] for value in given] == [[value] for value in given]
+    assert damage(store) == []
+    for table in ADDED:
+        with pytest.raises(Exception, match="append-only"), store.writing() as connection:
+            connection.exec_driver_sql(f"DELETE FROM {table}")
+    store.close()
