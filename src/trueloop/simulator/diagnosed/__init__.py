@@ -1,0 +1,1 @@
+"""A shop that cuts turned parts while something is wrong, written down beforehand: what diagnoses are judged by."""
