@@ -26,7 +26,8 @@ class Inspections:
 
     `controller_mm` is what the control reported for the point of contact, before any adjustment. `normal` points out of
     the material. `touch_u_mm` and `cmm_u_mm` are standard uncertainties of one point. `comp_proc_mm` (n,) is the
-    process correction that was applied, along the normal; 0 without.
+    process correction that was applied, along the normal; 0 without. `tool_mm` and `probe_mm` (n, 3) are the cutting
+    tool and the stylus of each point, where it was not one of each for all.
     """
 
     nominal_mm: Array
@@ -36,6 +37,8 @@ class Inspections:
     touch_u_mm: float
     cmm_u_mm: float
     comp_proc_mm: Array | float = 0.0
+    tool_mm: Array | None = None
+    probe_mm: Array | None = None
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """`trueloop machine` from readings to a corrected program, tables and components."""
 
 import csv
+import hashlib
 import json
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from tests.support.cli import output_of
 from tests.support.machines import random_directions, random_model
 from trueloop.arrays import Array
+from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.machine import Machine
 from trueloop.formats.jobs.machine_toml import read_machine
@@ -252,6 +254,32 @@ def test_decompose_keeps_what_either_device_found(folder: Path, tmp_path: Path) 
         vectors = [np.array([getattr(point, name) for point in points]) for name in VECTORS]
         along = np.einsum("ni,ni->n", vectors[0] - vectors[1], vectors[2])
         assert np.allclose(along, 0.01, atol=1e-9) == is_ideal
+
+
+def test_decompose_keeps_how_the_machine_stood(folder: Path, tmp_path: Path) -> None:
+    """The tool of each point from the file, the stylus from the command; and which model, by its hash."""
+    model, file, db = folder / "model/model.json", inspected(folder), str(tmp_path / "trueloop.db")
+    head, *rows = [line for line in file.read_text().splitlines() if not line.startswith("#")]
+    tools = [f"{row},{6 + 5 * (k % 3)},0,{12 - k}" for k, row in enumerate(rows)]
+    file.write_text("\n".join(["# cmm_u_um 0.4", f"{head},tool_x_mm,tool_y_mm,tool_z_mm", *tools]))
+    output_of("db", "init", db)
+    options = ("--work-zero", "250,0,-150", "--cutting", "T1=23", "--probing", "T1=24.5", "-o", tmp_path, "--db", db)
+    call = ("machine", "decompose", file, "-m", model, *options, "--type", "PLATE", "--serial", "7")
+    assert "column tool_x_mm" in output_of(*call, "--tool", "1,2,3", status=2)
+    output_of(*call, "--probe", "4,0,9", "--no-compensated", "--new-frame")
+    (both,) = [one.value for one in find(open_store(db), BothInspections)]
+    assert both.cutting == MachineStood(
+        (250.0, 0.0, -150.0), tuple((6.0 + 5 * (k % 3), 0.0, 12.0 - k) for k in range(8)), {"T1": 23.0}
+    )
+    assert both.probing == MachineStood((250.0, 0.0, -150.0), ((4.0, 0.0, 9.0),), {"T1": 24.5})
+    assert both.model_sha256 == hashlib.sha256(model.read_bytes()).hexdigest()
+    assert (both.compensated, both.new_frame, both.touch_u_mm, both.cmm_u_mm) == (False, True, 0.0, 0.0004)
+    assert (both.part.serial, both.machine.serial) == ("7", read_model(model).machine.serial)
+    kept = {one.value.identity: one.value.device for one in find(open_store(db), Inspection)}
+    assert (kept[both.on_machine], kept[both.on_cmm]) == ("machine's probe", "measuring machine")
+    assert "STO-DIFFERS" in output_of(*call, status=3)
+    output_of(*call, "--supersede")
+    assert [one.value.compensated for one in find(open_store(db), BothInspections)] == [True]
 
 
 VECTORS = ("measured_mm", "nominal_mm", "outward_normal")

@@ -1,6 +1,7 @@
 """Inspections of one finished part as CSV, a gauging point a row, all in part coordinates and mm.
 
     point, nominal_x_mm … nominal_z_mm, normal_x … normal_z, controller_x_mm …, cmm_x_mm …, comp_proc_um (optional)
+    tool_x_mm … tool_z_mm, probe_x_mm … probe_z_mm (optional: the cutting tool and the stylus of each point)
 
 Comment lines `# touch_u_um 0.5` and `# cmm_u_um 0.4` state standard uncertainties; 0 without.
 """
@@ -19,6 +20,7 @@ from trueloop.units import UM_PER_MM
 
 KINDS: Final = {"nominal": "_mm", "normal": "", "controller": "_mm", "cmm": "_mm"}
 VECTORS: Final = {kind: [f"{kind}_{c}{unit}" for c in "xyz"] for kind, unit in KINDS.items()}
+TOOLS: Final = {kind: [f"{kind}_{c}_mm" for c in "xyz"] for kind in ("tool", "probe")}
 COMP_PROC: Final = "comp_proc_um"
 STATED: Final = ("touch_u_um", "cmm_u_um")
 STATEMENT: Final = re.compile(r"\w+\s+\d{1,9}(\.\d*)?")
@@ -34,13 +36,14 @@ COLUMNS: Final = (
 def read_inspections(path: Path) -> tuple[tuple[str, ...], Inspections]:
     """Names of the points, and what was seen. Raises MCH-FILE and MCH-UNIT."""
     file = read_measured(path)
-    rows = file.rows(("point", COMP_PROC, *(name for names in VECTORS.values() for name in names)))
+    rows = file.rows(("point", COMP_PROC, *(name for names in (*VECTORS.values(), *TOOLS.values()) for name in names)))
     seen = {kind: vectors(rows, names) for kind, names in VECTORS.items()}
     touch_u_mm, cmm_u_mm = (_stated(file, name) / UM_PER_MM for name in STATED)
     comp_mm = rows.numbers(COMP_PROC, 0.0) / UM_PER_MM
     names = tuple(name or str(k) for k, name in enumerate(rows.texts("point"), 1))
+    tools = [vectors(rows, of) if set(of) & set(file.header) else None for of in TOOLS.values()]
     places = (seen["nominal"], seen["normal"], seen["controller"], seen["cmm"])
-    return names, Inspections(*places, touch_u_mm, cmm_u_mm, comp_mm)
+    return names, Inspections(*places, touch_u_mm, cmm_u_mm, comp_mm, *tools)
 
 
 def components_csv(points: tuple[str, ...], parts: Components) -> str:

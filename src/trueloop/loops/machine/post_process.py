@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from trueloop.arrays import Array
 from trueloop.diagnosis.components import Components, Inspections, error_components
 from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
 from trueloop.machine.model.chain import Vector
@@ -12,8 +13,8 @@ from trueloop.machine.model.term import Signals
 from trueloop.machine.model.validity import check_state
 
 
-def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Vector, signals: Signals) -> State:
-    """Axis positions that bring the tool point to each gauging point: part + zero − tool."""
+def states_of(model: MachineModel, seen: Inspections, zero: Vector, tool: Array | Vector, signals: Signals) -> State:
+    """Axis positions that bring the tool point to each gauging point: part + zero − tool, one tool or (n, 3)."""
     axes = seen.nominal_mm + np.array(zero) - np.array(tool)
     chain = model.machine.chain
     given = {name: axes[:, k] for k, name in enumerate("XYZ") if name in chain.order}
