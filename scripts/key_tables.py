@@ -17,6 +17,8 @@ from pydantic.fields import FieldInfo
 from trueloop.domain.option import unit_of
 from trueloop.formats.jobs import job, probe_toml, surface_job
 from trueloop.formats.toml_tables import In
+from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
+from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.series.shapes import SeriesShape
 from trueloop.report.shape import Shape
 from trueloop.report.turned.shapes import CorrectionShape
@@ -63,6 +65,10 @@ SCHEMAS: Final[dict[str, type[BaseModel]]] = {
     "surface.schema.json": surface_job.SurfaceJobFile,
     "correction.schema.json": CorrectionShape,
     "series.schema.json": SeriesShape,
+    "diagnosis-part.schema.json": PartDiagnosisShape,
+    "diagnosis-series.schema.json": SeriesDiagnosisShape,
+    "diagnosis-fixture.schema.json": FixtureDiagnosisShape,
+    "diagnosis-machine.schema.json": MachineDiagnosisShape,
 }
 HEAD: Final = "| Key | Unit | Default | Meaning |\n|---|---|---|---|\n"
 

@@ -187,6 +187,8 @@ def _marker(x: float, y: float, marker: dict[str, Any], index: int, title: str) 
         "diamond": [(0, -r), (r, 0), (0, r), (-r, 0)],
         "triangle-up": [(0, -r), (r, r), (-r, r)],
         "triangle-down": [(0, r), (r, -r), (-r, -r)],
+        "triangle-right": [(r, 0), (-r, r), (-r, -r)],
+        "triangle-left": [(-r, 0), (r, r), (r, -r)],
         "square": [(-r, -r), (r, -r), (r, r), (-r, r)],
     }[shape]
     return f'<path d="{_path([(x + dx, y + dy) for dx, dy in corners])}Z" {paint}>{title}</path>'

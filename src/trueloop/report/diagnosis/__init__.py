@@ -1,0 +1,1 @@
+"""Diagnoses: values as JSON, lines for a terminal, pages."""

@@ -1,0 +1,166 @@
+"""Causes on a page: the verdict in a sentence, a card for each cause, sets, and what would decide."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from trueloop.report.diagnosis.figures import COVERAGE, bar
+from trueloop.report.diagnosis.names import escaped, share
+from trueloop.report.diagnosis.shapes import CandidateShape, CausesShape, HypothesisShape
+from trueloop.report.markup import esc, items, section, table
+from trueloop.report.series.shapes import FindingShape
+from trueloop.report.texts.texts import Texts
+
+SURE: Final = 0.9
+"""From this probability on one answer is said alone."""
+CREDIBLE: Final = 0.95
+"""Sets are said until together they have this probability."""
+LEAST: Final = 0.01
+"""Causes below it have no card."""
+CARDS: Final = 12
+SETS: Final = 8
+
+
+def verdict(causes: CausesShape | None, parts: int, say: Texts) -> str:
+    """One sentence: sound as clearly as guilty, and no single name where the data leave several."""
+    if causes is None:
+        words = say("Nothing is concluded; the findings say why.")
+    elif causes.sound >= SURE:
+        words = say(
+            "<strong>Sound</strong>: nothing acts that {parts} parts could show. Probability {share}.",
+            parts=parts,
+            share=share(causes.sound, say),
+        )
+    elif causes.sound >= 0.5:
+        words = say(
+            "<strong>Probably sound</strong> ({share}); most probable otherwise: {causes}.",
+            share=share(causes.sound, say),
+            causes=_named(_guilty(causes)[:1], causes, say),
+        )
+    else:
+        words = _guilty_verdict(causes, say)
+    return f'<p class="verdict">{words}</p>'
+
+
+def _guilty_verdict(causes: CausesShape, say: Texts) -> str:
+    likely = credible(causes.hypotheses)
+    found = [one for one in likely if one.causes]
+    if found and found[0].probability >= SURE:
+        return say(
+            "<strong>Cause found</strong>: {causes}. Probability {share}.",
+            causes=_named(found[:1], causes, say),
+            share=share(found[0].probability, say),
+        )
+    return say(
+        "<strong>One of {n} answers</strong>, which these data do not tell apart: {causes}. Probability that nothing "
+        "acts: {share}.",
+        n=len(found),
+        causes=_named(found, causes, say),
+        share=share(causes.sound, say),
+    )
+
+
+def _guilty(causes: CausesShape) -> list[HypothesisShape]:
+    return [one for one in causes.hypotheses if one.causes]
+
+
+def credible(hypotheses: Sequence[HypothesisShape]) -> list[HypothesisShape]:
+    """The fewest that together have the probability `CREDIBLE`, likeliest first."""
+    found: list[HypothesisShape] = []
+    for one in sorted(hypotheses, key=lambda each: -each.probability):
+        found.append(one)
+        if sum(each.probability for each in found) >= CREDIBLE:
+            break
+    return found
+
+
+def _named(sets: Sequence[HypothesisShape], causes: CausesShape, say: Texts) -> str:
+    """Sets by the names of their causes; of many the likeliest."""
+    told = [together(one.causes, causes, say) for one in sets[:SETS]]
+    more = [say("{n} more", n=len(sets) - SETS)] if len(sets) > SETS else []
+    return "; ".join([*told, *more]) or "–"
+
+
+def together(keys: Sequence[str], causes: CausesShape, say: Texts) -> str:
+    """Causes that act together, by name."""
+    names = {one.key: one.name for one in causes.candidates}
+    return " + ".join(esc(say.note(names.get(key, key))) for key in keys) or say("nothing acts")
+
+
+def causes_section(causes: CausesShape | None, say: Texts) -> str:
+    """Cards of the causes, the sets with their probabilities, and what would decide."""
+    if causes is None:
+        return ""
+    shown = [one for one in causes.candidates if one.probability >= LEAST][:CARDS]
+    left_out = len(causes.candidates) - len(shown)
+    rest = say(
+        "{n} more causes were weighed: each has less than {share}.", n=left_out, share=_below(causes, shown, say)
+    )
+    return (
+        section(
+            "causes",
+            say("Causes"),
+            _sound(causes, say),
+            *(_card(one, say) for one in shown),
+            f"<p class='note'>{rest}</p>" if left_out else "",
+        )
+        + (section("decide", say("What would decide"), items(escaped(causes.decide, say))) if causes.decide else "")
+        + section("sets", say("What acts together"), _sets(causes, say))
+    )
+
+
+def _below(causes: CausesShape, shown: Sequence[CandidateShape], say: Texts) -> str:
+    """What the likeliest without a card stays below."""
+    likeliest = max((one.probability for one in causes.candidates if one not in shown), default=0.0)
+    return share(max(LEAST, likeliest), say)
+
+
+def _sound(causes: CausesShape, say: Texts) -> str:
+    said = share(causes.sound, say)
+    return (
+        f'<div class="cause"><h3>{say("nothing acts")}<span>{said}</span></h3>'
+        f"{bar(causes.sound, said, sound=True)}</div>"
+    )
+
+
+def _card(one: CandidateShape, say: Texts) -> str:
+    said = share(one.probability, say)
+    rows = [
+        (say("on"), esc(", ".join(one.features)) or "–"),
+        (say("size, if it acts"), _size(one, say)),
+        (say("for it"), _marked("for", one.supports, say)),
+        (say("against it"), _marked("against", one.contradicts, say)),
+        (say("remedy"), f"{esc(say.note(one.remedy))} <span class='note'>{esc(one.section)}</span>"),
+        (say("decided by"), esc(say.note(one.decided_by))),
+    ]
+    listed = "".join(f"<dt>{name}</dt><dd>{text}</dd>" for name, text in rows if text)
+    return (
+        f'<div class="cause"><h3>{esc(say.note(one.name))}<span>{said}</span></h3>{bar(one.probability, said)}'
+        f"<dl>{listed}</dl></div>"
+    )
+
+
+def _size(one: CandidateShape, say: Texts) -> str:
+    if one.size_um is None:
+        return ""
+    u = "" if one.standard_u_um is None else f" ± {say.size(COVERAGE * one.standard_u_um)}"
+    return f"{say.error(one.size_um)}{u} {say.um} (95 %)" if u else f"{say.error(one.size_um)} {say.um}"
+
+
+def _marked(kind: str, words: Sequence[str], say: Texts) -> str:
+    return f"<ul>{''.join(f'<li class={kind}>{text}</li>' for text in escaped(words, say))}</ul>" if words else ""
+
+
+def _sets(causes: CausesShape, say: Texts) -> str:
+    rows = [
+        (together(one.causes, causes, say), share(one.probability, say), bar(one.probability, share(one.probability)))
+        for one in causes.hypotheses[:SETS]
+    ]
+    return table((say("causes"), say("probability"), ""), rows, words=(0, 2))
+
+
+def findings_section(findings: Sequence[FindingShape], say: Texts) -> str:
+    """What is odd, with what to do."""
+    if not findings:
+        return ""
+    said = items(f"{esc(one.code)}: {esc(say.note(one.message))} – {esc(one.hint)}" for one in findings)
+    return section("findings", say("Findings"), said)

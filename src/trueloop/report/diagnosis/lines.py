@@ -1,0 +1,123 @@
+"""Diagnoses as lines for a terminal, without findings."""
+
+from collections.abc import Iterator
+from typing import Final
+
+from trueloop.report.diagnosis.causes import CREDIBLE, LEAST, SETS, SURE, credible
+from trueloop.report.diagnosis.figures import COVERAGE
+from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
+from trueloop.report.diagnosis.names import device_name, error_name, mean_with_u, share, with_u
+from trueloop.report.diagnosis.page_machine import credible_sets
+from trueloop.report.diagnosis.shapes import (
+    CandidateShape,
+    CausesShape,
+    FixtureDiagnosisShape,
+    JudgedShape,
+    PartDiagnosisShape,
+    SeriesDiagnosisShape,
+)
+from trueloop.report.style import plain, signed
+
+FURTHEST: Final = 10
+"""Gauging points in a terminal."""
+
+
+def part_lines(found: PartDiagnosisShape) -> Iterator[str]:
+    """One part: errors by device, causes, and the gauging points furthest off."""
+    yield f"{found.part_type} {found.part.serial}" + (" (standard part)" if found.part.standard else "")
+    for device, errors in found.part.errors.items():
+        yield f"{device_name(device)}, µm ± standard uncertainty:"
+        for one in errors:
+            yield f"  {error_name(one)}, {one.kind}: {with_u(one.value_um, one.standard_u_um)} ({one.points} points)"
+    if found.causes is not None:
+        yield from causes_lines(found.causes)
+    if found.points:
+        yield "point: ERROR_PP = ERROR_MTG,RESID + ERROR_PROC,RESID, µm, + is material left on"
+        for at in sorted(found.points, key=lambda each: -abs(each.error_pp_um))[:FURTHEST]:
+            three = (at.error_pp_um, at.error_mtg_resid_um, at.error_proc_resid_um)
+            yield f"  {at.name}: {' '.join(signed(value) for value in three)}"
+
+
+def series_lines(found: SeriesDiagnosisShape) -> Iterator[str]:
+    """A series: how many parts, means of the errors, causes."""
+    standards = sum(part.standard for part in found.parts)
+    yield f"{found.part_type}: {len(found.parts) - standards} parts" + (
+        f", {standards} standard parts" if standards else ""
+    )
+    for one in found.means:
+        three = (("machine", one.machine), ("CMM", one.cmm), ("difference", one.difference))
+        seen = "; ".join(f"{name} {mean_with_u(mean)}" for name, mean in three if mean is not None)
+        yield f"  {error_name(one)}, {one.kind}: {seen} µm"
+    if found.causes is None:
+        yield "nothing is concluded"
+    else:
+        yield from causes_lines(found.causes)
+
+
+def causes_lines(causes: CausesShape) -> Iterator[str]:
+    """The verdict, then each cause with evidence, remedy and what would decide."""
+    yield _verdict(causes)
+    for one in causes.candidates:
+        if one.probability >= LEAST:
+            yield from _cause(one)
+    for measurement in causes.decide:
+        yield f"would decide: {measurement}"
+
+
+def _verdict(causes: CausesShape) -> str:
+    if causes.sound >= SURE:
+        return f"sound: nothing acts, probability {share(causes.sound)}"
+    names = {one.key: one.name for one in causes.candidates}
+    likely = [one for one in credible(causes.hypotheses) if one.causes]
+    said = "; ".join(" + ".join(str(names.get(key, key)) for key in one.causes) for one in likely[:SETS])
+    said += f"; {len(likely) - SETS} more" if len(likely) > SETS else ""
+    if likely and likely[0].probability >= SURE:
+        return f"cause: {said.split('; ')[0]}, probability {share(likely[0].probability)}"
+    return f"one of {len(likely)} answers: {said} ({share(CREDIBLE)} together); nothing acts: {share(causes.sound)}"
+
+
+def _cause(one: CandidateShape) -> Iterator[str]:
+    size = "" if one.size_um is None else f", {signed(one.size_um)} µm"
+    if one.size_um is not None and one.standard_u_um is not None:
+        size += f" ± {plain(COVERAGE * one.standard_u_um)} (95 %)"
+    on = f" on {', '.join(one.features)}" if one.features else ""
+    yield f"  {share(one.probability)}  {one.name}{on}{size}"
+    for word in one.supports:
+        yield f"      + {word}"
+    for word in one.contradicts:
+        yield f"      − {word}"
+    yield f"      remedy: {one.remedy} {one.section}".rstrip()
+
+
+def fixture_lines(found: FixtureDiagnosisShape) -> Iterator[str]:
+    """Each fixturing: spread, drift and step with their bands of 95 %, * where beyond chance."""
+    for one in found.fixturings:
+        three = (("spread", one.spread), ("drift", one.drift), ("step", one.step))
+        said = ", ".join(_judged(name, judged) for name, judged in three)
+        at = f" after repeat {one.step_after}" if one.step.significant and one.step_after is not None else ""
+        verdict = "stable" if one.stable else "UNSTABLE"
+        yield f"{one.name}: {verdict}; {len(one.values_um)} repeats, µm: {said}{at}"
+    if any(not one.stable for one in found.fixturings):
+        yield "nothing else is concluded while a fixturing is unstable [NISTIR 4773 §4.1]"
+
+
+def _judged(name: str, one: JudgedShape) -> str:
+    value = plain(one.value_um) if name == "spread" else signed(one.value_um)
+    return f"{name} {value} ± {plain(COVERAGE * one.standard_u_um)}{'*' if one.significant else ''}"
+
+
+def machine_lines(found: MachineDiagnosisShape) -> Iterator[str]:
+    """Sets of axis errors that the model may have wrong, with what would divide them; refinement."""
+    yield f"{found.machine}, model {found.model}: {found.points} gauging points of {found.parts} parts"
+    if found.sound >= SURE:
+        yield f"sound: the model has nothing wrong that these parts could show, probability {share(found.sound)}"
+    for one in credible_sets(found.sets):
+        yield f"  {share(one.probability)}  {', '.join(one.errors) or 'nothing is wrong'}"
+        for word in one.separated_by:
+            yield f"      told apart by: {word}"
+    refined = found.refinement
+    if refined is not None:
+        state = f"accepted {refined.accepted}" if refined.accepted else "offered, not in force"
+        yield f"refined model {refined.version} ({state}), ERROR_MTG,RESID of what was left out, µm RMS:"
+        for left in refined.left_out:
+            yield f"  {left.name}: {plain(left.before_um, 2)} → {plain(left.after_um, 2)} ({left.points} points)"

@@ -1,0 +1,210 @@
+"""Diagnoses of parts and series as values for JSON and for the pages."""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from statistics import fmean, stdev
+
+from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
+from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.components import Components
+from trueloop.diagnosis.features.feature_error import FeatureError
+from trueloop.diagnosis.part_frame import FrameDiscrepancy
+from trueloop.errors import Finding
+from trueloop.report.diagnosis.shapes import (
+    CandidateShape,
+    CausesShape,
+    FeatureErrorShape,
+    FeatureMeansShape,
+    FrameShape,
+    HypothesisShape,
+    MeanShape,
+    PartDiagnosisShape,
+    PointShape,
+    SeenPartShape,
+    SeriesDiagnosisShape,
+)
+from trueloop.report.series.shapes import FindingShape
+from trueloop.units import UM_PER_MM, URAD_PER_RAD
+
+Key = tuple[str, str, str]
+"""Feature, the nearer face of a length, kind."""
+
+
+def um(value_mm: float) -> float:
+    """Micrometres to four decimals, without a negative zero."""
+    return round(value_mm * UM_PER_MM, 4) + 0.0
+
+
+def known_um(value_mm: float | None) -> float | None:
+    """The same; null for what is not known."""
+    return None if value_mm is None or not math.isfinite(value_mm) else um(value_mm)
+
+
+def findings_shape(findings: Iterable[Finding]) -> list[FindingShape]:
+    """What is odd."""
+    return [
+        FindingShape(severity=one.severity.value, code=one.code.value, message=one.message, hint=one.hint)
+        for one in findings
+    ]
+
+
+def part_shape(
+    part_type: str,
+    part: SeenPart,
+    found: Diagnosis | None = None,
+    findings: Sequence[Finding] = (),
+    *,
+    points: Sequence[str] = (),
+    components: Components | None = None,
+    frame: FrameDiscrepancy | None = None,
+) -> PartDiagnosisShape:
+    """One part; `points` are the names of those of which `components` are."""
+    return PartDiagnosisShape(
+        part_type=part_type,
+        part=seen_part(part, None),
+        causes=None if found is None else causes_shape(found),
+        frame=None if frame is None else frame_shape(frame),
+        points=[] if components is None else [point_shape(name, components, k) for k, name in enumerate(points)],
+        findings=findings_shape(findings),
+    )
+
+
+def series_shape(
+    part_type: str, series: SeenSeries, found: Diagnosis | None, findings: Sequence[Finding] = ()
+) -> SeriesDiagnosisShape:
+    """Parts of one type; no diagnosis where nothing is concluded."""
+    before = (None, *series.parts)
+    return SeriesDiagnosisShape(
+        part_type=part_type,
+        causes=None if found is None else causes_shape(found),
+        means=means_of(series.parts),
+        parts=[seen_part(part, last) for part, last in zip(series.parts, before, strict=False)],
+        findings=findings_shape(findings),
+    )
+
+
+def seen_part(part: SeenPart, last: SeenPart | None) -> SeenPartShape:
+    """A part after the last one: a tool is said to be set where its count of settings rose."""
+    was = part.setting if last is None else last.setting
+    return SeenPartShape(
+        serial=part.serial,
+        order=part.order,
+        at=None if part.at is None else part.at.isoformat(),
+        standard=part.standard,
+        tool_set=[tool for tool, count in part.setting.items() if count > was.get(tool, count)],
+        temperatures=dict(part.temperatures),
+        errors={device.value: [feature_error(one) for one in errors] for device, errors in part.errors.items()},
+    )
+
+
+def feature_error(one: FeatureError) -> FeatureErrorShape:
+    """One error."""
+    return FeatureErrorShape(
+        feature=one.feature,
+        kind=one.kind.value,
+        value_um=known_um(one.value_mm),
+        standard_u_um=known_um(one.standard_u_mm),
+        points=one.points,
+        degrees_of_freedom=one.degrees_of_freedom,
+        other=one.other,
+        more={name: value for name, value in one.more.items() if math.isfinite(value)},
+    )
+
+
+def means_of(parts: Sequence[SeenPart]) -> list[FeatureMeansShape]:
+    """Each error over the parts that were cut, in the order in which the parts name them."""
+    seen: dict[Key, dict[str, list[tuple[float, float]]]] = defaultdict(lambda: defaultdict(list))
+    for part in parts:
+        if not part.standard:
+            for key, of_it in _by_key(part).items():
+                for device, one in of_it.items():
+                    seen[key][device.value].append((one.value_mm, one.standard_u_mm))
+                if len(of_it) == len(SeenBy):
+                    cmm, machine = of_it[SeenBy.CMM], of_it[SeenBy.MACHINE]
+                    u = math.hypot(cmm.standard_u_mm, machine.standard_u_mm)
+                    seen[key]["difference"].append((cmm.value_mm - machine.value_mm, u))
+    return [_means(key, of_it) for key, of_it in seen.items()]
+
+
+def _means(key: Key, of_it: Mapping[str, Sequence[tuple[float, float]]]) -> FeatureMeansShape:
+    feature, other, kind = key
+    machine, cmm, difference = (_mean(of_it.get(name, ())) for name in ("machine", "CMM", "difference"))
+    return FeatureMeansShape(
+        feature=feature, other=other, kind=kind, machine=machine, cmm=cmm, difference=difference
+    )  # fmt: skip
+
+
+def _by_key(part: SeenPart) -> dict[Key, dict[SeenBy, FeatureError]]:
+    found: dict[Key, dict[SeenBy, FeatureError]] = {}
+    for device, errors in part.errors.items():
+        for one in errors:
+            if math.isfinite(one.value_mm):
+                found.setdefault((one.feature, one.other, one.kind.value), {})[device] = one
+    return found
+
+
+def _mean(seen: Sequence[tuple[float, float]]) -> MeanShape | None:
+    """Of values with their standard uncertainties: no less than the parts scatter by, over the root of their number."""
+    if not seen:
+        return None
+    values = [value for value, _ in seen]
+    scatter = stdev(values) if len(values) > 1 else None
+    one_part = math.sqrt(fmean(u**2 for _, u in seen))
+    u = max(one_part, scatter or 0.0) / math.sqrt(len(values))
+    return MeanShape(
+        parts=len(values), mean_um=um(fmean(values)), standard_u_um=known_um(u), scatter_um=known_um(scatter)
+    )
+
+
+def causes_shape(found: Diagnosis) -> CausesShape:
+    """What acts."""
+    return CausesShape(
+        sound=found.sound,
+        candidates=[_candidate(one) for one in found.candidates],
+        hypotheses=[HypothesisShape(causes=list(keys), probability=share) for keys, share in found.hypotheses],
+        decide=list(found.decide),
+    )
+
+
+def _candidate(one: Candidate) -> CandidateShape:
+    return CandidateShape(
+        key=one.cause.key,
+        name=one.cause.name,
+        features=list(one.features),
+        probability=one.probability,
+        size_um=known_um(one.size_mm),
+        standard_u_um=known_um(one.standard_u_mm),
+        supports=list(one.supports),
+        contradicts=list(one.contradicts),
+        remedy=one.cause.remedy,
+        section=one.cause.section,
+        decided_by=one.cause.decided_by,
+    )
+
+
+def point_shape(name: str, parts: Components, k: int) -> PointShape:
+    """The k-th gauging point."""
+    return PointShape(
+        name=name,
+        error_pp_um=um(float(parts.error_pp[k])),
+        error_mtg_um=um(float(parts.error_mtg[k])),
+        error_mtg_resid_um=um(float(parts.error_mtg_resid[k])),
+        error_proc_um=um(float(parts.error_proc[k])),
+        error_proc_resid_um=um(float(parts.error_proc_resid[k])),
+        comp_mtg_um=um(float(parts.comp_mtg_applied[k])),
+        comp_proc_um=um(float(parts.comp_proc[k])),
+        u_error_pp_um=um(float(parts.u_error_pp[k])),
+        u_error_mtg_um=um(float(parts.u_error_mtg[k])),
+        u_error_proc_um=um(float(parts.u_error_proc[k])),
+    )
+
+
+def frame_shape(frame: FrameDiscrepancy) -> FrameShape:
+    """What the frames of CMM and machine differ by."""
+    return FrameShape(
+        shift_um=[um(float(one)) for one in frame.shift_mm],
+        turn_urad=[round(float(one) * URAD_PER_RAD, 4) + 0.0 for one in frame.turn_rad],
+        rms_before_um=um(frame.rms_before_mm),
+        rms_after_um=um(frame.rms_after_mm),
+    )
