@@ -16,6 +16,7 @@ from trueloop.machine.model.jacobian import influences
 from trueloop.machine.model.kinematics import exact_error_mm
 from trueloop.machine.model.names import ErrorName
 from trueloop.machine.model.term import Signals, Term
+from trueloop.machine.model.version import Version
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ class MachineModel:
 
     `identified` holds the range of every axis and signal in the data: outside it the model is not known to hold.
     `lags` are signals made of the past of others (`history.py`); a state has to hold them like any other signal.
-    `units` are those of the signals, where they are known.
+    `units` are those of the signals, where they are known. `version` is that of a refined model, which is in force only
+    where it was accepted (`validity.require_in_force`); None: fitted from readings.
     """
 
     machine: Machine
@@ -57,6 +59,7 @@ class MachineModel:
     identified: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     lags: tuple[Lag, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    version: Version | None = None
 
     def slices(self) -> list[slice]:
         """Where each term's coefficients are."""

@@ -1,0 +1,1 @@
+"""The model of a machine refined from what it left on parts."""

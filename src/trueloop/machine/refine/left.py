@@ -1,0 +1,119 @@
+"""What a machine's model left on parts: ERROR_MTG,RESID at gauging points of many parts [6876 §3.5]."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags, Integers, by_content
+from trueloop.errors import Code, TrueloopError
+from trueloop.machine.model.model import State
+
+PLACE_DECIMALS = 3
+"""Points of two parts are the same place where positions, tool and normal agree to so many decimals."""
+LEAST_PARTS = 3
+
+
+@by_content
+@dataclass(frozen=True)
+class LeftOnParts:
+    """n gauging points of many parts: `residual_mm` (n,) along outward normals (n, 3), positive where material is left.
+
+    The parts were cut with COMP_MTG = −E of the model in force, so that residual = n · (E − E_model) + set-up + noise.
+    `part` (n,) numbers the parts, `part_type` (n,) their types; `state` is the machine at each point while it was cut.
+    `u_mm` is the standard uncertainty of one residual, `weight` (n,) or a number in (0, 1] how much each counts.
+    """
+
+    part: Integers
+    part_type: Integers
+    normal: Array
+    state: State
+    residual_mm: Array
+    u_mm: float = 0.001
+    weight: Array | float = 1.0
+
+    def __len__(self) -> int:
+        return len(self.residual_mm)
+
+    @property
+    def weights(self) -> Array:
+        """One weight a point, (n,)."""
+        return np.broadcast_to(np.asarray(self.weight, np.float64), self.residual_mm.shape)
+
+    @property
+    def parts(self) -> Integers:
+        """The parts' numbers, each once."""
+        return np.unique(self.part)
+
+    def only(self, kept: Flags) -> "LeftOnParts":
+        """Some of the points."""
+        state, n = self.state, len(self)
+
+        def chosen(value: Array | float) -> Array | float:
+            values = np.asarray(value, np.float64)
+            return values[kept] if values.shape[:1] == (n,) else values
+
+        tool = np.asarray(state.tool_mm, np.float64)
+        kept_state = replace(
+            state,
+            positions=state.positions[kept],
+            travel=chosen(state.travel),
+            signals={name: chosen(value) for name, value in state.signals.items()},
+            tool_mm=tool[kept] if tool.ndim == 2 else tool,
+        )
+        return replace(
+            self,
+            part=self.part[kept],
+            part_type=self.part_type[kept],
+            normal=self.normal[kept],
+            state=kept_state,
+            residual_mm=self.residual_mm[kept],
+            weight=self.weights[kept],
+        )
+
+    def set_ups(self) -> Array:
+        """How a part set up elsewhere shows along the normals, (n, k): a column a part and direction that is seen."""
+        numbers, place = np.unique(self.part, return_inverse=True)
+        rows = np.zeros((len(self), len(numbers), 3))
+        rows[np.arange(len(self)), place] = self.normal
+        flat = rows.reshape(len(self), -1)
+        return flat[:, np.any(flat != 0.0, axis=0)]
+
+    def places(self) -> Array:
+        """Which points are the same place of the machine, (n, k): a column a place; none where hardly any repeats."""
+        tool = np.broadcast_to(np.asarray(self.state.tool_mm, np.float64), (len(self), 3))
+        where = np.round(np.hstack([self.state.positions, tool, self.normal]), PLACE_DECIMALS)
+        _, place = np.unique(where, axis=0, return_inverse=True)
+        count = int(place.max()) + 1
+        if 2 * count > len(self):
+            return np.zeros((len(self), 0))
+        return np.asarray(place.reshape(-1, 1) == np.arange(count), np.float64)
+
+
+def newer_more(part: Integers, half_life_parts: float) -> Array:
+    """Weights (n,) of points whose parts are numbered in the order they were cut: halved every so many parts.
+
+    A machine drifts; a residual that is older than the drift says less of today [4773 §3.5].
+    """
+    numbers, place = np.unique(part, return_inverse=True)
+    weights: Array = 0.5 ** ((len(numbers) - 1 - place) / half_life_parts)
+    return weights
+
+
+def require_usable(seen: LeftOnParts) -> None:
+    """Refuses points that do not belong together (MCH-SHAPE) and too few parts (DIA-FEW)."""
+    counts = [len(a) for a in (seen.part, seen.part_type, seen.normal, seen.state.positions, seen.residual_mm)]
+    numbers = np.hstack([seen.residual_mm, seen.normal.ravel(), seen.weights, seen.u_mm])
+    if len(set(counts)) != 1 or not np.isfinite(numbers).all() or seen.u_mm <= 0 or (seen.weights < 0).any():
+        raise TrueloopError(
+            Code.MCH_SHAPE,
+            f"parts, types, normals, positions and residuals number {counts}; {np.isnan(numbers).sum()} are no numbers",
+            hint="give each gauging point once in each, finite, with a positive uncertainty",
+            values={"counts": counts},
+        )
+    if len(seen.parts) < LEAST_PARTS:
+        raise TrueloopError(
+            Code.DIA_FEW,
+            f"{len(seen.parts)} parts were inspected on the machine and on the CMM, {LEAST_PARTS} are needed to refine",
+            hint="keep both inspections of more parts with `trueloop machine decompose --serial`",
+            values={"count": len(seen.parts), "needed": LEAST_PARTS},
+        )
