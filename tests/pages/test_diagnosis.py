@@ -106,9 +106,15 @@ def test_a_series_without_parts_has_a_page() -> None:
 
 def test_the_machine_page_never_names_one_error_out_of_a_set() -> None:
     page = said(machine_page(diagnosis.machine(), ENGLISH))
-    verdict = page.split("The model has ")[1].split("Probability")[0]
-    assert verdict.startswith("one of these wrong, which these data do not tell apart: EXZ") and "EBZ" in verdict
-    assert "Offered, not in force" in page and "−2.10 ± 0.30" in page
+    assert "The model has wrong: one of EXZ, EBZ, which these data do not tell apart. Probability that nothing" in page
+    assert "told apart bya tool of another length in X" in page
+    assert "Offered, not in force" in page and "+2.10 ± 0.30" in page
+    alone = diagnosis.machine().model_copy(update={"sets": [diagnosis.found_set("EXX")], "refinement": None})
+    assert "The model has wrong: EXX. Probability that nothing is wrong: 0.4 %." in said(machine_page(alone))
+    nothing = alone.model_copy(update={"sets": [], "sound": 0.97})
+    assert "Sound: the model has nothing wrong that 20 parts could show. Probability 97.0 %." in said(
+        machine_page(nothing)
+    )
 
 
 def test_an_unstable_fixturing_stops_everything_else() -> None:

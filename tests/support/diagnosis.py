@@ -1,5 +1,7 @@
 """Diagnoses for pages: a series with a tool offset, a fixturing with a step, a machine with a set of errors."""
 
+from typing import Literal
+
 import numpy as np
 
 from trueloop.diagnosis.causes.candidate import Candidate, Diagnosis
@@ -8,16 +10,19 @@ from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
 from trueloop.diagnosis.features.feature_place import FeaturePlace
 from trueloop.report.diagnosis.machine_shapes import (
+    ChangeShape,
     CorrelationShape,
     LeftOutShape,
     MachineDiagnosisShape,
     RefinementShape,
     ResidualShape,
+    SuspectShape,
     TermSetShape,
 )
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, FixturingShape, JudgedShape, PointShape
 from trueloop.wording import Um, wording
 
+OF: tuple[Literal["parts"], Literal["part types"]] = ("parts", "part types")
 OFFSET = Cause(
     "tool-offset",
     "tool offset",
@@ -136,29 +141,31 @@ def machine(parts: int = 20, points: int = 12) -> MachineDiagnosisShape:
             value = 0.05 * z * (warm - 25.0) / 5.0 + 30.0 * (k % 3) + rng.standard_normal()
             residuals.append(ResidualShape(part=f"P<{k}>", position_mm={"X": 20.0, "Z": z}, residual_um=value))
             carriage.append(warm)
-    left = [
-        LeftOutShape(name=f"part type {k}", points=40, before_um=4.0 + k, after_um=1.9, standard_u_um=0.3)
-        for k in range(4)
-    ]
     own = CorrelationShape(error="EXZ", signal="T_carriage", correlation=0.81)
-    sets = [
-        TermSetShape(errors=errors, probability=share, separated_by=by)
-        for errors, share, by in (
-            (["EXZ with T_carriage", "EBZ with T_carriage"], 0.973, ["a tool of another length in X"]),
-            (["EXX with T_slide"], 0.02, []),
-            ([], 0.004, []),
-        )
-    ]
     return MachineDiagnosisShape(
-        machine="lathe <1>", model="2026-11 (3f2a9c)", parts=parts, points=len(residuals), sound=0.004, sets=sets,
-        by_error={"EXZ": 0.52, "EBZ": 0.45, "EXX": 0.02}, residuals=residuals, temperatures={"T_carriage": carriage},
-        own_way=[own], refinement=refined(left), findings=[],
+        machine="lathe <1>", model="2026-11 (3f2a9c)", parts=parts, points=len(residuals), sound=0.004, scatter_um=1.1,
+        sets=[found_set()], by_error={"EXZ": 0.52, "EBZ": 0.45, "EXX": 0.02}, residuals=residuals,
+        temperatures={"T_carriage": carriage}, own_way=[own], refinement=refined(), findings=[],
     )  # fmt: skip
 
 
-def refined(left: list[LeftOutShape]) -> RefinementShape:
+def found_set(*names: str) -> TermSetShape:
+    """Errors that one tool does not tell apart."""
+    errors = [SuspectShape(error=e, follows="T_carriage", probability=0.5) for e in names or ("EXZ", "EBZ")]
+    by = ["a tool of another length in X"] if len(errors) > 1 else []
+    return TermSetShape(errors=errors, probability=0.973, at_least=1, separated_by=by)
+
+
+def refined() -> RefinementShape:
     """Offered."""
+    left = [
+        LeftOutShape(of=of, groups=4, points=240, before_um=4.0, after_um=1.9, better_um=2.1, standard_u_um=0.3)
+        for of in OF
+    ]
+    change = ChangeShape(
+        error="EXZ", unit="µm", at=100.0, signals={"T_carriage": 29.0}, old=1.0, new=5.2, standard_u=0.8
+    )
     return RefinementShape(
-        version="2026-12 (77ab01)", parent="2026-11 (3f2a9c)", reason="EXZ and EBZ", errors=["EXZ", "EBZ"],
-        parts_used=20, left_out=left, better=True, accepted=None,
+        version=1, parent="3f2a9c" * 10, reason="EXZ and EBZ", errors=["EXZ", "EBZ"], parts=20, left_out=left,
+        better=True, changes=[change], accepted=None,
     )  # fmt: skip

@@ -137,6 +137,6 @@ def test_lines_say_the_verdict_causes_and_sets() -> None:
     torn = list(lines.series_lines(series_shape("SHAFT", diagnosis.seen_series(), diagnosis.torn())))
     assert any(line.startswith("one of 2 answers: tool offset; part-probe offset") for line in torn)
     machine = list(lines.machine_lines(diagnosis.machine()))
-    assert "  97.3 %  EXZ with T_carriage, EBZ with T_carriage" in machine
+    assert "  97.3 %  1 of EXZ (with T_carriage, 50.0 %), EBZ (with T_carriage, 50.0 %)" in machine
     fixture = list(lines.fixture_lines(diagnosis.fixtures()))
     assert "part: UNSTABLE" in fixture[0] and "step +8.0 ± 0.6* after repeat 4" in fixture[0]

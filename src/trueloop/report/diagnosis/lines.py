@@ -7,7 +7,6 @@ from trueloop.report.diagnosis.causes import CREDIBLE, LEAST, SETS, SURE, credib
 from trueloop.report.diagnosis.figures import COVERAGE
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.names import device_name, error_name, mean_with_u, share, with_u
-from trueloop.report.diagnosis.page_machine import credible_sets
 from trueloop.report.diagnosis.shapes import (
     CandidateShape,
     CausesShape,
@@ -109,15 +108,22 @@ def _judged(name: str, one: JudgedShape) -> str:
 def machine_lines(found: MachineDiagnosisShape) -> Iterator[str]:
     """Sets of axis errors that the model may have wrong, with what would divide them; refinement."""
     yield f"{found.machine}, model {found.model}: {found.points} gauging points of {found.parts} parts"
-    if found.sound >= SURE:
-        yield f"sound: the model has nothing wrong that these parts could show, probability {share(found.sound)}"
-    for one in credible_sets(found.sets):
-        yield f"  {share(one.probability)}  {', '.join(one.errors) or 'nothing is wrong'}"
+    if not found.sets:
+        sure = "sound" if found.sound >= SURE else "probably sound"
+        yield f"{sure}: the model has nothing wrong that these parts could show, probability {share(found.sound)}"
+    for one in found.sets:
+        several = f"{one.at_least} of " if len(one.errors) > 1 else ""
+        named = ", ".join(
+            f"{each.error} ({f'with {each.follows}, ' if each.follows else ''}{share(each.probability)})"
+            for each in one.errors
+        )
+        yield f"  {share(one.probability)}  {several}{named}"
         for word in one.separated_by:
             yield f"      told apart by: {word}"
     refined = found.refinement
     if refined is not None:
         state = f"accepted {refined.accepted}" if refined.accepted else "offered, not in force"
-        yield f"refined model {refined.version} ({state}), ERROR_MTG,RESID of what was left out, µm RMS:"
+        yield f"refined model, version {refined.version} ({state}); ERROR_MTG,RESID, µm RMS:"
         for left in refined.left_out:
-            yield f"  {left.name}: {plain(left.before_um, 2)} → {plain(left.after_um, 2)} ({left.points} points)"
+            change = f"{plain(left.before_um, 2)} → {plain(left.after_um, 2)}"
+            yield f"  {left.of} left out: {change} ({left.points} points)"

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.report import style
-from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape, RefinementShape
+from trueloop.report.diagnosis.machine_shapes import LeftOutShape, MachineDiagnosisShape, RefinementShape
 from trueloop.report.style import Figure
 from trueloop.report.texts.texts import ENGLISH, Texts
 
@@ -45,7 +45,7 @@ def residual_figures(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> dict
 def signal_of(found: MachineDiagnosisShape) -> str | None:
     """The temperature that the likeliest errors follow, else the one that varies most; None: none varies."""
     varying = {name: float(np.ptp(at)) for name, at in found.temperatures.items() if at and np.ptp(at) > 0.0}
-    named = [name for one in found.sets[:1] for error in one.errors for name in varying if name in error]
+    named = [error.follows for one in found.sets for error in one.errors if error.follows in varying]
     return named[0] if named else max(varying, key=lambda name: varying[name], default=None)
 
 
@@ -110,31 +110,36 @@ def binned(at: Array, values: Array) -> tuple[list[float], list[float]]:
     return middles, means
 
 
+def left_out_name(one: LeftOutShape, say: Texts = ENGLISH) -> str:
+    """What was left out."""
+    return say("parts, in {n} groups", n=one.groups) if one.of == "parts" else say("part types, {n}", n=one.groups)
+
+
 def left_out_figure(one: RefinementShape, say: Texts = ENGLISH) -> Figure:
-    """Of each part left out a line from what the model leaves (○) to what the refined one would (●)."""
-    left = one.left_out[:40]
-    row = [float(len(left) - k) for k in range(len(left))]
-    before, after = ([value * say.per_um for value in values] for values in zip(*_pairs(one), strict=True))
-    top = 1.08 * max([*before, *after, 1.0 * say.per_um])
-    data = [
-        style.lines([a, b], [y, y], style.AFTER if b <= a else style.OUT, 2)
-        for a, b, y in zip(before, after, row, strict=True)
-    ]
-    says = [f"{say.size(each.before_um, 2)} → {say.size(each.after_um, 2)} {say.um}" for each in left]
-    data.append(style.dots(list(before), row, [""] * len(row), color=style.SOFT, symbol="circle-open", size=8))
+    """Of parts and of part types left out a line from what the model leaves (○) to what the refined one does (●)."""
+    row = [float(len(one.left_out) - k) for k in range(len(one.left_out))]
+    before = [left.before_um * say.per_um for left in one.left_out]
+    after = [left.after_um * say.per_um for left in one.left_out]
     colours = [style.AFTER if b <= a else style.OUT for a, b in zip(before, after, strict=True)]
+    data = [style.lines([a, b], [y, y], c, 2) for a, b, y, c in zip(before, after, row, colours, strict=True)]
+    says = [f"{say.size(left.before_um, 2)} → {say.size(left.after_um, 2)} {say.um}" for left in one.left_out]
+    data.append(style.dots(list(before), row, [""] * len(row), color=style.SOFT, symbol="circle-open", size=8))
     data.append(style.dots(list(after), row, says, color=colours, size=8))
-    names = [style.label(each.name if len(each.name) <= 22 else f"…{each.name[-21:]}") for each in left]
     layout = style.layout(
         WIDTH,
-        24 * len(left) + 80,
-        margin={"l": 165, "r": 12, "t": 10, "b": 54},
-        xaxis=style.axis(say("ERROR_MTG,RESID, root mean square ({um})"), 0.0, top, 5),
-        yaxis=style.axis("", 0.4, len(left) + 0.6, tickvals=row, ticktext=names, gridcolor=style.PALE_STEEL),
+        30 * len(row) + 80,
+        margin={"l": 145, "r": 12, "t": 10, "b": 54},
+        xaxis=style.axis(
+            say("ERROR_MTG,RESID, root mean square ({um})"), 0.0, 1.08 * max(*before, *after, say.per_um), 5
+        ),
+        yaxis=style.axis(
+            "",
+            0.4,
+            len(row) + 0.6,
+            tickvals=row,
+            ticktext=[left_out_name(left, say) for left in one.left_out],
+            gridcolor=style.PALE_STEEL,
+        ),
         separators=say.separators,
     )
     return {"data": data, "layout": layout}
-
-
-def _pairs(one: RefinementShape) -> list[tuple[float, float]]:
-    return [(each.before_um, each.after_um) for each in one.left_out[:40]]

@@ -1,19 +1,34 @@
 """The shape of a diagnosis of a machine's model as JSON: `docs/diagnosis-machine.schema.json` is written from it."""
 
+from typing import Literal
+
 from trueloop.report.diagnosis.shapes import Words
 from trueloop.report.series.shapes import FindingShape
 from trueloop.report.shape import Shape
 
 
-class TermSetShape(Shape):
-    """Axis errors that the data cannot tell apart, one of which the model has wrong."""
+class SuspectShape(Shape):
+    """One axis error of a set."""
 
-    errors: list[str]
-    """By their names, with the temperature that they may follow; none: nothing is wrong."""
+    error: str
+    """EXX, EBZ and so on; "nominal X": no error of an axis, but one in proportion to the size of the part."""
+    follows: str
+    """The signal with which it changes; empty: it is the same at all times."""
     probability: float
-    """That the wrong one is among them."""
+    """That this one is wrong."""
+
+
+class TermSetShape(Shape):
+    """Axis errors that the data cannot tell apart, of which the model has one wrong."""
+
+    errors: list[SuspectShape]
+    """Likeliest first."""
+    probability: float
+    """That what is wrong is among them."""
+    at_least: int
+    """So many of them are wrong."""
     separated_by: list[Words]
-    """The tool, position or temperature that would divide them."""
+    """The tool, position or temperature that would divide them, the best first."""
 
 
 class ResidualShape(Shape):
@@ -39,37 +54,62 @@ class CorrelationShape(Shape):
 
 
 class LeftOutShape(Shape):
-    """A part, or part type, that the refinement did not use."""
+    """What both models leave of parts, or of part types, that the refined one has not seen."""
 
-    name: str
-    """Its name."""
+    of: Literal["parts", "part types"]
+    """What was left out."""
+    groups: int
+    """How often some were left out."""
     points: int
     """Gauging points."""
     before_um: float
     """Root mean square of ERROR_MTG,RESID with the model in force."""
     after_um: float
     """The same with the refined one."""
-    standard_u_um: float | None
-    """Of the change."""
+    better_um: float
+    """By how much it is less."""
+    standard_u_um: float
+    """Of that."""
+
+
+class ChangeShape(Shape):
+    """What a refined model says otherwise of one axis error at one place."""
+
+    error: str
+    """Its name."""
+    unit: str
+    """µm or µrad."""
+    at: float | None
+    """Position of its axis, mm or rad; null: it has none."""
+    signals: dict[str, float]
+    """Temperatures there."""
+    old: float
+    """As the model in force has it."""
+    new: float
+    """As the refined one has it."""
+    standard_u: float
+    """Of the new one."""
 
 
 class RefinementShape(Shape):
     """A refined model, and what it would have left of parts that it was not refined from."""
 
-    version: str
-    """Of the refined model."""
+    version: int
+    """Of the refined model, counted from the fitted one, which is 0."""
     parent: str
-    """Of the model that it refines."""
+    """Hash of the file that it refines."""
     reason: Words
     """Why."""
     errors: list[str]
-    """Axis errors whose parameters were updated."""
-    parts_used: int
+    """Axis errors that were guilty."""
+    parts: int
     """From how many parts."""
     left_out: list[LeftOutShape]
     """What it was judged on."""
     better: bool
-    """It leaves less, beyond the uncertainty."""
+    """It leaves less, beyond the uncertainty, and no more of part types left out."""
+    changes: list[ChangeShape]
+    """What it says otherwise."""
     accepted: str | None
     """By whom and when; null: offered, not in force."""
 
@@ -88,7 +128,9 @@ class MachineDiagnosisShape(Shape):
     sound: float
     """Probability that nothing is wrong by as much as the residuals could show."""
     sets: list[TermSetShape]
-    """Likeliest first."""
+    """What is found, each of them; none: nothing wrong is likelier than not."""
+    scatter_um: float
+    """What single points scatter by."""
     by_error: dict[str, float]
     """Probability of each axis error that it is wrong, likeliest first."""
     residuals: list[ResidualShape]

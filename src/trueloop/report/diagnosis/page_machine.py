@@ -1,15 +1,19 @@
 """The page of a machine's model: which axis errors it has wrong, as sets, and what a refined model would leave."""
 
-from collections.abc import Sequence
+from typing import Final
 
-from trueloop.report.diagnosis.causes import CREDIBLE, SETS, SURE, findings_section
+from trueloop.report.diagnosis.causes import SETS, SURE, findings_section
 from trueloop.report.diagnosis.figures import bar
-from trueloop.report.diagnosis.machine_figures import left_out_figure, residual_figures, signal_of
+from trueloop.report.diagnosis.machine_figures import left_out_figure, left_out_name, residual_figures, signal_of
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape, RefinementShape, TermSetShape
 from trueloop.report.diagnosis.names import escaped, share
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.shell import figure_block, html_page, on_screen
+from trueloop.report.style import plain, signed
 from trueloop.report.texts.texts import ENGLISH, Texts
+
+CHANGES: Final = 12
+"""Rows of what a refined model says otherwise."""
 
 
 def machine_page(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> str:
@@ -30,74 +34,83 @@ def machine_page(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> str:
     return html_page(f"{esc(found.machine)} – {say('diagnosis')}", body, language=say.language)
 
 
-def credible_sets(sets: Sequence[TermSetShape]) -> list[TermSetShape]:
-    """The fewest sets that together have the probability `CREDIBLE`, likeliest first."""
-    found: list[TermSetShape] = []
-    for one in sorted(sets, key=lambda each: -each.probability):
-        found.append(one)
-        if sum(each.probability for each in found) >= CREDIBLE:
-            break
-    return found
-
-
 def _verdict(found: MachineDiagnosisShape, say: Texts) -> str:
-    likely = [one for one in credible_sets(found.sets) if one.errors]
-    if not found.sets:
+    """Sound as clearly as guilty, and never one name out of a set."""
+    if not found.residuals:
         words = say("Nothing is concluded; the findings say why.")
-    elif found.sound >= SURE or not likely:
+    elif not found.sets and found.sound >= SURE:
         words = say(
             "<strong>Sound</strong>: the model has nothing wrong that {parts} parts could show. Probability {share}.",
             parts=found.parts,
             share=share(found.sound, say),
         )
-    elif len(likely) == 1 and len(likely[0].errors) == 1 and found.sound < 1 - SURE:
+    elif not found.sets:
         words = say(
-            "<strong>The model has {error} wrong.</strong> Probability {share}.",
-            error=esc(likely[0].errors[0]),
-            share=share(likely[0].probability, say),
+            "<strong>Probably sound</strong>: nothing wrong is likelier than not. Probability {share}.",
+            share=share(found.sound, say),
         )
     else:
+        named = "; ".join(_one_of(one, say) for one in found.sets)
         words = say(
-            "<strong>The model has one of these wrong</strong>, which these data do not tell apart: {errors}. "
-            "Probability that nothing is wrong: {share}.",
-            errors=esc(", ".join(dict.fromkeys(name for one in likely for name in one.errors))),
+            "<strong>The model has wrong</strong>: {errors}. Probability that nothing is wrong: {share}.",
+            errors=named,
             share=share(found.sound, say),
         )
     return f'<p class="verdict">{words}</p>'
 
 
+def _one_of(one: TermSetShape, say: Texts) -> str:
+    """The only name of a set, or all of them."""
+    names = [esc(each.error) for each in one.errors]
+    if len(names) == 1:
+        return names[0]
+    if one.at_least > 1:
+        return say(
+            "at least {n} of {names}, which these data do not tell apart", n=one.at_least, names=", ".join(names)
+        )
+    return say("one of {names}, which these data do not tell apart", names=", ".join(names))
+
+
 def _sets(found: MachineDiagnosisShape, say: Texts) -> str:
-    if not found.sets:
-        return ""
-    head = (say("axis errors"), say("probability"), "", say("what would tell them apart"))
-    rows = [_set_row(one, say) for one in found.sets[:SETS]]
     by_error = [
         (esc(name), share(probability, say), bar(probability, share(probability)))
         for name, probability in list(found.by_error.items())[:SETS]
     ]
+    if not found.sets and not by_error:
+        return ""
     note = say(
-        "Errors in one row cannot be told apart with these parts: the probability is that the wrong one is among them. "
-        "Their signs and names are those of ISO 230-1."
+        "Errors of one set cannot be told apart with these parts: its probability is that the wrong one is among them. "
+        "Names and signs are those of ISO 230-1. Single points scatter by {scatter} {um}.",
+        scatter=say.size(found.scatter_um),
     )
     each = table((say("axis error"), say("probability that it is wrong"), ""), by_error, words=(0, 2))
     return section(
         "sets",
         say("What the model has wrong"),
-        table(head, rows, words=(0, 2, 3), name="sets-table"),
+        *(_card(one, say) for one in found.sets),
         f"<p class='note'>{note}</p>",
         f"<h3>{say('Each error by itself')}</h3>{each}" if by_error else "",
     )
 
 
-def _set_row(one: TermSetShape, say: Texts) -> tuple[str, ...]:
+def _card(one: TermSetShape, say: Texts) -> str:
     said = share(one.probability, say)
-    separated = items(escaped(one.separated_by, say)) if one.separated_by else "–"
-    return (
-        "<br>".join(map(esc, one.errors)) or say("nothing is wrong"),
-        said,
-        bar(one.probability, said, sound=not one.errors),
-        separated,
+    names = " · ".join(esc(each.error) for each in one.errors)
+    listed = "".join(
+        f"<li>{esc(each.error)} {_follows(each.follows, say)}: {share(each.probability, say)}</li>"
+        for each in one.errors
     )
+    rows = [(say("each"), f"<ul>{listed}</ul>")]
+    if one.separated_by:
+        rows.append((say("told apart by"), items(escaped(one.separated_by, say))))
+    return (
+        f'<div class="cause"><h3>{names}<span>{said}</span></h3>{bar(one.probability, said)}'
+        f"<dl>{''.join(f'<dt>{name}</dt><dd>{text}</dd>' for name, text in rows)}</dl></div>"
+    )
+
+
+def _follows(signal: str, say: Texts) -> str:
+    return say("with {signal}", signal=esc(signal)) if signal else say("at all times")
 
 
 def _residuals(found: MachineDiagnosisShape, say: Texts) -> str:
@@ -130,34 +143,54 @@ def _refinement(one: RefinementShape | None, say: Texts) -> str:
     else:
         state = say("Offered, not in force: <code>trueloop machine accept</code> puts it in force.")
     judged = say("It leaves less, beyond the uncertainty.") if one.better else say("It does not leave less.")
-    changed = say(
-        "Version {version} of {parent}, from {parts} parts; updated: {errors}.",
-        version=esc(one.version), parent=esc(one.parent), parts=one.parts_used, errors=esc(", ".join(one.errors)),
-    )  # fmt: skip
-    head = (say("left out"), say("points"), say("before ({um})"), say("after ({um})"), say("change ({um})"))
+    changed = say("Version {version}, from {parts} parts.", version=one.version, parts=one.parts)
+    head = (say("left out"), say("points"), say("before ({um})"), say("after ({um})"), say("better by ({um})"))
     rows = [
         (
-            esc(left.name),
+            left_out_name(left, say),
             str(left.points),
             say.size(left.before_um, 2),
             say.size(left.after_um, 2),
-            say.error(left.after_um - left.before_um, 2)
-            + ("" if left.standard_u_um is None else f" ± {say.size(left.standard_u_um, 2)}"),
+            f"{say.error(left.better_um, 2)} ± {say.size(left.standard_u_um, 2)}",
         )
         for left in one.left_out
     ]
-    drawn = figure_block("refinement-figure", left_out_figure(one, say), say("○ before, ● after"), True) if rows else ""
     note = say(
         "Root mean square of ERROR_MTG,RESID on parts that the refined model has not seen; ± standard uncertainty."
+    )
+    figures = (
+        figure_block("refinement-figure", left_out_figure(one, say), say("○ before, ● after"), True) if rows else ""
     )
     return section(
         "refinement",
         say("Refined model"),
         f"<p><strong>{state}</strong> {judged} {changed}</p><p>{esc(say.note(one.reason))}</p>",
-        table(head, rows, stacks=True) + f"<p class='note'>{note}</p><div class='figures pairs'>{drawn}</div>"
+        table(head, rows, stacks=True) + f"<p class='note'>{note}</p><div class='figures pairs'>{figures}</div>"
         if rows
         else "",
+        _changes(one, say),
+        f"<p class='note hash'>{say('Refines')} {esc(one.parent)}</p>",
     )
+
+
+def _changes(one: RefinementShape, say: Texts) -> str:
+    """The largest changes."""
+    if not one.changes:
+        return ""
+    largest = sorted(one.changes, key=lambda each: -abs(each.new - each.old))[:CHANGES]
+    head = (say("axis error"), say("position"), say("temperatures"), say("was"), say("becomes"), say("unit"))
+    rows = [
+        (
+            esc(each.error),
+            "–" if each.at is None else say.number(each.at, 1),
+            esc(", ".join(f"{name} {say.number(value)}" for name, value in each.signals.items())) or "–",
+            say.spelled(signed(each.old)),
+            say.spelled(f"{signed(each.new)} ± {plain(each.standard_u)}"),
+            each.unit,
+        )
+        for each in largest
+    ]
+    return f"<h3>{say('What it says otherwise')}</h3>" + table(head, rows, words=(0, 2, 5), stacks=True)
 
 
 def _own_way(found: MachineDiagnosisShape, say: Texts) -> str:
