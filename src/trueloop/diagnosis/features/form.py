@@ -1,0 +1,114 @@
+"""The form of one feature from its points: a straight line, a cubic where points allow, waves around the turn.
+
+    e(t, θ) = Σ cₖ Pₖ(t) + Σ (aₙ cos nθ + bₙ sin nθ)
+
+with Legendre polynomials Pₖ of t, −1 and 1 at the ends of what was measured, and n = 1, 3 waves a turn.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from trueloop.arrays import Array, by_content
+from trueloop.diagnosis.features.averaged import Averaged
+from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.diagnosis.features.fitted import Fitted, fitted
+
+STRAIGHT: Final = ("shaft", "face", "cone")
+"""Kinds of features that are straight in the plane (x, z)."""
+SPAN: Final = 1.0 / 3.0
+"""Points of a taper span this share of the feature: a shorter piece says more of its own than of the feature."""
+SMOOTH_PLACES: Final = 6
+"""Places for a cubic, as [4773 §4.2 f]: up to three waves along the feature, two points a wave."""
+CUBIC: Final = 3
+WAVES: Final = ((1, 5), (3, 7))
+"""Waves a turn, and different angles for them: 2n + 1 for the three, and five for the one so that three lobes are not
+taken for it."""
+CONDITION: Final = 30.0
+"""Above this, waves around the turn are left out: the angles follow the places, or lie on one side."""
+
+
+@by_content
+@dataclass(frozen=True)
+class Form:
+    """A feature's points with the least squares of their form.
+
+    `along_mm` (m,) is z of shafts and cones, the radius of faces; `ends_mm` are those of what was measured, `whole_mm`
+    of the feature. `waves` are the waves a turn that are in both fits, behind the polynomials. `line` has a polynomial
+    of `degree` 1 at most, `smooth` the cubic, None where fewer than `SMOOTH_PLACES` are.
+    """
+
+    points: Averaged
+    along_mm: Array
+    ends_mm: tuple[float, float]
+    whole_mm: tuple[float, float]
+    degree: int
+    waves: tuple[int, ...]
+    line: Fitted
+    smooth: Fitted | None
+
+    @property
+    def degrees_of_freedom(self) -> int | None:
+        """Of all uncertainties; None: they are as known as what the device states."""
+        return self.line_freedom if self.line_freedom is not None else self.points.degrees_of_freedom
+
+    @property
+    def line_freedom(self) -> int | None:
+        """Those of a scatter that the residuals showed."""
+        return (self.line if self.smooth is None else self.smooth).degrees_of_freedom
+
+    def at(self, along_mm: float) -> Array:
+        """The line's row of a place: what its coefficients are multiplied by."""
+        row = np.zeros(len(self.line.coefficients))
+        row[: self.degree + 1] = _polynomials(np.array([along_mm]), self.ends_mm, self.degree)[0]
+        return row
+
+
+def form_of(points: Averaged, place: FeaturePlace) -> Form:
+    """The form that the points of one feature determine; a constant of one place, or of an arc."""
+    along, whole = _along(points, place)
+    ends = (float(along.min()), float(along.max()))
+    places = len(np.unique(np.round(along, 6)))
+    spread = ends[1] - ends[0] > SPAN * (whole[1] - whole[0])
+    straight = place.kind in STRAIGHT and places > 1 and spread
+    cubic = straight and places >= SMOOTH_PLACES
+    around, waves = _around(points, _polynomials(along, ends, CUBIC if cubic else int(straight)))
+    smooth = None
+    if cubic:
+        columns = np.hstack([_polynomials(along, ends, CUBIC), around])
+        smooth = fitted(columns, points.error_mm, points.standard_u_mm)
+    columns = np.hstack([_polynomials(along, ends, int(straight)), around])
+    scatter = None if smooth is None else smooth.scatter_mm
+    line = fitted(columns, points.error_mm, points.standard_u_mm, scatter)
+    return Form(points, along, ends, whole, int(straight), waves, line, smooth)
+
+
+def _along(points: Averaged, place: FeaturePlace) -> tuple[Array, tuple[float, float]]:
+    column, whole = (0, place.radius_mm) if place.kind == "face" else (1, place.z_mm)
+    return points.nominal_mm[:, column], whole
+
+
+def _polynomials(along_mm: Array, ends_mm: tuple[float, float], degree: int) -> Array:
+    """P₀ … P of the degree, (m, degree + 1)."""
+    low, high = ends_mm
+    t = (2.0 * along_mm - low - high) / (high - low) if high > low else np.zeros_like(along_mm)
+    return np.asarray(legendre.legvander(t, degree), dtype=np.float64)
+
+
+def _around(points: Averaged, polynomials: Array) -> tuple[Array, tuple[int, ...]]:
+    """Columns of waves around the turn, as many as the angles tell, and which."""
+    angle = points.spindle_rad
+    none = np.zeros((len(angle), 0))
+    if np.isnan(angle).any():
+        return none, ()
+    different = len(np.unique(np.round(np.mod(angle, 2.0 * np.pi), 6)))
+    waves = tuple(n for n, needed in WAVES if different >= needed)
+    while waves:
+        columns = np.column_stack([turn(n * angle) for n in waves for turn in (np.cos, np.sin)])
+        both = np.hstack([polynomials, columns])
+        if both.shape[0] >= both.shape[1] and np.linalg.cond(both) < CONDITION:
+            return columns, waves
+        waves = waves[:-1]
+    return none, ()
