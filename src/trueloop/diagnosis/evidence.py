@@ -24,11 +24,30 @@ def evidence(values: Array, blocks: Sequence[tuple[Array, Sequence[float]]]) -> 
     `blocks` are columns (n, k), each with the variances that are tried of its coefficients; all pairs of variances are
     tried, each as probable as any other.
     """
-    found = []
-    for sizes in product(*[tried for _, tried in blocks]):
-        scaled = [np.sqrt(size) * rows for size, (rows, _) in zip(sizes, blocks, strict=True)]
-        found.append(_log_student(values, np.hstack([np.zeros((len(values), 0)), *scaled])))
+    rows = np.hstack([np.zeros((len(values), 0)), *[rows for rows, _ in blocks]])
+    of = np.repeat(np.arange(len(blocks)), [rows.shape[1] for rows, _ in blocks])
+    tried = np.array(list(product(*[sizes for _, sizes in blocks]))).reshape(-1, len(blocks))
+    found = log_student(rows.T @ rows, rows.T @ values, float(values @ values), len(values), tried[:, of])
     return float(np.logaddexp.reduce(found) - np.log(len(found)))
+
+
+def log_student(gram: Array, right: Array, squares: Array | float, count: int, variances: Array) -> Array:
+    """Logarithms of the likelihood of `count` values with covariance v (1 + rows · diag(variances) · rowsᵀ), (...,).
+
+    v has two observations of 1 beforehand. `gram` (..., k, k) is rowsᵀ · rows, `right` (..., k) rowsᵀ · values,
+    `squares` (...) values · values, `variances` (..., k). So rows are gone through once for all hypotheses on them.
+    """
+    root = np.sqrt(variances)
+    size = root.shape[-1]
+    inside = np.empty((*np.broadcast_shapes(root.shape[:-1], right.shape[:-1]), size + 1, size + 1))
+    inside[..., :size, :size] = root[..., :, None] * gram * root[..., None, :] + np.eye(size)
+    inside[..., size, :size] = inside[..., :size, size] = root * right
+    inside[..., size, size] = 2.0 + np.asarray(squares)
+    # the last element of the factor is what is left of the values: one factor gives volume and squares
+    diagonal = np.diagonal(np.linalg.cholesky(inside), axis1=-2, axis2=-1)
+    logs: Array = -np.log(diagonal[..., :size]).sum(axis=-1)
+    logs -= (1.0 + count / 2) * np.log(diagonal[..., size] ** 2 / 2)
+    return logs
 
 
 def shares(log_weights: Mapping[H, float]) -> dict[H, float]:
@@ -36,11 +55,3 @@ def shares(log_weights: Mapping[H, float]) -> dict[H, float]:
     total = np.logaddexp.reduce(list(log_weights.values()))
     found = {one: float(np.exp(weight - total)) for one, weight in log_weights.items()}
     return dict(sorted(found.items(), key=lambda item: -item[1]))
-
-
-def _log_student(values: Array, rows: Array) -> float:
-    """Of values with covariance v (1 + rows · rowsᵀ), v with two observations of 1 beforehand."""
-    lower = np.linalg.cholesky(np.eye(rows.shape[1]) + rows.T @ rows)
-    inside = np.linalg.solve(lower, rows.T @ values)
-    squares = float(values @ values - inside @ inside)
-    return -float(np.log(np.diag(lower)).sum()) - (1.0 + len(values) / 2) * float(np.log1p(squares / 2))

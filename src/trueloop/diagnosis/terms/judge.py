@@ -1,0 +1,135 @@
+"""Which axis error the machine's model gets wrong: probabilities of nothing, one error, two.
+
+The residuals ERROR_MTG,RESID along the normals [6876 §3.5] are compared with what each suspect would leave. Each
+hypothesis has a marginal likelihood, so that one with more parameters has to earn them, and probabilities follow.
+Errors that one tool, one place or equal temperatures cannot tell apart share the probability: the answer is a set, and
+never one name out of a set. The model is linear: residuals beyond some 0.1 mm, or a wrong machine, are beyond it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.diagnosis.evidence import shares
+from trueloop.diagnosis.terms.checks import check
+from trueloop.diagnosis.terms.columns import with_order
+from trueloop.diagnosis.terms.posterior import posterior
+from trueloop.diagnosis.terms.question import Hypothesis, Question, log_evidence, question
+from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.diagnosis.terms.separators import separators
+from trueloop.diagnosis.terms.sets import TermSet, sets, with_separators
+from trueloop.diagnosis.terms.suspects import Wrong
+from trueloop.errors import Finding
+from trueloop.machine.model.chain import Chain
+from trueloop.machine.model.names import ErrorName
+
+NOTHING_WRONG: Final = 0.9
+ONE_WRONG: Final = 0.09
+"""Beforehand. Two errors have the rest."""
+FIRST: Final = 12
+"""So many of the likeliest single suspects are looked at together with every second one."""
+FREEDOM: Final = 4.0
+"""Degrees of freedom of Student's t that points scatter by, where one lies further out than `FAR`."""
+FAR: Final = 4.0
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Hypotheses with their probabilities, most probable first; () is that nothing is wrong.
+
+    `by_error` has the probability of each axis error to be among what is wrong. `sets` are what is found: names that
+    the data cannot divide stand together; none where nothing wrong is likelier than not. `notes` say what the data
+    lack. `noise_mm` is what points scatter by.
+    """
+
+    hypotheses: tuple[tuple[Hypothesis, float], ...]
+    by_error: Mapping[ErrorName, float] = field(default_factory=dict)
+    sets: tuple[TermSet, ...] = ()
+    notes: tuple[Finding, ...] = ()
+    noise_mm: float = 0.0
+
+    @property
+    def sound(self) -> float:
+        """Probability that no error is wrong by as much as the residuals could show."""
+        return dict(self.hypotheses).get((), 0.0)
+
+    def credible(self, level: float = 0.995) -> tuple[Hypothesis, ...]:
+        """The fewest hypotheses that hold the truth with that probability; () among them where nothing may be wrong."""
+        total, found = 0.0, []
+        for hypothesis, probability in self.hypotheses:
+            found.append(hypothesis)
+            total += probability
+            if total >= level:
+                break
+        return tuple(found)
+
+
+def judge(chain: Chain, seen: Residuals, pairs: bool = True, *, turned: bool = False) -> Verdict:
+    """Probabilities of what is wrong, and sets of names with what would divide them.
+
+    With `pairs` two errors at once are looked for; with `turned` the frame of every part may be turned as well as
+    moved. Raises DIA-FEW for one part and for fewer points than unknowns, DIA-SIGNAL for a temperature that is missing,
+    MCH-SHAPE and DIA-POINTS for arrays that do not fit or are not finite.
+    """
+    notes = check(chain, seen)
+    asked = question(chain, with_order(seen), turned=turned)
+    log = _weights(asked, pairs)
+    robust = _robust(asked, next(iter(shares(log))))
+    if robust is not None:
+        asked = replace(asked, scatter=robust)
+        log = _weights(asked, pairs)
+    found = tuple(shares(log).items())
+    products = asked.products()
+    best = posterior(asked, products, found[0][0])
+    divided = tuple(with_separators(one, separators(asked, products, one, found)) for one in sets(found))
+    return Verdict(found, _by_error(found), divided, notes, float(np.sqrt(best.noise)) * 1e-3)
+
+
+def _weights(asked: Question, pairs: bool) -> dict[Hypothesis, float]:
+    """Logarithms of prior times likelihood."""
+    products, whole = asked.products(), sum(asked.prior.values())
+    log: dict[Hypothesis, float] = {(): float(log_evidence(asked, products, [()])[0] + np.log(NOTHING_WRONG))}
+    singles: list[Hypothesis] = [(one,) for one in asked.prior]
+    for one, value in zip(singles, log_evidence(asked, products, singles) if singles else (), strict=True):
+        log[one] = float(value + np.log(ONE_WRONG * asked.prior[one[0]] / whole))
+    if pairs:
+        log |= _pairs(asked, singles, log, whole)
+    return log
+
+
+def _pairs(
+    asked: Question, singles: list[Hypothesis], log: Mapping[Hypothesis, float], whole: float
+) -> dict[Hypothesis, float]:
+    """Of two errors that are not the same, the likelier one among the `FIRST`."""
+    ordered = sorted(singles, key=lambda one: -log[one])
+    two = [(a, b) for k, (a,) in enumerate(ordered[:FIRST]) for (b,) in ordered[k + 1 :] if a.error != b.error]
+    if not two:
+        return {}
+    found = log_evidence(asked, asked.products(), two)
+    prior = (1 - NOTHING_WRONG - ONE_WRONG) * 2 / whole**2
+    return {
+        (a, b): float(value + np.log(prior * asked.prior[a] * asked.prior[b]))
+        for (a, b), value in zip(two, found, strict=True)
+    }
+
+
+def _robust(asked: Question, best: Hypothesis) -> Array | None:
+    """Scatter of each point where some lie far out of the likeliest hypothesis: Student's t as a mixture of normals."""
+    left = posterior(asked, asked.products(), best).left
+    size = 1.4826 * float(np.median(np.abs(left)))
+    if size == 0.0 or float(np.abs(left).max()) < FAR * size:
+        return None
+    scatter: Array = np.sqrt((FREEDOM + (left / size) ** 2) / (FREEDOM + 1))
+    return np.maximum(scatter, 1.0)
+
+
+def _by_error(found: tuple[tuple[Hypothesis, float], ...]) -> dict[ErrorName, float]:
+    by_error: dict[Wrong, float] = {}
+    for hypothesis, share in found:
+        for one in hypothesis:
+            by_error[one.error] = by_error.get(one.error, 0.0) + share
+    ordered = sorted(by_error.items(), key=lambda item: -item[1])
+    return {error: share for error, share in ordered if isinstance(error, ErrorName)}

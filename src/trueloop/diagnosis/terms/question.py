@@ -1,0 +1,102 @@
+"""Residuals made ready: columns of all suspects, set-ups, weights of points, and how well hypotheses explain them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.diagnosis.evidence import SIZES, log_student
+from trueloop.diagnosis.terms.columns import Columns, columns
+from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.diagnosis.terms.set_ups import TakenOut, set_ups, taken_out
+from trueloop.diagnosis.terms.suspects import Suspect, suspects
+from trueloop.machine.model.chain import Chain
+from trueloop.machine.model.kinematics import tool_in_work_mm
+
+Hypothesis = tuple[Suspect, ...]
+NOISE_MM: Final = 0.001
+"""What residuals scatter by, to begin with: the prior of their variance is worth two of them."""
+AT_ONCE: Final = 64
+"""Hypotheses that are worked out at once: a matter of memory alone."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """`rows` (n, columns) of all parts of suspects, `place` of each among them; the last column is 0.
+
+    `prior` has every suspect that would leave something, with its share. `set_up` are columns of set-ups. All is
+    divided by the scatter of each point, `scatter` (n,) in units of `NOISE_MM`.
+    """
+
+    chain: Chain
+    seen: Residuals
+    prior: Mapping[Suspect, float]
+    columns: Mapping[Suspect, Columns]
+    place: Mapping[Suspect, slice]
+    rows: Array
+    set_up: Array
+    scatter: Array
+
+    @property
+    def values(self) -> Array:
+        """Residuals in units of their noise to begin with."""
+        return self.seen.residual_mm / NOISE_MM
+
+    def products(self) -> TakenOut:
+        """Of rows and values, weighted."""
+        by = self.scatter[:, None]
+        return taken_out(self.set_up / by, self.rows / by, self.values / self.scatter)
+
+    def index(self, hypothesis: Hypothesis, width: int) -> tuple[list[int], list[int]]:
+        """Columns of a hypothesis filled up to `width` with the column that is 0, and whose each is."""
+        found: list[int] = []
+        of: list[int] = []
+        for number, suspect in enumerate(hypothesis):
+            for part in suspect.parts:
+                where = range(self.rows.shape[1])[self.place[part]]
+                found, of = found + list(where), of + [number] * len(where)
+        missing = width - len(found)
+        return found + [self.rows.shape[1] - 1] * missing, of + [0] * missing
+
+    def count(self, hypothesis: Hypothesis) -> int:
+        """Number of columns."""
+        return sum(self.place[part].stop - self.place[part].start for one in hypothesis for part in one.parts)
+
+
+def question(chain: Chain, seen: Residuals, *, turned: bool = False) -> Question:
+    """Of residuals that have the order of parts as a signal. With `turned` frames of parts may be turned too."""
+    prior = dict(suspects(chain, seen))
+    shapes = {part: columns(chain, part, seen) for part in dict.fromkeys(p for one in prior for p in one.parts)}
+    found = {part: shape for part, shape in shapes.items() if shape is not None}
+    ends = np.cumsum([0, *(shape.mixing.shape[1] for shape in found.values())])
+    place = {part: slice(int(a), int(b)) for part, a, b in zip(found, ends, ends[1:], strict=False)}
+    rows = [shape.rows(chain, seen.state, seen.normal) for shape in found.values()]
+    points = tool_in_work_mm(chain, seen.state.positions, seen.state.tool_mm, {}) if turned else None
+    possible = {one: share for one, share in prior.items() if all(part in found for part in one.parts)}
+    zero = np.zeros((len(seen.part), 1))
+    set_up = set_ups(seen.part, seen.normal, points)
+    return Question(chain, seen, possible, found, place, np.hstack([*rows, zero]), set_up, np.ones(len(zero)))
+
+
+def log_evidence(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
+    """Logarithms of the marginal likelihood of hypotheses with equally many suspects, (hypotheses,)."""
+    parts = [hypotheses[k : k + AT_ONCE] for k in range(0, len(hypotheses), AT_ONCE)]
+    grids = [log_grid(asked, products, part) for part in parts]
+    return np.concatenate([np.logaddexp.reduce(g.reshape(len(g), -1), axis=1) - np.log(g[0].size) for g in grids])
+
+
+def log_grid(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:
+    """By hypothesis, variance of set-ups and sizes of suspects, (hypotheses, settings, sizes ** suspects)."""
+    width = max(asked.count(one) for one in hypotheses)
+    pairs = [asked.index(one, width) for one in hypotheses]
+    index, of = np.array([p[0] for p in pairs], int), np.array([p[1] for p in pairs], int)
+    tried = np.array(list(product(SIZES, repeat=max(len(hypotheses[0]), 1))))
+    gram = products.gram[:, index[:, :, None], index[:, None, :]].swapaxes(0, 1)[:, :, None]
+    right = products.right[:, index].swapaxes(0, 1)[:, :, None]
+    variances = tried[:, of.reshape(len(pairs), width)].swapaxes(0, 1)[:, None]
+    logs = log_student(gram, right, products.squares[None, :, None], products.count, variances)
+    found: Array = logs + products.volume[None, :, None]
+    return found

@@ -1,0 +1,142 @@
+"""Which further measurement would divide a set of names: computed from what each predicts there.
+
+A part is imagined like that on which most is wrong, but cut with another tool, at another place, or with one element
+warmer. Two names that explain the data alike predict its residuals as normal distributions, from their coefficients as
+the data leave them and the noise and set-ups found. How far these lie apart is the expected logarithm of the Bayes
+factor: the mean of both Kullback–Leibler divergences.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Integers
+from trueloop.diagnosis.terms.posterior import Posterior, posterior
+from trueloop.diagnosis.terms.question import Hypothesis, Question
+from trueloop.diagnosis.terms.set_ups import TakenOut, set_ups
+from trueloop.diagnosis.terms.sets import TermSet
+from trueloop.machine.model.model import State
+from trueloop.wording import wording
+
+LONGER_MM: Final = 50.0
+FURTHER_MM: Final = 50.0
+WARMER_K: Final = 5.0
+TELLS: Final = 1.0
+"""An expected logarithm of the Bayes factor from which a measurement is worth naming: odds of e to 1 from one part."""
+NAMED: Final = 3
+POINTS: Final = 60
+"""Points of a part that are looked at, at most."""
+COMPARED: Final = 4
+"""The likeliest names of a set that are compared."""
+
+
+@dataclass(frozen=True)
+class Imagined:
+    """A part that could be measured: `words` say what is different, `apart` is the expected log Bayes factor."""
+
+    words: str
+    state: State
+    apart: float = 0.0
+
+
+def separators(
+    asked: Question, products: TakenOut, one: TermSet, found: Sequence[tuple[Hypothesis, float]]
+) -> tuple[str, ...]:
+    """In words, the best first; none for a single name."""
+    if len(one.errors) <= one.at_least:
+        return ()
+    telling = [design.words for design in ranked(asked, products, one, found) if design.apart >= TELLS]
+    return tuple(telling[:NAMED]) or (wording("the axes themselves measured: no further part would divide these"),)
+
+
+def ranked(
+    asked: Question, products: TakenOut, one: TermSet, found: Sequence[tuple[Hypothesis, float]]
+) -> list[Imagined]:
+    """Imagined parts by how well they divide the likeliest names of a set that come worst apart."""
+    rivals = [posterior(asked, products, _with(found, one, number)) for number in range(len(one.errors))[:COMPARED]]
+    rows = _one_part(asked, rivals[0])
+    normal = asked.seen.normal[rows]
+    designs = []
+    for imagined in _designs(asked, rows):
+        at = [_prediction(asked, rival, imagined.state, normal) for rival in rivals]
+        designs.append(replace(imagined, apart=float(np.mean([_apart(a, b) for a, b in combinations(at, 2)]))))
+    return sorted(designs, key=lambda design: -design.apart)
+
+
+def _with(found: Sequence[tuple[Hypothesis, float]], one: TermSet, number: int) -> Hypothesis:
+    """The likeliest hypothesis with one name of the set and no other."""
+    error, others = one.errors[number], set(one.errors) - {one.errors[number]}
+    errors_at_once = max(len(found[0][0]), 1)
+    for hypothesis, _ in found:
+        errors = {suspect.error for suspect in hypothesis}
+        if len(errors) == errors_at_once and error in errors and (not errors & others or one.at_least > 1):
+            return hypothesis
+    return (one.suspects[number],)
+
+
+def _one_part(asked: Question, likeliest: Posterior) -> Integers:
+    """Rows of the part on which most is wrong, spread over it: what is imagined is as warm as that one."""
+    index, _ = asked.index(likeliest.hypothesis, asked.count(likeliest.hypothesis))
+    numbers, of = np.unique(asked.seen.part, return_inverse=True)
+    left = np.bincount(of, (asked.rows[:, index] @ likeliest.mean) ** 2)
+    rows = np.flatnonzero(asked.seen.part == numbers[int(np.argmax(left))])
+    chosen: Integers = rows[np.unique(np.linspace(0, len(rows) - 1, min(POINTS, len(rows))).astype(int))]
+    return chosen
+
+
+def _designs(asked: Question, rows: Integers) -> Iterator[Imagined]:
+    """Parts that differ from those measured in one thing."""
+    state, count = asked.seen.state, len(rows)
+    signals = {name: np.broadcast_to(values, asked.seen.part.shape)[rows] for name, values in state.signals.items()}
+    mean = {name: np.full(count, np.mean(np.asarray(values))) for name, values in state.signals.items()}
+    tool = np.broadcast_to(state.tool_mm, (len(asked.seen.part), 3))[rows]
+    here = State(state.positions[rows], _of(state.travel, rows), signals, tool)
+    for name in (axis for axis in asked.chain.order if axis in "XYZ"):
+        moved = LONGER_MM * np.eye(3)["XYZ".index(name)]
+        # the same part: a longer tool, the axis back by as much
+        yield Imagined(
+            wording("a tool longer or shorter by {mm:g} mm along {axis}", mm=LONGER_MM, axis=name),
+            replace(here, tool_mm=tool + moved, positions=_shifted(asked, here.positions, name, -LONGER_MM)),
+        )
+    for name in (axis for axis in asked.chain.order if axis in "XYZ"):
+        yield Imagined(
+            wording("a part at positions of {axis} further on by {mm:g} mm", mm=FURTHER_MM, axis=name),
+            replace(here, positions=_shifted(asked, here.positions, name, FURTHER_MM)),
+        )
+    for signal in sorted(set(asked.seen.element.values())):
+        yield Imagined(
+            wording("a part cut with {signal} alone warmer or colder by {k:g} K", signal=signal, k=WARMER_K),
+            replace(here, signals={**mean, signal: mean[signal] + WARMER_K}),
+        )
+
+
+def _of(travel: Array | float, rows: Integers) -> Array | float:
+    return travel if np.ndim(travel) == 0 else np.asarray(travel)[rows]
+
+
+def _shifted(asked: Question, positions: Array, axis: str, by_mm: float) -> Array:
+    moved = positions.copy()
+    if axis in asked.chain.order:
+        moved[:, asked.chain.order.index(axis)] += by_mm
+    return moved
+
+
+def _prediction(asked: Question, rival: Posterior, state: State, normal: Array) -> tuple[Array, Array]:
+    """Mean (n,) and covariance (n, n) of the residuals of one more part, units of the noise to begin with."""
+    shapes = [asked.columns[part] for one in rival.hypothesis for part in one.parts]
+    rows = np.hstack([shape.rows(asked.chain, state, normal) for shape in shapes])
+    own = set_ups(np.zeros(len(normal), int), normal)
+    spread = rival.noise * np.eye(len(rows)) + rival.setting * own @ own.T
+    return rows @ rival.mean, spread + rows @ rival.covariance @ rows.T
+
+
+def _apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+    """Mean of both Kullback–Leibler divergences of two normal distributions."""
+    (a, cov_a), (b, cov_b) = one, other
+    between = a - b
+    total = np.trace(np.linalg.solve(cov_a, cov_b)) + np.trace(np.linalg.solve(cov_b, cov_a)) - 2 * len(a)
+    total += between @ np.linalg.solve(cov_a, between) + between @ np.linalg.solve(cov_b, between)
+    return float(total) / 4
