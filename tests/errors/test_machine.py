@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.files import read_as_file
+from tests.support.worn_lathe import cut, lathe_model, nothing
 from trueloop.diagnosis.components import Inspections, error_components
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.formats.measurements.positioning_data import read_positioning
@@ -24,7 +25,9 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import CONSTANT, PositionBasis, polynomial
 from trueloop.machine.model.structure import chain_of
 from trueloop.machine.model.term import Part, Term
-from trueloop.machine.model.validity import check_state, require_serial
+from trueloop.machine.model.validity import check_state, require_in_force, require_serial
+from trueloop.machine.model.version import Version
+from trueloop.machine.refine.refine import refine, require_better
 from trueloop.machine.standards.planar_field import QuadrupoleField
 from trueloop.machine.standards.plates import LeftOut, require_repeating
 from trueloop.nc.program.program import read_program
@@ -71,6 +74,17 @@ def _outlier() -> object:
     return identify(MILL, [EXX], replace(data, reading=slipped)).findings[0]
 
 
+def _offered() -> None:
+    version = Version(2, 64 * "0", ("EXX",), "EXX refined", "better", "2026-11-23T10:00:00+00:00")
+    model = MachineModel(MILL, (EXX,), np.zeros(3), np.zeros((3, 3)), version=version)
+    require_in_force(model, 64 * "1")
+
+
+def _no_better() -> None:
+    model = lathe_model()
+    require_better(refine(model, cut(model, nothing, 1, 4), []))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MCH_NAME: lambda: error_name("EXX1"),
     Code.MCH_STRUCTURE: lambda: chain_of("w X Y Z t"),
@@ -94,6 +108,8 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.MCH_MACHINE: lambda: require_serial(
         MachineModel(Machine("mill", MILL.chain, "4711"), (EXX,), np.zeros(3), np.zeros((3, 3))), "4712"
     ),
+    Code.MCH_OFFERED: _offered,
+    Code.DIA_WORSE: _no_better,
     Code.MCH_SHAPE: _two_normals_for_three_points,
     Code.MCH_HISTORY: lambda: check_lags_given((Lag("column", "T1", 1800.0),), {"T1": 21.0}),
     Code.MCH_LAG: lambda: at_bounds((Lag("column", "T1", 300.0, between_s=(300.0, 9000.0)),))[0],

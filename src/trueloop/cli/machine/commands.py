@@ -2,6 +2,7 @@
 
 import typer
 
+from trueloop.cli.machine.accept import accept
 from trueloop.cli.machine.compensate import compensate
 from trueloop.cli.machine.components import decompose
 from trueloop.cli.machine.drift import add_drift, drift_fit, drift_predict
@@ -19,6 +20,7 @@ for command in (
     fit,
     show,
     check,
+    accept,
     compensate,
     export,
     decompose,

@@ -54,7 +54,7 @@ def decompose(
 
     if db and not serial:
         raise typer.BadParameter("needs --serial: a part is known by its serial number", param_hint="--db")
-    known = read_model(model)
+    known = read_model(model, offered=True)
     points, seen = read_inspections(inspections)
     zero = vector_of(work_zero, "--work-zero")
     cut = states_of(known, seen, zero, _tool(tool, seen.tool_mm, "tool"), signals_of(known, cutting))

@@ -58,7 +58,7 @@ def show(
     from trueloop.machine.model.validity import check_signals
     from trueloop.report.machine.summary import lag_line
 
-    known = read_model(model)
+    known = read_model(model, offered=True)
     signals = signals_of(known, temperatures)
     with in_file(model):
         check_signals(known, signals, extrapolate or ())
@@ -92,7 +92,7 @@ def check(
     from trueloop.machine.identify.hold_out import compare
     from trueloop.machine.model.validity import check_state
 
-    known = read_model(model)
+    known = read_model(model, offered=True)
     data = readings_of(readings, known.machine.chain, history).with_lags(known.lags)
     with in_file(readings[0] if len(readings) == 1 else model):
         check_state(known, data.state, extrapolate or ())

@@ -2,11 +2,14 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from trueloop.domain.record import sha256_of
+from trueloop.errors import in_file
 from trueloop.formats.input_file import FilePath
 from trueloop.formats.json_file import read_json
 from trueloop.machine.model.chain import Axis, AxisKind, Chain
@@ -15,6 +18,8 @@ from trueloop.machine.model.model import Machine, MachineModel
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.position_basis import PositionBasis
 from trueloop.machine.model.term import Part, Term
+from trueloop.machine.model.validity import require_in_force
+from trueloop.machine.model.version import Acceptance, Version
 
 FORMAT: Final = "trueloop machine model 2"
 """Format 1 counted the arms of a table's angular errors from the table itself: its coefficients mean something else."""
@@ -41,6 +46,7 @@ def model_to_json(model: MachineModel, made_from: Mapping[str, str] | None = Non
             "tool": [_axis(axis) for axis in model.machine.chain.tool],
         },
         "made_from": dict(made_from or {}),
+        **({} if model.version is None else {"version": asdict(model.version)}),
         "identified": {name: list(known) for name, known in model.identified.items()},
         "terms": [
             {"error": str(t.name), "both_ways": t.both_ways, "parts": [_part(p) for p in t.parts]} for t in model.terms
@@ -50,11 +56,17 @@ def model_to_json(model: MachineModel, made_from: Mapping[str, str] | None = Non
         "coefficients": model.coefficients.tolist(),
         "covariance": model.covariance.tolist(),
     }
+    return _text(content)
+
+
+def _text(content: dict[str, Any]) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
 
 
-def read_model(path: FilePath) -> MachineModel:
-    """Reads a model file. Raises MCH-FILE for what is none.
+def read_model(path: FilePath, *, offered: bool = False) -> MachineModel:
+    """Reads a model file. Raises MCH-FILE for what is none, MCH-OFFERED for a refined one that was not accepted.
+
+    With `offered` such a one is read too, to be looked at: nothing may be corrected by it.
 
     >>> machine, form = trueloop.read_machine(trueloop.example("machine/machine.toml"))
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
@@ -64,7 +76,25 @@ def read_model(path: FilePath) -> MachineModel:
     True
     """
     path = Path(path)
-    return read_json(path, FORMAT, _model, hint=HINT)
+    model = read_json(path, FORMAT, _model, hint=HINT)
+    if not offered and model.version is not None:
+        with in_file(path):
+            require_in_force(model, sha256_of(path.read_bytes()))
+    return model
+
+
+def accepted_text(path: Path, acceptance: Acceptance) -> str:
+    """An offered model file with who accepted it, all else as it was. Raises MCH-FILE for what is not offered."""
+
+    def accepted(content: dict[str, Any]) -> str:
+        version = _model(content).version
+        if version is None:
+            raise ValueError("it was fitted from readings and needs no acceptance")
+        if version.accepted is not None:
+            raise ValueError(f"version {version.number} was accepted by {version.accepted.who} {version.accepted.at}")
+        return _text({**content, "version": asdict(replace(version, accepted=acceptance))})
+
+    return read_json(path, FORMAT, accepted, hint="name a refined model that is offered")
 
 
 def _model(content: dict[str, Any]) -> MachineModel:
@@ -83,7 +113,22 @@ def _model(content: dict[str, Any]) -> MachineModel:
         raise ValueError(f"some of {size} coefficients and their covariance are no numbers")
     identified = {name: (float(low), float(high)) for name, (low, high) in content["identified"].items()}
     units = {str(name): str(unit) for name, unit in content.get("units", {}).items()}
-    return MachineModel(machine, terms, coefficients, covariance, identified, lags, units)
+    version = _version(content.get("version"))
+    return MachineModel(machine, terms, coefficients, covariance, identified, lags, units, version)
+
+
+def _version(content: dict[str, Any] | None) -> Version | None:
+    if content is None:
+        return None
+    given = {**content, "errors": tuple(str(error_name(one)) for one in content["errors"])}
+    accepted = given.pop("accepted")
+    texts = [given[name] for name in ("parent_sha256", "reason", "judged", "made_at", "made_by")]
+    if not all(isinstance(text, str) for text in texts) or type(given["number"]) is not int:
+        raise TypeError("the version's number, parent, reason, judgement, time or maker is of another kind")
+    known = None if accepted is None else Acceptance(**accepted)
+    if known is not None and not (known.who and all(isinstance(text, str) for text in accepted.values())):
+        raise ValueError("the version was accepted by nobody")
+    return Version(**given, accepted=known)
 
 
 def _lag(lag: Lag) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def check_run(
 
     Raises RTC-SAMPLES for a run that cannot be judged, RTC-IMAGE, MCH-FILE.
     """
-    recorded, known = read_samples(samples), read_model(model)
+    recorded, known = read_samples(samples), read_model(model, offered=True)
     held = read_image(image) if image is not None else None
     bank = held.bank if held else None
     names = [(s.name, s.unit) for s in bank.signals] if bank else [(n, known.units.get(n, "")) for n in known.needs()]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Quarantine
+from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part
 from trueloop.domain.program import ProgramText
 from trueloop.domain.record import sha256_of
@@ -29,6 +30,8 @@ NAMES: Final[dict[type, tuple[str, str]]] = {
     Correction: ("correction", "corrections"),
     ProgramText: ("program", "programs"),
     Quarantine: ("quarantine", "quarantines"),
+    ModelVersion: ("version of a model", "versions of a model"),
+    ModelDecision: ("decision on a model", "decisions on models"),
 }
 """What is said to be kept, in this order; what stands for these in the store besides (links, names) is not said."""
 LIFTED: Final = ("quarantine lifted", "quarantines lifted")

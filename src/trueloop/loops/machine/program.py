@@ -13,6 +13,7 @@ from trueloop.machine.correct.setup import Setup, compensation_field
 from trueloop.machine.drift.terms import zeroed_at
 from trueloop.machine.model.model import MachineModel
 from trueloop.machine.model.term import means
+from trueloop.machine.model.validity import require_in_force
 from trueloop.nc.field.field import Field
 from trueloop.nc.program.cutter_tool import tool_rows
 from trueloop.nc.program.unit import recorded_program
@@ -22,8 +23,10 @@ from trueloop.units import UM_PER_MM
 def field_of_model(model: MachineModel, sha256: str, setup: Setup, extrapolate: Collection[str] = ()) -> Field:
     """COMP_MTG of the model, of which `sha256` is the hash, at the set-up's temperatures.
 
-    Raises MCH-FRAME, MCH-TRAVEL and MCH-RANGE at positions that the model does not know.
+    Raises MCH-OFFERED for a refined model that was not accepted, MCH-FRAME, MCH-TRAVEL and MCH-RANGE at positions that
+    the model does not know.
     """
+    require_in_force(model, sha256)
     known = model if setup.zero_signals is None else zeroed_at(model, setup.zero_signals)
     return compensation_field(known, setup, _provenance(setup, sha256), extrapolate)
 

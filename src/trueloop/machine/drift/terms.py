@@ -53,6 +53,7 @@ def with_drift(model: MachineModel, drift: DriftModel, error: ErrorName) -> Mach
         identified={**known, **model.identified},
         lags=(*model.lags, *lags.values()),
         units={**units, **model.units},
+        version=None,
     )
 
 

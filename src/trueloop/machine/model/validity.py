@@ -51,6 +51,23 @@ def known_state(
     return state
 
 
+def require_in_force(model: MachineModel, sha256: str) -> None:
+    """Refuses a version that is offered and that nobody accepted (MCH-OFFERED): nothing may be corrected by it.
+
+    `sha256` is that of the model's file.
+    """
+    version = model.version
+    if version is None or version.accepted is not None:
+        return
+    raise TrueloopError(
+        Code.MCH_OFFERED,
+        f"version {version.number} of the model of {model.machine.name!r}, made {version.made_at}, is offered and not "
+        f"accepted: {version.reason}",
+        hint="look at it: `trueloop machine show`; then accept it: `trueloop machine accept MODEL.json -o NEW.json`",
+        values={"sha256": sha256},
+    )
+
+
 def check_state(model: MachineModel, state: State, extrapolate: Collection[str] = ()) -> None:
     """Refuses positions beyond travel (MCH-TRAVEL), and positions or signals beyond the data (MCH-RANGE).
 
