@@ -12,6 +12,7 @@ from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.machine import commands as machine
 from trueloop.cli.measure import commands as measure
+from trueloop.cli.monitor import commands as monitor
 from trueloop.cli.nc import commands as nc
 from trueloop.cli.new import new
 from trueloop.cli.realtime import commands as realtime
@@ -53,6 +54,7 @@ app.add_typer(machine.app, name="machine")
 app.add_typer(realtime.app, name="realtime")
 app.add_typer(surface.app, name="surface")
 app.add_typer(series.app, name="series")
+app.add_typer(monitor.app, name="monitor")
 app.add_typer(offsets.app, name="offsets")
 app.add_typer(tool.app, name="tool")
 app.add_typer(record.app, name="record")

@@ -50,6 +50,19 @@ def print_lines(lines: Iterable[object]) -> None:
         console.print(str(line), markup=False)
 
 
+def print_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
+    """A table for people on stdout: the first column set left, all others right."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for k, name in enumerate(head):
+        table.add_column(name, justify="right" if k else "left", no_wrap=True)
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row))
+    wide_console().print(table)
+
+
 def print_json(value: Mapping[str, object]) -> None:
     """One JSON object on stdout. What JSON has no word for (nan, inf) must be null already."""
     typer.echo(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))

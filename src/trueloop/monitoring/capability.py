@@ -12,7 +12,7 @@ from scipy import stats
 
 from trueloop.arrays import Array
 from trueloop.errors import Code, TrueloopError
-from trueloop.monitoring.charts import baseline
+from trueloop.monitoring.charts import Baseline, baseline
 
 SHARE_OF_FREEDOM: Final = 0.62
 """A standard deviation from n − 1 moving ranges is as good as one from 0.62 (n − 1) independent values: the variance of
@@ -41,17 +41,20 @@ class Capability:
     normal_p: float
 
 
-def capability(values: Array, lower: float | None, upper: float | None, level: float = 0.95) -> Capability:
+def capability(
+    values: Array, lower: float | None, upper: float | None, level: float = 0.95, base: Baseline | None = None
+) -> Capability:
     """Indices of values (n,) against limits; None: no limit on that side.
 
-    Raises MON-FEW for too few values, MON-LIMITS without a limit and for a lower one that is not below the upper one.
+    `base` has the short-term standard deviation and from how many values it comes; None: from these values. Raises
+    MON-FEW for too few values, MON-LIMITS without a limit and for a lower one that is not below the upper one.
     """
     _check(lower, upper)
-    base, n = baseline(values), len(values)
+    base, n = base or baseline(values), len(values)
     mean, sigma = float(np.mean(values)), float(np.std(values, ddof=1))
     indices = [
         made
-        for letter, s, freedom in (("P", sigma, n - 1.0), ("C", base.sigma, SHARE_OF_FREEDOM * (n - 1)))
+        for letter, s, freedom in (("P", sigma, n - 1.0), ("C", base.sigma, SHARE_OF_FREEDOM * (base.count - 1)))
         for made in (
             _spread(f"{letter}p", lower, upper, s, freedom, level),
             _least(letter, lower, upper, mean, s, n, freedom, level),

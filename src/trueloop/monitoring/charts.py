@@ -14,12 +14,16 @@ from trueloop.arrays import Array, Flags, by_content
 from trueloop.errors import Code, TrueloopError
 from trueloop.monitoring import statistics_of_charts as plotted
 from trueloop.monitoring.rules import RULES, Rule
+from trueloop.wording import wording
 
-D2: Final = 2.0 / np.sqrt(np.pi)
+D2: Final = float(2.0 / np.sqrt(np.pi))
 """Mean range of two values of standard deviation 1, 1.128 [ISO 7870-2, d2 for n = 2]."""
+D3: Final = float(np.sqrt(2.0 - 4.0 / np.pi))
+"""Standard deviation of that range, 0.853 [ISO 7870-2, d3 for n = 2]."""
 FEWEST: Final = 8
 """Below this many values a standard deviation is off by more than a quarter, and limits mean little."""
 SHEWHART: Final = 3.0
+MOVING_RANGE: Final = "moving range"
 EWMA_WEIGHT, EWMA_WIDTH = 0.2, 2.859
 """370 values between false alarms at weight 0.2, limits from the first value on."""
 CUSUM_ALLOWANCE, CUSUM_INTERVAL = 0.5, 4.774
@@ -83,11 +87,22 @@ def individuals(values: Array, base: Baseline, rules: Sequence[Rule] = RULES[:1]
     return _chart("individuals", values, base.centre, half, found)
 
 
+def moving_range(values: Array, base: Baseline) -> Chart:
+    """Chart of the moving range of two [ISO 7870-2]: what one value differs from the one before, up to D4 = 3.267 mean
+    ranges. The first value has none: nan. An alarm repeats what the individuals say of one outlier.
+    """
+    ranges = np.concatenate([[np.nan], plotted.moving_range(np.asarray(values, dtype=np.float64))])[: len(values)]
+    centre, high = D2 * base.sigma, (D2 + SHEWHART * D3) * base.sigma
+    found = _beyond(MOVING_RANGE, ranges > high, wording("differs from the value before by more than 3.7 σ"))
+    return Chart(MOVING_RANGE, ranges, centre, np.zeros(len(values)), np.full(len(values), high), tuple(found))
+
+
 def ewma(values: Array, base: Baseline, weight: float = EWMA_WEIGHT, width: float = EWMA_WIDTH) -> Chart:
     """The weighted average of all values so far [ISO 7870-6]; limits follow its own standard deviation."""
     z = plotted.ewma(_z(values, base), weight)
     sigma = plotted.ewma_sigma(weight, len(values))
-    found = _beyond("EWMA", np.abs(z) > width * sigma, f"weighted average beyond {width:g} of its σ")
+    said = wording("the weighted average is beyond {width} of its σ", width=f"{width:g}")
+    found = _beyond("EWMA", np.abs(z) > width * sigma, said)
     return _chart("EWMA", base.centre + base.sigma * z, base.centre, width * base.sigma * sigma, found)
 
 
@@ -100,11 +115,11 @@ def cusum(
     """
     up, down = plotted.cusum(_z(values, base), allowance)
     half = np.full(len(values), interval * base.sigma)
-    parts = (("CUSUM upwards", up, "above"), ("CUSUM downwards", down, "below"))
-    charts = [
-        _chart(name, base.sigma * s, 0.0, half, _beyond(name, s > interval, f"has been {side} the centre for long"))
-        for name, s, side in parts
-    ]
+    parts = (
+        ("CUSUM upwards", up, wording("the values have been above the centre for long")),
+        ("CUSUM downwards", down, wording("the values have been below the centre for long")),
+    )
+    charts = [_chart(name, base.sigma * s, 0.0, half, _beyond(name, s > interval, said)) for name, s, said in parts]
     return charts[0], charts[1]
 
 

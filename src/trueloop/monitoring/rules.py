@@ -11,6 +11,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from trueloop.arrays import Array, Flags
+from trueloop.wording import wording
 
 
 @dataclass(frozen=True)
@@ -67,14 +68,14 @@ def avoiding(z: Array) -> Flags:
 
 
 RULES: Final = (
-    Rule(1, "one value beyond 3 σ", beyond),
-    Rule(2, "nine in a row on one side", one_side),
-    Rule(3, "six in a row rising or falling", trend),
-    Rule(4, "fourteen in a row up and down in turn", alternating),
-    Rule(5, "two of three beyond 2 σ on one side", two_of_three),
-    Rule(6, "four of five beyond 1 σ on one side", four_of_five),
-    Rule(7, "fifteen in a row within 1 σ", hugging),
-    Rule(8, "eight in a row beyond 1 σ on either side", avoiding),
+    Rule(1, wording("one value beyond 3 σ"), beyond),
+    Rule(2, wording("nine in a row on one side"), one_side),
+    Rule(3, wording("six in a row rising or falling"), trend),
+    Rule(4, wording("fourteen in a row up and down in turn"), alternating),
+    Rule(5, wording("two of three beyond 2 σ on one side"), two_of_three),
+    Rule(6, wording("four of five beyond 1 σ on one side"), four_of_five),
+    Rule(7, wording("fifteen in a row within 1 σ"), hugging),
+    Rule(8, wording("eight in a row beyond 1 σ on either side"), avoiding),
 )
 
 

@@ -54,6 +54,7 @@ COMMANDS = (
     "series reject",
     "series replay",
     "series simulate",
+    "monitor chart",
     "record show",
     "db init",
     "db import",
@@ -115,7 +116,9 @@ def _help(*command: str) -> str:
 
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
-    rooms = "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |series |db |realtime "
+    rooms = (
+        "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |series |monitor |db |realtime "
+    )
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)
     groups: dict[str, list[str]] = {command.rpartition(" ")[0]: [] for command in COMMANDS}

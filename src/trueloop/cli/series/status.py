@@ -1,6 +1,5 @@
 """`trueloop series status` and `replay`: the series as they are, and as they would have been with memory."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,7 +9,7 @@ import typer
 from trueloop.cli.db.options import Db
 from trueloop.cli.failure import guarded
 from trueloop.cli.series.options import Page, Which
-from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, wide_console
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
 
 if TYPE_CHECKING:
     from trueloop.report.series.shapes import SeriesShape
@@ -37,7 +36,7 @@ def status(which: Which, page: Page, output: Output = None, db: Db = None, as_js
         print_json({**shown.model_dump(mode="json"), "files": files})
         return
     print_lines([f"{shown.part_type}: {shown.parts} parts, {len(shown.characteristics)} characteristics"])
-    _print_table(HEAD, status_rows(shown))
+    print_table(HEAD, status_rows(shown))
     for proposal in book.waiting:
         print_lines(["", *proposal_lines(proposal, None)])
     _print_rest(shown, files)
@@ -93,20 +92,8 @@ def _print_replay(shown: "SeriesShape", of: str, files: list[str], as_json: bool
         return
     print_lines([f"{of}; root mean square left from the second part on, µm"])
     head, *rows = replay_rows(shown)
-    _print_table(head, rows)
+    print_table(head, rows)
     _print_rest(shown, files)
-
-
-def _print_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> None:
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(box=None, pad_edge=False)
-    for k, name in enumerate(head):
-        table.add_column(name, justify="right" if k else "left", no_wrap=True)
-    for row in rows:
-        table.add_row(*(escape(cell) for cell in row))
-    wide_console().print(table)
 
 
 def _print_rest(shown: "SeriesShape", files: list[str]) -> None:

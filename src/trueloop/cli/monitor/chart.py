@@ -1,0 +1,103 @@
+"""`trueloop monitor chart`."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.db.options import Db
+from trueloop.cli.failure import guarded
+from trueloop.cli.series.options import Page
+from trueloop.cli.terminal import AsJson, busy, print_json, print_lines, print_table
+
+if TYPE_CHECKING:
+    from trueloop.loops.monitor.options import ChartOptions
+
+BASELINE = "20"
+"""As `ChartOptions` has it; a test compares."""
+
+
+class What(StrEnum):
+    """What is charted."""
+
+    VALUE = "value"
+    RESIDUAL = "residual"
+
+
+@guarded
+def chart(
+    page: Page,
+    part_type: Annotated[
+        str | None, typer.Option("--type", "-t", help="The part type.  [default: the only one in the store]")
+    ] = None,
+    characteristic: Annotated[
+        list[str] | None,
+        typer.Option("--characteristic", "-c", help="Of this characteristic alone; several times.  [default: all]"),
+    ] = None,
+    rules: Annotated[
+        str, typer.Option("--rules", help="Nelson's tests on single values: numbers 1 to 8, or all.")
+    ] = "1",
+    baseline: Annotated[
+        str,
+        typer.Option(
+            "--baseline", metavar="N|FIRST..LAST", help="Limits from the first N parts, or from these serial numbers."
+        ),
+    ] = BASELINE,
+    each_setting: Annotated[
+        bool, typer.Option("--each-setting", help="Begin anew, with a centre of its own, where the tool was set.")
+    ] = False,
+    what: Annotated[
+        What, typer.Option("--what", help="Errors as inspected, or residuals: what memory did not expect.")
+    ] = What.VALUE,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for the page and the values.  [default: none]")
+    ] = None,
+    db: Db = None,
+    as_json: AsJson = False,
+) -> None:
+    """Control charts of each characteristic: alarms with their likely causes, capability with intervals."""
+    from trueloop.jobs.monitor.charts import charts_of, write_charts
+    from trueloop.jobs.store.opened import opened
+    from trueloop.report.monitor.chart_lines import alarm_lines, chart_head, chart_rows
+
+    options = _options(rules, baseline, each_setting, what)
+    with busy("charting the series"):
+        shown = charts_of(opened(db), part_type, characteristic or (), options)
+        files = write_charts(shown, output, page.language, page.unit)
+    if as_json:
+        print_json({**shown.model_dump(mode="json"), "files": files})
+        return
+    of = "errors as inspected" if shown.what == "value" else "residuals after correction"
+    print_lines([f"{shown.part_type}: {len(shown.characteristics)} characteristics, {of}"])
+    print_table(chart_head(shown), chart_rows(shown))
+    for one in shown.characteristics:
+        print_lines(alarm_lines(one, shown))
+    print_lines(f"{one.severity} {one.code}: {one.message}\n  hint: {one.hint}" for one in shown.findings)
+    for file in files:
+        typer.echo(f"written: {file}", err=True)
+
+
+def _options(rules: str, baseline: str, anew: bool, what: What) -> "ChartOptions":
+    from trueloop.loops.monitor.options import ChartOptions
+
+    return ChartOptions(_rules(rules), _baseline(baseline, anew), anew, what.value)
+
+
+def _rules(given: str) -> tuple[int, ...]:
+    numbers = range(1, 9) if given == "all" else [int(one) if one.strip().isdigit() else 0 for one in given.split(",")]
+    if not all(1 <= one <= 8 for one in numbers):
+        raise typer.BadParameter(f"{given!r}: name tests by numbers from 1 to 8, as 1,2,5", param_hint="--rules")
+    return tuple(sorted(set(numbers)))
+
+
+def _baseline(given: str, anew: bool) -> int | tuple[str, str]:
+    if ".." in given:
+        first, last = given.split("..", 1)
+        if anew:
+            message = "parts of one segment say no centre of the others: give a number of parts"
+            raise typer.BadParameter(message, param_hint="--baseline")
+        return first.strip(), last.strip()
+    if not given.isdigit() or int(given) < 1:
+        raise typer.BadParameter(f"{given!r}: a number of parts, or FIRST..LAST", param_hint="--baseline")
+    return int(given)

@@ -1,0 +1,17 @@
+"""`trueloop monitor`: control charts with the causes of alarms, certificates of parts, checks of gauges."""
+
+import typer
+
+from trueloop.cli.monitor.chart import chart
+
+app = typer.Typer(
+    help="Quality monitor: control charts, certificates of parts, drift of gauges.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+app.command()(chart)
+
+
+@app.callback()
+def _group() -> None:
+    pass

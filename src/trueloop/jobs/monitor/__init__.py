@@ -1,0 +1,1 @@
+"""Quality monitor from the store: charts, certificates, checks of gauges, and their files."""

@@ -1,0 +1,1 @@
+"""Quality monitor: charts of a series with the causes of alarms, certificates of parts, checks of gauges."""

@@ -1,0 +1,198 @@
+"""One characteristic charted: its charts, its alarms with what explains them, its capability, what to know of both."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags, by_content
+from trueloop.domain.characteristic import Characteristic
+from trueloop.errors import Code, TrueloopError
+from trueloop.loops.monitor.facts import PartFacts
+from trueloop.loops.monitor.known import known, only
+from trueloop.loops.monitor.options import ChartOptions
+from trueloop.loops.post_process.tracked import Tracked, TrackedPart
+from trueloop.monitoring.capability import SHARE_OF_FREEDOM, Capability, capability
+from trueloop.monitoring.charts import FEWEST, MOVING_RANGE, Alarm
+from trueloop.monitoring.correlation import Correlation, correlation
+from trueloop.monitoring.explain import Explained, Explanation, explained
+from trueloop.monitoring.rules import RULES
+from trueloop.monitoring.segments import Charted, charted
+from trueloop.wording import wording
+
+NORMAL: Final = 0.05
+"""Values with a smaller probability under a normal distribution are not taken as normal."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """Alarms of consecutive parts `first` to `last`, and what may explain them."""
+
+    first: int
+    last: int
+    alarms: tuple[Alarm, ...]
+    explained: Explained
+
+
+@by_content
+@dataclass(frozen=True)
+class MonitoredSeries:
+    """A characteristic's chart. Values are errors in mm, or residuals in standard deviations of what was expected.
+
+    `set_before` marks the parts for which the tool was set. `remarks` say what limits or indices are not good for.
+    """
+
+    characteristic: Characteristic
+    serials: tuple[str, ...]
+    set_before: tuple[bool, ...]
+    charted: Charted
+    episodes: tuple[Episode, ...]
+    capability: Capability | None
+    correlation: Correlation
+    remarks: tuple[str, ...]
+
+
+def chart_of(tracked: Tracked, facts: Sequence[PartFacts], options: ChartOptions) -> MonitoredSeries:
+    """Charts a series; `facts` are those of its parts, one each.
+
+    Raises MON-FEW for a baseline that is too short, MON-NONE for a baseline of parts that the series does not have.
+    """
+    chosen = [k for k, one in enumerate(tracked.parts) if _value(one, options) is not None]
+    parts, own = [tracked.parts[k] for k in chosen], [facts[k] for k in chosen]
+    values = np.array([_value(one, options) for one in parts], dtype=np.float64)
+    begins = [k for k, one in enumerate(parts) if one.made.set_before] if options.anew else []
+    base = _baseline(parts, begins, options)
+    found = charted(values, base, begins, [rule for rule in RULES if rule.number in options.rules])
+    causes = known([one.made for one in parts], own, base)
+    index = _capability(tracked, values, found) if options.what == "value" else None
+    like, episodes = _correlation(found), tuple(_episodes(found, causes, options))
+    return MonitoredSeries(
+        tracked.series.characteristic,
+        tuple(one.made.serial for one in parts),
+        tuple(one.made.set_before for one in parts),
+        found,
+        episodes,
+        index,
+        like,
+        tuple(_remarks(tracked, found, index, like, options, alarming=bool(episodes))),
+    )
+
+
+def _value(one: TrackedPart, options: ChartOptions) -> float | None:
+    if options.what == "value":
+        return one.made.error_mm
+    if one.expected_mm is None or not one.expected_u_mm:
+        return None
+    return (one.made.error_mm - one.expected_mm) / one.expected_u_mm
+
+
+def _baseline(parts: Sequence[TrackedPart], begins: Sequence[int], options: ChartOptions) -> Flags:
+    """Which parts limits come from: never those that are to teach nothing."""
+    counts = np.array([one.made.counts for one in parts], dtype=bool)
+    if isinstance(options.baseline, tuple):
+        first, last = (_place(parts, serial) for serial in options.baseline)
+        return counts & (np.arange(len(parts)) >= first) & (np.arange(len(parts)) <= last)
+    chosen = np.zeros(len(parts), dtype=bool)
+    for a, b in pairwise([0, *begins, len(parts)]):
+        chosen[a:b] = counts[a:b] & (np.cumsum(counts[a:b]) <= options.baseline)
+    return chosen
+
+
+def _place(parts: Sequence[TrackedPart], serial: str) -> int:
+    for k, one in enumerate(parts):
+        if one.made.serial == serial:
+            return k
+    raise TrueloopError(
+        Code.MON_NONE,
+        f"part {serial!r} is none of the {len(parts)} parts of the series",
+        hint="name parts by their serial numbers: `--baseline 101..120`; `trueloop series status` shows them",
+        values={"characteristic": serial},
+    )
+
+
+def _episodes(found: Charted, causes: Sequence[Explanation], options: ChartOptions) -> Iterator[Episode]:
+    """Alarms of neighbours are one. What explains it is sought among the parts since the episode before.
+
+    A residual of a step fades as memory learns it: only parts up to the first alarm tell of its cause. The moving range
+    begins none: it signals once in 110 parts by chance, and what it sees single values show too.
+    """
+    for one in found.segments:
+        start = one.first
+        own = [alarm for alarm in found.alarms if one.first <= alarm.index < one.stop]
+        for first, last in _runs(sorted({alarm.index for alarm in own if alarm.chart != MOVING_RANGE})):
+            span = slice(start, (last if options.what == "value" else first) + 1)
+            why = explained(found.z[span], only(causes, span))
+            of_it = tuple(alarm for alarm in own if first <= alarm.index <= last)
+            yield Episode(first, last, of_it, replace(why, since=start + why.since))
+            start = last + 1
+
+
+def _runs(indices: Sequence[int]) -> list[tuple[int, int]]:
+    runs: list[tuple[int, int]] = []
+    for k in indices:
+        if runs and k == runs[-1][1] + 1:
+            runs[-1] = (runs[-1][0], k)
+        else:
+            runs.append((k, k))
+    return runs
+
+
+def _capability(tracked: Tracked, values: Array, found: Charted) -> Capability | None:
+    """Of all parts; the short-term deviation is that of the charts. None without limits."""
+    asked = tracked.series.characteristic
+    if asked.lower_limit is None and asked.upper_limit is None:
+        return None
+    limits = [None if one is None else one - asked.nominal for one in (asked.lower_limit, asked.upper_limit)]
+    base = next(one.base for one in found.segments if one.base is not None)
+    return capability(values, limits[0], limits[1], base=base)
+
+
+def _correlation(found: Charted) -> Correlation:
+    """Of the baseline, each value about the centre of its segment."""
+    return correlation(found.z[found.in_baseline & np.isfinite(found.z)])
+
+
+def _remarks(
+    tracked: Tracked,
+    found: Charted,
+    index: Capability | None,
+    like: Correlation,
+    options: ChartOptions,
+    *,
+    alarming: bool,
+) -> Iterator[str]:
+    count = next(one.base.count for one in found.segments if one.base is not None)
+    unsure = 100.0 / np.sqrt(2.0 * SHARE_OF_FREEDOM * (count - 1))
+    if count < 2 * FEWEST + 4:
+        yield wording(
+            "limits come from {n} parts: their distance is uncertain by {share:.0f} % (one standard deviation), and "
+            "false alarms are more frequent than with limits that are known",
+            n=count, share=float(unsure),
+        )  # fmt: skip
+    if like.significant and like.lag_1 > 0.0:
+        yield wording(
+            "neighbours are alike (correlation {r:.2f}): limits from moving ranges are {share:.0f} % of their right "
+            "width, and alarms are not to be trusted; chart the residuals",
+            r=like.lag_1, share=100.0 * like.width,
+        )  # fmt: skip
+    if like.significant and like.lag_1 < 0.0:
+        yield wording(
+            "neighbours differ more than chance makes them (correlation {r:.2f}): limits are too wide, as after "
+            "correcting too much",
+            r=like.lag_1,
+        )  # fmt: skip
+    left = sum(one.base is None for one in found.segments)
+    if left:
+        yield wording("{n} segments are too short for a centre and have no chart", n=left)
+    asked = tracked.series.characteristic
+    if options.what == "value" and asked.lower_limit is None and asked.upper_limit is None:
+        yield wording("no limits are stated: no capability")
+    if index is not None and alarming:
+        yield wording("the series alarms: Cp and Cpk describe no process that is in control")
+    if index is not None and index.normal_p < NORMAL:
+        yield wording(
+            "the values are not normally distributed (p = {p:.1g}): the indices do not say how many parts are out",
+            p=index.normal_p,
+        )  # fmt: skip

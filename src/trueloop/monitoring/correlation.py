@@ -1,0 +1,36 @@
+"""Whether neighbours of a series are alike: then limits from moving ranges are too narrow."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+
+SURE: Final = 1.96
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """That of neighbours, `lag_1` of `count` values; `limit` is what independent ones stay below with 95 %."""
+
+    lag_1: float
+    limit: float
+    count: int
+
+    @property
+    def significant(self) -> bool:
+        """Whether it is more than chance."""
+        return abs(self.lag_1) > self.limit
+
+    @property
+    def width(self) -> float:
+        """Share of their right width that limits from the moving range have: E|x₂ − x₁| = d2 σ √(1 − ρ)."""
+        return float(np.sqrt(max(1.0 - self.lag_1, 0.0)))
+
+
+def correlation(values: Array) -> Correlation:
+    """Of values (n,) in the order in which they came, n ≥ 3; without its bias of −1/n [Box, Jenkins 1976]."""
+    about, n = values - values.mean(), len(values)
+    lag_1 = float(about[1:] @ about[:-1] / (about @ about)) + 1.0 / n if np.any(about) else 0.0
+    return Correlation(lag_1, SURE / float(np.sqrt(n)), n)

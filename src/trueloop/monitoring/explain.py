@@ -1,0 +1,84 @@
+"""What explains an alarm: hypotheses of how values left their centre, by their marginal likelihoods.
+
+Each hypothesis is a shape f (n,): z = size · f + scatter of 1, where the size is normal about 0 with `SIZE` σ. With
+S = Σ f z and A = Σ f² the evidence against "nothing acts" is (1 + A·SIZE²)^(−1/2) exp(S² SIZE² / (2 (1 + A·SIZE²))).
+Beforehand each known event, a step at some part that nobody knows of (shared by all parts), and that nothing acts have
+the same weight. Valid for one change; the causes of two together share the probability between them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, by_content
+
+SIZE: Final = 5.0
+"""How far a change moves the values, in their standard deviation, beforehand."""
+
+
+@by_content
+@dataclass(frozen=True)
+class Explanation:
+    """Something known to have happened: `kind` and `words` of it, and the `shape` (n,) that its effect has."""
+
+    kind: str
+    words: str
+    shape: Array
+
+
+@dataclass(frozen=True)
+class Likely:
+    """An explanation with its probability, and how much it moved the values, size ± its standard deviation, in σ."""
+
+    kind: str
+    words: str
+    probability: float
+    size: float
+    size_u: float
+
+
+@dataclass(frozen=True)
+class Explained:
+    """What may explain an alarm, likeliest first.
+
+    `unknown` is the probability of a step that nobody knows of, `chance` that nothing acts: a false alarm. `since` is
+    the index from which on a step would begin with the greatest probability, known or not.
+    """
+
+    likely: tuple[Likely, ...]
+    unknown: float
+    chance: float
+    since: int
+
+
+def explained(z: Array, known: Sequence[Explanation]) -> Explained:
+    """Which of what is known explains values z (n,) in standard deviations about their centre, the last one alarming.
+
+    A shape that is zero throughout explains nothing and has no probability.
+    """
+    steps = np.tri(len(z)).T  # row k: a step from value k on
+    of_steps = np.array([_evidence(z, step) for step in steps])
+    of_known = np.array([_evidence(z, one.shape) if np.any(one.shape) else -np.inf for one in known])
+    top = max([0.0, of_steps.max(), *of_known])
+    chance, unknown, shares = float(np.exp(-top)), float(np.exp(of_steps - top).mean()), np.exp(of_known - top)
+    total = chance + unknown + float(shares.sum())
+    likely = [
+        Likely(one.kind, one.words, float(share) / total, *_size(z, one.shape))
+        for one, share in zip(known, shares, strict=True)
+    ]
+    ordered = sorted(likely, key=lambda one: one.probability, reverse=True)
+    return Explained(tuple(ordered), unknown / total, chance / total, int(of_steps.argmax()))
+
+
+def _evidence(z: Array, shape: Array) -> float:
+    """Logarithm of the marginal likelihood against that of nothing."""
+    wide = 1.0 + SIZE**2 * float(shape @ shape)
+    return float(-0.5 * np.log(wide) + 0.5 * SIZE**2 * float(shape @ z) ** 2 / wide)
+
+
+def _size(z: Array, shape: Array) -> tuple[float, float]:
+    """The size given that this is what happened: mean and standard deviation of its posterior."""
+    wide = 1.0 / SIZE**2 + float(shape @ shape)
+    return float(shape @ z) / wide, float(wide**-0.5)

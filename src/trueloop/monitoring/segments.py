@@ -1,0 +1,112 @@
+"""A series in segments, each with its own centre, all with one standard deviation: charts of each, alarms of all.
+
+Where a tool is set anew, where its tip lies changes and how the process scatters does not: so the centre of a segment
+comes from its own values, the standard deviation from the moving ranges of all of them. No range crosses a boundary.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from trueloop.arrays import Array, Flags, by_content
+from trueloop.errors import Code, TrueloopError
+from trueloop.monitoring import charts
+from trueloop.monitoring.charts import D2, FEWEST, Alarm, Baseline, Chart
+from trueloop.monitoring.rules import Rule
+
+LEAST_CENTRE: Final = 3
+"""Values of its own that a segment needs for its centre."""
+
+
+@by_content
+@dataclass(frozen=True)
+class Segment:
+    """Values `first` to `stop` − 1 of a series. `charts` is empty where too few are in the baseline for a centre."""
+
+    first: int
+    stop: int
+    base: Baseline | None
+    charts: tuple[Chart, ...] = ()
+
+
+@by_content
+@dataclass(frozen=True)
+class Charted:
+    """A series (n,) with its segments. `in_baseline` marks the values from which centre and deviation come."""
+
+    values: Array
+    in_baseline: Flags
+    segments: tuple[Segment, ...]
+
+    @property
+    def sigma(self) -> float:
+        """The short-term standard deviation, in the unit of the values."""
+        return next(one.base.sigma for one in self.segments if one.base is not None)
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """Of all charts, in the order of the values; `index` counts in the whole series."""
+        found = [
+            replace(alarm, index=one.first + alarm.index)
+            for one in self.segments
+            for chart in one.charts
+            for alarm in chart.alarms
+        ]
+        return tuple(sorted(found, key=lambda alarm: alarm.index))
+
+    @property
+    def z(self) -> Array:
+        """Values about the centre of their segment in standard deviations, (n,); nan where there is no centre."""
+        z = np.full(len(self.values), np.nan)
+        for one in self.segments:
+            if one.base is not None:
+                z[one.first : one.stop] = (self.values[one.first : one.stop] - one.base.centre) / one.base.sigma
+        return z
+
+
+def charted(values: Array, in_baseline: Flags, begins: Sequence[int] = (), rules: Sequence[Rule] = ()) -> Charted:
+    """Charts of values (n,): individuals with `rules`, moving range, EWMA and CUSUM, of every segment.
+
+    `begins` are the indices with which a new segment begins. Raises MON-FEW where the baseline has fewer than eight
+    values in segments with a centre, or none that differ.
+    """
+    ends = [0, *sorted({k for k in begins if 0 < k < len(values)}), len(values)]
+    own = [in_baseline[a:b].sum() >= LEAST_CENTRE for a, b in pairwise(ends)]
+    base = _common(values, in_baseline, [span for span, enough in zip(pairwise(ends), own, strict=True) if enough])
+    segments = [
+        _segment(values, in_baseline, span, base, rules) if enough else Segment(*span, None)
+        for span, enough in zip(pairwise(ends), own, strict=True)
+    ]
+    return Charted(values, in_baseline, tuple(segments))
+
+
+def _common(values: Array, in_baseline: Flags, spans: Sequence[tuple[int, int]]) -> Baseline:
+    """The standard deviation of all segments: their mean moving range over d2; the centre is not one of theirs."""
+    own = [values[a:b][in_baseline[a:b]] for a, b in spans]
+    ranges = np.concatenate([np.abs(np.diff(one)) for one in own]) if own else np.zeros(0)
+    count, sigma = sum(map(len, own)), float(ranges.mean() / D2) if len(ranges) else 0.0
+    if count < FEWEST or sigma == 0.0:
+        raise TrueloopError(
+            Code.MON_FEW,
+            f"{count} values with a mean moving range of {sigma * D2:g} say no standard deviation",
+            hint=f"chart {FEWEST} values that differ at least",
+            values={"count": count},
+        )
+    return Baseline(0.0, sigma, count)
+
+
+def _segment(
+    values: Array, in_baseline: Flags, span: tuple[int, int], common: Baseline, rules: Sequence[Rule]
+) -> Segment:
+    own = values[slice(*span)]
+    base = replace(common, centre=float(own[in_baseline[slice(*span)]].mean()))
+    made = (
+        charts.individuals(own, base, rules),
+        charts.moving_range(own, base),
+        charts.ewma(own, base),
+        *charts.cusum(own, base),
+    )
+    return Segment(*span, base, made)
