@@ -52,7 +52,15 @@ def said(page: str) -> str:
     ],
 )
 def test_the_verdict_names_one_cause_or_all_that_are_left_or_none(found: Diagnosis | None, words: str) -> None:
-    assert words in said(series_page(series_shape("SHAFT", diagnosis.seen_series(), found)))
+    series = diagnosis.sound_series() if found == diagnosis.sound() else diagnosis.seen_series()
+    assert words in said(series_page(series_shape("SHAFT", series, found)))
+
+
+def test_an_error_without_a_cause_is_never_called_sound() -> None:
+    """Radii of 12 µm on the machine, which falls to 1 µm after a setting, and a verdict that nothing acts."""
+    page = said(series_page(series_shape("SHAFT", diagnosis.seen_series(), diagnosis.sound())))
+    assert "No known cause (98.1 % that none acts), but errors beyond their uncertainty: end − shoulder, length" in page
+    assert "Sound" not in page and "Not explained" in page
 
 
 def test_a_cause_stands_with_evidence_remedy_and_what_would_decide() -> None:

@@ -96,6 +96,16 @@ def torn() -> Diagnosis:
     return Diagnosis((first, second), hypotheses, 0.03)
 
 
+def sound_series(parts: int = 12) -> SeenSeries:
+    """Errors about as large as their uncertainty."""
+    rng = np.random.default_rng(11)
+    made = [
+        SeenPart(f"P{k}", k, {SeenBy.MACHINE: (_error("journal 0", ErrorKind.RADIUS, 0.0007 * rng.standard_normal()),)})
+        for k in range(parts)
+    ]
+    return SeenSeries({"journal 0": FeaturePlace("journal 0", "shaft", (20.0, 20.0), (0.0, 40.0), "T01")}, tuple(made))
+
+
 def sound() -> Diagnosis:
     """Nothing acts."""
     return Diagnosis((), (((), 0.981), (("tool-offset",), 0.019)), 0.981)

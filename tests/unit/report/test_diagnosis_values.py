@@ -45,6 +45,16 @@ def test_means_are_over_cut_parts_and_the_difference_is_cmm_less_machine() -> No
     assert alone.difference.scatter_um is None
 
 
+def test_what_no_probable_cause_acts_on_is_named_by_its_mean_or_its_scatter() -> None:
+    series = diagnosis.seen_series()
+    alone = series_shape("SHAFT", series, diagnosis.sound()).unexplained
+    assert (alone[0].feature, alone[0].shows, alone[0].size_um) == ("end", "mean", -4.0)
+    assert {(one.feature, one.device, one.shows) for one in alone[1:]} >= {("journal 0", "machine", "scatter")}
+    explained = series_shape("SHAFT", series, diagnosis.guilty()).unexplained
+    assert {one.feature for one in explained} == {"end"}
+    assert series_shape("SHAFT", diagnosis.sound_series(), diagnosis.sound()).unexplained == []
+
+
 def test_a_tool_is_set_where_its_count_rises_and_not_on_the_first_part() -> None:
     shape = series_shape("SHAFT", diagnosis.seen_series(), None)
     assert [part.serial for part in shape.parts if part.tool_set] == ["P6"]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.unit.machine.test_refine import cut, lathe_model, yaw
+from tests.support.worn_lathe import cut, lathe_model, yaw
 from trueloop.machine.model.names import error_name
 from trueloop.machine.model.version import Acceptance, Version
 from trueloop.machine.refine.refine import refine

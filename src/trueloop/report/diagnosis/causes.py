@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import Final
 
 from trueloop.report.diagnosis.figures import COVERAGE, bar
-from trueloop.report.diagnosis.names import escaped, share
-from trueloop.report.diagnosis.shapes import CandidateShape, CausesShape, HypothesisShape
+from trueloop.report.diagnosis.names import device_name, error_name, escaped, kind_name, share
+from trueloop.report.diagnosis.shapes import CandidateShape, CausesShape, HypothesisShape, UnexplainedShape
 from trueloop.report.markup import esc, items, section, table
 from trueloop.report.series.shapes import FindingShape
 from trueloop.report.texts.texts import Texts
@@ -18,12 +18,22 @@ LEAST: Final = 0.01
 """Causes below it have no card."""
 CARDS: Final = 12
 SETS: Final = 8
+TOLD: Final = 4
+"""Errors that the verdict names."""
+UNEXPLAINED: Final = 20
+"""Rows of what is not explained."""
 
 
-def verdict(causes: CausesShape | None, parts: int, say: Texts) -> str:
+def verdict(causes: CausesShape | None, parts: int, say: Texts, unexplained: Sequence[UnexplainedShape] = ()) -> str:
     """One sentence: sound as clearly as guilty, and no single name where the data leave several."""
     if causes is None:
         words = say("Nothing is concluded; the findings say why.")
+    elif causes.sound >= 0.5 and unexplained:
+        words = say(
+            "<strong>No known cause</strong> ({share} that none acts), but errors beyond their uncertainty: {errors}.",
+            share=share(causes.sound, say),
+            errors=_unexplained_names(unexplained, say),
+        )
     elif causes.sound >= SURE:
         words = say(
             "<strong>Sound</strong>: nothing acts that {parts} parts could show. Probability {share}.",
@@ -39,6 +49,44 @@ def verdict(causes: CausesShape | None, parts: int, say: Texts) -> str:
     else:
         words = _guilty_verdict(causes, say)
     return f'<p class="verdict">{words}</p>'
+
+
+def _unexplained_names(unexplained: Sequence[UnexplainedShape], say: Texts) -> str:
+    told = [f"{esc(error_name(one))}, {kind_name(one.kind, say)}" for one in unexplained]
+    names = list(dict.fromkeys(told))
+    more = [say("{n} more", n=len(names) - TOLD)] if len(names) > TOLD else []
+    return "; ".join([*names[:TOLD], *more])
+
+
+def unexplained_section(unexplained: Sequence[UnexplainedShape], say: Texts) -> str:
+    """Errors beyond their uncertainty that no probable cause acts on."""
+    if not unexplained:
+        return ""
+    shows = {"mean": say("mean"), "scatter": say("parts differ")}
+    rows = [
+        (
+            esc(error_name(one)),
+            kind_name(one.kind, say),
+            device_name(one.device, say),
+            shows[one.shows],
+            say.error(one.size_um) if one.shows == "mean" else say.size(one.size_um),
+            say.size(one.standard_u_um),
+        )
+        for one in unexplained[:UNEXPLAINED]
+    ]
+    note = say(
+        "No cause of the catalogue with a probability of 50 % or more acts on these. Standard uncertainty: of the "
+        "mean, or of one part where the parts differ."
+    )
+    head = (say("feature"), say("error"), say("seen by"), say("shows"), say("size ({um})"), say("uncertainty ({um})"))
+    left_out = len(unexplained) - len(rows)
+    more = " " + say("{n} more stand in the JSON.", n=left_out) if left_out else ""
+    return section(
+        "unexplained",
+        say("Not explained"),
+        table(head, rows, words=(0, 1, 2, 3), stacks=True),
+        f"<p class='note'>{note}{more}</p>",
+    )
 
 
 def _guilty_verdict(causes: CausesShape, say: Texts) -> str:
@@ -129,7 +177,7 @@ def _card(one: CandidateShape, say: Texts) -> str:
         (say("size, if it acts"), _size(one, say)),
         (say("for it"), _marked("for", one.supports, say)),
         (say("against it"), _marked("against", one.contradicts, say)),
-        (say("remedy"), f"{esc(say.note(one.remedy))} <span class='note'>{esc(one.section)}</span>"),
+        (say("remedy"), f"{esc(say.note(one.remedy))} <span class='note'>{esc(source(one.section))}</span>"),
         (say("decided by"), esc(say.note(one.decided_by))),
     ]
     listed = "".join(f"<dt>{name}</dt><dd>{text}</dd>" for name, text in rows if text)
@@ -137,6 +185,11 @@ def _card(one: CandidateShape, say: Texts) -> str:
         f'<div class="cause"><h3>{esc(say.note(one.name))}<span>{said}</span></h3>{bar(one.probability, said)}'
         f"<dl>{listed}</dl></div>"
     )
+
+
+def source(section: str) -> str:
+    """A section of [4773] as it is cited; what is not a number is said as it stands."""
+    return f"[4773 §{section}]" if section[:1].isdigit() else section
 
 
 def _size(one: CandidateShape, say: Texts) -> str:

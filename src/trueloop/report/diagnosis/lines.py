@@ -1,9 +1,9 @@
 """Diagnoses as lines for a terminal, without findings."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
-from trueloop.report.diagnosis.causes import CREDIBLE, LEAST, SETS, SURE, credible
+from trueloop.report.diagnosis.causes import CREDIBLE, LEAST, SETS, SURE, credible, source
 from trueloop.report.diagnosis.figures import COVERAGE
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.names import device_name, error_name, mean_with_u, share, with_u
@@ -14,6 +14,7 @@ from trueloop.report.diagnosis.shapes import (
     JudgedShape,
     PartDiagnosisShape,
     SeriesDiagnosisShape,
+    UnexplainedShape,
 )
 from trueloop.report.style import plain, signed
 
@@ -50,12 +51,19 @@ def series_lines(found: SeriesDiagnosisShape) -> Iterator[str]:
     if found.causes is None:
         yield "nothing is concluded"
     else:
-        yield from causes_lines(found.causes)
+        yield from causes_lines(found.causes, found.unexplained)
 
 
-def causes_lines(causes: CausesShape) -> Iterator[str]:
-    """The verdict, then each cause with evidence, remedy and what would decide."""
-    yield _verdict(causes)
+def causes_lines(causes: CausesShape, unexplained: Sequence[UnexplainedShape] = ()) -> Iterator[str]:
+    """The verdict, then what is not explained, then each cause with evidence, remedy and what would decide."""
+    if unexplained and causes.sound >= SURE:
+        yield f"no known cause ({share(causes.sound)} that none acts), but errors beyond their uncertainty"
+    else:
+        yield _verdict(causes)
+    for each in unexplained[:FURTHEST]:
+        size = signed(each.size_um) if each.shows == "mean" else plain(each.size_um)
+        seen = f"{each.shows} {size} µm, standard uncertainty {plain(each.standard_u_um)}"
+        yield f"  not explained: {error_name(each)}, {each.kind}, {device_name(each.device)}: {seen}"
     for one in causes.candidates:
         if one.probability >= LEAST:
             yield from _cause(one)
@@ -85,7 +93,7 @@ def _cause(one: CandidateShape) -> Iterator[str]:
         yield f"      + {word}"
     for word in one.contradicts:
         yield f"      − {word}"
-    yield f"      remedy: {one.remedy} {one.section}".rstrip()
+    yield f"      remedy: {one.remedy} {source(one.section)}".rstrip()
 
 
 def fixture_lines(found: FixtureDiagnosisShape) -> Iterator[str]:

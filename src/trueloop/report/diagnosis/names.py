@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from trueloop.report.diagnosis.shapes import FeatureErrorShape, FeatureMeansShape, MeanShape
+from trueloop.report.diagnosis.shapes import FeatureErrorShape, FeatureMeansShape, MeanShape, UnexplainedShape
 from trueloop.report.markup import esc
 from trueloop.report.texts.texts import ENGLISH, Texts
 
@@ -31,7 +31,7 @@ def device_name(device: str, say: Texts = ENGLISH) -> str:
     return {"machine": say("machine’s probe"), "CMM": say("CMM or gauge")}.get(device, device)
 
 
-def error_name(one: FeatureErrorShape | FeatureMeansShape, say: Texts = ENGLISH) -> str:
+def error_name(one: FeatureErrorShape | FeatureMeansShape | UnexplainedShape, say: Texts = ENGLISH) -> str:
     """An error of a feature, as plain text: "journal, radius"."""
     return f"{one.feature} − {one.other}" if one.other else one.feature
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-from trueloop.report.diagnosis.causes import causes_section, findings_section, verdict
+from trueloop.report.diagnosis.causes import causes_section, findings_section, unexplained_section, verdict
 from trueloop.report.diagnosis.figures import SHOWN, series_figure
 from trueloop.report.diagnosis.names import error_name, kind_name, mean_with_u
 from trueloop.report.diagnosis.shapes import FeatureMeansShape, MeanShape, SeriesDiagnosisShape
@@ -23,8 +23,9 @@ def series_page(series: SeriesDiagnosisShape, say: Texts = ENGLISH) -> str:
     more = " " + say("{n} standard parts.", n=standards) if standards else ""
     body = (
         f'<header><p class="kicker">{say("trueloop · diagnosis of a series")}</p><h1>{esc(series.part_type)}</h1>'
-        f'<p class="meta">{counted}{more}</p>{verdict(series.causes, cut, say)}'
+        f'<p class="meta">{counted}{more}</p>{verdict(series.causes, cut, say, series.unexplained)}'
         f'<p class="note">{signs(say)}</p></header>'
+        + unexplained_section(series.unexplained, say)
         + causes_section(series.causes, say)
         + _errors(series, say)
         + findings_section(series.findings, say)

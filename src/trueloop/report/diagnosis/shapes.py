@@ -4,6 +4,8 @@ Errors are in µm along the outward normal, positive where material is left on; 
 long. `standard_u` is one standard deviation. Probabilities are from 0 to 1.
 """
 
+from typing import Literal
+
 from pydantic import SkipValidation
 
 from trueloop.report.series.shapes import FindingShape
@@ -64,6 +66,8 @@ class MeanShape(Shape):
     """Of the mean; null from one part without a known uncertainty."""
     scatter_um: float | None
     """Standard deviation from part to part; null with one part."""
+    one_part_u_um: float | None
+    """Standard uncertainty of the value of one part, root mean square over the parts."""
 
 
 class FeatureMeansShape(Shape):
@@ -132,6 +136,25 @@ class CausesShape(Shape):
     """Measurements that would tell apart what is left."""
 
 
+class UnexplainedShape(Shape):
+    """An error beyond its uncertainty that no probable cause acts on."""
+
+    feature: str
+    """Its name."""
+    other: str
+    """Of a length, the nearer face."""
+    kind: str
+    """As of a feature error."""
+    device: str
+    """Who saw it: machine or CMM."""
+    shows: Literal["mean", "scatter"]
+    """A mean over the parts, or that the parts differ."""
+    size_um: float
+    """The mean, or the standard deviation from part to part."""
+    standard_u_um: float
+    """What chance and the device explain of it."""
+
+
 class PointShape(Shape):
     """Errors, compensations and surfaces at one gauging point [NISTIR 6876 §3], µm along the outward normal."""
 
@@ -198,6 +221,8 @@ class SeriesDiagnosisShape(Shape):
     """Null: nothing is concluded, and the findings say why."""
     means: list[FeatureMeansShape]
     """Each error over the parts."""
+    unexplained: list[UnexplainedShape]
+    """Errors beyond their uncertainty that no probable cause acts on, furthest first."""
     parts: list[SeenPartShape]
     """As they were cut."""
     findings: list[FindingShape]

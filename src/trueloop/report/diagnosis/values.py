@@ -24,6 +24,7 @@ from trueloop.report.diagnosis.shapes import (
     SeenPartShape,
     SeriesDiagnosisShape,
 )
+from trueloop.report.diagnosis.unexplained import unexplained
 from trueloop.report.series.shapes import FindingShape
 from trueloop.units import UM_PER_MM, URAD_PER_RAD
 
@@ -75,10 +76,12 @@ def series_shape(
 ) -> SeriesDiagnosisShape:
     """Parts of one type; no diagnosis where nothing is concluded."""
     before = (None, *series.parts)
+    means, causes = means_of(series.parts), None if found is None else causes_shape(found)
     return SeriesDiagnosisShape(
         part_type=part_type,
-        causes=None if found is None else causes_shape(found),
-        means=means_of(series.parts),
+        causes=causes,
+        means=means,
+        unexplained=[] if causes is None else unexplained(means, causes),
         parts=[seen_part(part, last) for part, last in zip(series.parts, before, strict=False)],
         findings=findings_shape(findings),
     )
@@ -153,7 +156,11 @@ def _mean(seen: Sequence[tuple[float, float]]) -> MeanShape | None:
     one_part = math.sqrt(fmean(u**2 for _, u in seen))
     u = max(one_part, scatter or 0.0) / math.sqrt(len(values))
     return MeanShape(
-        parts=len(values), mean_um=um(fmean(values)), standard_u_um=known_um(u), scatter_um=known_um(scatter)
+        parts=len(values),
+        mean_um=um(fmean(values)),
+        standard_u_um=known_um(u),
+        scatter_um=known_um(scatter),
+        one_part_u_um=known_um(one_part),
     )
 
 
