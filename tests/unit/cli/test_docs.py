@@ -55,6 +55,7 @@ COMMANDS = (
     "series replay",
     "series simulate",
     "monitor chart",
+    "monitor certify",
     "record show",
     "db init",
     "db import",

@@ -2,6 +2,7 @@
 
 import typer
 
+from trueloop.cli.monitor.certify import certify
 from trueloop.cli.monitor.chart import chart
 
 app = typer.Typer(
@@ -10,8 +11,4 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.command()(chart)
-
-
-@app.callback()
-def _group() -> None:
-    pass
+app.command()(certify)

@@ -1,0 +1,183 @@
+"""The certificate of a part from the store, and its files."""
+
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from trueloop.domain.both_inspections import BothInspections
+from trueloop.domain.correction import Correction
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.model_version import ModelDecision
+from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.domain.part import Part
+from trueloop.domain.program import ProgramText
+from trueloop.domain.proposal import PartCutWith, Proposal, ProposalDecision
+from trueloop.domain.record import Record
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.outputs import write_all
+from trueloop.jobs.user import user_name
+from trueloop.loops.monitor.certificate import Certificate, InForce, Seen, asked_of, certified
+from trueloop.report.monitor.certificate_page import certificate_page
+from trueloop.report.monitor.certificate_shape import CertificateShape, certificate_shape
+from trueloop.report.texts.texts import Texts
+from trueloop.storage.store import Store, find
+from trueloop.units import UM_PER_MM
+from trueloop.wording import Um, wording
+
+
+def certificate_of(
+    store: Store, serial: str, part_type: str | None, stated_u_um: float | None = None, who: str = ""
+) -> CertificateShape:
+    """The certificate of a part. `stated_u_um`: standard uncertainty of readings that state none.
+
+    Raises MON-NONE for a part that the store does not know, of which it knows several, or that was not measured.
+    """
+    part = _part(store, serial, part_type)
+    cuts = [one.value for one in find(store, Cut, part_type=part.part_type.name, serial=serial)]
+    cut = next(
+        (one for one in reversed(cuts) if one.stage is Stage.FINISH and one.part.identity == part.identity), None
+    )
+    of_type = [one.value for one in find(store, Inspection, part_type=part.part_type.name)]
+    seen = tuple(_seen(store, [one for one in of_type if one.part.identity == part.identity], cuts))
+    u = None if stated_u_um is None else stated_u_um / UM_PER_MM
+    asked = asked_of(one for one in of_type if one.part.part_type.identity == part.part_type.identity)
+    in_force, missing = _in_force(store, part, cut, [one.inspection for one in seen])
+    done = Certificate(part, certified(part, asked, seen, u), in_force, missing, None if cut is None else cut.at)
+    return certificate_shape(done, datetime.now(UTC), who or user_name(), stated_u_um)
+
+
+def _part(store: Store, serial: str, part_type: str | None) -> Part:
+    found = {one.value.identity: one.value for one in find(store, Part, serial=serial)}
+    parts = [one for one in found.values() if part_type in (None, one.part_type.name)]
+    if len(parts) == 1:
+        return parts[0]
+    types = ", ".join(repr(one.part_type.name) for one in parts) or "none"
+    raise TrueloopError(
+        Code.MON_NONE,
+        f"the store holds {len(parts)} parts with the serial number {serial!r}, of part types: {types}",
+        hint="say which: `--type NAME`; `trueloop db find part` lists all",
+        values={"characteristic": serial},
+    )
+
+
+def _seen(store: Store, inspections: Sequence[Inspection], cuts: Sequence[Cut]) -> Iterator[Seen]:
+    """Inspections of the part, without those after an earlier cut."""
+    links = {one.value.inspection: one.value for one in find(store, InspectionLink)}
+    early = {one.identity for one in cuts if one.stage is not Stage.FINISH}
+    for one in inspections:
+        link = links.get(one.identity)
+        if link is None or link.cut not in early:
+            yield Seen(one, None if link is None else link.released)
+
+
+def _in_force(
+    store: Store, part: Part, cut: Cut | None, inspections: Sequence[Inspection]
+) -> tuple[tuple[InForce, ...], tuple[str, ...]]:
+    """What was in force when the part was cut, and what is not known of that."""
+    found, missing = list[InForce](), list[str]()
+    if cut is None:
+        missing.append(wording("no finish cut is kept: program, tool and correction are not known"))
+    else:
+        found += _of_cut(store, cut)
+        missing += _lacking(store, cut)
+    both = [one.value for one in find(store, BothInspections, part_type=part.part_type.name, serial=part.serial)]
+    for model in dict.fromkeys(one.model_sha256 for one in both if one.compensated):
+        found.append(_model(store, model))
+    if not any(one.what == "model" for one in found):
+        missing.append(wording("no machine model is known to have been in force"))
+    found += _proposals(store, inspections)
+    return tuple({(one.what, one.identity): one for one in found}.values()), tuple(missing)
+
+
+def _of_cut(store: Store, cut: Cut) -> Iterator[InForce]:
+    if cut.machine is not None:
+        named = " ".join(filter(None, (cut.machine.name, cut.machine.serial)))
+        yield InForce(wording("machine"), named, "")
+    if cut.program_sha256:
+        kept = bool(find(store, ProgramText, program_sha256=cut.program_sha256))
+        yield InForce(
+            wording("program"),
+            cut.program_sha256,
+            wording("its text is kept") if kept else wording("its text is not kept"),
+        )
+    if cut.setting is not None:
+        at = "" if cut.setting.set_at is None else wording("set at {at}", at=_time(cut.setting.set_at))
+        yield InForce(wording("edge"), " ".join(filter(None, cut.setting.edge.identity)), at)
+    if not cut.correction and cut.program_sha256:
+        yield InForce(wording("correction"), "", wording("none: cut as programmed"))
+    for one in _corrections(store, cut):
+        yield from _of_record(store, one.record)
+
+
+def _lacking(store: Store, cut: Cut) -> Iterator[str]:
+    if not cut.program_sha256:
+        yield wording("the program that ran is not known")
+    if cut.setting is None:
+        yield wording("the edge that cut is not known")
+    elif cut.setting.set_at is None:
+        yield wording("when the tool was set is not known")
+    if cut.correction and not _corrections(store, cut):
+        yield wording("correction {id} is not in the store", id=cut.correction)
+
+
+def _corrections(store: Store, cut: Cut) -> list[Correction[Any]]:
+    if not cut.correction:
+        return []
+    return [one.value for one in find(store, Correction, identity=cut.correction)]
+
+
+def _of_record(store: Store, record: Record) -> Iterator[InForce]:
+    said = wording("made {at} by {who}", at=record.made_at, who=record.made_by or "?")
+    yield InForce(wording("correction"), record.id, said)
+    for name, sha256 in record.inputs_sha256.items():
+        if name == "model":
+            yield _model(store, sha256)
+        else:
+            yield InForce(wording("input of the correction"), sha256, name)
+    offset = record.tool_offset
+    if offset is not None:
+        x, z = Um(offset.x_radius_mm, "+.1f"), Um(offset.z_mm, "+.1f")
+        words = wording("tool {tool}: X {x} (radius), Z {z}", tool=offset.tool, x=x, z=z)
+        yield InForce(wording("tool offset"), record.id, words)
+
+
+def _model(store: Store, sha256: str) -> InForce:
+    """A machine's model by its hash, and who accepted it, where that was kept."""
+    decided = [one.value for one in find(store, ModelDecision) if one.value.model == sha256]
+    words = "" if not decided else wording(
+        "{verdict} by {who} at {at}", verdict=decided[-1].verdict, who=decided[-1].who, at=_time(decided[-1].at)
+    )  # fmt: skip
+    return InForce(wording("model"), sha256, words)
+
+
+def _proposals(store: Store, inspections: Sequence[Inspection]) -> Iterator[InForce]:
+    """Offsets of accepted proposals, as they were stated when the inspection was added."""
+    own = {one.identity for one in inspections}
+    stated = [one.value for one in find(store, PartCutWith) if one.value.inspection in own]
+    wanted = dict.fromkeys(name for one in stated for name in one.proposals)
+    known = {one.value.id: one.value for one in find(store, Proposal)} if wanted else {}
+    decided = {one.value.proposal: one.value for one in find(store, ProposalDecision)} if wanted else {}
+    for name in wanted:
+        if name in known and name in decided:
+            changes = ", ".join(f"{one.characteristic} {Um(one.size_change_mm, '+.1f')}" for one in known[name].effects)
+            yield InForce(
+                wording("proposal"), name,
+                wording("{changes}; accepted by {who} at {at}", changes=changes, who=decided[name].who,
+                        at=_time(decided[name].at)),
+            )  # fmt: skip
+
+
+def _time(at: datetime) -> str:
+    return f"{at:%Y-%m-%d %H:%M}"
+
+
+def write_certificate(shown: CertificateShape, folder: Path, language: Language, unit: LengthUnit) -> list[str]:
+    """certificate-SERIAL.json and .html in a folder, both or none. Raises OUT errors."""
+    name = "certificate-" + "".join(one if one.isalnum() or one in "-_." else "_" for one in shown.serial)
+    contents = [
+        (f"{name}.json", (shown.model_dump_json(indent=1) + "\n").encode()),
+        (f"{name}.html", certificate_page(shown, Texts(language, unit)).encode()),
+    ]
+    return [str(file) for file in write_all(folder, contents)]

@@ -1,0 +1,163 @@
+"""Certificates of parts: what is not known is not certified; what was in force stands there by its hash."""
+
+import hashlib
+import json
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from trueloop.domain.both_inspections import BothInspections, MachineStood
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.machine import Machine
+from trueloop.domain.model_version import ModelDecision
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.program import ProgramText
+from trueloop.domain.tool import Edge, Setting, Tool
+from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.monitor.certificate import certificate_of, write_certificate
+from trueloop.report.monitor.certificate_shape import CertificateShape, CertifiedShape, hash_of
+from trueloop.storage.store import Store, keep, open_store
+
+AT = datetime(2026, 3, 1, 8, tzinfo=UTC)
+PART = Part(PartType("SHAFT"), "7")
+JOURNAL = Reading("journal", Quantity.DIAMETER, 24.004, 24.0, 23.98, 24.02, standard_u=0.001, temperature_c=20.2)
+
+
+def inspected(*readings: Reading, device: str = "CMM 3", hours: float = 5.0, part: Part = PART) -> Inspection:
+    at = AT + timedelta(hours=hours)
+    return Inspection(part, "readings", f"file {hours:g} {device}", len(readings), readings, device, measured_at=at)
+
+
+def store_of(*values: object) -> Store:
+    store = open_store("sqlite://", create=True)
+    keep(store, values)
+    return store
+
+
+def certified(*values: object, u_um: float | None = None) -> CertificateShape:
+    return certificate_of(store_of(*values), "7", None, u_um, "K. Roth")
+
+
+def only(shown: CertificateShape) -> CertifiedShape:
+    (one,) = shown.characteristics
+    return one
+
+
+def test_a_value_that_is_proven_inside_is_certified_with_its_device_time_and_temperature() -> None:
+    shown = certified(inspected(JOURNAL))
+    one = only(shown)
+    assert (shown.outcome, one.verdict, one.certified, one.missing, one.remarks) == ("conforms", "in", True, [], [])
+    assert (one.actual, one.expanded_u, one.device, one.temperature_c) == (24.004, 0.002, "CMM 3", 20.2)
+    assert one.measured_at == AT + timedelta(hours=5)
+
+
+@pytest.mark.parametrize(
+    ("actual", "verdict", "outcome"),
+    [
+        (24.0184 - 1e-4, "in", "conforms"),
+        (24.0184 + 1e-4, "undecided", "not certified"),
+        (24.0216 + 1e-4, "out", "does not conform"),
+        (23.9784 - 1e-4, "out", "does not conform"),
+    ],
+)
+def test_the_guard_band_of_1_645_u_decides(actual: float, verdict: str, outcome: str) -> None:
+    shown = certified(inspected(replace(JOURNAL, actual=actual)))
+    assert (only(shown).verdict, shown.outcome) == (verdict, outcome)
+
+
+@pytest.mark.parametrize(
+    ("inspection", "lacks"),
+    [
+        (inspected(replace(JOURNAL, standard_u=None)), "no uncertainty is stated"),
+        (inspected(replace(JOURNAL, lower_limit=None, upper_limit=None)), "no limit is stated"),
+        (inspected(JOURNAL, device=""), "the device is not stated"),
+    ],
+)
+def test_what_is_not_known_is_not_certified(inspection: Inspection, lacks: str) -> None:
+    shown = certified(inspection)
+    assert (shown.outcome, only(shown).certified, only(shown).missing) == ("not certified", False, [lacks])
+
+
+def test_an_uncertainty_stated_with_the_certificate_counts_and_is_said() -> None:
+    shown = certified(inspected(replace(JOURNAL, standard_u=None)), u_um=1.5)
+    assert (shown.outcome, only(shown).expanded_u, shown.stated_u_um) == ("conforms", 0.003, 1.5)
+    assert only(certified(inspected(JOURNAL), u_um=1.5)).expanded_u == 0.002, "what a reading states counts more"
+
+
+def test_what_other_parts_were_measured_for_is_missing_on_this_one() -> None:
+    other = inspected(replace(JOURNAL, characteristic="seat"), part=Part(PartType("SHAFT"), "8"))
+    shown = certified(inspected(JOURNAL), other)
+    seat = next(one for one in shown.characteristics if one.characteristic == "seat")
+    assert seat.missing == ["it was not measured on this part"] and shown.outcome == "not certified"
+
+
+def test_repeats_are_averaged_and_a_temperature_off_20_degrees_is_said() -> None:
+    readings = [replace(JOURNAL, actual=24.0 + k / 1000, repeat=k, temperature_c=24.0) for k in (1, 2, 6)]
+    one = only(certified(inspected(*readings)))
+    assert (one.actual, one.repeats, one.remarks) == (24.003, 3, ["measured at 24.0 °C, not at 20 °C"])
+
+
+def _cut() -> Cut:
+    setting = Setting(Edge(Tool(3, "T3"), "DNMG", "1"), AT - timedelta(hours=1))
+    return Cut(PART, Stage.FINISH, setting, Machine("Lathe", "0815"), "a" * 64, at=AT)
+
+
+def test_the_released_part_counts_and_an_inspection_after_an_earlier_cut_does_not() -> None:
+    cut, early = _cut(), replace(_cut(), stage=Stage.SEMIFINISH, at=AT - timedelta(hours=2))
+    on_machine = inspected(replace(JOURNAL, actual=24.009), device="probe", hours=9)
+    before = inspected(replace(JOURNAL, actual=24.4), device="probe", hours=-1)
+    links = (
+        InspectionLink(on_machine.identity, cut.identity),
+        InspectionLink(before.identity, early.identity),
+    )
+    alone = only(certified(cut, early, on_machine, before, *links))
+    assert alone.actual == 24.009
+    assert "measured on the machine that cut it, which does not see its own errors" in alone.remarks
+    cmm = inspected(JOURNAL, hours=5)
+    shown = certified(cut, early, on_machine, before, cmm, *links, InspectionLink(cmm.identity, cut.identity, True))
+    assert (only(shown).actual, only(shown).device, only(shown).remarks) == (24.004, "CMM 3", [])
+
+
+def test_what_was_in_force_stands_by_its_hash_and_what_is_not_known_is_said() -> None:
+    stood = MachineStood((0.0, 0.0, 0.0), ((0.0, 0.0, 0.0),))
+    both = BothInspections(PART, Machine("Lathe", "0815"), ("m",), ("c",), stood, stood, "b" * 64, compensated=True)
+    accepted = ModelDecision("b" * 64, "accepted", "K. Roth", AT)
+    shown = certified(inspected(JOURNAL), _cut(), ProgramText("a" * 64, b"G1"), both, accepted)
+    known = {one.what: one for one in shown.in_force}
+    assert (known["program"].identity, known["program"].words) == ("a" * 64, "its text is kept")
+    assert (known["model"].identity, known["model"].words) == ("b" * 64, "accepted by K. Roth at 2026-03-01 08:00")
+    assert known["machine"].identity == "Lathe 0815" and known["edge"].words == "set at 2026-03-01 07:00"
+    assert known["correction"].words == "none: cut as programmed" and shown.missing == []
+    bare = certified(inspected(JOURNAL))
+    assert bare.in_force == [] and len(bare.missing) == 2
+    lost = certified(inspected(JOURNAL), replace(_cut(), correction="c1", program_sha256="", setting=None))
+    assert lost.missing[:3] == [
+        "the program that ran is not known",
+        "the edge that cut is not known",
+        "correction c1 is not in the store",
+    ]
+
+
+def test_the_hash_is_that_of_the_document_without_it(tmp_path: Path) -> None:
+    shown = certified(inspected(JOURNAL))
+    json_file, html = write_certificate(shown, tmp_path, "de", "mm")
+    content = json.loads(Path(json_file).read_text(encoding="utf-8"))
+    said, content["sha256"] = content["sha256"], ""
+    plain = json.dumps(content, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    assert hashlib.sha256(plain.encode()).hexdigest() == said == shown.sha256
+    assert said in Path(html).read_text(encoding="utf-8")
+    changed = shown.model_copy(update={"serial": "8"})
+    assert hash_of(changed) != shown.sha256
+
+
+def test_parts_that_are_not_known_not_one_or_not_measured_are_refused() -> None:
+    twice = (inspected(JOURNAL), inspected(JOURNAL, part=Part(PartType("HUB"), "7")))
+    for values in ((), twice, (PART,)):
+        with pytest.raises(TrueloopError) as refused:
+            certified(*values)
+        assert refused.value.code is Code.MON_NONE
+    assert certificate_of(store_of(*twice), "7", "HUB").part_type == "HUB"
