@@ -47,12 +47,16 @@ def seen_series(series: Series, errors_of: ErrorsOf = plain) -> SeenSeries:
     return SeenSeries(series.places, tuple(_part(series, one, k, errors_of) for k, one in enumerate(series.made)))
 
 
+def points_of(series: Series, error_mm: Array, standard_u_mm: float) -> SeenPoints:
+    """Errors at the gauging points of a series with names, normals and angles."""
+    points, count = series.points, series.points.count
+    u, once = np.full(count, standard_u_mm), np.ones(count, dtype=np.int64)
+    return SeenPoints(points.feature, points.at_mm, points.normal, error_mm, u, points.angle_rad, once)
+
+
 def seen_points(series: Series, made: Made, by: SeenBy) -> SeenPoints:
     """The points of one part as a device read them."""
-    points, count = series.points, series.points.count
-    u = np.full(count, _standard_u_mm(series, by))
-    once = np.ones(count, dtype=np.int64)
-    return SeenPoints(points.feature, points.at_mm, points.normal, made.read_mm[by], u, points.angle_rad, once)
+    return points_of(series, made.read_mm[by], _standard_u_mm(series, by))
 
 
 def machine_seen(series: Series) -> MachineSeen:
