@@ -109,4 +109,3 @@ def _sized(fault: Fault, rng: np.random.Generator) -> Wrong:
     size = float(np.exp(rng.uniform(low, high)))
     sign = 1.0 if fault in ONE_SIGN or fault in SIZE_MM else float(rng.choice([-1.0, 1.0]))
     return Wrong(fault, sign * size, "T2" if fault is Fault.TWO_TOOLS else "")
-

@@ -149,7 +149,15 @@ def _bad(name: str, term: str, seed: int) -> str:
         return f"refused, {refused.code}"
     wrong = any(len(one) == 1 and one[0] != term for one in names(verdict))
     held = any(term in one for one in names(verdict))
-    return "wrong name alone" if wrong else "in the set" if held else "no finding" if not verdict.sets else "set without it"
+    return (
+        "wrong name alone"
+        if wrong
+        else "in the set"
+        if held
+        else "no finding"
+        if not verdict.sets
+        else "set without it"
+    )
 
 
 def _rows(given: Residuals, kept: Array) -> Residuals:

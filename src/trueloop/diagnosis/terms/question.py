@@ -11,7 +11,7 @@ from trueloop.arrays import Array
 from trueloop.diagnosis.evidence import SIZES, log_student
 from trueloop.diagnosis.terms.columns import Columns, columns
 from trueloop.diagnosis.terms.residuals import Residuals
-from trueloop.diagnosis.terms.set_ups import TakenOut, set_ups, taken_out
+from trueloop.diagnosis.terms.set_ups import SetUps, TakenOut, set_ups, taken_out
 from trueloop.diagnosis.terms.suspects import Suspect, suspects
 from trueloop.machine.model.chain import Chain
 from trueloop.machine.model.kinematics import tool_in_work_mm
@@ -37,7 +37,7 @@ class Question:
     columns: Mapping[Suspect, Columns]
     place: Mapping[Suspect, slice]
     rows: Array
-    set_up: Array
+    set_up: SetUps
     scatter: Array
 
     @property
@@ -47,8 +47,7 @@ class Question:
 
     def products(self) -> TakenOut:
         """Of rows and values, weighted."""
-        by = self.scatter[:, None]
-        return taken_out(self.set_up / by, self.rows / by, self.values / self.scatter)
+        return taken_out(self.set_up, self.rows, self.values, self.scatter)
 
     def index(self, hypothesis: Hypothesis, width: int) -> tuple[list[int], list[int]]:
         """Columns of a hypothesis filled up to `width` with the column that is 0, and whose each is."""

@@ -129,7 +129,7 @@ def _prediction(asked: Question, rival: Posterior, state: State, normal: Array) 
     shapes = [asked.columns[part] for one in rival.hypothesis for part in one.parts]
     rows = np.hstack([shape.rows(asked.chain, state, normal) for shape in shapes])
     own = set_ups(np.zeros(len(normal), int), normal)
-    spread = rival.noise * np.eye(len(rows)) + rival.setting * own @ own.T
+    spread = rival.noise * np.eye(len(rows)) + (own.rows * rival.setting[own.way]) @ own.rows.T
     return rows @ rival.mean, spread + rows @ rival.covariance @ rows.T
 
 
