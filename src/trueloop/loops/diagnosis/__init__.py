@@ -1,0 +1,1 @@
+"""Diagnoses put together: values in, values out."""
