@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 
 from trueloop.diagnosis.causes.cause import Cause
+from trueloop.errors import Finding
 
 
 @dataclass(frozen=True)
 class Candidate:
     """One cause on some features: `probability` that it acts, `size_mm` ± `standard_u_mm` if it does.
 
-    `supports` and `contradicts` are evidence in words.
+    `supports` and `contradicts` are evidence in words. `tool` is the one that it concerns, where it is one tool's. The
+    size is what it leaves on the feature and the part that show it most, as an error there.
     """
 
     cause: Cause
@@ -19,6 +21,7 @@ class Candidate:
     standard_u_mm: float
     supports: tuple[str, ...] = ()
     contradicts: tuple[str, ...] = ()
+    tool: str = ""
 
 
 @dataclass(frozen=True)
@@ -33,3 +36,5 @@ class Diagnosis:
     hypotheses: tuple[tuple[tuple[str, ...], float], ...]
     sound: float
     decide: tuple[str, ...] = ()
+    gain: float = 1.0
+    findings: tuple[Finding, ...] = ()

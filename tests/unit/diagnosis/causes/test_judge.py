@@ -1,0 +1,133 @@
+"""Causes of series whose truth was written down before."""
+
+from dataclasses import replace
+from datetime import datetime, timedelta
+
+import pytest
+
+from trueloop.diagnosis.causes.candidate import Diagnosis
+from trueloop.diagnosis.causes.judge import judge
+from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart, SeenSeries
+from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
+from trueloop.errors import Code, TrueloopError
+from trueloop.simulator.diagnosed.seen import seen_series
+from trueloop.simulator.diagnosed.shop import Shop, cut_series
+from trueloop.simulator.diagnosed.truth import Fault, Truth, Wrong
+
+TOOLS = ("T1", "T2", "T3")
+SHOP = Shop(tools=TOOLS, standard_at=(0,))
+
+
+def series(*wrong: Wrong, shop: Shop = SHOP, gain: float = 1.0, seed: int = 5) -> SeenSeries:
+    return seen_series(cut_series(Truth(wrong, gain), shop, seed))
+
+
+def best(found: Diagnosis) -> tuple[str, ...]:
+    return found.hypotheses[0][0]
+
+
+def probability(found: Diagnosis, key: str) -> float:
+    return sum(share for keys, share in found.hypotheses if key in keys)
+
+
+def seen_only_by(whole: SeenSeries, seen_by: SeenBy) -> SeenSeries:
+    return replace(whole, parts=tuple(replace(part, errors={seen_by: part.errors[seen_by]}) for part in whole.parts))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "key"),
+    [
+        (Wrong(Fault.TOOL_OFFSET, 0.012, "T1"), "tool-setting"),
+        (Wrong(Fault.WEAR, 0.015, "T1"), "tool-wear"),
+        (Wrong(Fault.PROBE_OFFSET, 0.010), "part-probe-offset"),
+        (Wrong(Fault.UNEQUAL_DEPTH, 0.015), "unequal-depth"),
+        (Wrong(Fault.TWO_TOOLS, 0.012, "T3"), "two-tools"),
+        (Wrong(Fault.PART_DEFLECTION, 0.015), "part-deflection"),
+        (Wrong(Fault.FACE_DEFLECTION, 0.015), "tool-deflection"),
+        (Wrong(Fault.CONSTANT_SPEED, 0.015), "constant-speed"),
+        (Wrong(Fault.CHATTER, 0.006), "chatter"),
+        (Wrong(Fault.RUN_OUT, 0.010), "chuck"),
+        (Wrong(Fault.JAWS, 0.010), "jaws"),
+        (Wrong(Fault.TOOL_SEAT, 0.012, "T1"), "tool-seat"),
+        (Wrong(Fault.PROBE_LOOSE, 0.012), "fixturing-part-probe"),
+        (Wrong(Fault.AXIS_ERROR, 0.012, error="EX0C", signal="T spindle"), "machine"),
+    ],
+)
+def test_one_cause_is_named_with_its_remedy(wrong: Wrong, key: str) -> None:
+    found = judge(series(wrong))
+    assert best(found) == (key,)
+    assert found.candidates[0].cause.key == key
+    assert found.candidates[0].probability > 0.5
+    assert found.candidates[0].supports
+    tools = {one.tool for one in found.candidates if one.cause.key == key}
+    assert wrong.tool in tools
+
+
+def test_nothing_is_found_in_a_sound_shop() -> None:
+    found = judge(series())
+    assert best(found) == ()
+    assert found.sound > 0.8
+    assert found.gain == 1.0
+    assert found.findings == ()
+
+
+def test_probabilities_add_up_to_one() -> None:
+    found = judge(series(Wrong(Fault.TOOL_OFFSET, 0.004, "T1")))
+    assert sum(share for _, share in found.hypotheses) == pytest.approx(1.0)
+    assert all(0.0 <= one.probability <= 1.0 + 1e-12 for one in found.candidates)
+
+
+def test_a_tool_that_stands_too_far_out_leaves_that_much_on() -> None:
+    whole = replace(series(Wrong(Fault.TOOL_OFFSET, 0.012, "T1"), shop=replace(SHOP, set_anew=())))
+    found = judge(whole).candidates[0]
+    assert found.cause.key == "tool-setting"
+    assert found.size_mm == pytest.approx(0.012, abs=4 * found.standard_u_mm + 0.001)
+
+
+def test_an_offset_that_only_the_machine_was_asked_about_stays_a_set() -> None:
+    shop = replace(SHOP, standard_at=(), set_anew=())
+    found = judge(seen_only_by(series(Wrong(Fault.TOOL_OFFSET, 0.012, "T1"), shop=shop), SeenBy.MACHINE))
+    assert probability(found, "part-probe-offset") > 0.1
+    assert probability(found, "tool-setting") > 0.1
+    assert any("measuring machine" in words for words in found.decide)
+    assert any("standard part" in words for words in found.decide)
+
+
+def test_without_a_probe_on_the_machine_tool_and_machine_stay_a_set() -> None:
+    shop = replace(SHOP, standard_at=(), set_anew=(), steady=True)
+    found = judge(seen_only_by(series(Wrong(Fault.TOOL_OFFSET, 0.012, "T1"), shop=shop), SeenBy.CMM))
+    assert probability(found, "machine") > 0.05
+    assert probability(found, "tool-setting") > 0.1
+    assert any("on the machine" in words for words in found.decide)
+
+
+@pytest.mark.parametrize("gain", [0.0, 1.0, 2.0])
+def test_the_share_of_a_correction_that_arrived_is_found(gain: float) -> None:
+    wrong = Wrong(Fault.TOOL_OFFSET, 0.012, "T1")
+    shop = replace(SHOP, set_anew=(), corrected_from=5)
+    found = judge(series(wrong, shop=shop, gain=gain))
+    assert found.gain == gain
+    assert [one.code for one in found.findings] == ([] if gain == 1.0 else [Code.DIA_GAIN])
+    assert probability(found, "tool-setting") > 0.5
+
+
+def test_times_that_contradict_the_order_are_found() -> None:
+    whole = series()
+    third = replace(whole.parts[3], at=datetime(2026, 3, 1) - timedelta(days=1))
+    found = judge(replace(whole, parts=(*whole.parts[:3], third, *whole.parts[4:])))
+    assert [one.code for one in found.findings] == [Code.DIA_CLOCK]
+    assert found.findings[0].values == {"part": third.serial}
+
+
+def test_parts_without_errors_are_refused() -> None:
+    with pytest.raises(TrueloopError) as caught:
+        judge(SeenSeries({}, (SeenPart("A", 0, {SeenBy.CMM: ()}),)))
+    assert caught.value.code is Code.DIA_FEW
+
+
+def test_one_part_gives_a_set() -> None:
+    error = FeatureError("shaft", ErrorKind.RADIUS, 0.02, 0.001, 9)
+    found = judge(SeenSeries({}, (SeenPart("A", 0, {SeenBy.MACHINE: (error,), SeenBy.CMM: (error,)}),)))
+    assert found.sound < 0.1
+    assert len([one for one in found.candidates if one.probability > 0.02]) > 2
+    assert found.decide
