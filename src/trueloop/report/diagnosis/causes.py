@@ -75,7 +75,7 @@ def unexplained_section(unexplained: Sequence[UnexplainedShape], say: Texts) -> 
         for one in unexplained[:UNEXPLAINED]
     ]
     note = say(
-        "No cause of the catalogue with a probability of 50 % or more acts on these. Standard uncertainty: of the "
+        "The causes of the catalogue that may act on these have less than 50 % together. Standard uncertainty: of the "
         "mean, or of one part where the parts differ."
     )
     head = (say("feature"), say("error"), say("seen by"), say("shows"), say("size ({um})"), say("uncertainty ({um})"))

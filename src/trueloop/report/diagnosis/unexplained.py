@@ -6,7 +6,7 @@ from typing import Final
 from trueloop.report.diagnosis.shapes import CausesShape, FeatureMeansShape, MeanShape, UnexplainedShape
 
 PROBABLE: Final = 0.5
-"""A cause of less probability explains nothing."""
+"""Causes that together have less probability explain nothing."""
 MEAN: Final = 4.0
 """Standard uncertainties from which a mean is said to be there: one of some hundred errors of sound parts at most."""
 SCATTER: Final = 5.0
@@ -14,11 +14,16 @@ SCATTER: Final = 5.0
 
 
 def unexplained(means: Sequence[FeatureMeansShape], causes: CausesShape) -> list[UnexplainedShape]:
-    """Errors beyond their uncertainty on features on which no probable cause acts, furthest first."""
-    acting = [one for one in causes.candidates if one.probability >= PROBABLE]
-    free = [one for one in means if not any(one.feature in cause.features or not cause.features for cause in acting)]
+    """Errors beyond their uncertainty on features on which probably nothing acts, furthest first."""
+    free = [one for one in means if acting(one.feature, causes) < PROBABLE]
     found = [each for one in free for each in _of(one)]
     return sorted(found, key=lambda each: -abs(each.size_um) / max(each.standard_u_um, 1e-6))
+
+
+def acting(feature: str, causes: CausesShape) -> float:
+    """Probability that one cause or another acts on a feature; a cause without features acts on all."""
+    on = {one.key for one in causes.candidates if feature in one.features or not one.features}
+    return sum(one.probability for one in causes.hypotheses if on & set(one.causes))
 
 
 def _of(one: FeatureMeansShape) -> Iterator[UnexplainedShape]:
