@@ -8,6 +8,7 @@ import typer
 
 from trueloop.cli import offsets, probe, record
 from trueloop.cli.db import commands as db
+from trueloop.cli.diagnose import commands as diagnose
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.machine import commands as machine
@@ -55,6 +56,7 @@ app.add_typer(realtime.app, name="realtime")
 app.add_typer(surface.app, name="surface")
 app.add_typer(series.app, name="series")
 app.add_typer(monitor.app, name="monitor")
+app.add_typer(diagnose.app, name="diagnose")
 app.add_typer(offsets.app, name="offsets")
 app.add_typer(tool.app, name="tool")
 app.add_typer(record.app, name="record")

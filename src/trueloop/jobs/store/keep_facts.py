@@ -13,6 +13,7 @@ from trueloop.domain.model_version import ModelDecision, ModelVersion
 from trueloop.domain.part import Part
 from trueloop.domain.program import ProgramText
 from trueloop.domain.record import sha256_of
+from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Code, Finding, TrueloopError
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.kinds import joined
@@ -32,6 +33,7 @@ NAMES: Final[dict[type, tuple[str, str]]] = {
     Quarantine: ("quarantine", "quarantines"),
     ModelVersion: ("version of a model", "versions of a model"),
     ModelDecision: ("decision on a model", "decisions on models"),
+    StandardPart: ("standard part", "standard parts"),
 }
 """What is said to be kept, in this order; what stands for these in the store besides (links, names) is not said."""
 LIFTED: Final = ("quarantine lifted", "quarantines lifted")

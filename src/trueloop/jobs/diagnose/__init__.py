@@ -1,0 +1,1 @@
+"""What commands `trueloop diagnose` do: records of a store to diagnoses."""

@@ -1,0 +1,163 @@
+"""Parts that were inspected on their machine and on a measuring machine, from a store."""
+
+import difflib
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from trueloop.diagnosis.components import Inspections
+from trueloop.domain.both_inspections import BothInspections, MachineStood
+from trueloop.domain.inspection import CmmPoint, Inspection
+from trueloop.domain.life import Identity
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.formats.tables.model_file import read_model
+from trueloop.jobs.diagnose.quarantined import quarantined_parts
+from trueloop.loops.diagnosis.left_on_parts import BothSeen
+from trueloop.loops.machine.post_process import states_of
+from trueloop.machine.model.model import MachineModel, State
+from trueloop.storage.store import Store, find
+
+DECOMPOSE = "`trueloop machine decompose --serial` keeps both inspections of a part"
+
+
+@dataclass(frozen=True, eq=False)
+class GivenModel:
+    """A model with the file and its hash."""
+
+    path: Path
+    model: MachineModel
+    sha256: str
+
+
+def given_model(path: Path) -> GivenModel:
+    """Reads a model file. Raises MCH-FILE."""
+    return GivenModel(path, read_model(path), sha256_of(path.read_bytes()))
+
+
+def both_of_machine(
+    store: Store, given: GivenModel, part_types: Collection[str] = (), accept: Collection[str] = ()
+) -> tuple[list[BothSeen], list[Finding]]:
+    """All parts of the model's machine, in the order in which they were kept; without those in quarantine.
+
+    Raises DIA-NONE where there is none, DIA-PART for a part of a machine of that name with another serial number, which
+    `accept` leaves out. A note DIA-MODEL says which parts were cut under another model.
+    """
+    machine = given.model.machine
+    kept = [one.value for one in find(store, BothInspections, machine=machine.name)]
+    of_type = [one for one in kept if not part_types or one.part.part_type.name in part_types]
+    if not of_type:
+        raise _none(store, machine.name, part_types)
+    findings: list[Finding] = []
+    own = [one for one in of_type if not machine.serial or one.machine.serial in ("", machine.serial)]
+    for one in of_type:
+        if one not in own:
+            findings.append(_accepted(_other_machine(one, machine.serial), accept))
+    out = quarantined_parts(store)
+    findings += _left_out(own, out)
+    own = [one for one in own if one.part.identity not in out]
+    findings += _other_models(own, given.sha256)
+    inspections = {one.value.identity: one.value for one in find(store, Inspection)} if own else {}
+    return [both_seen(one, inspections, given.model) for one in own], findings
+
+
+def both_of_part(store: Store, part: Identity) -> list[BothInspections]:
+    """Those of one part, the latest last."""
+    return [one.value for one in find(store, BothInspections, part_type=part[0]) if one.value.part.identity == part]
+
+
+def both_seen(one: BothInspections, inspections: Mapping[Identity, Inspection], model: MachineModel) -> BothSeen:
+    """As a diagnosis takes it. Raises DIA-PART where the inspections are not of the same points of that part."""
+    on_machine, on_cmm = (inspections.get(identity) for identity in (one.on_machine, one.on_cmm))
+    if on_machine is None or on_cmm is None:
+        raise _not_alike(one, "one of its two inspections is not in the store, or was superseded")
+    if {on_machine.part.identity, on_cmm.part.identity} != {one.part.identity}:
+        raise _not_alike(one, "its two inspections are kept as of other parts")
+    nominal, normal, controller = _arrays(on_machine)
+    other_nominal, _, cmm = _arrays(on_cmm)
+    if nominal.shape != other_nominal.shape or not np.allclose(nominal, other_nominal, atol=1e-6):
+        raise _not_alike(one, f"{len(nominal)} and {len(other_nominal)} points are not the same gauging points")
+    comp_proc_mm = np.array(one.comp_proc_mm) if one.comp_proc_mm else 0.0
+    seen = Inspections(nominal, normal, controller, cmm, one.touch_u_mm, one.cmm_u_mm, comp_proc_mm)
+    names = tuple(point.name for point in on_machine.points)
+    cutting, probing = (_state(model, seen, stood) for stood in (one.cutting, one.probing))
+    kind = one.part.part_type.name
+    return BothSeen(one.part.serial, kind, names, seen, cutting, probing, one.compensated, one.new_frame)
+
+
+def _state(model: MachineModel, seen: Inspections, stood: MachineStood) -> State:
+    tools = stood.tools_mm[0] if len(stood.tools_mm) == 1 else np.array(stood.tools_mm)
+    return states_of(model, seen, stood.work_zero_mm, tools, stood.signals)
+
+
+def _arrays(of: Inspection) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    points: tuple[CmmPoint, ...] = of.points
+    columns = ([p.nominal_mm for p in points], [p.outward_normal for p in points], [p.measured_mm for p in points])
+    nominal, normal, measured = (np.array(rows, dtype=np.float64).reshape(-1, 3) for rows in columns)
+    return nominal, normal, measured
+
+
+def _accepted(refusal: TrueloopError, accept: Collection[str]) -> Finding:
+    if refusal.code not in accept:
+        raise refusal
+    return Finding(Severity.WARNING, refusal.code, refusal.message, refusal.hint, values=refusal.values)
+
+
+def _none(store: Store, machine: str, part_types: Collection[str]) -> TrueloopError:
+    kept = [one.value for one in find(store, BothInspections)]
+    machines = sorted({one.machine.name for one in kept})
+    types = sorted({one.part.part_type.name for one in kept if one.machine.name == machine})
+    asked, known = (machine, machines) if machine not in machines else (next(iter(part_types), ""), types)
+    near = difflib.get_close_matches(asked, known, n=1)
+    of = f" of part type {asked!r}" if machine in machines else ""
+    return TrueloopError(
+        Code.DIA_NONE,
+        f"the store holds 0 parts{of} that machine {machine!r} and a measuring machine inspected",
+        hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known) or 'none'}; {DECOMPOSE}",
+    )
+
+
+def _other_machine(one: BothInspections, serial: str) -> TrueloopError:
+    return TrueloopError(
+        Code.DIA_PART,
+        f"part {one.part.serial!r} was cut on {one.machine.name!r} with serial number {one.machine.serial!r}, the "
+        f"model is of {serial!r}",
+        hint="every machine errs in its own way: name the model of that machine",
+        override="--accept DIA-PART",
+        values={"part": one.part.serial},
+    )
+
+
+def _not_alike(one: BothInspections, why: str) -> TrueloopError:
+    return TrueloopError(
+        Code.DIA_PART,
+        f"part {one.part.serial!r}: {why}",
+        hint="decompose it again: `trueloop machine decompose --serial … --supersede`",
+        values={"part": one.part.serial},
+    )
+
+
+def _left_out(own: Collection[BothInspections], out: Collection[Identity]) -> Iterator[Finding]:
+    serials = [one.part.serial for one in own if one.part.identity in out]
+    if serials:
+        message = f"{len(serials)} parts are in quarantine and left out: {', '.join(serials[:5])}"
+        hint = "`trueloop db show` says why"
+        yield Finding(
+            Severity.NOTE, Code.DIA_FEW, message, hint, values={"count": len(own) - len(serials), "needed": 2}
+        )
+
+
+def _other_models(own: Collection[BothInspections], sha256: str) -> Iterator[Finding]:
+    others = [one for one in own if one.compensated and one.model_sha256 != sha256]
+    if others:
+        serials = [one.part.serial for one in others]
+        yield Finding(
+            Severity.NOTE,
+            Code.DIA_MODEL,
+            f"{len(others)} of {len(own)} parts were cut under another model: {', '.join(serials[:5])}",
+            "what this model would have left is worked out from what the control reported; it holds if the control did "
+            "not correct its own readings",
+            values={"part": serials[0]},
+        )

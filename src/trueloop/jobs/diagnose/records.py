@@ -1,0 +1,148 @@
+"""What a store holds of the parts of a type, as a diagnosis needs it: who saw which part, and its cut."""
+
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.domain.both_inspections import BothInspections
+from trueloop.domain.correction import Correction
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, Identity, InspectionLink, Stage
+from trueloop.domain.part import Part
+from trueloop.domain.standard_part import StandardPart
+from trueloop.errors import Code, TrueloopError
+from trueloop.jobs.diagnose.quarantined import quarantined_cuts
+from trueloop.storage.kinds import joined
+from trueloop.storage.store import Kept, Store, find
+
+
+@dataclass(frozen=True)
+class Records:
+    """Of one part type. `cuts` are finish cuts by part, `corrections` by id; all oldest first."""
+
+    part_type: str
+    inspections: tuple[Kept[Inspection], ...]
+    links: Mapping[Identity, InspectionLink]
+    cuts: Mapping[Identity, Cut]
+    early: frozenset[Identity]
+    quarantined: frozenset[Identity]
+    both: tuple[BothInspections, ...]
+    standards: Mapping[Identity, StandardPart]
+    corrections: Mapping[str, Correction[Any]]
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """Those of which a finished surface was inspected, without those in quarantine."""
+        found = {one.part.identity: one.part for one in (kept.value for kept in self.inspections) if self.seen_by(one)}
+        return tuple(part for identity, part in found.items() if identity not in self.out)
+
+    @cached_property
+    def out(self) -> frozenset[Identity]:
+        """Parts whose finish cut is in quarantine."""
+        return frozenset(part for part, cut in self.cuts.items() if cut.identity in self.quarantined)
+
+    def seen_by(self, one: Inspection) -> SeenBy | None:
+        """Which kind of device found it on a finished part; None: it was not finished yet.
+
+        Stated by a link to a cut, or by both inspections kept together; else touches are the machine's, anything else a
+        gauge's or a measuring machine's.
+        """
+        if any(one.identity == both.on_machine for both in self.both):
+            return SeenBy.MACHINE
+        if any(one.identity == both.on_cmm for both in self.both):
+            return SeenBy.CMM
+        link = self.links.get(one.identity)
+        if link is not None:
+            return None if link.cut in self.early else SeenBy.CMM if link.released else SeenBy.MACHINE
+        return SeenBy.MACHINE if one.measured == "touches" else SeenBy.CMM
+
+    def of_part(self, part: Part) -> Mapping[SeenBy, Inspection]:
+        """The latest inspection of a finished part by each kind of device."""
+        found: dict[SeenBy, Inspection] = {}
+        for one in (kept.value for kept in self.inspections):
+            by = self.seen_by(one) if one.part.identity == part.identity else None
+            if by is not None:
+                found[by] = one
+        return found
+
+    def kept_at(self, part: Part) -> int:
+        """The place of its first inspection among those kept."""
+        return next(k for k, kept in enumerate(self.inspections) if kept.value.part.identity == part.identity)
+
+
+def read_records(store: Store, part_type: str | None) -> Records:
+    """Of that part type, or of the only one. Raises DIA-NONE where the store holds none of it, or several."""
+    name = _type_of(store, part_type)
+    cuts = [one.value for one in find(store, Cut, part_type=name)]
+    standards = [one.value for one in find(store, StandardPart, part_type=name)]
+    inspections = tuple(one for one in find(store, Inspection, part_type=name) if one.value.values)
+    named = {cut.correction for cut in cuts if cut.correction}
+    corrections = [one.value for one in find(store, Correction, part_type=name)] if named else []
+    return Records(
+        name,
+        inspections,
+        {one.value.inspection: one.value for one in find(store, InspectionLink)},
+        {cut.part.identity: cut for cut in cuts if cut.stage is Stage.FINISH},
+        frozenset(cut.identity for cut in cuts if cut.stage is not Stage.FINISH),
+        quarantined_cuts(store) if cuts else frozenset(),
+        tuple(one.value for one in find(store, BothInspections, part_type=name)),
+        {one.part.identity: one for one in standards},
+        {one.record.id: one for one in corrections},
+    )
+
+
+def part_named(store: Store, serial: str, part_type: str | None) -> Part:
+    """The part of that serial number. Raises DIA-NONE, with those that are written alike, or where several have it."""
+    same = [one.value for one in find(store, Part, serial=serial)]
+    found = {one.identity: one for one in same if part_type in (None, one.part_type.name)}
+    if len(found) == 1:
+        return next(iter(found.values()))
+    if found:
+        names = ", ".join(sorted({part.part_type.name for part in found.values()}))
+        raise TrueloopError(
+            Code.DIA_NONE,
+            f"{len(found)} parts have the serial number {serial!r}",
+            hint=f"say of which part type: `--type NAME`, one of {names}",
+        )
+    known = sorted({one.value.serial for one in find(store, Part) if part_type in (None, one.value.part_type.name)})
+    raise TrueloopError(
+        Code.DIA_NONE,
+        f"the store holds no part {serial!r}; it holds {len(known)}",
+        hint=_instead(serial, known),
+    )
+
+
+def _type_of(store: Store, asked: str | None) -> str:
+    known = list(dict.fromkeys(_types(store)))
+    if asked is None and len(known) == 1:
+        return known[0]
+    if asked in known:
+        return asked
+    if asked is None and known:
+        message, hint = f"the store holds inspections of {len(known)} part types", "say which: `--type NAME`; "
+        raise TrueloopError(Code.DIA_NONE, message, hint=hint + ", ".join(known))
+    raise TrueloopError(
+        Code.DIA_NONE,
+        "the store holds 0 inspections" + ("" if asked is None else f" of part type {asked!r}"),
+        hint=_instead(asked or "", known),
+    )
+
+
+def _types(store: Store) -> Iterator[str]:
+    yield from (one.value.part.part_type.name for one in find(store, Inspection))
+
+
+def _instead(asked: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(asked, known, n=1)
+    if near:
+        return f"did you mean {near[0]!r}?"
+    listed = ", ".join(known[:10])
+    return f"known are {listed}" if listed else "`trueloop series add` and `trueloop compensate --db` keep inspections"
+
+
+def identity_text(identity: Identity) -> str:
+    """As columns hold it."""
+    return joined(identity)

@@ -1,0 +1,194 @@
+"""The parts of a type as a diagnosis of causes takes them, recomputed from records of a store."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+
+import numpy as np
+
+from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart
+from trueloop.diagnosis.features.feature_place import FeaturePlace
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, EdgeEvent
+from trueloop.domain.part import Part
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.jobs.diagnose.both import GivenModel, both_seen
+from trueloop.jobs.diagnose.corrected import Corrections
+from trueloop.jobs.diagnose.records import Records
+from trueloop.loops.diagnosis.inspected import Inspected
+from trueloop.loops.post_process.order import When, parts_in_order
+from trueloop.storage.store import Store, find
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """Where a series is read from: `places` of features, a `model` of the machine for what its probe reported."""
+
+    store: Store
+    records: Records
+    places: Mapping[str, FeaturePlace]
+    model: GivenModel | None = None
+    accept: Collection[str] = ()
+
+
+def parts_of(of: Sources, serials: Collection[str] = ()) -> tuple[list[Inspected], list[Finding]]:
+    """Parts in cutting order with all that is known of each. With `serials` only these, with their place in the order.
+
+    Raises DIA-CLOCK for times of a part that contradict each other, unless it is accepted.
+    """
+    records, parts = of.records, of.records.parts
+    order, doubts = parts_in_order([_when(records, part) for part in parts])
+    findings = list(doubts)
+    settings = _Settings(of.store, list(records.cuts.values()))
+    corrections = Corrections.read(of.store, records)
+    found = []
+    for number, part in enumerate(parts[k] for k in order):
+        findings += _clocks(records, part, of.accept)
+        found.append(_inspected(of, part, number, settings, corrections))
+    if records.out:
+        left = ", ".join(sorted(identity[-1] for identity in records.out)[:5])
+        message = f"{len(records.out)} parts are in quarantine and left out: {left}"
+        values = {"count": len(parts), "needed": 2}
+        findings.append(Finding(Severity.NOTE, Code.DIA_FEW, message, "`trueloop db show` says why", values=values))
+    return [one for one in found if not serials or one.part.serial in serials], findings
+
+
+def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corrections: Corrections) -> Inspected:
+    records = of.records
+    cut, seen = records.cuts.get(part.identity), dict(records.of_part(part))
+    both = next((one for one in reversed(records.both) if one.part.identity == part.identity), None)
+    taken = None
+    if both is not None and of.model is not None:
+        inspections = {one.identity: one for one in seen.values()}
+        taken = both_seen(both, inspections, of.model.model)
+        if SeenBy.MACHINE in seen:
+            process_mm = taken.components(of.model.model)[0].error_proc_resid
+            seen[SeenBy.MACHINE] = _as_process(seen[SeenBy.MACHINE], process_mm.tolist())
+    temperatures = both.cutting.signals if both is not None else _temperatures(seen.values())
+    tool = "" if cut is None or cut.setting is None else _tool(cut)
+    depth = None if cut is None else cut.conditions.depth_of_cut_mm
+    own = [name for name, place in of.places.items() if place.tool in ("", tool)]
+    at = cut.at if cut is not None and cut.at is not None else next((o.measured_at for o in seen.values()), None)
+    made = SeenPart(
+        part.serial,
+        number,
+        {},
+        at,
+        {tool: settings.count(cut)} if cut is not None and tool else {},
+        settings.minutes(cut, tool),
+        {} if depth is None else dict.fromkeys(own, depth),
+        dict(temperatures),
+        corrections.of(part, cut, seen),
+        part.identity in records.standards,
+    )
+    return Inspected(part, made, seen, records.standards.get(part.identity), taken)
+
+
+def _as_process(one: Inspection, error_mm: Sequence[float]) -> Inspection:
+    """What the machine's probe saw with the model's error at probing taken out: the process [6876 §3.3]."""
+    values = tuple(
+        replace(
+            point, measured_mm=tuple(n + e * u for n, u in zip(point.nominal_mm, point.outward_normal, strict=True))
+        )
+        for point, e in zip(one.points, error_mm, strict=True)
+        if point.nominal_mm is not None and point.outward_normal is not None
+    )
+    return replace(one, values=values)
+
+
+def _when(records: Records, part: Part) -> When:
+    cut, seen = records.cuts.get(part.identity), records.of_part(part)
+    measured = next((one.measured_at for one in seen.values() if one.measured_at is not None), None)
+    if cut is None:
+        return When(part.serial, records.kept_at(part), measured_at=measured)
+    return When(part.serial, records.kept_at(part), cut.order, cut.at, measured, cut.order_in_doubt)
+
+
+def _temperatures(seen: Collection[Inspection]) -> Mapping[str, float]:
+    """Those of an inspection on the machine, else of any."""
+    return next((one.temperatures for one in seen if one.temperatures), {})
+
+
+def _tool(cut: Cut) -> str:
+    assert cut.setting is not None
+    tool = cut.setting.edge.tool
+    return tool.name or f"T{tool.number}"
+
+
+def _clocks(records: Records, part: Part, accept: Collection[str]) -> list[Finding]:
+    """What was measured before it was cut, or cut before its tool was set."""
+    cut = records.cuts.get(part.identity)
+    if cut is None or cut.at is None:
+        return []
+    pairs: list[tuple[str, datetime | None, str, datetime | None]] = [
+        ("its inspection", one.measured_at, "its cut", cut.at) for one in records.of_part(part).values()
+    ]
+    if cut.setting is not None:
+        pairs.append(("its cut", cut.at, "the setting of its tool", cut.setting.set_at))
+    for later, second, earlier, first in pairs:
+        if second is not None and first is not None and _utc(second) < _utc(first):
+            said = (
+                f"part {part.serial!r}: {later} at {_utc(second):%Y-%m-%d %H:%M} UTC is before {earlier} at "
+                f"{_utc(first):%Y-%m-%d %H:%M} UTC"
+            )
+            hint = (
+                "one clock is wrong: set it, and keep the right times; settings and temperatures may be another part's"
+            )
+            values = {"part": part.serial}
+            if Code.DIA_CLOCK not in accept:
+                raise TrueloopError(Code.DIA_CLOCK, said, hint=hint, override="--accept DIA-CLOCK", values=values)
+            return [Finding(Severity.WARNING, Code.DIA_CLOCK, said, hint, values=values)]
+    return []
+
+
+def _utc(at: datetime) -> datetime:
+    return at if at.tzinfo is None else at.astimezone(UTC).replace(tzinfo=None)
+
+
+class _Settings:
+    """Settings of each edge counted over the cuts, and how long each had cut."""
+
+    def __init__(self, store: Store, cuts: Sequence[Cut]) -> None:
+        self.cuts = [cut for cut in cuts if cut.setting is not None]
+        self.events = [one.value for one in find(store, EdgeEvent)] if self.cuts else []
+
+    def count(self, cut: Cut) -> int:
+        """Which setting of its tool it was cut with, from 1."""
+        times = {_set_at(one) for one in self.cuts if _tool(one) == _tool(cut)}
+        return sorted(times).index(_set_at(cut)) + 1
+
+    def minutes(self, cut: Cut | None, tool: str) -> dict[str, float]:
+        """How long the edge had cut when this cut was done; empty where a cut of it says no time."""
+        if cut is None or cut.setting is None:
+            return {}
+        key = _place(cut)
+        before = [one for one in self.cuts if _same_edge(one, cut) and _place(one) <= key]
+        stated = [
+            event
+            for event in self.events
+            if event.edge.identity == cut.setting.edge.identity
+            and "minutes_in_cut" in event.values
+            and cut.at is not None
+            and event.at <= cut.at
+        ]
+        base = max(stated, key=lambda event: event.at) if stated else None
+        since = [one for one in before if base is None or (one.at is not None and one.at > base.at)]
+        spent = [one.conditions.time_in_cut_min for one in since]
+        if any(minutes is None for minutes in spent) or (base is None and not spent):
+            return {}
+        return {tool: (base.values["minutes_in_cut"] if base else 0.0) + float(np.sum([m or 0.0 for m in spent]))}
+
+
+def _set_at(cut: Cut) -> float:
+    """Seconds; a setting whose time is not stated comes first."""
+    at = None if cut.setting is None else cut.setting.set_at
+    return 0.0 if at is None else at.timestamp()
+
+
+def _same_edge(one: Cut, other: Cut) -> bool:
+    a, b = one.setting, other.setting
+    return a is not None and b is not None and a.edge.identity == b.edge.identity
+
+
+def _place(cut: Cut) -> tuple[float, float]:
+    return (float(cut.order or 0), cut.at.timestamp() if cut.at is not None else 0.0)

@@ -1,0 +1,86 @@
+"""Diagnoses of machines and fixturings as shapes for JSON and pages."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from trueloop.diagnosis.features.fixturing import Instability, Shown
+from trueloop.errors import Finding
+from trueloop.jobs.diagnose.both import GivenModel
+from trueloop.loops.diagnosis.inspected import Repeats
+from trueloop.loops.diagnosis.machine import MachineDiagnosis
+from trueloop.report.diagnosis.machine_shapes import (
+    CorrelationShape,
+    MachineDiagnosisShape,
+    RefinementShape,
+    ResidualShape,
+    TermSetShape,
+)
+from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, FixturingShape, JudgedShape
+from trueloop.report.diagnosis.values import findings_shape, um
+from trueloop.units import UM_PER_MM
+
+
+def machine_shape(
+    given: GivenModel,
+    done: MachineDiagnosis,
+    findings: Iterable[Finding],
+    own_way: Sequence[CorrelationShape] = (),
+    refinement: RefinementShape | None = None,
+) -> MachineDiagnosisShape:
+    """Which errors the model has wrong, what it left at every point, and what the source's own way would have named."""
+    seen, verdict, order = done.seen, done.verdict, given.model.machine.chain.order
+    at = np.broadcast_to(seen.state.positions, (len(seen.residual_mm), len(order)))
+    return MachineDiagnosisShape(
+        machine=given.model.machine.name,
+        model=f"{given.path.name} {given.sha256[:12]}",
+        parts=len(done.parts),
+        points=len(seen.residual_mm),
+        sound=verdict.sound,
+        sets=[
+            TermSetShape(errors=list(one.names), probability=one.probability, separated_by=list(one.separated_by))
+            for one in verdict.sets
+        ],
+        by_error={str(error): share for error, share in verdict.by_error.items()},
+        residuals=[
+            ResidualShape(
+                part=done.parts[int(seen.part[k])].serial,
+                position_mm={name: round(float(at[k, j]), 6) for j, name in enumerate(order)},
+                residual_um=um(float(seen.residual_mm[k])),
+            )
+            for k in range(len(seen.residual_mm))
+        ],
+        temperatures={
+            name: np.broadcast_to(np.asarray(values, np.float64), seen.residual_mm.shape).tolist()
+            for name, values in seen.state.signals.items()
+        },
+        own_way=list(own_way),
+        refinement=refinement,
+        findings=findings_shape([*findings, *done.findings]),
+    )
+
+
+def fixture_shape(machine: str, repeats: Iterable[Repeats], findings: Iterable[Finding]) -> FixtureDiagnosisShape:
+    """Each point that was read repeatedly."""
+    return FixtureDiagnosisShape(
+        machine=machine, fixturings=[_fixturing(one) for one in repeats], findings=findings_shape(findings)
+    )
+
+
+def _fixturing(one: Repeats) -> FixturingShape:
+    found = one.found
+    return FixturingShape(
+        name=one.what,
+        values_um=[um(float(value)) for value in one.values_mm - one.values_mm.mean()],
+        standard_u_um=one.standard_u_mm * UM_PER_MM,
+        limit_um=None if found.limit_mm is None else found.limit_mm * UM_PER_MM,
+        spread=_shown(found.spread),
+        drift=_shown(found.drift),
+        step=_shown(found.step),
+        step_after=found.step_at if found.shows is Instability.STEP else None,
+        stable=found.stable,
+    )
+
+
+def _shown(one: Shown) -> JudgedShape:
+    return JudgedShape(value_um=um(one.value_mm), standard_u_um=um(one.standard_u_mm), significant=one.significant)

@@ -1,0 +1,184 @@
+"""What the model of a machine left on many parts, from both inspections of each.
+
+On-machine inspection reports r = s − E_p of a surface that lies s off nominal: the machine stands elsewhere than
+it says, by its error while it probed. A measuring machine finds s. So that
+
+    n · (CMM − r) + n · COMP_MTG(T_probing) = n · (E_p − E_model,p),
+
+what the model left, at the positions, the stylus and the temperatures of *probing*, whatever the part was cut under.
+That is ERROR_MTG,RESID of [6876 §3.5] as far as the model errs at cutting as it does at probing [6876 footnote 6].
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.diagnosis.components import Components, Inspections, error_components
+from trueloop.diagnosis.part_frame import FrameDiscrepancy, fit_frame_discrepancy, without_discrepancy
+from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.machine.model.chain import Chain
+from trueloop.machine.model.model import MachineModel, State
+from trueloop.units import UM_PER_MM
+
+OTHER_PART_MM = 0.2
+"""Both devices saw one part: by as much as this no sound machine errs between them."""
+MOVED_MM = 0.02
+"""A rigid motion between the part frames of both devices by so much, where neither was found anew, is a moved part."""
+MOVED_SHARE = 3.0
+"""That it is rigid: differences fall to this fraction when the motion is taken out."""
+
+
+@dataclass(frozen=True, eq=False)
+class BothSeen:
+    """One part of a machine that both devices saw at the same points; axis positions while it was cut and probed."""
+
+    serial: str
+    part_type: str
+    points: tuple[str, ...]
+    seen: Inspections
+    cutting: State
+    probing: State
+    compensated: bool
+    new_frame: bool = False
+
+    def components(self, model: MachineModel) -> tuple[Components, FrameDiscrepancy | None]:
+        """Errors taken apart at each point, the frames' discrepancy taken out first where they were found anew."""
+        found = error_components(model, self.seen, self.cutting, self.probing, compensated=self.compensated)
+        if not self.new_frame:
+            return found, None
+        frame = fit_frame_discrepancy(self.seen, found.error_proc_resid)
+        seen = without_discrepancy(self.seen, frame)
+        return error_components(model, seen, self.cutting, self.probing, compensated=self.compensated), frame
+
+    def left_mm(self, model: MachineModel) -> Array:
+        """What the model left along the normals, (n,): positive where the machine leaves material on that it denies."""
+        found = error_components(model, self.seen, self.cutting, self.probing, compensated=self.compensated)
+        left: Array = found.error_mtg + found.comp_mtg_cutting
+        return left
+
+
+def checked(
+    model: MachineModel, parts: Sequence[BothSeen], accept: Collection[str] = ()
+) -> tuple[list[BothSeen], list[Finding]]:
+    """The parts that can be used, and what is odd of the others.
+
+    Raises DIA-PART for one whose inspections cannot be of one part, DIA-MOVED for one that was moved between them, each
+    unless `accept` has the code: the part is then left out.
+    """
+    kept: list[BothSeen] = []
+    findings: list[Finding] = []
+    for part in parts:
+        refusal = _other_part(model, part) or _moved(model, part)
+        if refusal is None:
+            kept.append(part)
+            continue
+        if refusal.code not in accept:
+            raise refusal
+        findings.append(Finding(Severity.WARNING, refusal.code, refusal.message, refusal.hint, values=refusal.values))
+    return kept, findings
+
+
+def residuals(
+    model: MachineModel, parts: Sequence[BothSeen], element: Mapping[str, str], accept: Collection[str] = ()
+) -> tuple[tuple[BothSeen, ...], Residuals, list[Finding]]:
+    """The parts that can be used, and what the model left on them, the parts numbered from 0 in their order.
+
+    `element` names the signal of each axis' element. Raises DIA-NONE without parts, DIA-SIGNAL where a signal of the
+    model or of an element is missing, unless `accept` has it: those parts are left out.
+    """
+    needed = dict.fromkeys((*model.needs(), *element.values()))
+    kept, findings = _with_signals(parts, tuple(needed), accept)
+    if not kept:
+        raise TrueloopError(
+            Code.DIA_NONE,
+            f"0 of {len(parts)} parts can be used to judge the model",
+            hint="`trueloop machine decompose --serial` keeps both inspections of a part, with its temperatures",
+        )
+    common = set.intersection(*(set(part.probing.signals) for part in kept))
+    count = [len(part.points) for part in kept]
+    signals = {
+        name: np.repeat([float(np.mean(part.probing.signals[name])) for part in kept], count) for name in sorted(common)
+    }
+    tools = [
+        np.broadcast_to(np.asarray(p.probing.tool_mm, np.float64), (n, 3)) for p, n in zip(kept, count, strict=True)
+    ]
+    positions = np.concatenate([part.probing.positions for part in kept])
+    found = Residuals(
+        np.repeat(np.arange(len(kept)), count),
+        np.concatenate([part.seen.normal for part in kept]),
+        State(positions, 0.0, signals, np.concatenate(tools)),
+        np.concatenate([part.left_mm(model) for part in kept]),
+        dict(element),
+    )
+    return tuple(kept), found, findings
+
+
+def element_signals(model: MachineModel, given: Mapping[str, str]) -> dict[str, str]:
+    """The signal of each axis' element: as given, else the one that most parts of the model's terms of that axis take.
+
+    Raises MCH-AXIS for an axis that the machine does not have.
+    """
+    chain: Chain = model.machine.chain
+    found: dict[str, str] = {}
+    for axis in chain.axes:
+        used = [
+            part.signal for term in model.terms if term.name.axis == axis.name for part in term.parts if part.signal
+        ]
+        if used:
+            found[axis.name] = max(dict.fromkeys(used), key=used.count)
+    for name, signal in given.items():
+        found[chain.axis(name).name] = signal
+    return found
+
+
+def _with_signals(
+    parts: Sequence[BothSeen], needed: Sequence[str], accept: Collection[str]
+) -> tuple[list[BothSeen], list[Finding]]:
+    for signal in needed:
+        without = [part.serial for part in parts if signal not in part.probing.signals]
+        if not without:
+            continue
+        said = f"the signal {signal!r} was not kept of {len(without)} of {len(parts)} parts: {', '.join(without[:5])}"
+        hint = f"`trueloop machine decompose --probing {signal}=VALUE --supersede` keeps it"
+        values = {"signal": signal, "parts": without}
+        if Code.DIA_SIGNAL not in accept:
+            raise TrueloopError(Code.DIA_SIGNAL, said, hint=hint, override="--accept DIA-SIGNAL", values=values)
+        rest = [part for part in parts if part.serial not in without]
+        kept, findings = _with_signals(rest, needed, accept)
+        return kept, [Finding(Severity.WARNING, Code.DIA_SIGNAL, said, hint, values=values), *findings]
+    return list(parts), []
+
+
+def _other_part(model: MachineModel, part: BothSeen) -> TrueloopError | None:
+    largest_mm = float(np.abs(part.left_mm(model)).max())
+    if largest_mm <= OTHER_PART_MM:
+        return None
+    return TrueloopError(
+        Code.DIA_PART,
+        f"part {part.serial!r}: both devices differ by up to {largest_mm * UM_PER_MM:.0f} µm; of one part "
+        f"they differ by less than {OTHER_PART_MM * UM_PER_MM:.0f} µm",
+        hint="is one of the inspections of another part, or in another frame? Decompose the right file, `--supersede`",
+        override="--accept DIA-PART",
+        values={"part": part.serial},
+    )
+
+
+def _moved(model: MachineModel, part: BothSeen) -> TrueloopError | None:
+    """A large rigid motion explains what both devices differ by, though their frames were not found anew."""
+    if part.new_frame or len(part.points) < 7:
+        return None
+    found = error_components(model, part.seen, part.cutting, part.probing, compensated=part.compensated)
+    frame = fit_frame_discrepancy(part.seen, found.error_proc_resid)
+    if frame.rms_before_mm < MOVED_MM or frame.rms_after_mm > frame.rms_before_mm / MOVED_SHARE:
+        return None
+    return TrueloopError(
+        Code.DIA_MOVED,
+        f"part {part.serial!r}: both inspections differ by {frame.rms_before_mm * UM_PER_MM:.1f} µm, and by "
+        f"{frame.rms_after_mm * UM_PER_MM:.1f} µm after a rigid motion: part or probe was moved between them",
+        hint="if the part's frame was found anew, decompose it with `--new-frame --supersede`",
+        override="--accept DIA-MOVED",
+        values={"part": part.serial},
+    )
