@@ -17,7 +17,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.diagnosis.inspected import Repeats, repeats_of, require_stable
 from trueloop.loops.diagnosis.machine import MachineDiagnosis, diagnose_machine
 from trueloop.loops.diagnosis.part import diagnose_part
-from trueloop.loops.diagnosis.points_of import places_of
+from trueloop.loops.diagnosis.plain_points import places_of
 from trueloop.loops.diagnosis.series import diagnose_series
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
