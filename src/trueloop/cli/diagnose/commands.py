@@ -4,6 +4,7 @@ import typer
 
 from trueloop.cli.diagnose.machine import machine
 from trueloop.cli.diagnose.parts import fixture, part, series
+from trueloop.cli.diagnose.refine import refine
 from trueloop.cli.diagnose.standard import standard
 
 app = typer.Typer(
@@ -11,5 +12,5 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-for command in (part, series, fixture, machine, standard):
+for command in (part, series, fixture, machine, refine, standard):
     app.command()(command)

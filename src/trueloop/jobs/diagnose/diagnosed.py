@@ -1,7 +1,7 @@
 """Diagnoses of parts, series, fixturings and machines from a store, as shapes."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from trueloop.diagnosis.features.feature_place import FeaturePlace
@@ -17,7 +17,7 @@ from trueloop.jobs.turned.job import read_job
 from trueloop.loops.diagnosis.inspected import Repeats, repeats_of, require_stable
 from trueloop.loops.diagnosis.machine import MachineDiagnosis, diagnose_machine
 from trueloop.loops.diagnosis.part import diagnose_part
-from trueloop.loops.diagnosis.plain_points import places_of
+from trueloop.loops.diagnosis.points_of import places_of
 from trueloop.loops.diagnosis.series import diagnose_series
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
@@ -135,7 +135,8 @@ def _sources(store: Store, asked: Asked, part_type: str | None) -> Sources:
 def _places(records: Records, job: Path | None) -> Mapping[str, FeaturePlace]:
     profile: Profile | None = None if job is None else read_job(job).inputs.profile
     seen = [kept.value for kept in records.inspections if records.seen_by(kept.value) is not None]
-    return places_of(seen, profile)
+    places, tools = places_of(seen, profile), records.tools
+    return {name: replace(place, tool=tools[0]) for name, place in places.items()} if len(tools) == 1 else places
 
 
 def _not_inspected(serial: str, *, quarantined: bool) -> TrueloopError:

@@ -15,7 +15,6 @@ from trueloop.domain.part import Part
 from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.diagnose.quarantined import quarantined_cuts
-from trueloop.storage.kinds import joined
 from trueloop.storage.store import Kept, Store, find
 
 
@@ -44,6 +43,11 @@ class Records:
         """Parts whose finish cut is in quarantine."""
         return frozenset(part for part, cut in self.cuts.items() if cut.identity in self.quarantined)
 
+    @property
+    def tools(self) -> tuple[str, ...]:
+        """Names of the tools that finished the parts."""
+        return tuple(dict.fromkeys(name for name in map(tool_of, self.cuts.values()) if name))
+
     def seen_by(self, one: Inspection) -> SeenBy | None:
         """Which kind of device found it on a finished part; None: it was not finished yet.
 
@@ -71,6 +75,14 @@ class Records:
     def kept_at(self, part: Part) -> int:
         """The place of its first inspection among those kept."""
         return next(k for k, kept in enumerate(self.inspections) if kept.value.part.identity == part.identity)
+
+
+def tool_of(cut: Cut) -> str:
+    """The name of the tool that cut, by its number where it has none; "" where nothing is stated."""
+    if cut.setting is None:
+        return ""
+    tool = cut.setting.edge.tool
+    return tool.name or f"T{tool.number}"
 
 
 def read_records(store: Store, part_type: str | None) -> Records:
@@ -141,8 +153,3 @@ def _instead(asked: str, known: Sequence[str]) -> str:
         return f"did you mean {near[0]!r}?"
     listed = ", ".join(known[:10])
     return f"known are {listed}" if listed else "`trueloop series add` and `trueloop compensate --db` keep inspections"
-
-
-def identity_text(identity: Identity) -> str:
-    """As columns hold it."""
-    return joined(identity)

@@ -14,7 +14,7 @@ from trueloop.domain.part import Part
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.jobs.diagnose.both import GivenModel, both_seen
 from trueloop.jobs.diagnose.corrected import Corrections
-from trueloop.jobs.diagnose.records import Records
+from trueloop.jobs.diagnose.records import Records, tool_of
 from trueloop.loops.diagnosis.inspected import Inspected
 from trueloop.loops.post_process.order import When, parts_in_order
 from trueloop.storage.store import Store, find
@@ -65,7 +65,7 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
             process_mm = taken.components(of.model.model)[0].error_proc_resid
             seen[SeenBy.MACHINE] = _as_process(seen[SeenBy.MACHINE], process_mm.tolist())
     temperatures = both.cutting.signals if both is not None else _temperatures(seen.values())
-    tool = "" if cut is None or cut.setting is None else _tool(cut)
+    tool = "" if cut is None else tool_of(cut)
     depth = None if cut is None else cut.conditions.depth_of_cut_mm
     own = [name for name, place in of.places.items() if place.tool in ("", tool)]
     at = cut.at if cut is not None and cut.at is not None else next((o.measured_at for o in seen.values()), None)
@@ -109,12 +109,6 @@ def _temperatures(seen: Collection[Inspection]) -> Mapping[str, float]:
     return next((one.temperatures for one in seen if one.temperatures), {})
 
 
-def _tool(cut: Cut) -> str:
-    assert cut.setting is not None
-    tool = cut.setting.edge.tool
-    return tool.name or f"T{tool.number}"
-
-
 def _clocks(records: Records, part: Part, accept: Collection[str]) -> list[Finding]:
     """What was measured before it was cut, or cut before its tool was set."""
     cut = records.cuts.get(part.identity)
@@ -154,7 +148,7 @@ class _Settings:
 
     def count(self, cut: Cut) -> int:
         """Which setting of its tool it was cut with, from 1."""
-        times = {_set_at(one) for one in self.cuts if _tool(one) == _tool(cut)}
+        times = {_set_at(one) for one in self.cuts if tool_of(one) == tool_of(cut)}
         return sorted(times).index(_set_at(cut)) + 1
 
     def minutes(self, cut: Cut | None, tool: str) -> dict[str, float]:

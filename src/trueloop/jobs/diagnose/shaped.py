@@ -14,6 +14,7 @@ from trueloop.report.diagnosis.machine_shapes import (
     MachineDiagnosisShape,
     RefinementShape,
     ResidualShape,
+    SuspectShape,
     TermSetShape,
 )
 from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, FixturingShape, JudgedShape
@@ -38,9 +39,18 @@ def machine_shape(
         points=len(seen.residual_mm),
         sound=verdict.sound,
         sets=[
-            TermSetShape(errors=list(one.names), probability=one.probability, separated_by=list(one.separated_by))
+            TermSetShape(
+                errors=[
+                    SuspectShape(error=str(suspect.error), follows=suspect.follows, probability=share)
+                    for suspect, share in zip(one.suspects, one.each, strict=True)
+                ],
+                probability=one.probability,
+                at_least=one.at_least,
+                separated_by=list(one.separated_by),
+            )
             for one in verdict.sets
         ],
+        scatter_um=um(verdict.noise_mm),
         by_error={str(error): share for error, share in verdict.by_error.items()},
         residuals=[
             ResidualShape(

@@ -16,7 +16,7 @@ from trueloop.domain.part import Part
 from trueloop.domain.standard_part import StandardPart
 from trueloop.errors import Finding, Severity
 from trueloop.loops.diagnosis.left_on_parts import BothSeen
-from trueloop.loops.diagnosis.plain_points import points_of
+from trueloop.loops.diagnosis.points_of import points_of
 
 OVERRIDE = "--accept DIA-UNSTABLE"
 
