@@ -20,13 +20,13 @@ def machine(
     as_json: AsJson = False,
 ) -> None:
     """Name the axis errors that the machine's model has wrong, as sets, and what would divide each set."""
-    from trueloop.jobs.diagnose import diagnosed
+    from trueloop.jobs.diagnose import machines
     from trueloop.jobs.diagnose.written import write_diagnosis
     from trueloop.jobs.store.opened import opened
     from trueloop.report.diagnosis.lines import machine_lines
     from trueloop.report.diagnosis.page_machine import machine_page
 
     with busy("diagnosing"):
-        found = diagnosed.machine(opened(db), model, part_type or (), elements_of(element), accept or ())
+        found = machines.machine(opened(db), model, part_type or (), elements_of(element), accept or ())
         files = write_diagnosis(found, "machine", machine_page, output, page.language, page.unit)
     print_diagnosis(found, machine_lines(found), found.findings, files, as_json=as_json)

@@ -9,7 +9,7 @@ import typer
 from trueloop.domain.page_options import Language, LengthUnit
 
 if TYPE_CHECKING:
-    from trueloop.jobs.diagnose.diagnosed import Asked
+    from trueloop.jobs.diagnose.asked import Asked
 
 Accept = Annotated[
     list[str] | None,
@@ -54,7 +54,7 @@ class Of:
 
     def asked(self, accept: list[str] | None) -> "Asked":
         """As jobs take it."""
-        from trueloop.jobs.diagnose.diagnosed import Asked
+        from trueloop.jobs.diagnose.asked import Asked
 
         return Asked(self.part_type, self.job, self.model, tuple(accept or ()))
 

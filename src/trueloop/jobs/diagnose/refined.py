@@ -11,7 +11,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.model_file import read_model
 from trueloop.jobs.diagnose.both import given_model
-from trueloop.jobs.diagnose.diagnosed import machine_of
+from trueloop.jobs.diagnose.machines import machine_of
 from trueloop.jobs.diagnose.shaped import machine_shape
 from trueloop.jobs.machine.versions import offer_model
 from trueloop.loops.diagnosis.machine import MachineDiagnosis

@@ -8,7 +8,7 @@ import numpy as np
 
 from trueloop.diagnosis.causes.seen_part import SeenBy, SeenPart
 from trueloop.diagnosis.features.feature_place import FeaturePlace
-from trueloop.domain.inspection import Inspection
+from trueloop.domain.inspection import CmmPoint, Inspection
 from trueloop.domain.life import Cut, EdgeEvent
 from trueloop.domain.part import Part
 from trueloop.errors import Code, Finding, Severity, TrueloopError
@@ -86,14 +86,16 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
 
 def _as_process(one: Inspection, error_mm: Sequence[float]) -> Inspection:
     """What the machine's probe saw with the model's error at probing taken out: the process [6876 §3.3]."""
-    values = tuple(
-        replace(
-            point, measured_mm=tuple(n + e * u for n, u in zip(point.nominal_mm, point.outward_normal, strict=True))
-        )
-        for point, e in zip(one.points, error_mm, strict=True)
-        if point.nominal_mm is not None and point.outward_normal is not None
-    )
+    values = tuple(_displaced(point, e) for point, e in zip(one.points, error_mm, strict=True))
     return replace(one, values=values)
+
+
+def _displaced(point: CmmPoint, error_mm: float) -> CmmPoint:
+    """Measured that far outside its nominal place."""
+    if point.nominal_mm is None or point.outward_normal is None:
+        return point
+    (x, y, z), (a, b, c) = point.nominal_mm, point.outward_normal
+    return replace(point, measured_mm=(x + error_mm * a, y + error_mm * b, z + error_mm * c))
 
 
 def _when(records: Records, part: Part) -> When:

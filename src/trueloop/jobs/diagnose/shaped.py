@@ -7,8 +7,8 @@ import numpy as np
 from trueloop.diagnosis.features.fixturing import Instability, Shown
 from trueloop.errors import Finding
 from trueloop.jobs.diagnose.both import GivenModel
-from trueloop.loops.diagnosis.inspected import Repeats
 from trueloop.loops.diagnosis.machine import MachineDiagnosis
+from trueloop.loops.diagnosis.repeats import Repeats
 from trueloop.report.diagnosis.machine_shapes import (
     CorrelationShape,
     MachineDiagnosisShape,

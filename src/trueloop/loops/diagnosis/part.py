@@ -11,7 +11,8 @@ from trueloop.diagnosis.features.feature_place import FeaturePlace
 from trueloop.diagnosis.features.undetermined import undetermined
 from trueloop.diagnosis.part_frame import FrameDiscrepancy
 from trueloop.errors import Code, Finding, Severity
-from trueloop.loops.diagnosis.inspected import Inspected, repeats_of, require_stable
+from trueloop.loops.diagnosis.inspected import Inspected
+from trueloop.loops.diagnosis.repeats import repeats_of, require_stable
 from trueloop.machine.model.model import MachineModel
 
 

@@ -8,7 +8,8 @@ from trueloop.diagnosis.causes.judge import judge
 from trueloop.diagnosis.causes.seen_part import SeenSeries
 from trueloop.diagnosis.features.feature_place import FeaturePlace
 from trueloop.errors import Code, Finding, TrueloopError
-from trueloop.loops.diagnosis.inspected import Inspected, repeats_of, require_stable
+from trueloop.loops.diagnosis.inspected import Inspected
+from trueloop.loops.diagnosis.repeats import repeats_of, require_stable
 
 LEAST_PARTS = 2
 
