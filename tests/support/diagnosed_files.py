@@ -53,7 +53,8 @@ def both_file(series: Series, made: Made, file: Path, *, tools: bool = True) -> 
     """What both devices read of one part on the side where it is cut, with the tool that cut each point."""
     rows = series.points.angle_rad == 0.0
     at, flat = series.points.at_mm[rows], series.points.normal[rows]
-    nominal, normal, tool = (_in_space(v) for v in (at, flat, tool_of_points_mm(series.places, series.points)[rows]))
+    held = tool_of_points_mm(series.places, series.points)[rows]
+    nominal, normal, tool = (_in_space(v) for v in (at, flat, held))
     controller, cmm = (nominal + normal * made.read_mm[by][rows][:, None] for by in (SeenBy.MACHINE, SeenBy.CMM))
     columns = [nominal, normal, controller, cmm, *([tool, tool] if tools else [])]
     names = [
@@ -73,7 +74,9 @@ def both_file(series: Series, made: Made, file: Path, *, tools: bool = True) -> 
 def decompose(series: Series, made: Made, file: Path, model: Path, db: str, **more: str) -> list[str]:
     """The command that keeps it; `more` options by name, `serial` and `type` among them."""
     zero = ("--work-zero", f"0,0,{CHUCK_MM}")
-    cutting = [word for name, value in made.moment.read_c.items() for word in ("--cutting", f"{name_of(name)}={value:.3f}")]
+    cutting = [
+        word for name, value in made.moment.read_c.items() for word in ("--cutting", f"{name_of(name)}={value:.3f}")
+    ]
     cooler = {name: value - series.shop.cooled_k for name, value in made.moment.read_c.items()}
     probing = [word for name, value in cooler.items() for word in ("--probing", f"{name_of(name)}={value:.3f}")]
     options = [word for name, value in more.items() for word in (f"--{name}", value)]

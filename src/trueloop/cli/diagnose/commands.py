@@ -4,7 +4,7 @@ import typer
 
 from trueloop.cli.diagnose.fixture import fixture
 from trueloop.cli.diagnose.machine import machine
-# PARTS from trueloop.cli.diagnose.parts import part, series
+from trueloop.cli.diagnose.parts import part, series
 from trueloop.cli.diagnose.refine import refine
 from trueloop.cli.diagnose.standard import standard
 
@@ -13,5 +13,5 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-for command in (fixture, machine, refine, standard):
+for command in (part, series, fixture, machine, refine, standard):
     app.command()(command)

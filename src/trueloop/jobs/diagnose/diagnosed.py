@@ -1,22 +1,12 @@
-"""Diagnoses of parts, series, fixturings and machines from a store, as shapes."""
+"""Diagnoses of parts and series from a store, as shapes."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
-
-from trueloop.diagnosis.features.feature_place import FeaturePlace
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.profile import Profile
-from trueloop.jobs.diagnose.both import given_model
-from trueloop.jobs.diagnose.fixtures import Repeatability, shown
-from trueloop.jobs.diagnose.records import Records, part_named, read_records
-from trueloop.jobs.diagnose.seen_series import Sources, parts_of
-from trueloop.jobs.turned.job import read_job
+from trueloop.jobs.diagnose.asked import Asked, sources_of
+from trueloop.jobs.diagnose.records import part_named
+from trueloop.jobs.diagnose.seen_series import parts_of
 from trueloop.loops.diagnosis.part import diagnose_part
-from trueloop.loops.diagnosis.points_of import places_of
-from trueloop.loops.diagnosis.repeats import repeats_of
 from trueloop.loops.diagnosis.series import diagnose_series
-from trueloop.report.diagnosis.shapes import FixtureDiagnosisShape, PartDiagnosisShape, SeriesDiagnosisShape
+from trueloop.report.diagnosis.shapes import PartDiagnosisShape, SeriesDiagnosisShape
 from trueloop.report.diagnosis.values import part_shape, series_shape
 from trueloop.storage.store import Store
 
