@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 
+from scripts.nist_causes import causes_section
 from scripts.nist_errors import errors, of_family, table, wrapped
 from scripts.nist_nose import left_on_cones_um
 from trueloop.diagnosis.features.feature_error import ErrorKind, FeatureError
@@ -168,7 +169,7 @@ def _falsified(left: Mapping[str, float]) -> str:
 
 def page() -> str:
     """The whole page."""
-    return "\n".join([HEAD, tapers_section(), worn_section()])
+    return "\n".join([HEAD, tapers_section(), worn_section(), causes_section()])
 
 
 def main() -> None:

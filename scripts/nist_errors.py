@@ -80,6 +80,7 @@ def errors(part: NistPart, cut: Cut) -> dict[tuple[str, ErrorKind], FeatureError
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1) -> str:
+    """A table in Markdown; all but the first `words` columns are numbers."""
     rule = ["---"] * words + ["--:"] * (len(head) - words)
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (head, rule, *rows))
 

@@ -42,6 +42,7 @@ touches after the semi-finish cut, Tables 4, 8 and 10, with a job and programs m
   expect, and the more honest of the two. A feature with one touch has no such prediction and does not count here.
 
 Root mean squares are over the touches but the z reference point, whose error is zero by definition.
+[nist-diagnosis.md](nist-diagnosis.md) says what the diagnosis finds wrong with these parts.
 `python -m scripts.nist_table --write` makes this page; a test compares it with what the code gives.
 """
 

@@ -173,6 +173,7 @@ def _sound(causes: CausesShape, say: Texts) -> str:
 def _card(one: CandidateShape, say: Texts) -> str:
     said = share(one.probability, say)
     rows = [
+        (say("tool"), esc(one.tool)),
         (say("on"), esc(", ".join(one.features)) or "–"),
         (say("size, if it acts"), _size(one, say)),
         (say("for it"), _marked("for", one.supports, say)),

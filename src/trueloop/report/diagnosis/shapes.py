@@ -94,6 +94,8 @@ class CandidateShape(Shape):
     """Its name without spaces."""
     name: Words
     """Its name for people."""
+    tool: str
+    """The tool that it concerns; empty: none alone."""
     features: list[str]
     """On which features it acts."""
     probability: float
@@ -134,6 +136,8 @@ class CausesShape(Shape):
     """Likeliest first."""
     decide: list[Words]
     """Measurements that would tell apart what is left."""
+    gain: float
+    """How often the recorded corrections arrived: 1, or what the parts show instead."""
 
 
 class UnexplainedShape(Shape):

@@ -83,7 +83,7 @@ def series_shape(
         means=means,
         unexplained=[] if causes is None else unexplained(means, causes),
         parts=[seen_part(part, last) for part, last in zip(series.parts, before, strict=False)],
-        findings=findings_shape(findings),
+        findings=findings_shape([*findings, *(() if found is None else found.findings)]),
     )
 
 
@@ -171,6 +171,7 @@ def causes_shape(found: Diagnosis) -> CausesShape:
         candidates=[_candidate(one) for one in found.candidates],
         hypotheses=[HypothesisShape(causes=list(keys), probability=share) for keys, share in found.hypotheses],
         decide=list(found.decide),
+        gain=found.gain,
     )
 
 
@@ -178,6 +179,7 @@ def _candidate(one: Candidate) -> CandidateShape:
     return CandidateShape(
         key=one.cause.key,
         name=one.cause.name,
+        tool=one.tool,
         features=list(one.features),
         probability=one.probability,
         size_um=known_um(one.size_mm),
