@@ -254,3 +254,12 @@ def test_every_error_is_found_or_named(places: int, angles: int) -> None:
     assert ErrorKind.SHAFT_TAPER in found | named
     assert (ErrorKind.STRAIGHTNESS in found) == (places >= 6)
     assert (ErrorKind.LOBING in found) == (angles >= 7)
+
+
+def test_noise_alone_has_a_straightness_of_zero_in_63_percent() -> None:
+    """The square of two coefficients of noise is below its mean in 1 − 1/e of cases, were their shapes alike."""
+    rng, z = np.random.default_rng(15), np.linspace(0, 100, 8)
+    found = [
+        by_kind(errors_of(shaft(z, rng.normal(0, U, 8)), SHAFT))[ErrorKind.STRAIGHTNESS].value_mm for _ in range(500)
+    ]
+    assert np.mean(np.array(found) == 0.0) == pytest.approx(1 - np.exp(-1), abs=0.08)
