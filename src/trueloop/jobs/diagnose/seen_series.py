@@ -59,9 +59,9 @@ def _inspected(of: Sources, part: Part, number: int, settings: "_Settings", corr
     both = next((one for one in reversed(records.both) if one.part.identity == part.identity), None)
     taken = None
     if both is not None and of.model is not None:
-        inspections = {one.identity: one for one in seen.values()}
+        inspections = {kept.value.identity: kept.value for kept in records.inspections}
         taken = both_seen(both, inspections, of.model.model)
-        if SeenBy.MACHINE in seen:
+        if SeenBy.MACHINE in seen and seen[SeenBy.MACHINE].identity == both.on_machine:
             process_mm = taken.components(of.model.model)[0].error_proc_resid
             seen[SeenBy.MACHINE] = _as_process(seen[SeenBy.MACHINE], process_mm.tolist())
     temperatures = both.cutting.signals if both is not None else _temperatures(seen.values())

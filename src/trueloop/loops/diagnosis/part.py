@@ -1,7 +1,7 @@
 """One part diagnosed: feature errors by device, components at its points, causes as far as one part tells."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from trueloop.diagnosis.causes.candidate import Diagnosis
 from trueloop.diagnosis.causes.judge import judge
@@ -48,6 +48,7 @@ def diagnose_part(
     if len(others) > 1:
         series = SeenSeries(places, tuple(other.with_errors(places) for other in others))
         causes = of_part(judge(series), part)
+        findings += causes.findings
     else:
         findings.append(ALONE)
     if one.both is None or model is None:
@@ -69,4 +70,4 @@ def of_part(found: Diagnosis, part: SeenPart) -> Diagnosis:
     """The causes of a series that act on features which this part shows."""
     shown = {error.feature for errors in part.errors.values() for error in errors}
     own = tuple(one for one in found.candidates if not one.features or shown & set(one.features))
-    return Diagnosis(own, found.hypotheses, found.sound, found.decide)
+    return replace(found, candidates=own)

@@ -44,4 +44,5 @@ def diagnose_series(
     ]
     findings = require_stable(repeats, accept)
     series = SeenSeries(places, tuple(one.with_errors(places) for one in parts))
-    return SeriesDiagnosis(series, judge(series), tuple(findings))
+    found = judge(series)
+    return SeriesDiagnosis(series, found, (*findings, *found.findings))
