@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from scripts.nist_causes import diagnosed
 from tests.pages.test_paper_and_telephone import LOOK
 from tests.support import diagnosis
 from tests.support.chromium import console_errors, dump_dom
@@ -129,3 +130,11 @@ def test_an_unstable_fixturing_stops_everything_else() -> None:
     page = said(fixture_page(diagnosis.fixtures()))
     assert "Unstable: part. Nothing else is concluded until this is mended." in page
     assert "after repeat 4" in page and "+8.0 ± 0.6" in page
+
+
+def test_a_real_diagnosis_is_said_in_german() -> None:
+    """Names, evidence and remedies of the catalogue, of NIST's parts."""
+    page = said(series_page(diagnosed("MODBAS2", "semifinish"), Texts("de")))
+    assert "Werkzeugverschleiß" in page and "Der Taster der Maschine findet im Mittel von 4 Teilen 11,7 µm" in page
+    for word in ("tool wear", " the ", "standard uncertainty", "It is the same"):
+        assert word not in page

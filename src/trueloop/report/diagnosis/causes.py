@@ -19,7 +19,7 @@ LEAST: Final = 0.01
 CARDS: Final = 12
 SETS: Final = 8
 TOLD: Final = 4
-"""Errors that the verdict names."""
+"""Errors, or sets of causes, that the verdict names."""
 UNEXPLAINED: Final = 20
 """Rows of what is not explained."""
 
@@ -123,8 +123,8 @@ def credible(hypotheses: Sequence[HypothesisShape]) -> list[HypothesisShape]:
 
 def _named(sets: Sequence[HypothesisShape], causes: CausesShape, say: Texts) -> str:
     """Sets by the names of their causes; of many the likeliest."""
-    told = [together(one.causes, causes, say) for one in sets[:SETS]]
-    more = [say("{n} more", n=len(sets) - SETS)] if len(sets) > SETS else []
+    told = [together(one.causes, causes, say) for one in sets[:TOLD]]
+    more = [say("{n} more", n=len(sets) - TOLD)] if len(sets) > TOLD else []
     return "; ".join([*told, *more]) or "–"
 
 
