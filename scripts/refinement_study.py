@@ -47,31 +47,31 @@ def _worn_carriage(at: Array, tool: Array, warm: WarmUp) -> Array:
 
 
 def _hot_headstock(at: Array, tool: Array, warm: WarmUp) -> Array:
-    """The headstock grows by 0.7 µm/K of its bearing more than it did: the tool stands that much less along Z."""
+    """The headstock grows by 1 µm/K of its bearing more than it did: the tool stands that much less along Z."""
     del tool
-    return np.column_stack([np.zeros(len(at)), -0.0007 * (warm.bearing + warm.hall)])
+    return np.column_stack([np.zeros(len(at)), -0.0010 * (warm.bearing + warm.hall)])
 
 
 def _yawing_carriage(at: Array, tool: Array, warm: WarmUp) -> Array:
-    """The carriage turns by up to 60 µrad about Y; the arm leads from its frame to the tool point."""
+    """The carriage turns by up to 140 µrad about Y; the arm leads from its frame to the tool point."""
     del warm
-    turn = 60e-6 * np.tanh(at[:, 1] / 200.0)
+    turn = 150e-6 * np.tanh(at[:, 1] / 200.0)
     x, z = tool[0] + at[:, 0], np.broadcast_to(tool[1], len(at))
     return np.column_stack([turn * z, -turn * x])
 
 
 def _other_screw(at: Array, tool: Array, warm: WarmUp) -> Array:
-    """A new screw of X: 12 µm over 300 mm and a sine of 0.6 µm."""
+    """A new screw of X: 36 µm over 300 mm and a sine of 0.6 µm."""
     del tool, warm
     u = at[:, 0] / 300
     return np.column_stack(
-        [0.012 * u * (1.2 - 0.2 * u) + 0.0006 * np.sin(2 * np.pi * at[:, 0] / 60), np.zeros(len(at))]
+        [0.036 * u * (1.2 - 0.2 * u) + 0.0006 * np.sin(2 * np.pi * at[:, 0] / 60), np.zeros(len(at))]
     )
 
 
 def _tilting_headstock(at: Array, tool: Array, warm: WarmUp) -> Array:
-    """The work tilts by 3 µrad/K of the casting: by −tilt the tool is turned as seen from it."""
-    turn = -3e-6 * (warm.casting + warm.hall)
+    """The work tilts by 10 µrad/K of the casting: by −tilt the tool is turned as seen from it."""
+    turn = -10e-6 * (warm.casting + warm.hall)
     x, z = at[:, 0] + tool[0], at[:, 1] + tool[1]
     return np.column_stack([turn * z, -turn * x])
 

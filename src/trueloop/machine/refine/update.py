@@ -5,9 +5,10 @@ n · D · x, x being what the coefficients lack. So the coefficients move by the
 
     residual = n · D · x + set-up of the part + what no form of the model has at this place + noise
 
-with x ~ N(0, covariance of the model + freedom of the guilty errors). The gain of this update is the weight of [4773
-§2.5]: little where the model is known well or the parts scatter, nearly 1 where neither holds. Time constants of lags
-are considered and not moved (Schmidt 1966): their uncertainty stays, correlations with them count.
+with x ~ N(0, c² · covariance of the model + freedom of the guilty errors), c and the freedom as the evidence asks. The
+gain of this update is the weight of [4773 §2.5]: little where the model is known well or the parts scatter, nearly 1
+where neither holds. Time constants of lags are considered and not moved (Schmidt 1966): their uncertainty stays,
+correlations with them count.
 It holds to first order, with the guilty errors named rightly; what it is worth parts left out say (`judged.py`).
 """
 
@@ -26,6 +27,8 @@ from trueloop.units import UM_PER_MM
 
 SIZES = (0.0, *(2.0**k * 1e-3 for k in np.arange(-2, 7)))
 """RMS in mm along the normals of what a guilty error may lack, a set-up or a place may leave: what is tried."""
+WIDER = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""By what the standard uncertainty of all coefficients may be too small: readings of a fit know nothing of its form."""
 MODEL, SET_UP, PLACE = "model", "set-up", "place"
 
 
@@ -35,7 +38,8 @@ class Updated:
 
     `outlier` (n,) are points more than five standard deviations off, which hardly counted. `noise_mm`, `set_up_mm` and
     `place_mm` are standard deviations found: of a point, of a part's set-up, of what stays at a place whatever the
-    coefficients are. `freedom_mm` is by how much each guilty error (and its signal) was let move, RMS of points.
+    coefficients are. `freedom_mm` is by how much each guilty error (and its signal) was let move, RMS of points;
+    `wider` by what factor the standard uncertainties of all coefficients had to be larger than the model says.
     """
 
     model: MachineModel
@@ -44,6 +48,7 @@ class Updated:
     set_up_mm: float
     place_mm: float
     freedom_mm: Mapping[str, float]
+    wider: float
     fit: Mixed
 
 
@@ -70,14 +75,14 @@ def update(
     grown = replace(with_guilty(model, named, seen.state), version=None)
     along = np.einsum("ni,nij->nj", seen.normal, grown.sensitivities(seen.state)) * UM_PER_MM
     moves = {MODEL: _root(grown.covariance), **freedom(grown, named, seen)}
-    blocks = {name: Block(along @ move, (1.0,) if name == MODEL else SIZES) for name, move in moves.items()}
+    blocks = {name: Block(along @ move, WIDER if name == MODEL else SIZES) for name, move in moves.items()}
     blocks |= {SET_UP: _in_um(seen.set_ups()), PLACE: _in_um(seen.places())}
     fit = mixed(seen.residual_mm * UM_PER_MM, blocks, seen.weights, seen.u_mm * UM_PER_MM, start)
     to_all = np.hstack([fit.scales[name] * move for name, move in moves.items()])
     refined = _moved(grown, to_all, fit, share)
     sizes = {name: fit.scales[name] for name in moves if name != MODEL}
     set_up, place = fit.scales[SET_UP], fit.scales[PLACE] if blocks[PLACE].rows.size else 0.0
-    return Updated(refined, fit.outlier, fit.noise / UM_PER_MM, set_up, place, sizes, fit)
+    return Updated(refined, fit.outlier, fit.noise / UM_PER_MM, set_up, place, sizes, fit.scales[MODEL], fit)
 
 
 def _in_um(rows: Array) -> Block:
