@@ -83,7 +83,7 @@ def series_shape(
         means=means,
         unexplained=[] if causes is None else unexplained(means, causes),
         parts=[seen_part(part, last) for part, last in zip(series.parts, before, strict=False)],
-        findings=findings_shape([*findings, *(() if found is None else found.findings)]),
+        findings=findings_shape(findings),
     )
 
 
