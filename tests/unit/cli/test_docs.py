@@ -83,6 +83,12 @@ COMMANDS = (
     "machine plates",
     "machine points",
     "machine decompose",
+    "diagnose part",
+    "diagnose series",
+    "diagnose fixture",
+    "diagnose machine",
+    "diagnose refine",
+    "diagnose standard",
     "surface deviations",
     "surface model",
     "surface pattern",
@@ -118,7 +124,8 @@ def _help(*command: str) -> str:
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
     rooms = (
-        "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |series |monitor |db |realtime "
+        "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |series |monitor |diagnose |db |"
+        "realtime "
     )
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)
