@@ -72,6 +72,9 @@ def test_the_update_is_that_of_bayes() -> None:
     found = update(model, seen, [])
     gain = 4e-6 * n / (4e-6 * n + found.noise_mm**2 + found.set_up_mm**2)
     assert -found.model.coefficients[0] == pytest.approx(gain * values.mean(), rel=0.08)
+    prior = 4e-6 * found.wider**2
+    scatter = (found.noise_mm**2 + found.set_up_mm**2) / n
+    assert found.model.covariance[0, 0] == pytest.approx(prior * scatter / (prior + scatter), rel=0.3)
     half = update(model, seen, [], share=0.5)
     assert half.model.coefficients[0] == pytest.approx(0.5 * found.model.coefficients[0])
     assert half.model.covariance[0, 0] > found.model.covariance[0, 0]
