@@ -83,6 +83,7 @@ COMMANDS = (
     "machine plates",
     "machine points",
     "machine decompose",
+    "machine accept",
     "diagnose part",
     "diagnose series",
     "diagnose fixture",
