@@ -56,6 +56,7 @@ COMMANDS = (
     "series simulate",
     "monitor chart",
     "monitor certify",
+    "monitor gauge",
     "record show",
     "db init",
     "db import",

@@ -4,6 +4,7 @@ import typer
 
 from trueloop.cli.monitor.certify import certify
 from trueloop.cli.monitor.chart import chart
+from trueloop.cli.monitor.gauge import gauge
 
 app = typer.Typer(
     help="Quality monitor: control charts, certificates of parts, drift of gauges.",
@@ -12,3 +13,4 @@ app = typer.Typer(
 )
 app.command()(chart)
 app.command()(certify)
+app.command()(gauge)

@@ -7,6 +7,7 @@ from trueloop.domain.page_options import Language, LengthUnit
 from trueloop.errors import Code, Finding, Severity, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.monitor.facts import stored_facts
+from trueloop.jobs.monitor.gauges import failed_checks
 from trueloop.jobs.series.book import Book, only_type, read_book
 from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
 from trueloop.loops.monitor.options import ChartOptions
@@ -26,7 +27,11 @@ def charts_of(store: Store, part_type: str | None, names: Sequence[str], options
     """
     book = read_book(store, part_type or only_type(store), SeriesOptions())
     _require_known(book, names)
-    facts, charted, few = stored_facts(store, book), list[MonitoredSeries](), list[TrueloopError]()
+    facts, charted, few = (
+        stored_facts(store, book, failed_checks(store)),
+        list[MonitoredSeries](),
+        list[TrueloopError](),
+    )
     for one in book.tracked:
         if one.series.latest and (not names or one.series.name in names):
             try:

@@ -8,8 +8,10 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, Flags, by_content
+from trueloop.diagnosis.causes.candidate import Diagnosis
 from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, TrueloopError
+from trueloop.loops.monitor.diagnosed import with_diagnosis
 from trueloop.loops.monitor.facts import PartFacts
 from trueloop.loops.monitor.known import known, only
 from trueloop.loops.monitor.options import ChartOptions
@@ -54,8 +56,10 @@ class MonitoredSeries:
     remarks: tuple[str, ...]
 
 
-def chart_of(tracked: Tracked, facts: Sequence[PartFacts], options: ChartOptions) -> MonitoredSeries:
-    """Charts a series; `facts` are those of its parts, one each.
+def chart_of(
+    tracked: Tracked, facts: Sequence[PartFacts], options: ChartOptions, diagnosis: Diagnosis | None = None
+) -> MonitoredSeries:
+    """Charts a series; `facts` are those of its parts, one each. `diagnosis`: of the series, where there is one.
 
     Raises MON-FEW for a baseline that is too short, MON-NONE for a baseline of parts that the series does not have.
     """
@@ -68,6 +72,10 @@ def chart_of(tracked: Tracked, facts: Sequence[PartFacts], options: ChartOptions
     causes = known([one.made for one in parts], own, base)
     index = _capability(tracked, values, found) if options.what == "value" else None
     like, episodes = _correlation(found), tuple(_episodes(found, causes, options))
+    if diagnosis is not None and options.what == "value":
+        episodes = tuple(
+            replace(one, explained=with_diagnosis(one.explained, diagnosis, found.sigma)) for one in episodes
+        )
     return MonitoredSeries(
         tracked.series.characteristic,
         tuple(one.made.serial for one in parts),

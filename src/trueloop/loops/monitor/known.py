@@ -124,8 +124,11 @@ def _devices(facts: Sequence[PartFacts], in_baseline: Flags) -> Iterator[Explana
 
 
 def _checks(facts: Sequence[PartFacts]) -> Iterator[Explanation]:
-    for said in dict.fromkeys(one.failed for one in facts if one.failed):
-        yield Explanation(wording("gauge"), said, np.array([float(one.failed == said) for one in facts]))
+    """Parts measured after a check that failed, up to one that passed: in the words of the first that failed."""
+    at = [k for k, one in enumerate(facts) if one.failed and not (k and facts[k - 1].failed)]
+    for k in at:
+        stop = next((j for j in range(k, len(facts)) if not facts[j].failed), len(facts))
+        yield Explanation(wording("gauge"), facts[k].failed, _between(len(facts), k, stop))
 
 
 def _proportional(kind: str, words: str, cause: Array, in_baseline: Flags) -> Iterator[Explanation]:

@@ -7,7 +7,7 @@ from trueloop.errors import Finding
 from trueloop.loops.monitor.chart import Episode, MonitoredSeries
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.monitoring.capability import Capability
-from trueloop.monitoring.charts import Chart
+from trueloop.monitoring.charts import Alarm, Chart
 from trueloop.monitoring.segments import Segment
 from trueloop.report.monitor.chart_shapes import (
     AlarmShape,
@@ -61,14 +61,15 @@ def _characteristic(one: MonitoredSeries, scale: float) -> CharacteristicChartSh
                 one.serials, found.values.tolist(), found.in_baseline.tolist(), one.set_before, strict=True
             )
         ],
-        segments=[_segment(each, scale) for each in found.segments],
+        segments=[segment_shape(each, scale) for each in found.segments],
         alarms=[_episode(each, one, base.sigma * scale) for each in one.episodes],
         capability=None if one.capability is None else _capability(one.capability, scale),
         remarks=list(one.remarks),
     )
 
 
-def _segment(one: Segment, scale: float) -> SegmentShape:
+def segment_shape(one: Segment, scale: float) -> SegmentShape:
+    """A segment with its charts, values times `scale`."""
     return SegmentShape(
         first=one.first,
         stop=one.stop,
@@ -109,6 +110,22 @@ def _episode(one: Episode, of: MonitoredSeries, sigma: float) -> EpisodeShape:
         unknown=round(why.unknown, 4),
         chance=round(why.chance, 4),
     )
+
+
+def alarm_shapes(alarms: Sequence[Alarm], labels: Sequence[str]) -> list[EpisodeShape]:
+    """Alarms each on its own, of which nothing is known that may explain them."""
+    return [
+        EpisodeShape(
+            first=labels[one.index],
+            last=labels[one.index],
+            since=labels[one.index],
+            alarms=[AlarmShape(serial=labels[one.index], chart=one.chart, meaning=one.meaning)],
+            causes=[],
+            unknown=0.0,
+            chance=0.0,
+        )
+        for one in alarms
+    ]
 
 
 def _capability(one: Capability, scale: float) -> CapabilityShape:
