@@ -1,0 +1,34 @@
+"""Who saw a part, and what corrections took off its errors, from the records of a store."""
+
+import pytest
+
+from tests.support.stores import cut, link, part, touched
+from trueloop.diagnosis.causes.seen_part import SeenBy
+from trueloop.domain.characteristic import Quantity
+from trueloop.domain.inspection import Inspection, Reading
+from trueloop.domain.life import InspectionLink, Stage
+from trueloop.jobs.diagnose.corrected import Corrections
+from trueloop.jobs.diagnose.records import read_records
+from trueloop.loops.post_process.series import identity_of, sizes_of
+from trueloop.storage.store import keep, open_store
+
+
+def test_touches_off_the_machine_are_not_the_machines() -> None:
+    store = open_store("sqlite://", create=True)
+    on, off, early = (touched(sha256=digit * 64) for digit in "123")
+    released = InspectionLink(off.identity, cut().identity, released=True)
+    semifinish = cut(stage=Stage.SEMIFINISH)
+    keep(store, [on, off, early, cut(), semifinish, link(on, cut()), released, link(early, semifinish)])
+    records = read_records(store, None)
+    assert [records.seen_by(one) for one in (on, off, early)] == [SeenBy.MACHINE, SeenBy.CMM, None]
+    assert records.of_part(part()) == {SeenBy.MACHINE: on, SeenBy.CMM: off}
+
+
+@pytest.mark.parametrize(("quantity", "share"), [(Quantity.DIAMETER, 0.5), (Quantity.RADIUS, 1.0)])
+def test_a_diameters_correction_is_twice_that_of_the_radius(quantity: Quantity, share: float) -> None:
+    value = Reading("d1", quantity, 40.01, 40.0, feature="journal")
+    seen = Inspection(part(), "readings", "4" * 64, 1, (value,))
+    ((asked, _),) = sizes_of(seen)
+    series = identity_of(part().part_type, asked)
+    found = Corrections({part().identity: {series: 0.010}}, {}).of(part(), None, {SeenBy.CMM: seen})
+    assert found == {("journal", "radius"): pytest.approx(share * 0.010)}
