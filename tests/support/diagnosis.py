@@ -155,7 +155,7 @@ def machine(parts: int = 20, points: int = 12) -> MachineDiagnosisShape:
     return MachineDiagnosisShape(
         machine="lathe <1>", model="2026-11 (3f2a9c)", parts=parts, points=len(residuals), sound=0.004, scatter_um=1.1,
         sets=[found_set()], by_error={"EXZ": 0.52, "EBZ": 0.45, "EXX": 0.02}, residuals=residuals,
-        temperatures={"T_carriage": carriage}, own_way=[own], refinement=refined(), findings=[],
+        temperatures={"T_carriage": carriage}, frames=None, own_way=[own], refinement=refined(), findings=[],
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ what the model left is the same at the place in every part. What looks like a ri
 ambiguous: a constant error of X and a CMM that finds every part off by as much are the same numbers.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,13 +76,18 @@ class Frames:
 
 
 def reconcile_frames(
-    part: Integers, point_mm: Array, normal: Array, difference_mm: Array, u_mm: float = 0.001
+    part: Integers,
+    point_mm: Array,
+    normal: Array,
+    difference_mm: Array,
+    u_mm: float = 0.001,
+    names: Sequence[str] = (),
 ) -> Frames:
     """Discrepancies from what the CMM found less what the machine found, (n,) along the normals (n, 3), mm.
 
     `part` (n,) numbers the parts, `point_mm` (n, 3) are nominal, in the part's frame; points of several parts with the
-    same coordinates and normal are the same place. `u_mm` is about what a difference scatters by. Findings DIA-MOVED
-    name parts that were moved. Raises DIA-FEW for fewer than two parts, MCH-SHAPE for arrays that do not fit.
+    same coordinates and normal are the same place. `u_mm` is about what a difference scatters by; `names` are
+    those of the parts by their numbers. Findings DIA-MOVED name parts that were moved. Raises DIA-FEW for fewer than two parts, MCH-SHAPE for arrays that do not fit.
     """
     numbers = np.unique(part)
     _check(numbers, part, point_mm, normal, difference_mm)
@@ -113,7 +118,10 @@ def reconcile_frames(
     left, u_left = np.zeros((2, len(part)))
     left[kept] = places @ fit.mean["place"] * fit.scales["place"]
     u_left[kept] = places @ all_u[2] * fit.scales["place"]
-    findings = tuple(_finding(k, motions[k], rms(rows[part == k] @ (alone[k][0] - common))) for k in moved)
+    findings = tuple(
+        _finding(names[k] if names else str(k), motions[k], rms(rows[part == k] @ (alone[k][0] - common)))
+        for k in moved
+    )
     noise = fit.noise / UM_PER_MM
     return Frames(_motion(common, all_u[0] * WIDEST_MM, unit), motions, left, u_left, noise, moved, findings)
 
@@ -150,7 +158,7 @@ def _places(point_mm: Array, normal: Array) -> Array:
     return seen.astype(np.float64)
 
 
-def _finding(part: int, motion: Motion, size_mm: float) -> Finding:
+def _finding(part: str, motion: Motion, size_mm: float) -> Finding:
     x, y, z = (UM_PER_MM * motion.shift_mm).tolist()
     return Finding(
         Severity.WARNING,
@@ -158,7 +166,7 @@ def _finding(part: int, motion: Motion, size_mm: float) -> Finding:
         f"part {part} lies {UM_PER_MM * size_mm:.1f} µm RMS off the frames of the others, a shift of {x:.1f}, {y:.1f}, "
         f"{z:.1f} µm: the part or the probe was moved between the inspections",
         hint="inspect it again on both, or leave it out",
-        values={"part": str(part)},
+        values={"part": part},
     )
 
 

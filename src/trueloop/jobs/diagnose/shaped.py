@@ -64,6 +64,7 @@ def machine_shape(
             name: np.broadcast_to(np.asarray(values, np.float64), seen.residual_mm.shape).tolist()
             for name, values in seen.state.signals.items()
         },
+        frames=None if done.frames is None else done.frames.words,
         own_way=list(own_way),
         refinement=refinement,
         findings=findings_shape([*findings, *done.findings]),

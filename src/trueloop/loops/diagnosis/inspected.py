@@ -38,13 +38,19 @@ class Inspected:
 
 
 def against_calibrated(one: Inspection, standard: StandardPart | None) -> Inspection:
-    """An inspection whose readings have the calibrated values as nominal ones; others are left out."""
+    """An inspection whose readings are off nominal by as much as they are off their calibrated values.
+
+    Errors count from the nominal shape: a calibrated part is not nominal itself. Readings without a calibrated value,
+    or of which neither has the nominal one, are left out.
+    """
     if standard is None:
         return one
-    known = {value.characteristic: value.actual for value in standard.values}
-    values = tuple(
-        replace(value, nominal=known[value.characteristic])
-        for value in one.values
-        if isinstance(value, Reading) and value.characteristic in known
-    )
-    return replace(one, values=values, count=len(values)) if values else one
+    known = {value.characteristic: value for value in standard.values}
+    values = []
+    for value in one.values:
+        if isinstance(value, Reading) and (calibrated := known.get(value.characteristic)) is not None:
+            nominal = calibrated.nominal if value.nominal is None else value.nominal
+            if nominal is not None:
+                actual = value.actual - calibrated.actual + nominal
+                values.append(replace(value, actual=actual, nominal=nominal))
+    return replace(one, values=tuple(values), count=len(values))

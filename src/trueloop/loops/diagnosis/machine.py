@@ -3,6 +3,9 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from trueloop.diagnosis.frames import LEAST_PARTS, Frames, reconcile_frames
 from trueloop.diagnosis.terms.judge import Verdict, judge
 from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.errors import Finding
@@ -12,11 +15,15 @@ from trueloop.machine.model.model import MachineModel
 
 @dataclass(frozen=True, eq=False)
 class MachineDiagnosis:
-    """Of one model: `parts` are those that were used, in the order of the residuals' numbers."""
+    """Of one model: `parts` are those that were used, in the order of the residuals' numbers.
+
+    `frames` says how the part frames of both devices lie to each other; None for a single part.
+    """
 
     parts: tuple[BothSeen, ...]
     seen: Residuals
     verdict: Verdict
+    frames: Frames | None
     findings: tuple[Finding, ...]
 
 
@@ -31,4 +38,15 @@ def diagnose_machine(
     usable, odd = checked(model, parts, accept)
     kept, seen, missing = residuals(model, usable, element_signals(model, element), accept)
     verdict = judge(model.machine.chain, seen, turned=any(part.new_frame for part in kept))
-    return MachineDiagnosis(kept, seen, verdict, (*odd, *missing, *verdict.notes))
+    frames = _frames(kept, seen, verdict.noise_mm)
+    moved = () if frames is None else frames.findings
+    return MachineDiagnosis(kept, seen, verdict, frames, (*odd, *missing, *moved, *verdict.notes))
+
+
+def _frames(parts: Sequence[BothSeen], seen: Residuals, u_mm: float) -> Frames | None:
+    """What CMM and machine find differently as motions of the part frames [6876 §3.1]."""
+    if len(parts) < LEAST_PARTS:
+        return None
+    nominal_mm = np.concatenate([part.seen.nominal_mm for part in parts])
+    names = [part.serial for part in parts]
+    return reconcile_frames(seen.part, nominal_mm, seen.normal, seen.residual_mm, u_mm, names)

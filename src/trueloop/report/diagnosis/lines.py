@@ -128,6 +128,8 @@ def machine_lines(found: MachineDiagnosisShape) -> Iterator[str]:
         yield f"  {share(one.probability)}  {several}{named}"
         for word in one.separated_by:
             yield f"      told apart by: {word}"
+    if found.frames is not None:
+        yield str(found.frames)
     refined = found.refinement
     if refined is not None:
         state = f"accepted {refined.accepted}" if refined.accepted else "offered, not in force"

@@ -137,6 +137,8 @@ class MachineDiagnosisShape(Shape):
     """At every point."""
     temperatures: dict[str, list[float]]
     """By signal, as many as residuals: at each point while it was cut."""
+    frames: Words | None
+    """How the part frames of machine and measuring machine lie to each other; null: one part."""
     own_way: list[CorrelationShape]
     """What one correlation after another would have named."""
     refinement: RefinementShape | None

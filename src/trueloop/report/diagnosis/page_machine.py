@@ -27,6 +27,7 @@ def machine_page(found: MachineDiagnosisShape, say: Texts = ENGLISH) -> str:
         f'<p class="meta">{counted}</p>{_verdict(found, say)}</header>'
         + _sets(found, say)
         + _residuals(found, say)
+        + _frames(found, say)
         + _refinement(found.refinement, say)
         + _own_way(found, say)
         + findings_section(found.findings, say)
@@ -57,6 +58,15 @@ def _verdict(found: MachineDiagnosisShape, say: Texts) -> str:
             share=share(found.sound, say),
         )
     return f'<p class="verdict">{words}</p>'
+
+
+def _frames(found: MachineDiagnosisShape, say: Texts) -> str:
+    """How the part frames of both devices lie to each other."""
+    if found.frames is None:
+        return ""
+    return section(
+        "frames", say("Part frames of machine and measuring machine"), f"<p>{escaped([found.frames], say)[0]}</p>"
+    )
 
 
 def _one_of(one: TermSetShape, say: Texts) -> str:
