@@ -1,8 +1,8 @@
 """What a suspect leaves along the normals, as columns that can be evaluated at other states too.
 
 The influence of an axis error on the tool point at every gauging point (Table 1's δ, ε·Z_T, ε·X_T, ε·x follow from it,
-for any chain) times functions of the position of its axis: a parabola if steady and bent, a line times the signal's
-deviation from its mean if it follows one and is bent. Columns of one suspect are orthogonal over the points and of
+for any chain) times a polynomial in the position of its axis, and the deviation of the signal that it follows from the
+mean. Columns of one suspect are orthogonal over the points and of
 size 1 (root mean square), so that what it leaves has one prior size whatever the units.
 """
 
@@ -89,20 +89,20 @@ def _functions(chain: Chain, suspect: Suspect, seen: Residuals) -> tuple[Part, .
     if suspect.follows == TRAVEL:
         return (Part(CONSTANT),)
     if not suspect.follows:
-        return (Part(_basis(chain, suspect, seen, 2)),)
+        return (Part(_basis(chain, suspect, seen)),)
     values = np.asarray(seen.state.signals[suspect.follows], np.float64)
     if float(np.ptp(values)) == 0.0:
         return ()
-    return (Part(_basis(chain, suspect, seen, 1), suspect.follows, float(values.mean())),)
+    return (Part(_basis(chain, suspect, seen), suspect.follows, float(values.mean())),)
 
 
-def _basis(chain: Chain, suspect: Suspect, seen: Residuals, degree: int) -> PositionBasis:
-    if isinstance(suspect.error, NominalSize) or not suspect.bent:
+def _basis(chain: Chain, suspect: Suspect, seen: Residuals) -> PositionBasis:
+    if isinstance(suspect.error, NominalSize) or not suspect.degree:
         return CONSTANT
     at = seen.state.positions[:, chain.order.index(suspect.error.axis)]
     low, high = float(at.min()), float(at.max())
     margin = max(BEYOND_MM, high - low)
-    return PositionBasis((low - margin, high + margin), degree)
+    return PositionBasis((low - margin, high + margin), suspect.degree)
 
 
 def _travel(chain: Chain, suspect: Suspect, seen: Residuals) -> Array:

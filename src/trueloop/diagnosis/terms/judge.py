@@ -17,9 +17,10 @@ from trueloop.diagnosis.evidence import shares
 from trueloop.diagnosis.terms.checks import check
 from trueloop.diagnosis.terms.columns import with_order
 from trueloop.diagnosis.terms.posterior import posterior
-from trueloop.diagnosis.terms.question import Hypothesis, Question, log_evidence, question
+from trueloop.diagnosis.terms.question import Hypothesis, Question, log_evidence, log_grid, question
 from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.diagnosis.terms.separators import separators
+from trueloop.diagnosis.terms.set_ups import TakenOut
 from trueloop.diagnosis.terms.sets import TermSet, sets, with_separators
 from trueloop.diagnosis.terms.suspects import Wrong
 from trueloop.errors import Finding
@@ -31,6 +32,8 @@ ONE_WRONG: Final = 0.09
 """Beforehand. Two errors have the rest."""
 FIRST: Final = 12
 """So many of the likeliest single suspects are looked at together with every second one."""
+UNLIKELY: Final = 1e-4
+"""Set-ups with a smaller share of every likely single error are not looked at for two."""
 FREEDOM: Final = 4.0
 """Degrees of freedom of Student's t that points scatter by, where one lies further out than `FAR`."""
 FAR: Final = 4.0
@@ -96,19 +99,28 @@ def _weights(asked: Question, pairs: bool) -> dict[Hypothesis, float]:
     for one, value in zip(singles, log_evidence(asked, products, singles) if singles else (), strict=True):
         log[one] = float(value + np.log(ONE_WRONG * asked.prior[one[0]] / whole))
     if pairs:
-        log |= _pairs(asked, singles, log, whole)
+        log |= _pairs(asked, _likely_settings(asked, products, log), log, whole)
     return log
 
 
+def _likely_settings(asked: Question, products: TakenOut, log: Mapping[Hypothesis, float]) -> TakenOut:
+    """Variances of set-ups that the likeliest hypotheses do not rule out, and smaller ones: two explain more."""
+    best = sorted((one for one in log if one), key=lambda one: -log[one])[:FIRST]
+    by_setting = np.array([np.logaddexp.reduce(grid, axis=1) for grid in log_grid(asked, products, best)])
+    share = by_setting - np.logaddexp.reduce(by_setting, axis=1, keepdims=True)
+    largest = products.variances[np.any(share > np.log(UNLIKELY), axis=0)].max(axis=0)
+    return products.only(np.all(products.variances <= largest, axis=1))
+
+
 def _pairs(
-    asked: Question, singles: list[Hypothesis], log: Mapping[Hypothesis, float], whole: float
+    asked: Question, products: TakenOut, log: Mapping[Hypothesis, float], whole: float
 ) -> dict[Hypothesis, float]:
     """Of two errors that are not the same, the likelier one among the `FIRST`."""
-    ordered = sorted(singles, key=lambda one: -log[one])
+    ordered = sorted((one for one in log if one), key=lambda one: -log[one])
     two = [(a, b) for k, (a,) in enumerate(ordered[:FIRST]) for (b,) in ordered[k + 1 :] if a.error != b.error]
     if not two:
         return {}
-    found = log_evidence(asked, asked.products(), two)
+    found = log_evidence(asked, products, two)
     prior = (1 - NOTHING_WRONG - ONE_WRONG) * 2 / whole**2
     return {
         (a, b): float(value + np.log(prior * asked.prior[a] * asked.prior[b]))

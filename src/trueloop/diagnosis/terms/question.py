@@ -84,7 +84,10 @@ def log_evidence(asked: Question, products: TakenOut, hypotheses: Sequence[Hypot
     """Logarithms of the marginal likelihood of hypotheses with equally many suspects, (hypotheses,)."""
     parts = [hypotheses[k : k + AT_ONCE] for k in range(0, len(hypotheses), AT_ONCE)]
     grids = [log_grid(asked, products, part) for part in parts]
-    return np.concatenate([np.logaddexp.reduce(g.reshape(len(g), -1), axis=1) - np.log(g[0].size) for g in grids])
+    tried = products.tried * len(SIZES) ** max(len(hypotheses[0]), 1)
+    whole: Array = np.concatenate([np.logaddexp.reduce(grid.reshape(len(grid), -1), axis=1) for grid in grids])
+    whole -= np.log(tried)
+    return whole
 
 
 def log_grid(asked: Question, products: TakenOut, hypotheses: Sequence[Hypothesis]) -> Array:

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from trueloop.arrays import Array, Integers
+from trueloop.arrays import Array, Flags, Integers
 
 FINE: Final = (0.2, 2.0, 20.0, 300.0)
 COARSE: Final = (0.3, 8.0, 200.0)
@@ -60,7 +60,7 @@ class TakenOut:
     """Products of columns and of values with set-ups of each setting taken out.
 
     `gram` (settings, k, k), `right` (settings, k), `squares` (settings,); `volume` (settings,) is −½ log det of what
-    they add to the noise, `variances` (settings, ways) are theirs.
+    they add to the noise, `variances` (settings, ways) are theirs, `tried` is how many settings there were.
     """
 
     gram: Array
@@ -69,6 +69,12 @@ class TakenOut:
     volume: Array
     count: int
     variances: Array
+    tried: int
+
+    def only(self, which: Flags) -> "TakenOut":
+        """With some of the settings alone."""
+        gram, right, squares, volume = self.gram[which], self.right[which], self.squares[which], self.volume[which]
+        return TakenOut(gram, right, squares, volume, self.count, self.variances[which], self.tried)
 
 
 def taken_out(set_up: SetUps, rows: Array, values: Array, scatter: Array) -> TakenOut:
@@ -83,4 +89,6 @@ def taken_out(set_up: SetUps, rows: Array, values: Array, scatter: Array) -> Tak
         products.append(whole - scaled.T @ np.linalg.solve(inside, scaled))
         volumes.append(-0.5 * np.linalg.slogdet(inside)[1])
     left, volume = np.stack(products), np.array(volumes)
-    return TakenOut(left[:, :-1, :-1], left[:, :-1, -1], left[:, -1, -1], volume, len(values), set_up.tried)
+    return TakenOut(
+        left[:, :-1, :-1], left[:, :-1, -1], left[:, -1, -1], volume, len(values), set_up.tried, len(volume)
+    )

@@ -20,8 +20,9 @@ STEADY: Final = 0.3
 """Share of the prior that an error is the same at all temperatures."""
 MIXED: Final = 0.5
 """Share of an error that follows something that it has a steady part too."""
-BENT: Final = 0.5
-"""Share of an axis' motion error that it is not the same all over travel."""
+DEGREES: Final = (0.4, 0.4, 0.2)
+"""Shares of what an error of motion is over travel: the same everywhere, a line, a parabola."""
+LINE: Final = 1
 OTHER: Final = 0.1
 """How probable other correlations are together, beside that with the temperature of the error's own element."""
 
@@ -43,13 +44,13 @@ Wrong = ErrorName | NominalSize
 class Suspect:
     """`error` is wrong: at all temperatures alike if `steady`, and by what `follows` a signal if that is named.
 
-    Both are the same all over the axis' travel, or functions of its position if `bent`.
+    Both are polynomials of that `degree` in the axis' position, what follows a line at most.
     """
 
     error: Wrong
     follows: str = ""
     steady: bool = False
-    bent: bool = False
+    degree: int = 0
 
     def __str__(self) -> str:
         return f"{self.error} with {self.follows}" if self.follows else f"{self.error}"
@@ -57,8 +58,8 @@ class Suspect:
     @property
     def parts(self) -> tuple["Suspect", ...]:
         """What it is made of: one that is steady, one that follows."""
-        alone = (Suspect(self.error, "", True, self.bent),) if self.steady else ()
-        return (*alone, Suspect(self.error, self.follows, False, self.bent)) if self.follows else alone
+        alone = (Suspect(self.error, "", True, self.degree),) if self.steady else ()
+        return (*alone, Suspect(self.error, self.follows, False, min(self.degree, LINE))) if self.follows else alone
 
 
 def suspects(chain: Chain, seen: Residuals) -> Iterator[tuple[Suspect, float]]:
@@ -74,12 +75,13 @@ def suspects(chain: Chain, seen: Residuals) -> Iterator[tuple[Suspect, float]]:
 
 def _of(name: ErrorName, own: str, seen: Residuals, linear: bool) -> Iterator[tuple[Suspect, float]]:
     """Of one axis error; a place has no travel."""
-    shapes = ((False, 1 - BENT), (True, BENT)) if linear else ((False, 1.0),)
+    shapes = tuple(enumerate(DEGREES)) if linear else ((0, 1.0),)
     others = [*sorted(set(seen.state.signals) - {own, ORDER}), ORDER, *([TRAVEL] if linear else [])]
-    for bent, shape in shapes:
-        yield Suspect(name, "", True, bent), STEADY * shape
+    for degree, shape in shapes:
+        yield Suspect(name, "", True, degree), STEADY * shape
     for signal in [*([own] if own else []), *others]:
         share = (1 - STEADY) * (1 - OTHER if signal == own else OTHER / len(others))
-        for bent, shape in shapes:
-            yield Suspect(name, signal, False, bent), share * shape * (1 - MIXED)
-            yield Suspect(name, signal, True, bent), share * shape * MIXED
+        for degree, shape in shapes:
+            yield Suspect(name, signal, True, degree), share * shape * MIXED
+            if degree <= LINE:
+                yield Suspect(name, signal, False, degree), share * shape * (1 - MIXED)
