@@ -176,6 +176,8 @@ FORM: Final = (
         wording("chatter"),
         (
             Sign(ErrorKind.WAVINESS, BOTH, (Over.SCATTER,)),
+            Sign(ErrorKind.RADIUS, BOTH, (Over.SCATTER,), needed=False),
+            Sign(ErrorKind.SHAFT_TAPER, BOTH, (Over.SCATTER,), needed=False),
             Sign(ErrorKind.STRAIGHTNESS, BOTH, (Over.SCATTER,), needed=False),
             Sign(ErrorKind.ECCENTRICITY, BOTH, (Over.SCATTER,), needed=False),
             Sign(ErrorKind.LOBING, BOTH, (Over.SCATTER,), needed=False),

@@ -17,6 +17,8 @@ from trueloop.diagnosis.features.feature_error import ErrorKind
 
 NOISE: Final = 1.5
 """By how many standard uncertainties a size that is none may differ from zero, as a standard deviation."""
+NONE_ON_AVERAGE: Final = 0.8
+"""Mean of a size that is none, in standard uncertainties of one part: that of a half normal."""
 ORDERS: Final = float(np.log(1000.0))
 Cell = tuple[ErrorKind, SeenBy]
 
@@ -30,6 +32,8 @@ def largest(rows: Sequence[Row]) -> dict[Cell, tuple[str, float, float]]:
     for (kind, seen_by, feature), some in of.items():
         mean = float(np.mean([row.value_mm for row in some]))
         u = float(np.sqrt(np.mean([row.u_mm**2 for row in some])))
+        if len(some) > 1:  # of a mean over parts: what noise alone has on average does not go away, its scatter does
+            mean, u = max(mean - NONE_ON_AVERAGE * u, 0.0), u / float(np.sqrt(len(some)))
         if (kind, seen_by) not in found or mean > found[(kind, seen_by)][1]:
             found[(kind, seen_by)] = (feature, mean, u)
     return found
