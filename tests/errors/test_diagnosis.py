@@ -10,15 +10,21 @@ import pytest
 
 from tests.support.diagnosed_files import model_file
 from trueloop.diagnosis.components import Inspections
+from trueloop.diagnosis.terms.checks import check
+from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.domain.both_inspections import BothInspections, MachineStood
+from trueloop.domain.machine import Machine
+from trueloop.domain.part import Part, PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.inspections.measured_file import Stated
 from trueloop.formats.tables.model_file import read_model
-from trueloop.jobs.diagnose.both import both_of_machine, given_model
+from trueloop.jobs.diagnose.both import both_of_machine, cut_under_others, given_model
 from trueloop.jobs.diagnose.records import part_named
 from trueloop.jobs.diagnose.standard import keep_standard, standard_of
 from trueloop.loops.diagnosis.left_on_parts import BothSeen, checked, residuals
 from trueloop.loops.machine.post_process import states_of
-from trueloop.machine.model.model import MachineModel
+from trueloop.machine.model.model import MachineModel, State
+from trueloop.machine.model.structure import chain_of
 from trueloop.storage.store import open_store
 
 SIGNALS = {"T_spindle": 22.0, "T_carriage": 21.0, "T_cross_slide": 23.0}
@@ -65,7 +71,27 @@ def _not_calibrated() -> object:
         return keep_standard(store, file, standard_of("shaft", "master"), Stated())
 
 
+def _tools_alike() -> object:
+    seen = Residuals(
+        np.arange(8) // 2,
+        np.tile([1.0, 0.0, 0.0], (8, 1)),
+        State(np.arange(16.0).reshape(8, 2), 0.0, {"T": np.arange(8.0)}),
+        np.zeros(8),
+        {"C": "T"},
+    )
+    return check(chain_of("turning"), seen)[0]
+
+
+def _cut_under_another_model() -> object:
+    stood = MachineStood((0.0, 0.0, 0.0), ((0.0, 0.0, 0.0),))
+    part, machine = Part(PartType("shaft"), "17"), Machine("lathe")
+    both = BothInspections(part, machine, ("a",), ("b",), stood, stood, "1" * 64, compensated=True)
+    return next(cut_under_others([both], "2" * 64))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.DIA_ALIKE: _tools_alike,
+    Code.DIA_MODEL: _cut_under_another_model,
     Code.DIA_NONE: lambda: part_named(open_store("sqlite://", create=True), "17", None),
     Code.DIA_PART: lambda: _checked(0.5, 0.0, 0.0),
     Code.DIA_MOVED: lambda: _checked(0.05, 0.03, 0.0),

@@ -87,7 +87,8 @@ def reconcile_frames(
 
     `part` (n,) numbers the parts, `point_mm` (n, 3) are nominal, in the part's frame; points of several parts with the
     same coordinates and normal are the same place. `u_mm` is about what a difference scatters by; `names` are
-    those of the parts by their numbers. Findings DIA-MOVED name parts that were moved. Raises DIA-FEW for fewer than two parts, MCH-SHAPE for arrays that do not fit.
+    those of the parts by their numbers. Findings DIA-MOVED name parts that were moved. Raises DIA-FEW for fewer than
+    two parts, MCH-SHAPE for arrays that do not fit.
     """
     numbers = np.unique(part)
     _check(numbers, part, point_mm, normal, difference_mm)

@@ -9,6 +9,7 @@ import pytest
 from tests.support.refusals import refused
 from trueloop.arrays import Array
 from trueloop.diagnosis.terms.judge import Verdict, judge
+from trueloop.diagnosis.terms.one_after_another import one_after_another
 from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.errors import Code
 from trueloop.machine.model.model import State, design
@@ -105,7 +106,9 @@ def test_diameters_of_one_tool_leave_a_set_and_another_length_divides_it() -> No
     verdict = judge(LATHE, _of(whole, whole.normal[:, 0] == 1.0))
     (found,) = verdict.sets
     assert {"EXX", "EBX"} <= set(found.names)
-    assert any("tool longer or shorter" in words and words.endswith("along Z") for words in found.separated_by)
+    assert any(
+        "tool or stylus longer or shorter" in words and words.endswith("along Z") for words in found.separated_by
+    )
     assert any(note.code is Code.DIA_ALIKE for note in verdict.notes)
     with_three = _seen({"EBX": "cross slide"}, tools=3, parts=12)
     (angles,) = judge(LATHE, _of(with_three, with_three.normal[:, 0] == 1.0)).sets
@@ -139,3 +142,11 @@ def _of(seen: Residuals, rows: Array) -> Residuals:
     signals = {name: np.asarray(values)[rows] for name, values in state.signals.items()}
     at = State(state.positions[rows], 0.0, signals, np.asarray(state.tool_mm)[rows])
     return Residuals(seen.part[rows], seen.normal[rows], at, seen.residual_mm[rows], seen.element)
+
+
+def test_one_correlation_after_another_names_the_largest_first() -> None:
+    seen = _seen({"EZX": "cross slide"}, parts=9)
+    first, *_ = one_after_another(LATHE, seen)
+    assert (first.error, first.signal) == ("EZX", "cross slide")
+    assert first.correlation > 0.5
+    assert one_after_another(LATHE, replace(seen, residual_mm=np.zeros_like(seen.residual_mm))) == ()

@@ -62,6 +62,10 @@ class Operator:
                 raise TimeoutError(f"nothing happened within {timeout_s} s")
             time.sleep(0.002)
 
+    def taken(self) -> None:
+        """Waits until LinuxCNC has taken the last command, which a busy computer puts off by seconds."""
+        self.until(lambda: bool(self.status.echo_serial_number == self.command.serial), PATIENCE_S)
+
     def switch_on(self) -> None:
         """Out of the emergency stop, on, and homed where it stands."""
         self.command.state(linuxcnc.STATE_ESTOP_RESET)
@@ -87,6 +91,7 @@ class Operator:
         self.command.program_open(str(program.resolve()))
         self.command.wait_complete()
         self.command.auto(linuxcnc.AUTO_RUN, 0)
+        self.taken()
         line = None
         with Path("progress.txt").open("w", buffering=1) as progress:
             started, next_report, begun = time.monotonic(), 0.0, False

@@ -113,8 +113,8 @@ def _one_tool(seen: Residuals) -> list[Finding]:
         return []
     return [
         _alike(
-            f"all parts were cut with tools of one length (to {ALIKE_MM:g} mm): angles and displacements look alike",
-            "measure parts that were cut with longer and shorter tools too",
+            f"one length of tool and stylus (to {ALIKE_MM:g} mm) at all points: angles and displacements look alike",
+            "probe with longer and shorter styli too",
         )
     ]
 

@@ -98,7 +98,7 @@ def _designs(asked: Question, rows: Integers) -> Iterator[Imagined]:
         moved = LONGER_MM * np.eye(3)["XYZ".index(name)]
         # the same part: a longer tool, the axis back by as much
         yield Imagined(
-            wording("a tool longer or shorter by {mm:g} mm along {axis}", mm=LONGER_MM, axis=name),
+            wording("a tool or stylus longer or shorter by {mm:g} mm along {axis}", mm=LONGER_MM, axis=name),
             replace(here, tool_mm=tool + moved, positions=_shifted(asked, here.positions, name, -LONGER_MM)),
         )
     for name in (axis for axis in asked.chain.order if axis in "XYZ"):
@@ -108,7 +108,7 @@ def _designs(asked: Question, rows: Integers) -> Iterator[Imagined]:
         )
     for signal in sorted(set(asked.seen.element.values())):
         yield Imagined(
-            wording("a part cut with {signal} alone warmer or colder by {k:g} K", signal=signal, k=WARMER_K),
+            wording("a part probed with {signal} alone warmer or colder by {k:g} K", signal=signal, k=WARMER_K),
             replace(here, signals={**mean, signal: mean[signal] + WARMER_K}),
         )
 

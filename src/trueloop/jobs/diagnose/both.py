@@ -58,7 +58,7 @@ def both_of_machine(
     out = quarantined_parts(store)
     findings += _left_out(own, out)
     own = [one for one in own if one.part.identity not in out]
-    findings += _other_models(own, given.sha256)
+    findings += cut_under_others(own, given.sha256)
     inspections = {one.value.identity: one.value for one in find(store, Inspection)} if own else {}
     return [both_seen(one, inspections, given.model) for one in own], findings
 
@@ -149,7 +149,8 @@ def _left_out(own: Collection[BothInspections], out: Collection[Identity]) -> It
         )
 
 
-def _other_models(own: Collection[BothInspections], sha256: str) -> Iterator[Finding]:
+def cut_under_others(own: Collection[BothInspections], sha256: str) -> Iterator[Finding]:
+    """DIA-MODEL as a note: parts that were cut under another model than the one of that hash."""
     others = [one for one in own if one.compensated and one.model_sha256 != sha256]
     if others:
         serials = [one.part.serial for one in others]

@@ -1,6 +1,6 @@
 """Diagnoses of machines and fixturings as shapes for JSON and pages."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -26,7 +26,6 @@ def machine_shape(
     given: GivenModel,
     done: MachineDiagnosis,
     findings: Iterable[Finding],
-    own_way: Sequence[CorrelationShape] = (),
     refinement: RefinementShape | None = None,
 ) -> MachineDiagnosisShape:
     """Which errors the model has wrong, what it left at every point, and what the source's own way would have named."""
@@ -65,7 +64,9 @@ def machine_shape(
             for name, values in seen.state.signals.items()
         },
         frames=None if done.frames is None else done.frames.words,
-        own_way=list(own_way),
+        own_way=[
+            CorrelationShape(error=one.error, signal=one.signal, correlation=one.correlation) for one in done.own_way
+        ],
         refinement=refinement,
         findings=findings_shape([*findings, *done.findings]),
     )

@@ -7,6 +7,7 @@ import numpy as np
 
 from trueloop.diagnosis.frames import LEAST_PARTS, Frames, reconcile_frames
 from trueloop.diagnosis.terms.judge import Verdict, judge
+from trueloop.diagnosis.terms.one_after_another import Correlation, one_after_another
 from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.errors import Finding
 from trueloop.loops.diagnosis.left_on_parts import BothSeen, checked, element_signals, residuals
@@ -18,12 +19,14 @@ class MachineDiagnosis:
     """Of one model: `parts` are those that were used, in the order of the residuals' numbers.
 
     `frames` says how the part frames of both devices lie to each other; None for a single part.
+    `own_way`: what one correlation after another names [4773 §3.3], for comparison.
     """
 
     parts: tuple[BothSeen, ...]
     seen: Residuals
     verdict: Verdict
     frames: Frames | None
+    own_way: tuple[Correlation, ...]
     findings: tuple[Finding, ...]
 
 
@@ -39,8 +42,9 @@ def diagnose_machine(
     kept, seen, missing = residuals(model, usable, element_signals(model, element), accept)
     verdict = judge(model.machine.chain, seen, turned=any(part.new_frame for part in kept))
     frames = _frames(kept, seen, verdict.noise_mm)
+    own_way = one_after_another(model.machine.chain, seen)
     moved = () if frames is None else frames.findings
-    return MachineDiagnosis(kept, seen, verdict, frames, (*odd, *missing, *moved, *verdict.notes))
+    return MachineDiagnosis(kept, seen, verdict, frames, own_way, (*odd, *missing, *moved, *verdict.notes))
 
 
 def _frames(parts: Sequence[BothSeen], seen: Residuals, u_mm: float) -> Frames | None:

@@ -61,8 +61,8 @@ def require_in_force(model: MachineModel, sha256: str) -> None:
         return
     raise TrueloopError(
         Code.MCH_OFFERED,
-        f"version {version.number} of the model of {model.machine.name!r}, made {version.made_at}, is offered and not "
-        f"accepted: {version.reason}",
+        f"version {version.number} of the model of {model.machine.name!r} ({sha256[:16]}), made {version.made_at}, is "
+        f"offered and not accepted: {version.reason}",
         hint="look at it: `trueloop machine show`; then accept it: `trueloop machine accept MODEL.json -o NEW.json`",
         values={"sha256": sha256},
     )

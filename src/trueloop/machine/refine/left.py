@@ -19,7 +19,8 @@ class LeftOnParts:
     """n gauging points of many parts: `residual_mm` (n,) along outward normals (n, 3), positive where material is left.
 
     The parts were cut with COMP_MTG = −E of the model in force, so that residual = n · (E − E_model) + set-up + noise.
-    `part` (n,) numbers the parts, `part_type` (n,) their types; `state` is the machine at each point while it was cut.
+    `part` (n,) numbers the parts, `part_type` (n,) their types; `state` is the machine at each point
+    where it erred so: while probing, where touches and CMM differ.
     `u_mm` is the standard uncertainty of one residual, `weight` (n,) or a number in (0, 1] how much each counts.
     """
 

@@ -136,7 +136,7 @@ class MachineDiagnosisShape(Shape):
     residuals: list[ResidualShape]
     """At every point."""
     temperatures: dict[str, list[float]]
-    """By signal, as many as residuals: at each point while it was cut."""
+    """By signal, as many as residuals: at each point while it was probed."""
     frames: Words | None
     """How the part frames of machine and measuring machine lie to each other; null: one part."""
     own_way: list[CorrelationShape]

@@ -127,6 +127,7 @@ class Player(Operator):
         self.command.program_open(str(Path(program).resolve()))
         self.command.wait_complete(PATIENCE_S)
         self.command.auto(linuxcnc.AUTO_RUN, 0)
+        self.taken()
         # an empty program has run before it is seen
         end = time.monotonic() + 3.0
         self.until(lambda: self.status.interp_state != linuxcnc.INTERP_IDLE or time.monotonic() > end, PATIENCE_S)
