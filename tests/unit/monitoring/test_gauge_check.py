@@ -1,4 +1,4 @@
-"""Bias, repeatability and drift beside formulas worked by hand worked by hand, and their intervals by simulation."""
+"""Bias, repeatability and drift beside formulas worked by hand, and their intervals by simulation."""
 
 import numpy as np
 import pytest
