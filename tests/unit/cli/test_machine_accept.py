@@ -96,6 +96,7 @@ def test_accepted_it_corrects(folder: Path, tmp_path: Path) -> None:
 def test_what_is_not_offered_is_not_accepted(folder: Path, tmp_path: Path) -> None:
     new = tmp_path / "new.json"
     assert "MCH-FILE" in output_of("machine", "accept", folder / "parent.json", "-o", new, status=3)
+    assert "there is no file" in output_of("machine", "accept", folder / "none.json", "-o", new, status=3)
     over = ("machine", "accept", folder / "offered.json", "-o", folder / "offered.json")
     assert "OUT-INPUT" in invoke(*over).output
     output_of("machine", "accept", folder / "offered.json", "-o", new)

@@ -72,7 +72,8 @@ def decide(candidates: Sequence[Candidate], series: SeenSeries, rows: Sequence[R
 
 _PROBE: Final = frozenset({"part-probe-offset", "machine"})
 _STANDARD: Final = wording(
-    "Probe a standard part under standard conditions: what it shows is the part probe's, not a tool's or a cut's."
+    "Probe a standard part under standard conditions: no tool and no cut is in what it shows, but the part probe and a "
+    "constant error of the machine."
 )
 _MISSING: Final = {
     SeenBy.MACHINE: wording(

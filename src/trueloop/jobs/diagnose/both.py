@@ -34,7 +34,7 @@ class GivenModel:
 
 def given_model(path: Path) -> GivenModel:
     """Reads a model file. Raises MCH-FILE."""
-    return GivenModel(path, read_model(path), sha256_of(path.read_bytes()))
+    return GivenModel(path, read_model(path, offered=True), sha256_of(path.read_bytes()))
 
 
 def both_of_machine(

@@ -52,13 +52,14 @@ def accept_model(
     Raises MCH-FILE for a model that is not offered or was accepted before, OUT errors (the offered file is never
     overwritten), and STO-DIFFERS where the store holds another decision on it.
     """
+    before = read_model(offered, offered=True)
     text, content = offered.read_text(encoding="utf-8"), offered.read_bytes()
     acceptance = Acceptance(who or user_name(), _now(), why)
     accepted = accepted_text(offered, acceptance)
     (written,) = write_all(out.parent, [(out.name, accepted.encode())], inputs=(offered,))
     at = datetime.fromisoformat(acceptance.at)
     decision = ModelDecision(sha256_of(content), "accepted", acceptance.who, at, why)
-    before, now = read_model(offered, offered=True), read_model(written)
+    now = read_model(written)
     assert before.version is not None and now.version is not None
     values = (_value(before, before.version, text), decision, _value(now, now.version, accepted))
     return written, _kept(written, values, db)
