@@ -161,7 +161,8 @@ def _course(variant: Variant, errors: Sequence[Row], series: SeenSeries, size: S
         Over.STEP: wording("It begins at part {serial}, {size}.", serial=first, size=Um(size.mm)),
         Over.CONSTANT: wording("It is the same on all parts: {size}, standard uncertainty {u}.", size=Um(size.mm), u=u),
     }  # fmt: skip
-    return [said[variant.over]]
+    followed = variant.over not in (Over.CONSTANT, Over.STEP)
+    return [] if followed and str(low) == str(high) else [said[variant.over]]
 
 
 def _form(form: Form, cell: Cell) -> Wording:
