@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 
 from scripts.diagnosis_cases import AXES, TERMS, wrong_axis
-from scripts.diagnosis_correlations import named
 from scripts.diagnosis_shares import share, table
 from trueloop.arrays import Array
 from trueloop.diagnosis.terms.judge import Verdict, judge
+from trueloop.diagnosis.terms.one_after_another import one_after_another
 from trueloop.diagnosis.terms.residuals import Residuals
 from trueloop.errors import TrueloopError
 from trueloop.machine.model.model import State
@@ -82,7 +82,9 @@ def trial(term: str, how: Measured, seed: int) -> Answer:
     rng = np.random.default_rng([seed, 22])
     truth = Truth((wrong_axis(term, rng, SIZE_MM),)) if term else Truth()
     seen = measured(truth, how, seed)
-    return Answer(term, names(judge(CHAIN, residuals(seen))), named(seen))
+    given = residuals(seen)
+    first = next(iter(one_after_another(CHAIN, given)), None)
+    return Answer(term, names(judge(CHAIN, given)), "" if first is None else first.error)
 
 
 def names(verdict: Verdict) -> tuple[tuple[str, ...], ...]:

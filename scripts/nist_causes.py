@@ -60,7 +60,7 @@ def _compared() -> Sequence[str]:
         "cut, a CMM or a standard part, and the diagnosis names none of them alone.",
         "**FACETST.** Tapers typed into the program, others on every part, are none of the catalogue's causes, and it "
         "names none: the last column has them. A job that names the semi-finish program finds them, because the "
-        "contour that was programmed stands off the nominal one.",
+        "contour that was programmed differs from the nominal one.",
         "**PIECS11, cones and arcs.** Causes are weighed on cylinders, faces, lengths and tapers of shafts. A worn "
         "nose shows on cones and arcs by the contact angle, which the catalogue does not weigh: the "
         "nose model does, above.",

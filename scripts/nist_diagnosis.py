@@ -97,7 +97,7 @@ def _sure(one: FeatureError) -> bool:
 
 
 def worn_section() -> str:
-    """MODBAS2 and PIECS11: an offset, a worn edge, a cone that stands off."""
+    """MODBAS2 and PIECS11: an offset, a worn edge, a cone that is off."""
     left = left_on_cones_um()
     rows = []
     for family, shafts, arc in (
@@ -126,13 +126,13 @@ def worn_section() -> str:
         "the contact angle. Both are what the nose has lost where cone and arc touch it: the report names a worn "
         "insert, worn at about 45° (§5.2). A mean over an arc says little, and its "
         "uncertainty, of what the arc errs by, says so.",
-        "**A cone that stands off.** The wear of the nose, found on the arc alone ([nose-model.md](nose-model.md)), "
+        "**A cone that is off.** The wear of the nose, found on the arc alone ([nose-model.md](nose-model.md)), "
         f"explains the cones but for {usual[0]:.0f} to {usual[-1]:.0f} µm (last column; {usual[-1]:.0f} µm on part "
         "3811), alike on both designs. The touches do not say what that is, and the report names no cause.",
         _falsified(left),
     )
     paragraphs = "\n\n".join(wrapped(one) for one in said)
-    return f"## An offset, a worn edge, a cone that stands off\n\n{table(head, rows)}\n\n{paragraphs}\n"
+    return f"## An offset, a worn edge, a cone that is off\n\n{table(head, rows)}\n\n{paragraphs}\n"
 
 
 def _range(feature: str, kind: ErrorKind) -> str:

@@ -341,7 +341,7 @@ class Code(StrEnum):
     DIA_FEW = "DIA-FEW", "fewer parts or points than a diagnosis needs", ("count", "needed")
     DIA_POINTS = "DIA-POINTS", "points of a feature that do not determine an error asked for", ("feature",)
     DIA_SIGNAL = "DIA-SIGNAL", "parts of which a temperature that the model needs was not kept", ("signal", "parts")
-    DIA_ALIKE = "DIA-ALIKE", "tools, positions or temperatures so much alike that causes cannot be told apart"
+    DIA_ALIKE = "DIA-ALIKE", "tools, positions or temperatures that are too much alike to tell causes apart"
     DIA_PART = "DIA-PART", "an inspection of another part, or of another machine", ("part",)
     DIA_MODEL = "DIA-MODEL", "parts cut under another model of the machine than the one given", ("part",)
     DIA_CLOCK = "DIA-CLOCK", "times of a part that contradict each other", ("part",)

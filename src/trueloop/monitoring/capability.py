@@ -57,7 +57,7 @@ def capability(
         for letter, s, freedom in (("P", sigma, n - 1.0), ("C", base.sigma, SHARE_OF_FREEDOM * (base.count - 1)))
         for made in (
             _spread(f"{letter}p", lower, upper, s, freedom, level),
-            _least(letter, lower, upper, mean, s, n, freedom, level),
+            nearer_limit(letter, lower, upper, mean, s, n, freedom, level),
         )
     ]
     return Capability(n, mean, sigma, base.sigma, tuple(indices), float(stats.shapiro(values).pvalue))
@@ -81,10 +81,13 @@ def _spread(name: str, lower: float | None, upper: float | None, s: float, freed
     return Index(name, float(value), float(low), float(high))
 
 
-def _least(
+def nearer_limit(
     letter: str, lower: float | None, upper: float | None, mean: float, s: float, n: int, freedom: float, level: float
 ) -> Index:
-    """The nearer limit's distance in 3 s. Interval: ± z √(1/9n + P²/2ν) [Bissell 1990]."""
+    """Ppk or Cpk by `letter`: the nearer limit's distance from the mean of n values in 3 s, s with `freedom`.
+
+    The interval is ± z √(1/9n + P²/2ν) [Bissell 1990], for normal values. One limit at least is stated.
+    """
     above = np.inf if upper is None else upper - mean
     below = np.inf if lower is None else mean - lower
     value = min(above, below) / (3.0 * s)

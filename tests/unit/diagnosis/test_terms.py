@@ -8,9 +8,12 @@ import pytest
 
 from tests.support.refusals import refused
 from trueloop.arrays import Array
+from trueloop.diagnosis.terms.columns import with_order
 from trueloop.diagnosis.terms.judge import Verdict, judge
 from trueloop.diagnosis.terms.one_after_another import one_after_another
+from trueloop.diagnosis.terms.question import question
 from trueloop.diagnosis.terms.residuals import Residuals
+from trueloop.diagnosis.terms.separators import _designs
 from trueloop.errors import Code
 from trueloop.machine.model.model import State, design
 from trueloop.machine.model.names import error_name
@@ -150,3 +153,14 @@ def test_one_correlation_after_another_names_the_largest_first() -> None:
     assert (first.error, first.signal) == ("EZX", "cross slide")
     assert first.correlation > 0.5
     assert one_after_another(LATHE, replace(seen, residual_mm=np.zeros_like(seen.residual_mm))) == ()
+
+
+def test_a_longer_tool_is_imagined_at_the_same_place_of_the_part() -> None:
+    """The axis stands back by what the tool is longer: else other positions would divide, not the length."""
+    seen, rows = _seen({}), np.arange(4)
+    tool = np.asarray(seen.state.tool_mm)[rows][:, [0, 2]]
+    first, second, *_ = _designs(question(LATHE, with_order(seen), turned=False), rows)
+    for imagined, axis in ((first, 0), (second, 1)):
+        longer = np.asarray(imagined.state.tool_mm)[:, [0, 2]] - tool
+        assert (longer[:, axis] > 1.0).all() and (longer[:, 1 - axis] == 0.0).all()
+        assert np.allclose(imagined.state.positions + longer, seen.state.positions[rows])

@@ -1,6 +1,8 @@
 """A model refined from parts, against tool points of plain transforms that know nothing of the model."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,9 +14,10 @@ from trueloop.machine.model.names import error_name
 from trueloop.machine.model.term import Term
 from trueloop.machine.refine.changed import changes
 from trueloop.machine.refine.guilty import Guilty, with_guilty
+from trueloop.machine.refine.judged import _whitened
 from trueloop.machine.refine.left import LeftOnParts, newer_more
 from trueloop.machine.refine.refine import refine, require_better
-from trueloop.machine.refine.update import update
+from trueloop.machine.refine.update import Updated, update
 
 CASES = [
     (straightness, Guilty(error_name("EXZ"))),
@@ -151,3 +154,16 @@ def test_too_few_parts_and_points_that_do_not_belong_together() -> None:
     with pytest.raises(TrueloopError) as refused:
         refine(model, seen, [error_name("EYY")])
     assert refused.value.code is Code.MCH_AXIS
+
+
+def test_parts_left_out_are_judged_as_if_their_points_were_independent() -> None:
+    """Set-ups and noise drawn with the sizes that were found: whitened, every direction scatters by 1."""
+    rng = np.random.default_rng(4)
+    normal = np.tile([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], (6, 1))
+    part, draws = np.repeat([0, 1], 6), 20_000
+    seen = LeftOnParts(part, np.zeros(12, int), normal, State(np.zeros((12, 2))), np.zeros(12))
+    sizes = SimpleNamespace(noise_mm=0.001, place_mm=0.0005, set_up_mm=0.004)
+    along = seen.set_ups() @ (sizes.set_up_mm * rng.standard_normal((seen.set_ups().shape[1], draws)))
+    own = np.hypot(sizes.noise_mm, sizes.place_mm) * rng.standard_normal((12, draws))
+    white = _whitened(seen, along + own, cast(Updated, sizes))
+    assert np.allclose(np.cov(white), np.eye(12), atol=0.05)

@@ -1,6 +1,5 @@
 """A series with what was expected of every part before it was inspected, beside what was found."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean, stdev
@@ -10,6 +9,7 @@ from trueloop.domain.life import Identity
 from trueloop.loops.post_process.series import Made, Series
 from trueloop.memory.level.kalman import steps
 from trueloop.memory.level.step import TURNING, LevelPrior, Step
+from trueloop.monitoring.capability import nearer_limit
 
 COVERAGE: Final = 1.96
 """Of a 95 % band."""
@@ -73,10 +73,7 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Capability:
-    """Ppk = least distance of the mean to a limit over 3 s, with its lower limit of 95 %.
-
-    The lower limit is Ppk less 1.645 √(1/(9n) + Ppk²/(2n − 2)) (Bissell 1990), for parts that scatter normally.
-    """
+    """Ppk of parts that scatter normally, with its one-sided lower limit of 95 % (`monitoring.capability`)."""
 
     ppk: float
     lower: float
@@ -114,12 +111,14 @@ def _expected(made: Made, step: Step) -> tuple[float | None, float | None]:
 def capability(series: Series) -> Capability | None:
     """Of parts since the tool was last set; None below 20 parts, or where a limit is missing on both sides."""
     errors, asked = [one.error_mm for one in _since_set(series.made)], series.characteristic
-    limits = [(-1.0, asked.lower_limit), (1.0, asked.upper_limit)]
-    margins = [sign * (limit - asked.nominal - fmean(errors)) for sign, limit in limits if limit is not None and errors]
-    if len(errors) < CAPABLE_FROM or not margins or stdev(errors) == 0.0:
+    lower, upper = (
+        None if limit is None else limit - asked.nominal for limit in (asked.lower_limit, asked.upper_limit)
+    )
+    n = len(errors)
+    if n < CAPABLE_FROM or (lower is None and upper is None) or stdev(errors) == 0.0:
         return None
-    n, ppk = len(errors), min(margins) / (3.0 * stdev(errors))
-    return Capability(ppk, ppk - 1.645 * math.sqrt(1.0 / (9.0 * n) + ppk**2 / (2.0 * n - 2.0)), n)
+    found = nearer_limit("P", lower, upper, fmean(errors), stdev(errors), n, n - 1.0, level=0.90)
+    return None if found.value is None or found.low is None else Capability(found.value, found.low, n)
 
 
 def _since_set(made: Sequence[Made]) -> Sequence[Made]:
