@@ -61,7 +61,8 @@ def test_a_refined_model_is_offered_and_leaves_less(store: tuple[Path, str], tmp
     parts = refinement["left_out"][0]
     assert parts["after_um"] < 0.75 * parts["before_um"]
     offered = tmp_path / "offered.json"
-    assert "MCH-OFFERED" in output_of("diagnose", "machine", "-m", offered, "--db", db, status=3)
+    looked_at = json.loads(output_of("diagnose", "machine", "-m", offered, "--db", db, "--json"))
+    assert looked_at["sound"] > found["sound"]
     output_of("machine", "accept", offered, "-o", tmp_path / "accepted.json", "--why", "looked at", "--db", db)
     assert read_model(tmp_path / "accepted.json").machine.serial == "77"
     again = json.loads(output_of("diagnose", "machine", "-m", tmp_path / "accepted.json", "--db", db, "--json"))
