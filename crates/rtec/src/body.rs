@@ -13,6 +13,9 @@ pub(crate) const BODIES: usize = 8;
 const POWERS: usize = 8;
 /// Breaks of a body at most: more than fit into an image make no sense of their own.
 const BREAKS: usize = 1 << 20;
+/// No coefficient is beyond: in a segment that is narrow enough a larger one stays within bounds, but would overflow times a
+/// signal.
+const MOST_POWER: f64 = 1e100;
 
 /// Six errors as piecewise polynomials of one axis' position, linear in the signals.
 #[derive(Clone, Copy, Debug, Default)]
@@ -98,8 +101,16 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// What no error of these rows is beyond: Σ |power| · widthᵏ, the largest of all segments.
+    /// What no error of these rows is beyond: Σ |power| · widthᵏ, the largest of all segments. Infinite with a coefficient
+    /// beyond [`MOST_POWER`].
     fn reach(&self, rows: &[SixWords]) -> f64 {
+        if rows
+            .as_flattened()
+            .iter()
+            .any(|word| number(word).abs() > MOST_POWER)
+        {
+            return f64::INFINITY;
+        }
         let widths = self.breaks.iter().zip(self.breaks.iter().skip(1));
         let widths = widths.map(|(a, b)| number(b) - number(a));
         let segments = rows.chunks_exact(self.powers.max(1));

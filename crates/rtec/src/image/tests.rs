@@ -119,6 +119,19 @@ fn widths_count_in_what_a_polynomial_reaches() {
 }
 
 #[test]
+fn a_narrow_segment_hides_no_coefficient_that_overflows_times_a_signal() {
+    let mut words = words();
+    words[BODY + 1] = 2.0; // one segment of two powers, 1e-306 wide, where 1e307 reaches 10 mm
+    words[BODY + 3] = 2.0;
+    words[BODY + 11] = 0.0;
+    words[BODY + 12] = 1e-306;
+    words.remove(BODY + 13);
+    assert_eq!(refusal(&file(&words)), None);
+    words[BODY + 13 + 12 + 1 + 6] = 1e307; // of the signal, which may be 15 above its reference
+    assert_eq!(refusal(&file(&words)), Some(Refusal::Body));
+}
+
+#[test]
 fn every_number_has_a_name_of_its_own() {
     for names in [&REFUSALS[..], &FAULTS] {
         for (k, (number, text)) in names.iter().enumerate() {

@@ -13,6 +13,7 @@ MOST: Final = 1e3
 """Errors, rows of a table and limits, mm and rad; lengths are less than its square."""
 MOST_SIGNAL: Final = 1e9
 MOST_SLOPE: Final = 1.0
+MOST_POWER: Final = 1e100
 
 
 class NoImageError(Exception):
@@ -68,6 +69,8 @@ def _of_body(name: str, body: Body, span: Array) -> Iterator[tuple[str, bool]]:
     yield f"{name}: signals {places}", sorted(set(places)) == places
     reach = _reach(body.breaks, body.powers) + sum(span[k] * _reach(body.breaks, added) for k, added in body.per_unit)
     yield f"{name}: errors up to {reach:g} mm or rad", reach <= MOST
+    largest = max(np.abs(powers).max() for powers in (body.powers, *(added for _, added in body.per_unit)))
+    yield f"{name}: coefficients up to {largest:g}", bool(largest <= MOST_POWER)
     yield f"{name}: arm {body.arm_mm.tolist()} mm", bool((np.abs(body.arm_mm) <= MOST**2).all())
     yield f"{name}: carries {body.carries.tolist()}", bool((np.abs(body.carries) <= 1).all())
 
