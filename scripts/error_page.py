@@ -24,6 +24,7 @@ AREAS: Final = {
     "DIA": "causes of errors",
     "MON": "charts and capability",
     "CTL": "Controls",
+    "LNK": "Links to controls",
     "RTC": "Real-time correction",
     "JOB": "Job files",
     "STO": "the store of parts, tools, inspections and corrections",

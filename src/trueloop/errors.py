@@ -360,6 +360,15 @@ class Code(StrEnum):
     CTL_LINUXCNC = "CTL-LINUXCNC", "LinuxCNC is missing or does not come up"
     CTL_DIALECT = "CTL-DIALECT", "a program for another control than the one that shall run it", ("dialect",)
     CTL_PROGRAM = "CTL-PROGRAM", "the control stopped a program with an error", ("said", "block")
+    # LNK: links to controls
+    LNK_FILE = "LNK-FILE", "settings of links that cannot be read"
+    LNK_REACH = "LNK-REACH", "a control that is not reached, or breaks off", ("where",)
+    LNK_NAME = "LNK-NAME", "a program's name that a control has not, or may not have", ("name",)
+    LNK_EXISTS = "LNK-EXISTS", "another program of that name at the control", ("name",)
+    LNK_RUNNING = "LNK-RUNNING", "a program that runs, or may run, and would be replaced", ("name",)
+    LNK_CHANGED = "LNK-CHANGED", "a program that somebody changed at the control meanwhile", ("name",)
+    LNK_DIFFERS = "LNK-DIFFERS", "a program that did not come back from the control as it was sent", ("name", "lines")
+
     # RTC: real-time correction. Images
     RTC_MODEL = "RTC-MODEL", "a machine that an image cannot hold: its axes, or their travel", ("axes",)
     RTC_SIGNAL = "RTC-SIGNAL", "signals that an image cannot hold, or whose range is not known", ("signals",)

@@ -11,6 +11,7 @@ from trueloop.cli.db import commands as db
 from trueloop.cli.diagnose import commands as diagnose
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
+from trueloop.cli.link import commands as link
 from trueloop.cli.machine import commands as machine
 from trueloop.cli.measure import commands as measure
 from trueloop.cli.monitor import commands as monitor
@@ -58,6 +59,7 @@ app.add_typer(series.app, name="series")
 app.add_typer(monitor.app, name="monitor")
 app.add_typer(diagnose.app, name="diagnose")
 app.add_typer(offsets.app, name="offsets")
+app.add_typer(link.app, name="link")
 app.add_typer(tool.app, name="tool")
 app.add_typer(record.app, name="record")
 app.add_typer(db.app, name="db")

@@ -40,6 +40,10 @@ COMMANDS = (
     "offsets read",
     "offsets apply",
     "offsets program",
+    "link list",
+    "link get",
+    "link put",
+    "link compare",
     "tool mount",
     "tool turn",
     "tool set",
@@ -126,8 +130,8 @@ def _help(*command: str) -> str:
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
     rooms = (
-        "part |nc |probe |measure |linuxcnc |machine |surface |record |offsets |tool |series |monitor |diagnose |db |"
-        "realtime "
+        "part |nc |probe |measure |link |linuxcnc |machine |surface |record |offsets |tool |series |monitor |diagnose |"
+        "db |realtime "
     )
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)

@@ -1,0 +1,148 @@
+"""`trueloop link`: programs at a control, listed, fetched, sent and compared."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.terminal import AsJson, print_json, print_table
+
+if TYPE_CHECKING:
+    from trueloop.controllers.links.link import Listed
+    from trueloop.jobs.links.opened import Opened
+
+app = typer.Typer(
+    help="Programs at a control (DNC): listed, fetched, sent and compared.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkOf:
+    """Which control."""
+
+    link: Annotated[str, typer.Option("--link", "-l", help="The link's name in the settings.")]
+    settings: Annotated[
+        Path, typer.Option("--settings", help="A TOML file with a table for each link.", metavar="LINKS.toml")
+    ] = Path("links.toml")
+
+    def opened(self) -> "Opened":
+        """The link; what its user has to know goes to stderr."""
+        from trueloop.jobs.links.opened import opened
+
+        found = opened(self.settings, self.link)
+        if found.link.note:
+            typer.echo(f"note: {found.link.note}", err=True)
+        return found
+
+
+Name = Annotated[str, typer.Argument(metavar="NAME", help="The program's name at the control.")]
+
+
+@app.command("list")
+@guarded
+def list_(control: LinkOf, as_json: AsJson = False) -> None:
+    """List the programs at a control."""
+    there = control.opened().link.listed()
+    if as_json:
+        print_json({"programs": [_row(one.name, one.size_bytes, one.changed_at) for one in there]})
+        return
+    print_table(("program", "bytes", "changed"), [_cells(one) for one in there])
+
+
+def _cells(one: "Listed") -> tuple[str, str, str]:
+    changed = "" if one.changed_at is None else f"{one.changed_at.astimezone():%Y-%m-%d %H:%M:%S}"
+    return one.name, "" if one.size_bytes is None else str(one.size_bytes), changed
+
+
+def _row(name: str, size_bytes: int | None, changed_at: object) -> dict[str, object]:
+    return {"name": name, "size_bytes": size_bytes, "changed_at": None if changed_at is None else str(changed_at)}
+
+
+@app.command()
+@guarded
+def get(
+    name: Name,
+    control: LinkOf,
+    output: Annotated[Path, typer.Option("--output", "-o", help="The file to be written; a new one.")],
+) -> None:
+    """Fetch a program from a control, byte for byte; no file that is there is overwritten."""
+    from trueloop.controllers.links.link import checked_name
+    from trueloop.formats.outputs import write_all
+
+    content = control.opened().link.read(checked_name(name))
+    there = (output,) if output.exists() else ()
+    (written,) = write_all(output.parent, [(output.name, content)], there)
+    typer.echo(f"written: {written}", err=True)
+
+
+@app.command("put")
+@guarded
+def put_(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.")],
+    control: LinkOf,
+    name: Annotated[str | None, typer.Option("--name", help="Its name at the control.  [default: the file's]")] = None,
+    replace: Annotated[bool, typer.Option("--replace", help="Replace another program of that name.")] = False,
+    not_running: Annotated[
+        bool, typer.Option("--not-running", help="It does not run: for links that cannot know it.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Send a program to a control, and read it back; what it replaces is written to a file first."""
+    from trueloop.errors import Code
+    from trueloop.formats.input_file import read_input
+    from trueloop.jobs.links.send import send
+
+    content = read_input(file, Code.NC_FILE, hint="name the program to be sent")
+    done = send(control.opened(), content, name or file.name, replace=replace, not_running=not_running)
+    if as_json:
+        print_json(
+            {
+                "name": done.name,
+                "written": done.written,
+                "sent_sha256": done.sent_sha256,
+                "read_back_sha256": done.read_back_sha256,
+                "kept": None if done.kept is None else str(done.kept),
+            }
+        )
+        return
+    what = "read back as it was sent" if done.written else "there already: nothing was written"
+    typer.echo(f"{done.name}: {what}, {done.read_back_sha256[:16]}")
+    if done.kept is not None:
+        typer.echo(f"the program before it: {done.kept}")
+
+
+@app.command()
+@guarded
+def compare(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program as it should be.")],
+    control: LinkOf,
+    name: Annotated[str | None, typer.Option("--name", help="Its name at the control.  [default: the file's]")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare a file with the program at a control; exit status 1 where a line differs."""
+    from trueloop.controllers.links.compare import differences
+    from trueloop.controllers.links.link import checked_name
+    from trueloop.errors import Code
+    from trueloop.formats.input_file import read_input
+
+    content = read_input(file, Code.NC_FILE, hint="name the program to be compared")
+    found = control.opened()
+    differing = differences(content, found.link.read(checked_name(name or file.name)), found.passes)
+    if as_json:
+        rows = [(one.line, one.before, one.other_line, one.after) for one in differing]
+        print_json(
+            {"differences": [dict(zip(("line", "file", "other_line", "control"), row, strict=True)) for row in rows]}
+        )
+    elif differing:
+        print_table(
+            ("line", "file", "line there", "control"),
+            [(str(one.line or ""), repr(one.before), str(one.other_line or ""), repr(one.after)) for one in differing],
+        )
+    else:
+        typer.echo(f"the same as at {found.link.where}")
+    if differing:
+        raise typer.Exit(ExitStatus.FINDINGS)

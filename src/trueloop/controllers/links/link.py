@@ -1,0 +1,89 @@
+"""What every link to a control can do, and which names of programs it takes."""
+
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final, Protocol
+
+from trueloop.errors import Code, TrueloopError
+
+PART: Final = ".part"
+"""Ends the name of a program that is being sent; `checked_name` refuses it."""
+NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.,+-]{0,99}")
+LARGEST: Final = 64_000_000
+"""Bytes of a program; a control holds far less."""
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A program at a control: its name there, its bytes, when it was changed; None: the control does not say."""
+
+    name: str
+    size_bytes: int | None = None
+    changed_at: datetime | None = None
+
+
+class Link(Protocol):
+    """A control's programs. Names are checked (`checked_name`) before they reach it.
+
+    Every method raises LNK-REACH where the control is not reached, refuses, or the line breaks; `read` LNK-NAME for a
+    program that is not there.
+    """
+
+    @property
+    def where(self) -> str:
+        """The control's address for people, without a password."""
+
+    @property
+    def note(self) -> str:
+        """What a user of this link has to know; empty: nothing."""
+
+    def listed(self) -> list[Listed]:
+        """The programs at the control, by name."""
+
+    def read(self, name: str) -> bytes:
+        """A program, byte for byte."""
+
+    def write_aside(self, name: str, content: bytes) -> str:
+        """Sends a program under another name, which is returned: nothing is replaced yet."""
+
+    def put_in_place(self, aside: str, name: str) -> None:
+        """Gives what was sent aside its own name, in place of what has that name."""
+
+    def remove_aside(self, aside: str) -> None:
+        """Takes what was sent aside away again."""
+
+    def running(self) -> str | None:
+        """The program in execution, empty: none; None: this link cannot know."""
+
+
+def checked_name(name: str) -> str:
+    """The name. Raises LNK-NAME for one that could leave the control's folder, or that stands for a transfer."""
+    if NAME.fullmatch(name) and not name.endswith(PART) and ".." not in name:
+        return name
+    raise TrueloopError(
+        Code.LNK_NAME,
+        f"{name!r} is no name for a program at a control",
+        hint=f"up to 100 letters, digits and _ . , + -, beginning with a letter, a digit or _, not ending with {PART}",
+        values={"name": name},
+    )
+
+
+def no_such_program(name: str, where: str, there: list[str]) -> TrueloopError:
+    """LNK-NAME, with the nearest name."""
+    import difflib
+
+    near = difflib.get_close_matches(name, there, 1)
+    hint = f"did you mean {near[0]!r}?" if near else f"{len(there)} programs are there: `trueloop link list`"
+    return TrueloopError(Code.LNK_NAME, f"there is no program {name!r} at {where}", hint=hint, values={"name": name})
+
+
+def not_reached(where: str, error: Exception | str) -> TrueloopError:
+    """LNK-REACH."""
+    said = error if isinstance(error, str) else f"{type(error).__name__}: {error}"
+    return TrueloopError(
+        Code.LNK_REACH,
+        f"{where}: {said}",
+        hint="see that the control is on and its address is right; no program at the control was changed by this step",
+        values={"where": where},
+    )

@@ -1,0 +1,66 @@
+"""Settings of links to controls: a TOML file, a table for each control."""
+
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from pydantic import Field
+
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.formats.toml_tables import Positive, Table, read_tables
+
+HINT: Final = "docs/links.md shows every table and key"
+
+
+class LinkTable(Table):
+    """What holds for every link."""
+
+    passes: tuple[Literal["capitals", "blanks", "line ends"], ...] = ()
+    """What this control changes in a program that it stores; any other difference refuses the transfer."""
+    replaced: str = "replaced"
+    """The folder into which what is replaced at the control is written first."""
+
+
+class FolderTable(LinkTable):
+    """A control whose programs are files in a folder. Relative names count from the folder of this file."""
+
+    folder: Annotated[str, Field(min_length=1)]
+    running_file: str = ""
+    """A file in whose first line the control writes which program runs, empty while none does."""
+
+
+class FtpTable(LinkTable):
+    """A control that is an FTP server."""
+
+    host: Annotated[str, Field(min_length=1)]
+    port: Annotated[int, Field(ge=1, le=65535, strict=True)] = 21
+    user: str = "anonymous"
+    password_env: str = ""
+    """The environment variable that holds the password."""
+    folder: str = ""
+    """Where on the server the programs are."""
+    tls: Annotated[bool, Field(strict=True)] = False
+    """FTP over TLS."""
+    timeout_s: Positive = 10.0
+    """How long to wait for an answer."""
+
+
+class LinksFile(Table):
+    """The controls by name, each name once."""
+
+    folder: dict[str, FolderTable] = Field(default_factory=dict)
+    ftp: dict[str, FtpTable] = Field(default_factory=dict)
+
+
+def read_link(path: Path, name: str) -> FolderTable | FtpTable:
+    """The settings of one control. Raises LNK-FILE, with the line, for a key that is wrong, and for an unknown name."""
+    links = read_tables(path, LinksFile, Code.LNK_FILE, hint=HINT)
+    found = [table[name] for table in (links.folder, links.ftp) if name in table]
+    if len(found) == 1:
+        return found[0]
+    names = sorted({*links.folder, *links.ftp})
+    raise TrueloopError(
+        Code.LNK_FILE,
+        f"{len(found) or 'none'} of the links is called {name!r}: {', '.join(names) or 'there are no links'}",
+        hint="name one of them, each of which has a name of its own",
+        place=Place(str(path)),
+    )

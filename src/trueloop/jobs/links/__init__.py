@@ -1,0 +1,1 @@
+"""Programs to and from controls, and what of it is kept."""

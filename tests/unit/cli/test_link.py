@@ -1,0 +1,50 @@
+"""`trueloop link` as its user calls it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.cli import invoke, output_of
+
+NEW = b"O1\nG1 X9.9592\nM30\n"
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    """links.toml, the folder of a control with O1.nc, and finish.nc."""
+    (tmp_path / "control").mkdir()
+    (tmp_path / "control" / "O1.nc").write_bytes(b"O1\nG1 X10.\nM30\n")
+    (tmp_path / "finish.nc").write_bytes(NEW)
+    (tmp_path / "links.toml").write_text('[folder.lathe]\nfolder = "control"\n')
+    return tmp_path
+
+
+def link(place: Path, *call: object, status: int = 0) -> str:
+    return output_of("link", *call, "-l", "lathe", "--settings", place / "links.toml", status=status)
+
+
+def test_a_program_goes_there_and_comes_back(place: Path) -> None:
+    assert "O1.nc" in link(place, "list")
+    said = link(place, "compare", place / "finish.nc", "--name", "O1.nc", status=1)
+    assert "G1 X9.9592" in said and "G1 X10." in said
+    assert "LNK-EXISTS" in link(place, "put", place / "finish.nc", "--name", "O1.nc", status=3)
+    assert "--not-running" in link(place, "put", place / "finish.nc", "--name", "O1.nc", "--replace", status=3)
+    call = ("put", place / "finish.nc", "--name", "O1.nc", "--replace", "--not-running", "--json")
+    done = json.loads(link(place, *call))
+    assert done["written"] and Path(done["kept"]).read_bytes() == b"O1\nG1 X10.\nM30\n"
+    link(place, "get", "O1.nc", "-o", place / "back.nc")
+    assert (place / "back.nc").read_bytes() == NEW
+    assert "the same" in link(place, "compare", place / "finish.nc", "--name", "O1.nc")
+    listed = json.loads(link(place, "list", "--json"))["programs"]
+    assert [(one["name"], one["size_bytes"]) for one in listed] == [("O1.nc", len(NEW))]
+
+
+def test_what_is_mistyped_is_refused_with_the_nearest_name(place: Path) -> None:
+    assert "did you mean 'O1.nc'?" in link(place, "get", "O1.n", "-o", place / "back.nc", status=3)
+    assert "OUT-INPUT" in link(place, "get", "O1.nc", "-o", place / "finish.nc", status=4)
+    assert (place / "finish.nc").read_bytes() == NEW
+    other = invoke("link", "list", "-l", "lath", "--settings", place / "links.toml")
+    assert other.exit_code == 3 and "lathe" in other.output
+    (place / "links.toml").write_text('[folder.lathe]\nfolder = "contrl"\n')
+    assert "LNK-REACH" in link(place, "list", status=3)
