@@ -1,5 +1,6 @@
 """Settings of links to controls: a TOML file, a table for each control."""
 
+import difflib
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -58,9 +59,10 @@ def read_link(path: Path, name: str) -> FolderTable | FtpTable:
     if len(found) == 1:
         return found[0]
     names = sorted({*links.folder, *links.ftp})
+    near = difflib.get_close_matches(name, names, 1)
     raise TrueloopError(
         Code.LNK_FILE,
         f"{len(found) or 'none'} of the links is called {name!r}: {', '.join(names) or 'there are no links'}",
-        hint="name one of them, each of which has a name of its own",
+        hint=f"did you mean {near[0]!r}?" if near and not found else "name one of them, each by a name of its own",
         place=Place(str(path)),
     )
