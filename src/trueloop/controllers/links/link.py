@@ -84,6 +84,6 @@ def not_reached(where: str, error: Exception | str) -> TrueloopError:
     return TrueloopError(
         Code.LNK_REACH,
         f"{where}: {said}",
-        hint="see that the control is on and its address is right; `trueloop link compare` shows which program it holds",
+        hint="see that the control is on and its address right; `trueloop link compare` shows which program it holds",
         values={"where": where},
     )
