@@ -1,0 +1,116 @@
+"""Orders, programs and machines."""
+
+from dataclasses import dataclass
+from datetime import datetime
+
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory.states import PartState, StepState
+from trueloop.factory.views.today import MachineNow
+
+
+@dataclass(frozen=True)
+class OrderRow:
+    """An order in a list. `state`: planned, running, held, done."""
+
+    id: str
+    part_type: str
+    machine: str
+    quantity: int
+    finished: int
+    held: int
+    state: str
+    made_at: datetime
+    made_by: str
+
+
+@dataclass(frozen=True)
+class OrderPart:
+    """One part of an order: the states of its steps in the route's order."""
+
+    id: int
+    serial: str
+    state: PartState
+    steps: tuple[StepState, ...]
+    held_why: str
+
+
+@dataclass(frozen=True)
+class OrderBlock:
+    """A step of the route."""
+
+    no: int
+    kind: BlockKind
+    program: str
+    program_sha256: str
+    feature: str
+
+
+@dataclass(frozen=True)
+class OrderView:
+    """A whole order; `armed_parts` is how many parts may still start without a press of Cycle Start."""
+
+    row: OrderRow
+    etag: str
+    route_sha256: str
+    blocks: tuple[OrderBlock, ...]
+    parts: tuple[OrderPart, ...]
+    armed_parts: int
+
+
+@dataclass(frozen=True)
+class ProgramRow:
+    """A program of the store."""
+
+    sha256: str
+    name: str
+    dialect: str
+    unit: str
+    released: bool
+    made_from: str
+    kept_at: datetime
+
+
+@dataclass(frozen=True)
+class DiffLine:
+    """One line of a difference; `change`: same, before, after."""
+
+    change: str
+    before_line: int | None
+    after_line: int | None
+    text: str
+
+
+@dataclass(frozen=True)
+class ProgramDiff:
+    """Two programs compared by the lossless reader; `differences` counts changed words."""
+
+    before: ProgramRow
+    after: ProgramRow
+    differences: int
+    lines: tuple[DiffLine, ...]
+
+
+@dataclass(frozen=True)
+class TransferView:
+    """One transfer to or from a control."""
+
+    id: int
+    at: datetime
+    who: str
+    control: str
+    program: str
+    direction: str
+    sent_sha256: str
+    read_back_sha256: str
+    outcome: str
+
+
+@dataclass(frozen=True)
+class MachineView:
+    """One machine: what it does, its links, the model in force, its last events."""
+
+    now: MachineNow
+    structure: str
+    model_version: str
+    keys: int
+    transfers: tuple[TransferView, ...]

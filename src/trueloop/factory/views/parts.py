@@ -1,0 +1,130 @@
+"""Parts in lists, and the life of one part."""
+
+from dataclasses import dataclass
+from datetime import datetime
+
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory.states import FactKind, PartState, StepState
+
+
+@dataclass(frozen=True)
+class PartRow:
+    """A part in a list. `state` is None for a part that no order made: measured and kept, no more."""
+
+    id: int
+    part_type: str
+    revision: str
+    serial: str
+    state: PartState | None
+    order: str
+    machine: str
+    changed_at: datetime
+
+
+@dataclass(frozen=True)
+class FactView:
+    """One fact of a run."""
+
+    what: FactKind
+    at: datetime
+    witness: str
+    values: dict[str, str]
+
+
+@dataclass(frozen=True)
+class StepView:
+    """One step of the part's route; `facts` of the last attempt."""
+
+    no: int
+    kind: BlockKind
+    state: StepState
+    attempts: int
+    run: str
+    program_sha256: str
+    sent_sha256: str
+    facts: tuple[FactView, ...]
+
+
+@dataclass(frozen=True)
+class Result:
+    """One characteristic as one inspection found it; `deviation_um` is actual less nominal (of angles None)."""
+
+    characteristic: str
+    unit: str
+    nominal: float
+    lower_limit: float | None
+    upper_limit: float | None
+    actual: float
+    standard_u: float | None
+    deviation_um: float | None
+    verdict: str
+
+
+@dataclass(frozen=True)
+class InspectionView:
+    """One inspection: when, by what, after which stage, what it found. `rms_um`: of all its errors."""
+
+    id: int
+    at: datetime | None
+    source: str
+    stage: str
+    file: str
+    touches: int
+    rms_um: float | None
+    results: tuple[Result, ...]
+
+
+@dataclass(frozen=True)
+class CorrectionView:
+    """One correction of this part, and who decided of it. `has_report`: a page can be opened."""
+
+    id: str
+    product: str
+    made_at: str
+    made_by: str
+    summary: tuple[str, ...]
+    source_sha256: str
+    corrected_sha256: str
+    largest_um: float | None
+    predicted_rms_um: float | None
+    has_report: bool
+
+
+@dataclass(frozen=True)
+class CertificateRow:
+    """A certificate in a list."""
+
+    id: int
+    part_type: str
+    serial: str
+    made_at: datetime
+    made_by: str
+    verdict: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class PartLife:
+    """All that is known of a part, oldest first."""
+
+    part: PartRow
+    etag: str
+    label: str
+    tool: str
+    steps: tuple[StepView, ...]
+    inspections: tuple[InspectionView, ...]
+    corrections: tuple[CorrectionView, ...]
+    certificates: tuple[CertificateRow, ...]
+    events: tuple["EventView", ...]
+
+
+@dataclass(frozen=True)
+class EventView:
+    """One line of the event log."""
+
+    id: int
+    at: datetime
+    who: str
+    what: str
+    subject: str
+    values: dict[str, str]
