@@ -5,6 +5,10 @@ from typing import Final
 from trueloop.domain.both_inspections import BothInspections, MachineStood
 from trueloop.domain.characteristic import Characteristic, Quantity
 from trueloop.domain.codec import Codec
+from trueloop.domain.factory.order import WorkOrder
+from trueloop.domain.factory.route import Block, BlockKind, Conditions, Route
+from trueloop.domain.factory.run import Run, RunFact
+from trueloop.domain.factory.states import FactKind
 from trueloop.domain.inspection import CmmPoint, Inspection, Reading, Touch
 from trueloop.domain.judged import Judged, Judgement
 from trueloop.domain.life import Cut, CuttingConditions, EdgeEvent, EdgeEventKind, InspectionLink, Quarantine, Stage
@@ -26,5 +30,6 @@ CODEC: Final = Codec.of(
     *(Cut, Stage, CuttingConditions, InspectionLink, Quarantine, EdgeEvent, EdgeEventKind),
     *(Record, ChangedWord, Component, Product),
     *(BothInspections, MachineStood, ModelVersion, ModelDecision, StandardPart),
+    *(WorkOrder, Route, Block, BlockKind, Conditions, Run, RunFact, FactKind),
     *(Proposal, ProposalClass, ProposalDecision, Effect, PartCutWith),
 )

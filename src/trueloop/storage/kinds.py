@@ -13,6 +13,8 @@ from typing import Any, Final
 
 from trueloop.domain.both_inspections import BothInspections
 from trueloop.domain.correction import Correction
+from trueloop.domain.factory.order import WorkOrder
+from trueloop.domain.factory.run import Run, RunFact
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, InspectionLink, Quarantine
 from trueloop.domain.machine import Machine
@@ -118,6 +120,9 @@ SEARCHED: Final[Mapping[str, tuple[str, ...]]] = {
     "model_version": ("machine", "parent_sha256"),
     "model_decision": ("verdict",),
     "standard_part": ("part_type", "serial"),
+    "work_order": ("part_type", "machine"),
+    "run": ("work_order", "machine", "part_type", "serial"),
+    "run_fact": ("run",),
 }
 
 KINDS: Final[tuple[Kind, ...]] = (
@@ -168,6 +173,19 @@ KINDS: Final[tuple[Kind, ...]] = (
     ),
     Kind("model_decision", ModelDecision, lambda one: {"verdict": one.verdict}),
     Kind("standard_part", StandardPart, lambda one: _of_part(one.part), lambda one: (one.part,)),
+    Kind(
+        "work_order",
+        WorkOrder,
+        lambda one: {"part_type": one.part_type.name, "machine": one.machine.name},
+        lambda one: (one.part_type, one.machine, *one.parts),
+    ),
+    Kind(
+        "run",
+        Run,
+        lambda one: {"work_order": one.order, "machine": one.machine.name, **_of_part(one.part)},
+        lambda one: (one.part, one.machine),
+    ),
+    Kind("run_fact", RunFact, lambda one: {"run": one.run}),
 )
 
 

@@ -14,16 +14,18 @@ from sqlalchemy import (
     ForeignKey,
     Index,
     Integer,
-    MetaData,
     Table,
     Text,
     UniqueConstraint,
 )
 
+from trueloop.storage.factory_tables import LOGS, STATES
 from trueloop.storage.kinds import KINDS, Kind
+from trueloop.storage.metadata import METADATA
 from trueloop.storage.value_rows import FORMS, RowForm
 
-METADATA: Final = MetaData()
+__all__ = ["LOGS", "METADATA", "ROWS", "STATES", "TABLES"]
+
 _TYPES: Final[dict[type, Any]] = {str: Text, float: Double, int: BigInteger}
 
 

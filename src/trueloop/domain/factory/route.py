@@ -65,15 +65,31 @@ class Block:
 
 
 @dataclass(frozen=True)
+class Conditions:
+    """What has to hold before a finish cut starts; None: whoever planned the order does without it.
+
+    Temperatures and the calibration of the probe are not older than this. `model_sha256`: of the image that the
+    machine's corrector is to hold; empty: it is to be off; None: as it is.
+    """
+
+    temperature_age_s: float | None = 1800.0
+    calibration_age_s: float | None = 86_400.0
+    model_sha256: str | None = None
+
+
+@dataclass(frozen=True)
 class Route:
     """The steps in order, and the job (a project file's text) by which corrections are computed."""
 
     blocks: tuple[Block, ...]
     job_toml: str = ""
+    conditions: Conditions = Conditions()
     schema: Literal[1] = field(default=1, kw_only=True)
 
     @property
     def sha256(self) -> str:
         """By which a started order refuses another route."""
         said = [f"{one.kind}\t{one.program_sha256}\t{one.feature}\t{one.corrected}" for one in self.blocks]
-        return sha256("\n".join([*said, self.job_toml]).encode()).hexdigest()
+        asked = self.conditions
+        need = f"{asked.temperature_age_s}\t{asked.calibration_age_s}\t{asked.model_sha256}"
+        return sha256("\n".join([*said, need, self.job_toml]).encode()).hexdigest()
