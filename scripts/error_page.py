@@ -25,6 +25,7 @@ AREAS: Final = {
     "MON": "charts and capability",
     "CTL": "Controls",
     "LNK": "Links to controls",
+    "FAC": "The factory: orders, runs, decisions",
     "RTC": "Real-time correction",
     "JOB": "Job files",
     "STO": "the store of parts, tools, inspections and corrections",

@@ -369,6 +369,26 @@ class Code(StrEnum):
     LNK_CHANGED = "LNK-CHANGED", "a program that somebody changed at the control meanwhile", ("name",)
     LNK_DIFFERS = "LNK-DIFFERS", "a program that did not come back from the control as it was sent", ("name", "lines")
 
+    # FAC: the factory
+    FAC_UNKNOWN = "FAC-UNKNOWN", "an order, part, step, program or run that there is not", ("what", "name")
+    FAC_ROLE = "FAC-ROLE", "a request that the role does not allow", ("role", "needed")
+    FAC_MACHINE = "FAC-MACHINE", "the key of one machine used for another", ("machine", "key_of")
+    FAC_STALE = "FAC-STALE", "something that somebody changed since it was read", ("expected", "found")
+    FAC_PLAN = "FAC-PLAN", "an order that cannot be made by its route"
+    FAC_ORDERED = "FAC-ORDERED", "a part that has an order already", ("serial",)
+    FAC_RELEASE = "FAC-RELEASE", "a program that is not released", ("program",)
+    FAC_STATE = "FAC-STATE", "a step or part that is too far, or not far enough", ("state",)
+    FAC_CUT = "FAC-CUT", "a step of which nobody knows whether it was made"
+    FAC_HELD = "FAC-HELD", "a part that a person holds", ("serial",)
+    FAC_ARM = "FAC-ARM", "an order armed elsewhere than at its machine, or for too many parts", ("parts",)
+    FAC_PROGRAM = "FAC-PROGRAM", "another program than the one accepted", ("accepted", "found")
+    FAC_READBACK = "FAC-READBACK", "a control that holds another program than was sent"
+    FAC_TOUCHES = "FAC-TOUCHES", "touches that are missing, or of another part, program or stage", ("run",)
+    FAC_CALIBRATION = "FAC-CALIBRATION", "a probe whose calibration is old or not known", ("machine", "limit_s")
+    FAC_TEMPERATURE = "FAC-TEMPERATURE", "temperatures that are old or not known", ("machine", "limit_s")
+    FAC_CORRECTOR = "FAC-CORRECTOR", "a corrector that is not as planned", ("planned", "found")
+    FAC_ALARM = "FAC-ALARM", "an alarm that has to be acknowledged before a finish cut", ("alarm",)
+
     # RTC: real-time correction. Images
     RTC_MODEL = "RTC-MODEL", "a machine that an image cannot hold: its axes, or their travel", ("axes",)
     RTC_SIGNAL = "RTC-SIGNAL", "signals that an image cannot hold, or whose range is not known", ("signals",)

@@ -14,8 +14,8 @@ from trueloop.domain.inspection import Inspection
 from trueloop.domain.part import PartType
 from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.errors import Code, Finding, TrueloopError
+from trueloop.factory.book import Book, inspected_again
 from trueloop.jobs.series.added import Adding, add_files
-from trueloop.jobs.series.book import Book, inspected_again
 from trueloop.jobs.series.proposed import proposal_named, tool_of_job
 from trueloop.loops.post_process.by_tool import tool_proposals
 from trueloop.loops.post_process.decide import OVERRIDES, decide

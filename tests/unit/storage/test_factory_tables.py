@@ -84,4 +84,4 @@ def test_times_sort_as_they_follow_each_other() -> None:
     times = [AT, AT + timedelta(microseconds=1), AT + timedelta(seconds=1), (AT + timedelta(hours=1)).astimezone(zone)]
     assert sorted(map(stamp, times)) == list(map(stamp, times))
     with pytest.raises(ValueError, match="no zone"):
-        stamp(datetime(2026, 1, 1))  # noqa: DTZ001
+        stamp(datetime(2026, 1, 1))

@@ -8,7 +8,7 @@ import typer
 from trueloop.domain.page_options import Language, LengthUnit
 
 if TYPE_CHECKING:
-    from trueloop.jobs.series.book import Book
+    from trueloop.factory.book import Book
     from trueloop.loops.post_process.options import SeriesOptions
     from trueloop.storage.store import Store
 
@@ -35,7 +35,7 @@ class Which:
 
     def book(self, store: "Store", options: "SeriesOptions") -> "Book":
         """The series asked for. Raises SER-UNKNOWN."""
-        from trueloop.jobs.series.book import only_type, read_book
+        from trueloop.factory.book import only_type, read_book
 
         return read_book(store, self.part_type or only_type(store), options).named(self.characteristic or ())
 

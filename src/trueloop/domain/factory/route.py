@@ -83,7 +83,7 @@ class Route:
 
     blocks: tuple[Block, ...]
     job_toml: str = ""
-    conditions: Conditions = Conditions()
+    conditions: Conditions = field(default_factory=Conditions)
     schema: Literal[1] = field(default=1, kw_only=True)
 
     @property

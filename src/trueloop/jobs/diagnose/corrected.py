@@ -13,8 +13,8 @@ from trueloop.domain.correction import Correction
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, Identity, Ran
 from trueloop.domain.part import Part
+from trueloop.factory.book import read_book
 from trueloop.jobs.diagnose.records import Records
-from trueloop.jobs.series.book import read_book
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.series import identity_of, sizes_of
 from trueloop.loops.turned import correction as turned

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from trueloop.domain.page_options import Language, LengthUnit
 from trueloop.errors import Code, Finding, Severity, TrueloopError
+from trueloop.factory.book import Book, only_type, read_book
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.monitor.facts import stored_facts
 from trueloop.jobs.monitor.gauges import failed_checks
-from trueloop.jobs.series.book import Book, only_type, read_book
 from trueloop.loops.monitor.chart import MonitoredSeries, chart_of
 from trueloop.loops.monitor.options import ChartOptions
 from trueloop.loops.post_process.options import SeriesOptions

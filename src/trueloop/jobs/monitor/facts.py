@@ -9,7 +9,7 @@ from trueloop.domain.both_inspections import BothInspections
 from trueloop.domain.edge_life import time_of
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage
-from trueloop.jobs.series.book import Book
+from trueloop.factory.book import Book
 from trueloop.loops.monitor.facts import PartFacts
 from trueloop.loops.post_process.series import Made
 from trueloop.storage.store import Store, find

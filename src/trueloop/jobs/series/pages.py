@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from trueloop.domain.page_options import Language, LengthUnit
+from trueloop.factory.book import Book
 from trueloop.formats.outputs import write_all
-from trueloop.jobs.series.book import Book
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.replay import replay
 from trueloop.loops.post_process.simulated import simulate

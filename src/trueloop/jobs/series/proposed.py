@@ -9,12 +9,12 @@ from typing import Literal
 from trueloop.domain.proposal import Proposal, ProposalClass, ProposalDecision
 from trueloop.domain.tool_offset import ToolOffset
 from trueloop.errors import Code, TrueloopError
+from trueloop.factory.book import Book, read_book
 from trueloop.formats.jobs.job import Job
 from trueloop.formats.outputs import write_all
 from trueloop.formats.tables.tool_tables.known import read_tool_table
 from trueloop.formats.tables.tool_tables.new_table import new_table
 from trueloop.formats.tables.tool_tables.tool_table import Unit, XIs
-from trueloop.jobs.series.book import Book, read_book
 from trueloop.jobs.turned.characteristics import characteristics_of
 from trueloop.jobs.turned.job_files import JobFiles
 from trueloop.jobs.user import user_name

@@ -1,0 +1,157 @@
+"""The one way by which anything changes in the factory: `carry_out` reads facts, decides, and writes what follows."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from datetime import datetime
+from typing import Any, Final, NamedTuple
+
+from sqlalchemy import func, select
+
+from trueloop.domain.machine import Machine
+from trueloop.domain.part import PartType
+from trueloop.domain.proposal import Proposal, ProposalDecision
+from trueloop.domain.tool import Edge
+from trueloop.factory import requests as ask
+from trueloop.factory.book import read_book
+from trueloop.factory.decisions import offer, people, plan, records, runs
+from trueloop.factory.decisions.plan import PlanFacts
+from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
+from trueloop.factory.known import OrderNow
+from trueloop.factory.load import Known, next_of, order_of, program_text, runs_of
+from trueloop.factory.roles import By, require_machine, require_role
+from trueloop.factory.write import write
+from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.storage.factory_tables import ALARM, ALARM_ACKNOWLEDGED, ORDER_STATE, PART_STATE, PROGRAM_RELEASE
+from trueloop.storage.store import Store
+from trueloop.storage.tables import TABLES
+
+__all__ = ["Done", "carry_out"]
+
+
+class Done(NamedTuple):
+    """What came of a request: the decision's answer, and the orders that changed, as they are now."""
+
+    answer: Any
+    orders: tuple[OrderNow, ...]
+
+
+def carry_out(store: Store, request: ask.Request, by: By, now: datetime, expected: str | None = None) -> Done:
+    """Does what is asked, whole or not at all, in one transaction with its event and its task.
+
+    `expected`: the version (`etag`) that was read of the order; another one is refused. Two who ask at once are
+    taken one after the other. Raises FAC-ROLE, FAC-STALE, what the decision refuses, and STO errors.
+    """
+    require_role(request, by)
+    load, decide = _HOW[type(request)]
+    book = _book(store, request)
+    with store.writing() as connection:
+        known = Known(connection, store.codec)
+        facts = load(known, request, book)
+        before = _orders_in(facts)
+        _require_version(before, expected)
+        if isinstance(request, ask.NextBlock):
+            require_machine(by, request.machine)
+        changes = decide(facts, request, by, now)
+        return Done(changes.answer, write(known, changes, before, by.name, now))
+
+
+def _book(store: Store, request: ask.Request) -> ProposalFacts | None:
+    """The series behind a proposal; read before the transaction, for it may be long. The store takes one decision."""
+    if not isinstance(request, ask.DecideProposal):
+        return None
+    with store.reading() as connection:
+        proposal: Proposal | None = Known(connection, store.codec).first(Proposal, request.proposal)
+    book = None if proposal is None else read_book(store, proposal.part_type.name, SeriesOptions())
+    return ProposalFacts(proposal, book)
+
+
+def _require_version(orders: Mapping[str, OrderNow], expected: str | None) -> None:
+    for one in orders.values():
+        if expected is not None and str(one.version) != expected:
+            raise records.stale(expected, str(one.version))
+
+
+def _orders_in(facts: Any) -> Mapping[str, OrderNow]:
+    if isinstance(facts, OrderNow):
+        return {facts.order.id: facts}
+    if isinstance(facts, runs.RunsFacts):
+        return facts.orders
+    if isinstance(facts, offer.NextFacts) and facts.candidate is not None:
+        return {facts.candidate.order.order.id: facts.candidate.order}
+    return {}
+
+
+def _plan(known: Known, request: ask.PlanOrder, _: Any) -> PlanFacts:
+    part_type = known.first(PartType, request.part_type, request.revision)
+    machines = known.values(Machine, machine=request.machine)
+    part = TABLES["part"]
+    query = select(part.c.serial).join(PART_STATE, PART_STATE.c.part == part.c.id)
+    ordered = known.connection.scalars(
+        query.where(part.c.part_type == request.part_type, part.c.serial.in_(request.serials))
+    )
+    wanted = {one.program_sha256 for one in request.blocks}
+    released = known.connection.scalars(
+        select(PROGRAM_RELEASE.c.program_sha256).where(PROGRAM_RELEASE.c.program_sha256.in_(wanted))
+    )
+    number = (known.connection.scalar(select(func.max(ORDER_STATE.c.number))) or 0) + 1
+    machine = machines[-1] if machines else None
+    return PlanFacts(part_type, machine, frozenset(ordered), frozenset(released), number)
+
+
+def _program(known: Known, request: ask.ReleaseProgram | ask.RecordTransfer, _: Any) -> ProgramFacts:
+    sha = request.program_sha256
+    query = select(PROGRAM_RELEASE.c.at).where(PROGRAM_RELEASE.c.program_sha256 == sha)
+    return ProgramFacts(program_text(known, sha) is not None, known.connection.scalar(query) is not None)
+
+
+def _proposal(known: Known, request: ask.DecideProposal, book: ProposalFacts) -> ProposalFacts:
+    """With the decisions as they are now: another may have decided since the book was read."""
+    if book.book is None:
+        return book
+    now = tuple(known.values(ProposalDecision, identity=request.proposal))
+    others = tuple(one for one in book.book.decisions if one.proposal != request.proposal)
+    return replace(book, book=replace(book.book, decisions=(*others, *now)))
+
+
+def _alarm(known: Known, request: ask.Acknowledge, _: Any) -> bool | None:
+    query = select(ALARM.c.id, ALARM_ACKNOWLEDGED.c.alarm).outerjoin(
+        ALARM_ACKNOWLEDGED, ALARM_ACKNOWLEDGED.c.alarm == ALARM.c.id
+    )
+    row = known.connection.execute(query.where(ALARM.c.id == request.alarm)).one_or_none()
+    return None if row is None else row.alarm is not None
+
+
+def _part(known: Known, request: ask.Certify, _: Any) -> frozenset[int]:
+    part = TABLES["part"]
+    return frozenset(known.connection.scalars(select(part.c.id).where(part.c.id == request.part)))
+
+
+def _order(known: Known, request: Any, _: Any) -> OrderNow:
+    return order_of(known, request.order)
+
+
+_How = tuple[Callable[..., Any], Callable[..., Any]]
+_HOW: Final[Mapping[type, _How]] = {
+    ask.PlanOrder: (_plan, plan.plan_order),
+    ask.NextBlock: (lambda known, request, _: next_of(known, request.machine), offer.next_block),
+    ask.RecordFacts: (
+        lambda known, request, _: runs_of(known, [one.run for one in request.facts]),
+        runs.record_facts,
+    ),
+    ask.RecordTouches: (lambda known, request, _: runs_of(known, [request.run]), runs.record_touches),
+    ask.RecordTemperatures: (lambda *_: None, runs.record_temperatures),
+    ask.Calibrated: (lambda *_: None, records.calibrated),
+    ask.Hold: (_order, people.hold),
+    ask.DecideStep: (_order, people.decide_step),
+    ask.Arm: (_order, people.arm),
+    ask.RecordStep: (_order, people.record_step),
+    ask.StepCorrected: (_order, people.step_corrected),
+    ask.CorrectionRefused: (_order, people.correction_refused),
+    ask.ReleaseProgram: (_program, records.release_program),
+    ask.RecordTransfer: (_program, records.record_transfer),
+    ask.Certify: (_part, records.certify),
+    ask.RaiseAlarm: (lambda *_: None, records.raise_alarm),
+    ask.Acknowledge: (_alarm, records.acknowledge),
+    ask.DecideProposal: (_proposal, records.decide_proposal),
+    ask.SetTool: (lambda known, request, _: known.first(Edge, *request.edge), records.set_tool),
+}

@@ -1,0 +1,145 @@
+"""What people decide of parts: `hold`, `decide_step`, `arm`, `record_step`; and what a task reports of a correction."""
+
+from dataclasses import replace
+from datetime import datetime
+from typing import Final
+
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory.run import RunFact
+from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory.changes import Changes, Event
+from trueloop.factory.decisions.runs import tasks_of
+from trueloop.factory.known import OrderNow, PartNow, StepNow
+from trueloop.factory.requests import Arm, CorrectionRefused, DecideStep, Hold, RecordStep, StepCorrected
+from trueloop.factory.roles import By, Role
+
+_BY_HAND: Final = (BlockKind.REMOVE, BlockKind.MEASURE, BlockKind.RELEASE)
+
+
+def hold(order: OrderNow, request: Hold, by: By, now: datetime) -> Changes:
+    """Nothing more is offered for the part; what runs is not stopped. Raises FAC-STATE where nothing is left to do."""
+    part = order.part(request.part)
+    if part.rejected or part.next is None:
+        raise _state(part, "is done: there is nothing to hold", "look at its life")
+    after = part.held(Code.FAC_HELD, f"{by.name}: {request.why}")
+    return _changed(order, after, "held", {"why": after.held_why})
+
+
+def decide_step(order: OrderNow, request: DecideStep, by: By, now: datetime) -> Changes:
+    """Made: the step counts as recorded. Not made: it may be offered anew, under another key. Reject: it is the end.
+
+    Only of a part that is held: what runs, or may run, is not decided over. Gauging whose touches are not here cannot
+    have been made. Raises FAC-STATE.
+    """
+    part, step = order.part(request.part), order.step(request.part, request.step)
+    if part.state is not PartState.HELD:
+        raise _state(part, f"is {part.state.value}, not held", "hold it first")
+    said = {"step": str(step.no), "verdict": request.verdict, "why": request.why, "run": step.run}
+    if request.verdict == "reject":
+        return _changed(order, replace(part, state=PartState.REJECTED, held_why=""), "rejected", said)
+    if part.next is None or part.next.no != step.no:
+        raise _state(part, f"is held before step {part.next.no if part.next else 'none'}", "decide on that step")
+    if step.state is StepState.STARTED:
+        raise _state(part, f"is being made: step {step.no} ({step.kind}) has started", "wait until its cell says more")
+    facts: tuple[RunFact, ...] = ()
+    if request.verdict == "made":
+        if not step.kind.cuts or step.state is StepState.WAITING:
+            raise _state(
+                part, f"has step {step.no} ({step.kind}) {step.state.value}: not a cut that was begun", "say not-made"
+            )
+        facts = (RunFact(step.run, FactKind.ENDED, now, f"person:{by.name}", {"why": request.why}),) if step.run else ()
+        after = part.with_step(replace(step, state=StepState.RECORDED)).freed()
+    else:
+        after = part.with_step(_again(part, step)).freed()
+    changes = _changed(order, after, "decided", said)
+    return replace(changes, keep=facts, tasks=tasks_of(order, after))
+
+
+def _again(part: PartNow, step: StepNow) -> StepNow:
+    """A cell that has been offered a run may still begin it: it keeps its key, under which it is done at most once."""
+    open_yet = step.state in (StepState.OFFERED, StepState.SENT, StepState.VERIFIED)
+    keeps = open_yet and not part.held_why.startswith(Code.FAC_READBACK)
+    return step if keeps else replace(step, state=StepState.WAITING, run="")
+
+
+def arm(order: OrderNow, request: Arm, by: By, now: datetime) -> Changes:
+    """So many parts start without Cycle Start. Raises FAC-ARM away from the machine, or for too many parts."""
+    left = sum(one.next is not None and not one.rejected for one in order.parts)
+    at_machine = request.at_machine or (by.role is Role.CELL and by.machine == order.order.machine.name)
+    held = any(one.state is PartState.HELD for one in order.parts)
+    if request.parts and (not at_machine or held or not 0 < request.parts <= left):
+        why = "a part of it is held" if held else f"{left} parts are left" if at_machine else "nobody is at the machine"
+        raise TrueloopError(
+            Code.FAC_ARM,
+            f"order {order.order.id!r} is not armed for {request.parts} parts: {why}",
+            hint=f"arm it at machine {order.order.machine.name!r}, for no more parts than are left",
+            values={"parts": float(request.parts)},
+        )
+    said = {"parts": str(request.parts), "why": request.why}
+    events = (Event("armed" if request.parts else "disarmed", f"order:{order.order.id}", said),)
+    return Changes((replace(order, armed_parts=request.parts),), events=events)
+
+
+def record_step(order: OrderNow, request: RecordStep, by: By, now: datetime) -> Changes:
+    """A step without a program is done. Releasing takes an engineer. Raises FAC-STATE, FAC-HELD, FAC-ROLE."""
+    part, step = order.part(request.part), order.step(request.part, request.step)
+    _require_next(part, step, _BY_HAND)
+    if step.kind is BlockKind.RELEASE and by.role is Role.OPERATOR:
+        raise TrueloopError(
+            Code.FAC_ROLE,
+            f"{by.name!r} has the role 'operator'; releasing part {part.value.serial!r} needs 'engineer'",
+            hint="ask an account with that role",
+            values={"role": by.role.value, "needed": Role.ENGINEER.value},
+        )
+    after = part.with_step(replace(step, state=StepState.RECORDED)).freed()
+    return _changed(order, after, step.kind.leaves.value, {"step": str(step.no), "why": request.why})
+
+
+def step_corrected(order: OrderNow, request: StepCorrected, by: By, now: datetime) -> Changes:
+    """The finish cuts that are to be corrected get the corrected program. Done twice it is done once."""
+    part, step = order.part(request.part), order.step(request.part, request.step)
+    if step.state is StepState.RECORDED and step.run == request.correction:
+        return Changes()
+    _require_next(part, step, (BlockKind.CORRECT,))
+    after = part.with_step(replace(step, state=StepState.RECORDED, run=request.correction))
+    for later in after.steps[step.no + 1 :]:
+        if order.block(later.no).corrected:
+            after = after.with_step(replace(later, program_sha256=request.program_sha256))
+    said = {"correction": request.correction, "program_sha256": request.program_sha256}
+    return _changed(order, after.freed(), "corrected", {**said, "touches_sha256": request.touches_sha256})
+
+
+def correction_refused(order: OrderNow, request: CorrectionRefused, by: By, now: datetime) -> Changes:
+    """The part is held, with what the loop refused it for."""
+    part = order.part(request.part)
+    if part.rejected or order.step(request.part, request.step).state is StepState.RECORDED:
+        return Changes()
+    after = replace(part, state=PartState.HELD, held_why=f"{request.code}: {request.said}")
+    return _changed(order, after, "held", {"why": after.held_why})
+
+
+def _require_next(part: PartNow, step: StepNow, kinds: tuple[BlockKind, ...]) -> None:
+    if part.state is PartState.HELD:
+        raise TrueloopError(
+            Code.FAC_HELD,
+            f"part {part.value.serial!r} is held: {part.held_why}",
+            hint="decide on it first",
+            values={"serial": part.value.serial},
+        )
+    if part.rejected or part.next is None or part.next.no != step.no or step.kind not in kinds:
+        said = "none" if part.next is None else f"{part.next.no} ({part.next.kind})"
+        raise _state(
+            part,
+            f"is {part.state.value}: its next step is {said}, not {step.no} ({step.kind})",
+            "take its steps in their order",
+        )
+
+
+def _changed(order: OrderNow, part: PartNow, what: str, said: dict[str, str]) -> Changes:
+    return Changes((order.with_part(part),), events=(Event(what, f"part:{part.row}", said),))
+
+
+def _state(part: PartNow, why: str, hint: str) -> TrueloopError:
+    values = {"state": part.state.value}
+    return TrueloopError(Code.FAC_STATE, f"part {part.value.serial!r} {why}", hint=hint, values=values)

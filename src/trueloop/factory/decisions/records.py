@@ -1,0 +1,136 @@
+"""Decisions that add a record: releases, transfers, calibrations, certificates, alarms, proposals, tools."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from datetime import datetime
+from hashlib import sha256
+from json import dumps
+
+from trueloop.domain.life import EdgeEvent, EdgeEventKind
+from trueloop.domain.proposal import Proposal
+from trueloop.domain.tool import Edge
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory import requests as ask
+from trueloop.factory.book import Book
+from trueloop.factory.changes import Changes, Event
+from trueloop.factory.decisions.plan import not_released
+from trueloop.factory.known import unknown
+from trueloop.factory.roles import By, require_machine
+from trueloop.loops.post_process.decide import decide
+from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.storage.factory_tables import stamp
+
+
+@dataclass(frozen=True)
+class ProgramFacts:
+    """Whether the store has a program's text, and whether it is released."""
+
+    known: bool
+    released: bool
+
+
+@dataclass(frozen=True)
+class ProposalFacts:
+    """A proposal with the book of its part type; None: there is no such proposal."""
+
+    proposal: Proposal | None
+    book: Book | None
+
+
+def release_program(facts: ProgramFacts, request: ask.ReleaseProgram, by: By, now: datetime) -> Changes:
+    """A program of the store is released, once. Raises FAC-UNKNOWN."""
+    if not facts.known:
+        raise unknown("program", request.program_sha256[:16], "the store has no text of that hash")
+    if facts.released:
+        return Changes()
+    row = {"program_sha256": request.program_sha256, "at": stamp(now), "who": by.name, "why": request.why}
+    event = Event("released", f"program:{request.program_sha256}", {"why": request.why})
+    return Changes(rows=(("program_release", row),), events=(event,))
+
+
+def record_transfer(facts: ProgramFacts, request: ask.RecordTransfer, by: By, now: datetime) -> Changes:
+    """A transfer, as it went. Raises FAC-RELEASE for a program sent that is not released."""
+    if request.direction == "to" and not facts.released:
+        raise not_released(request.program_sha256)
+    row = {
+        **{"at": stamp(now), "who": by.name, "control": request.control, "program_sha256": request.program_sha256},
+        **{"name": request.name, "direction": request.direction, "sent_sha256": request.sent_sha256},
+        **{"read_back_sha256": request.read_back_sha256, "outcome": request.outcome, "document": "{}"},
+    }
+    said = {"control": request.control, "name": request.name, "outcome": request.outcome}
+    return Changes(rows=(("transfer", row),), events=(Event("transfer", f"program:{request.program_sha256}", said),))
+
+
+def calibrated(facts: None, request: ask.Calibrated, by: By, now: datetime) -> Changes:
+    """The probe of a machine was calibrated."""
+    require_machine(by, request.machine)
+    said = dumps(dict(request.values))
+    row = {"machine": request.machine, "at": stamp(now), "who": by.name, "document": said}
+    event = Event("calibrated", f"machine:{request.machine}", dict(request.values))
+    return Changes(rows=(("calibration", row),), events=(event,))
+
+
+def certify(facts: Collection[int], request: ask.Certify, by: By, now: datetime) -> Changes:
+    """A certificate, kept. `facts` are rows of parts that exist. Raises FAC-UNKNOWN."""
+    if request.part not in facts:
+        raise unknown("part", str(request.part), "the store has no such row")
+    hashed = sha256(request.content).hexdigest()
+    row = {"part": request.part, "at": stamp(now), "who": by.name, "sha256": hashed}
+    said = {"sha256": hashed, "verdict": request.verdict}
+    more = {"verdict": request.verdict, "content": request.content}
+    return Changes(rows=(("certificate", row | more),), events=(Event("certified", f"part:{request.part}", said),))
+
+
+def raise_alarm(facts: None, request: ask.RaiseAlarm, by: By, now: datetime) -> Changes:
+    """An alarm; a cell raises those of its own machine alone."""
+    require_machine(by, request.machine)
+    row = {
+        **{"at": stamp(now), "source": request.source, "code": request.code, "said": request.said},
+        **{"document": dumps(dict(request.values)), "machine": request.machine, "part_type": request.part_type},
+        "blocks": int(request.blocks),
+    }
+    said = {"source": request.source, "said": request.said}
+    return Changes(rows=(("alarm", row),), events=(Event("alarm", f"alarm:{request.code}", said),))
+
+
+def acknowledge(facts: bool | None, request: ask.Acknowledge, by: By, now: datetime) -> Changes:
+    """`facts`: whether it is acknowledged already; None: there is no such alarm. Raises FAC-UNKNOWN, FAC-STALE."""
+    if facts is None:
+        raise unknown("alarm", str(request.alarm), "the store has no such alarm")
+    if facts:
+        raise stale("open", "acknowledged")
+    row = {"alarm": request.alarm, "at": stamp(now), "who": by.name, "why": request.why}
+    event = Event("acknowledged", f"alarm:{request.alarm}", {"why": request.why})
+    return Changes(rows=(("alarm_acknowledged", row),), events=(event,))
+
+
+def decide_proposal(facts: ProposalFacts, request: ask.DecideProposal, by: By, now: datetime) -> Changes:
+    """By the rules of the post-process loop. Raises FAC-UNKNOWN, FAC-STALE where it is decided, and SER errors."""
+    if facts.proposal is None or facts.book is None:
+        raise unknown("proposal", request.proposal, "the store has none of that id")
+    if (earlier := facts.book.verdict(facts.proposal)) is not None:
+        raise stale("open", f"{earlier.verdict} by {earlier.who}")
+    given = (facts.book.by_identity, facts.book.decisions, SeriesOptions())
+    why, overrides = request.why, request.overrides
+    decision = decide(facts.proposal, request.verdict, by.name, now, *given, why=why, override=overrides)
+    said = {"verdict": request.verdict, "why": why, "overrides": ", ".join(overrides)}
+    return Changes(keep=(decision,), events=(Event(request.verdict, f"proposal:{request.proposal}", said),))
+
+
+def set_tool(facts: Edge | None, request: ask.SetTool, by: By, now: datetime) -> Changes:
+    """An edge was set. `facts`: the edge as the store has it. Raises FAC-UNKNOWN."""
+    if facts is None:
+        raise unknown("edge", "/".join(request.edge), "the store has no such edge")
+    event = EdgeEvent(facts, EdgeEventKind.SET, request.set_at, by.name)
+    said = {"set_at": request.set_at.isoformat()}
+    return Changes(keep=(event,), events=(Event("set", f"edge:{'/'.join(request.edge)}", said),))
+
+
+def stale(expected: str, found: str) -> TrueloopError:
+    """FAC-STALE."""
+    return TrueloopError(
+        Code.FAC_STALE,
+        f"it was {expected!r} when it was read and is {found!r} now",
+        hint="read it again, and decide on what it is now",
+        values={"expected": expected, "found": found},
+    )

@@ -1,0 +1,176 @@
+"""What follows from facts and touches of runs: `record_facts`, `record_touches`, `record_temperatures`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime
+from hashlib import sha256
+from typing import Final
+
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory.run import Run, RunFact
+from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory.changes import Changes, Event, NewTask
+from trueloop.factory.decisions.run_state import read_back_otherwise, state_of, verified
+from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
+from trueloop.factory.requests import RecordFacts, RecordTemperatures, RecordTouches
+from trueloop.factory.roles import By, require_machine
+from trueloop.storage.factory_tables import stamp
+
+MOST_ATTEMPTS: Final = 3
+"""Of a step that fails before it starts; then a person looks at it."""
+_MOVED: Final = (FactKind.STARTED, FactKind.ENDED, FactKind.UNKNOWN)
+
+
+@dataclass(frozen=True)
+class RunKnown:
+    """A run with what is known of it already. `row`: its part's number in the store; `touches`: hashes of files."""
+
+    run: Run
+    row: int
+    facts: tuple[RunFact, ...]
+    touches: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class RunsFacts:
+    """Runs by key, and their orders by id."""
+
+    runs: Mapping[str, RunKnown]
+    orders: Mapping[str, OrderNow]
+
+
+def record_facts(facts: RunsFacts, request: RecordFacts, by: By, now: datetime) -> Changes:
+    """Every fact of a known run is kept, whatever it says. Raises FAC-UNKNOWN for a run that nobody offered."""
+    done = Changes(answer=tuple(dict.fromkeys(one.run for one in request.facts)))
+    orders = dict(facts.orders)
+    for key in done.answer:
+        known = _known(facts, key, by)
+        told = {one.identity: one for one in known.facts}
+        new = [one for one in request.facts if one.run == key and one.identity not in told]
+        if not new:
+            continue
+        known = replace(known, facts=(*known.facts, *{one.identity: one for one in new}.values()))
+        then = _after(orders[known.run.order], known, new)
+        orders |= {one.order.id: one for one in then.orders}
+        done = _joined(done, replace(then, keep=(*{one.identity: one for one in new}.values(),)))
+    changed = tuple(one for key, one in orders.items() if one != facts.orders[key])
+    return replace(done, orders=changed)
+
+
+def record_touches(facts: RunsFacts, request: RecordTouches, by: By, now: datetime) -> Changes:
+    """The file of touches of a gauging run, kept as it is. Sent twice it is one; another is refused.
+
+    Raises FAC-UNKNOWN, FAC-TOUCHES.
+    """
+    known = _known(facts, request.run, by)
+    hashed = sha256(request.content).hexdigest()
+    if hashed in known.touches:
+        return Changes(answer=hashed)
+    kind = facts.orders[known.run.order].block(known.run.step).kind
+    if known.touches or kind not in (BlockKind.PROBE, BlockKind.INSPECT):
+        said = (
+            "has touches already, of another content"
+            if known.touches
+            else f"is of a step {kind.value!r}, which has none"
+        )
+        raise TrueloopError(
+            Code.FAC_TOUCHES,
+            f"run {request.run!r} {said}: {request.name!r} is not kept",
+            hint="send the file that the gauging run of this key wrote, as it wrote it",
+            values={"run": request.run},
+        )
+    row = {"run": request.run, "at": stamp(now), "name": request.name, "sha256": hashed, "content": request.content}
+    then = _after(facts.orders[known.run.order], replace(known, touches=frozenset({hashed})), [])
+    event = Event("touches", f"part:{known.row}", {"run": request.run, "sha256": hashed, "name": request.name})
+    return _joined(Changes(rows=(("run_touches", row),), events=(event,), answer=hashed), then)
+
+
+def record_temperatures(facts: None, request: RecordTemperatures, by: By, now: datetime) -> Changes:
+    """Temperatures of a machine."""
+    require_machine(by, request.machine)
+    said = {"machine": request.machine, "run": request.run, "at": stamp(request.at)}
+    rows = [("temperature", {**said, "signal": name, "celsius": c}) for name, c in request.signals.items()]
+    return Changes(rows=tuple(rows))
+
+
+def _known(facts: RunsFacts, key: str, by: By) -> RunKnown:
+    known = facts.runs.get(key)
+    if known is None:
+        raise unknown("run", key, "it was never offered")
+    require_machine(by, known.run.machine.name)
+    return known
+
+
+def _after(order: OrderNow, known: RunKnown, new: list[RunFact]) -> Changes:
+    """What a run's facts, all of them, make of its step and part."""
+    part, run = order.part(known.row), known.run
+    step = part.steps[run.step]
+    if part.rejected or (step.run == run.key and step.state is StepState.RECORDED):
+        return Changes((order,))
+    if step.run != run.key:
+        return _contradicted(order, part, known, new)
+    state = state_of(step.kind, run, known.facts, bool(known.touches))
+    if state is step.state and not read_back_otherwise(run, known.facts):
+        return Changes((order,))
+    after = part.with_step(replace(step, state=state))
+    if part.state is not PartState.HELD or (state is StepState.RECORDED and part.held_why.startswith(Code.FAC_CUT)):
+        after = after.freed()
+    after = _held(after, replace(step, state=state), known)
+    events = [Event(str(state), f"part:{part.row}", {"run": run.key, "step": str(step.no)})]
+    if after.state is PartState.HELD and part.state is not PartState.HELD:
+        events.append(Event("held", f"part:{part.row}", {"why": after.held_why, "run": run.key}))
+    return Changes((_left(order.with_part(after), after, step),), events=tuple(events), tasks=tasks_of(order, after))
+
+
+def _held(part: PartNow, step: StepNow, known: RunKnown) -> PartNow:
+    run, serial = known.run, part.value.serial
+    if (other := read_back_otherwise(run, known.facts)) is not None:
+        return part.held(
+            Code.FAC_READBACK,
+            f"for part {serial!r} {run.sent_sha256[:16]!r} was sent, and {other[:16]!r} read back",
+        )
+    if step.state is StepState.UNKNOWN:
+        return part.held(Code.FAC_CUT, f"step {step.no} ({step.kind}) of part {serial!r} started and did not end")
+    if step.state is StepState.FAILED and step.attempts >= MOST_ATTEMPTS:
+        return part.held(Code.FAC_HELD, f"step {step.no} ({step.kind}) of part {serial!r} failed {step.attempts} times")
+    ended = step.state in (StepState.ENDED, StepState.RECORDED)
+    if ended and step.kind is BlockKind.FINISH and not verified(run, known.facts):
+        return part.held(Code.FAC_READBACK, f"part {serial!r} was finished by a program that nobody read back")
+    return part
+
+
+def _contradicted(order: OrderNow, part: PartNow, known: RunKnown, new: list[RunFact]) -> Changes:
+    """An earlier attempt, which a person took for not made, turns out to have moved: nobody knows what was cut."""
+    moved = [one for one in new if one.what in _MOVED]
+    if not moved:
+        return Changes((order,))
+    why = f"run {known.run.key}, decided as not made, reports {moved[0].what} at {moved[0].at.isoformat()}"
+    after = part.held(Code.FAC_HELD, why)
+    return Changes((order.with_part(after),), events=(Event("held", f"part:{part.row}", {"why": why}),))
+
+
+def _left(order: OrderNow, part: PartNow, step: StepNow) -> OrderNow:
+    """With one armed part less once the last program of a part has run."""
+    moving = [one for one in part.steps if one.kind.moves]
+    last = moving[-1].no == step.no and moving[-1].state is StepState.RECORDED
+    return replace(order, armed_parts=max(order.armed_parts - 1, 0)) if last else order
+
+
+def tasks_of(order: OrderNow, part: PartNow) -> tuple[NewTask, ...]:
+    """The correction, once all gauging before it is recorded and nothing holds the part."""
+    step = part.next
+    if part.state is PartState.HELD or step is None or step.kind is not BlockKind.CORRECT:
+        return ()
+    values = {"order": order.order.id, "part": str(part.row), "step": str(step.no)}
+    return (NewTask("correct", f"part:{part.row}", values),)
+
+
+def _joined(first: Changes, then: Changes) -> Changes:
+    return replace(
+        first,
+        orders=then.orders,
+        keep=(*first.keep, *then.keep),
+        events=(*first.events, *then.events),
+        tasks=(*first.tasks, *then.tasks),
+    )

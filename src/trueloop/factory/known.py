@@ -1,0 +1,125 @@
+"""What is known of an order, its parts and steps as a decision finds them, and as it leaves them."""
+
+from dataclasses import dataclass, replace
+
+from trueloop.domain.factory.order import WorkOrder
+from trueloop.domain.factory.route import Block, BlockKind
+from trueloop.domain.factory.states import PartState, StepState
+from trueloop.domain.part import Part
+from trueloop.errors import Code, TrueloopError
+
+
+@dataclass(frozen=True)
+class StepNow:
+    """One step of a part. `run`: key of the attempt that counts; of a step CORRECT the id of the correction."""
+
+    no: int
+    kind: BlockKind
+    state: StepState = StepState.WAITING
+    run: str = ""
+    program_sha256: str = ""
+    attempts: int = 0
+    version: int = 1
+
+
+@dataclass(frozen=True)
+class PartNow:
+    """One part of an order: `row` is its number in the store."""
+
+    row: int
+    value: Part
+    state: PartState
+    steps: tuple[StepNow, ...]
+    held_why: str = ""
+    version: int = 1
+
+    @property
+    def reached(self) -> PartState:
+        """The state that its recorded steps have led to."""
+        done = [one.kind.leaves for one in self.steps if one.state is StepState.RECORDED]
+        return done[-1] if done else PartState.PLANNED
+
+    @property
+    def next(self) -> StepNow | None:
+        """The first step that is not recorded."""
+        return next((one for one in self.steps if one.state is not StepState.RECORDED), None)
+
+    @property
+    def rejected(self) -> bool:
+        """Whether nothing more is done to it."""
+        return self.state is PartState.REJECTED
+
+    @property
+    def on_machine(self) -> bool:
+        """Whether it is in the machine: a program has been offered for it, and it was not taken out."""
+        if self.rejected or not any(one.kind.moves and one.attempts for one in self.steps):
+            return False
+        out = [one for one in self.steps if one.kind is BlockKind.REMOVE] or [s for s in self.steps if s.kind.moves]
+        return any(one.state is not StepState.RECORDED for one in out)
+
+    def with_step(self, step: StepNow) -> "PartNow":
+        """With one step as it is now."""
+        return replace(self, steps=tuple(step if one.no == step.no else one for one in self.steps))
+
+    def held(self, code: Code, why: str) -> "PartNow":
+        """Held: nothing more happens to it before a person has decided."""
+        return replace(self, state=PartState.HELD, held_why=f"{code}: {why}")
+
+    def freed(self) -> "PartNow":
+        """As far as its steps have led."""
+        return replace(self, state=self.reached, held_why="")
+
+
+@dataclass(frozen=True)
+class OrderNow:
+    """An order with all its parts. `number` counts the orders of the store."""
+
+    order: WorkOrder
+    number: int
+    parts: tuple[PartNow, ...]
+    state: str = "planned"
+    armed_parts: int = 0
+    version: int = 1
+
+    def part(self, row: int) -> PartNow:
+        """Raises FAC-UNKNOWN."""
+        found = next((one for one in self.parts if one.row == row), None)
+        if found is None:
+            raise unknown("part", str(row), f"order {self.order.id!r} has {len(self.parts)} parts")
+        return found
+
+    def block(self, step: int) -> Block:
+        """Of the route."""
+        return self.order.route.blocks[step]
+
+    def step(self, row: int, no: int) -> StepNow:
+        """Raises FAC-UNKNOWN."""
+        steps = self.part(row).steps
+        if not 0 <= no < len(steps):
+            raise unknown("step", str(no), f"the route has {len(steps)} steps, counted from 0")
+        return steps[no]
+
+    def with_part(self, part: PartNow) -> "OrderNow":
+        """With one part as it is now, and the order's own state as follows from its parts."""
+        parts = tuple(part if one.row == part.row else one for one in self.parts)
+        held = part.state is PartState.HELD
+        return replace(self, parts=parts, state=_state(parts), armed_parts=0 if held else self.armed_parts)
+
+
+def _state(parts: tuple[PartNow, ...]) -> str:
+    if any(one.state is PartState.HELD for one in parts):
+        return "held"
+    if all(one.rejected or one.next is None for one in parts):
+        return "done"
+    begun = any(step.state is not StepState.WAITING for one in parts for step in one.steps)
+    return "running" if begun else "planned"
+
+
+def unknown(what: str, name: str, why: str) -> TrueloopError:
+    """FAC-UNKNOWN."""
+    return TrueloopError(
+        Code.FAC_UNKNOWN,
+        f"there is no {what} {name!r}: {why}",
+        hint="look it up in the list; another may have changed it meanwhile",
+        values={"what": what, "name": name},
+    )

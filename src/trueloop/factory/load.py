@@ -1,0 +1,186 @@
+"""What decisions need to know, read within one transaction."""
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from hashlib import sha256
+from typing import Any
+
+from sqlalchemy import Connection, select
+
+from trueloop.domain.codec import Codec
+from trueloop.domain.correction import Correction
+from trueloop.domain.factory.order import WorkOrder
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory.run import Run, RunFact
+from trueloop.domain.factory.states import PartState, StepState
+from trueloop.domain.program import ProgramText
+from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
+from trueloop.factory.decisions.offer import NextFacts, candidate
+from trueloop.factory.decisions.runs import RunKnown, RunsFacts
+from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
+from trueloop.storage.factory_tables import (
+    ALARM,
+    ALARM_ACKNOWLEDGED,
+    CALIBRATION,
+    MACHINE_HEARD,
+    ORDER_STATE,
+    PART_STATE,
+    RUN_TOUCHES,
+    STEP,
+    TEMPERATURE,
+)
+from trueloop.storage.kinds import joined, kind_of, searchable
+from trueloop.storage.reading import Query, found
+from trueloop.storage.tables import TABLES
+
+
+@dataclass(frozen=True)
+class Known:
+    """A connection in a transaction, and the codec of the store."""
+
+    connection: Connection
+    codec: Codec
+
+    def values(self, kind: type, **columns: str) -> list[Any]:
+        """Values that stand, oldest first."""
+        return [one.value for one in found(self.connection, self.codec, Query(kind_of(kind), columns))]
+
+    def first(self, kind: type, *identity: str) -> Any:
+        """The value of an identity; None: there is none."""
+        return next(iter(self.values(kind, identity=joined(identity))), None)
+
+    def rows(self, query: Any) -> list[Any]:
+        """Of a query."""
+        return list(self.connection.execute(query))
+
+
+def order_of(known: Known, order_id: str) -> OrderNow:
+    """Raises FAC-UNKNOWN."""
+    state = known.connection.execute(select(ORDER_STATE).where(ORDER_STATE.c.order == order_id)).one_or_none()
+    order: WorkOrder | None = known.first(WorkOrder, order_id)
+    if order is None or state is None:
+        raise unknown("order", order_id, "the store has none of that id")
+    steps: dict[int, list[StepNow]] = {}
+    for one in known.rows(select(STEP).where(STEP.c.order == order_id).order_by(STEP.c.part, STEP.c.no)):
+        steps.setdefault(one.part, []).append(step_now(one))
+    by_identity = {searchable(joined(one.identity)): one for one in order.parts}
+    part = TABLES["part"]
+    query = select(PART_STATE, part.c.identity).join(part, part.c.id == PART_STATE.c.part)
+    rows = known.rows(query.where(PART_STATE.c.order == order_id))
+    place = {identity: k for k, identity in enumerate(by_identity)}
+    parts = tuple(
+        PartNow(
+            *(row.part, by_identity[row.identity], PartState(row.state), tuple(steps[row.part])),
+            *(row.held_why, row.version),
+        )
+        for row in sorted(rows, key=lambda row: place[row.identity])
+    )
+    return OrderNow(order, state.number, parts, state.state, state.armed_parts, state.version)
+
+
+def step_now(row: Any) -> StepNow:
+    """A step of its row."""
+    kind, state = BlockKind(row.kind), StepState(row.state)
+    return StepNow(row.no, kind, state, row.run, row.program_sha256, row.attempts, row.version)
+
+
+def runs_of(known: Known, keys: Iterable[str]) -> RunsFacts:
+    """The runs that there are, with their orders; of others nothing."""
+    runs: dict[str, RunKnown] = {}
+    orders: dict[str, OrderNow] = {}
+    for key in dict.fromkeys(keys):
+        run: Run | None = known.first(Run, key)
+        if run is None:
+            continue
+        order = orders.get(run.order) or order_of(known, run.order)
+        orders[run.order] = order
+        row = next(one.row for one in order.parts if one.value.identity == run.part.identity)
+        touches = known.connection.scalars(select(RUN_TOUCHES.c.sha256).where(RUN_TOUCHES.c.run == key))
+        runs[key] = RunKnown(run, row, tuple(known.values(RunFact, run=key)), frozenset(touches))
+    return RunsFacts(runs, orders)
+
+
+def next_of(known: Known, machine: str) -> NextFacts:
+    """What the machine could do next. Orders under way come first, then those planned, in the order of their making."""
+    chosen = None
+    begun = [order_of(known, one) for one in _orders(known, machine, ("running", "held"))]
+    inside = any(part.on_machine for order in begun for part in order.parts)
+    chosen = candidate(begun)
+    for planned in () if chosen or inside else _orders(known, machine, ("planned",)):
+        if chosen := candidate([order_of(known, planned)]):
+            break
+    if chosen is None:
+        return NextFacts(MachineFacts(machine), None)
+    order, part = chosen
+    step = part.next
+    assert step is not None, "a candidate has a step"
+    text = program_text(known, step.program_sha256)
+    made = correction_of(known, order, part, step, text) if order.block(step.no).corrected else None
+    run: Run | None = known.first(Run, step.run) if step.run else None
+    facts = machine_facts(known, machine, order.order.part_type.name)
+    return NextFacts(facts, Candidate(order, part, step, text, made), run)
+
+
+def _orders(known: Known, machine: str, states: tuple[str, ...]) -> list[str]:
+    query = select(ORDER_STATE.c.order).where(ORDER_STATE.c.machine == machine, ORDER_STATE.c.state.in_(states))
+    return list(known.connection.scalars(query.order_by(ORDER_STATE.c.number)))
+
+
+def program_text(known: Known, sha: str) -> bytes | None:
+    """The text of a program; None: the store has none."""
+    text: ProgramText | None = known.first(ProgramText, sha) if sha else None
+    return None if text is None else text.content
+
+
+def correction_of(
+    known: Known, order: OrderNow, part: PartNow, step: StepNow, text: bytes | None
+) -> CorrectionFacts | None:
+    """The correction that the part's step CORRECT came to, and whether the program to run carries its mark."""
+    done = [one for one in part.steps[: step.no] if one.kind is BlockKind.CORRECT]
+    made = record_of(known, done[-1].run) if done and done[-1].run else None
+    if made is None:
+        return None
+    record, source = made.record, made.source_sha256
+    marked = text is not None and record.id.encode().lower() in text.lower()
+    as_given = step.program_sha256 == source
+    probes = [one.run for one in part.steps if one.kind is BlockKind.PROBE]
+    read = {one.sha256 for one in record.inspections} | set(record.inputs_sha256.values())
+    query = select(RUN_TOUCHES.c.run).where(RUN_TOUCHES.c.run.in_(probes), RUN_TOUCHES.c.sha256.in_(sorted(read)))
+    return CorrectionFacts(
+        record.id,
+        tuple(one.part.identity for one in record.inspections),
+        source,
+        sha256(text).hexdigest() if text is not None and (marked or as_given) else "",
+        known.connection.scalar(query) or "",
+    )
+
+
+def record_of(known: Known, correction: str) -> Correction[None] | None:
+    """A correction without its payload, which may be large; None: the store has none of that id."""
+    table = TABLES["correction"]
+    query = select(table.c.document).where(table.c.identity == searchable(joined((correction,)))).order_by(table.c.id)
+    documents = list(known.connection.scalars(query))
+    return known.codec.from_json(documents[-1], Correction) if documents else None
+
+
+def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
+    """What was heard of a machine last."""
+    at = select(CALIBRATION.c.at).where(CALIBRATION.c.machine == machine).order_by(CALIBRATION.c.at.desc()).limit(1)
+    warm = select(TEMPERATURE.c.at).where(TEMPERATURE.c.machine == machine).order_by(TEMPERATURE.c.at.desc()).limit(1)
+    heard = known.connection.scalar(select(MACHINE_HEARD.c.document).where(MACHINE_HEARD.c.machine == machine))
+    said: Mapping[str, Any] = {} if heard is None else json.loads(heard)
+    open_ones = select(ALARM.c.id).outerjoin(ALARM_ACKNOWLEDGED, ALARM_ACKNOWLEDGED.c.alarm == ALARM.c.id)
+    blocking = open_ones.where(
+        *(ALARM_ACKNOWLEDGED.c.alarm.is_(None), ALARM.c.blocks == 1),
+        *(ALARM.c.machine.in_(("", machine)), ALARM.c.part_type.in_(("", part_type))),
+    )
+    return MachineFacts(
+        *(machine, _time(known.connection.scalar(at)), _time(known.connection.scalar(warm))),
+        *(str(said.get("corrector") or "off"), tuple(known.connection.scalars(blocking.order_by(ALARM.c.id)))),
+    )
+
+
+def _time(text: str | None) -> datetime | None:
+    return None if text is None else datetime.fromisoformat(text)

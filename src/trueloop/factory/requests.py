@@ -1,0 +1,235 @@
+"""What people and cells ask of the factory, each a frozen value: `carry_out` takes any of them.
+
+A part is named by the number of its row in the store, a step by its place in the route (from 0), a program by the
+hash of its text.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Literal
+
+from trueloop.domain.factory.route import Block, Conditions
+from trueloop.domain.factory.run import RunFact
+
+Verdict = Literal["made", "not-made", "reject"]
+
+
+def _unchanged(text: bytes, key: str) -> bytes:
+    return text
+
+
+@dataclass(frozen=True)
+class PlanOrder:
+    """An order for parts of a type, one part a serial number, all by one route."""
+
+    part_type: str
+    revision: str
+    machine: str
+    serials: tuple[str, ...]
+    blocks: tuple[Block, ...]
+    job_toml: str = ""
+    conditions: Conditions = field(default_factory=Conditions)
+
+
+@dataclass(frozen=True)
+class NextBlock:
+    """A cell asks what its machine is to do: answered with an `Offer` or None.
+
+    `as_sent` gives a program's text as it is sent, with the lines by which it witnesses the run of this key.
+    """
+
+    machine: str
+    as_sent: Callable[[bytes, str], bytes] = _unchanged
+
+
+@dataclass(frozen=True)
+class RecordFacts:
+    """What witnesses say of runs, in any order, as often as they like. Answered with the keys of the runs."""
+
+    facts: tuple[RunFact, ...]
+
+
+@dataclass(frozen=True)
+class RecordTouches:
+    """The file of touches that a gauging run wrote."""
+
+    run: str
+    name: str
+    content: bytes
+
+
+@dataclass(frozen=True)
+class RecordTemperatures:
+    """Temperatures of a machine by signal, °C; `run` may be empty."""
+
+    machine: str
+    signals: Mapping[str, float]
+    at: datetime
+    run: str = ""
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """A machine's probe was calibrated now; `values` are what was found."""
+
+    machine: str
+    values: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Hold:
+    """Nothing more happens to a part before a person has decided."""
+
+    order: str
+    part: int
+    why: str
+
+
+@dataclass(frozen=True)
+class DecideStep:
+    """A person's decision on a step that is unknown, or on a part that is held: what its step has done to the part."""
+
+    order: str
+    part: int
+    step: int
+    verdict: Verdict
+    why: str
+
+
+@dataclass(frozen=True)
+class Arm:
+    """So many parts of an order may be made without a press of Cycle Start; 0 disarms. Only at the machine."""
+
+    order: str
+    parts: int
+    why: str
+    at_machine: bool = False
+
+
+@dataclass(frozen=True)
+class RecordStep:
+    """A person did a step that has no program: removed a part, measured it, released it."""
+
+    order: str
+    part: int
+    step: int
+    why: str
+
+
+@dataclass(frozen=True)
+class StepCorrected:
+    """The step CORRECT came to a correction (its record's id) and a program, kept in the store already."""
+
+    order: str
+    part: int
+    step: int
+    correction: str
+    program_sha256: str
+    touches_sha256: str
+
+
+@dataclass(frozen=True)
+class CorrectionRefused:
+    """The step CORRECT was refused, by the loop's own code: the part is held."""
+
+    order: str
+    part: int
+    step: int
+    code: str
+    said: str
+
+
+@dataclass(frozen=True)
+class ReleaseProgram:
+    """A program may be sent to machines."""
+
+    program_sha256: str
+    why: str
+
+
+@dataclass(frozen=True)
+class RecordTransfer:
+    """A program went to a control or came from it; only a released one is sent."""
+
+    control: str
+    program_sha256: str
+    name: str
+    direction: Literal["to", "from"]
+    sent_sha256: str
+    read_back_sha256: str
+    outcome: str
+
+
+@dataclass(frozen=True)
+class Certify:
+    """A certificate of a part: the page as bytes, with its verdict."""
+
+    part: int
+    content: bytes
+    verdict: str
+
+
+@dataclass(frozen=True)
+class RaiseAlarm:
+    """Something that a person has to see; `blocks`: no finish cut before it is acknowledged.
+
+    `machine` and `part_type` say what it is about; both empty: everything.
+    """
+
+    source: str
+    code: str
+    said: str
+    values: Mapping[str, str] = field(default_factory=dict)
+    machine: str = ""
+    part_type: str = ""
+    blocks: bool = False
+
+
+@dataclass(frozen=True)
+class Acknowledge:
+    """A person has seen an alarm."""
+
+    alarm: int
+    why: str
+
+
+@dataclass(frozen=True)
+class DecideProposal:
+    """Accepts or rejects a proposal; `overrides` as `loops.post_process.decide` names them."""
+
+    proposal: str
+    verdict: Literal["accepted", "rejected"]
+    why: str
+    overrides: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SetTool:
+    """An edge was set at a time; its memory begins anew where the edge is another."""
+
+    edge: tuple[str, ...]
+    set_at: datetime
+
+
+Request = (
+    PlanOrder
+    | NextBlock
+    | RecordFacts
+    | RecordTouches
+    | RecordTemperatures
+    | Calibrated
+    | Hold
+    | DecideStep
+    | Arm
+    | RecordStep
+    | StepCorrected
+    | CorrectionRefused
+    | ReleaseProgram
+    | RecordTransfer
+    | Certify
+    | RaiseAlarm
+    | Acknowledge
+    | DecideProposal
+    | SetTool
+)

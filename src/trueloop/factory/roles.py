@@ -1,0 +1,87 @@
+"""Who may do what: one table, `NEEDED`. Who asks is a `By`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory import requests as ask
+
+
+class Role(StrEnum):
+    """Of an account; each may do what those before it may. A cell is no person: it has requests of its own."""
+
+    VIEWER = "viewer"
+    OPERATOR = "operator"
+    ENGINEER = "engineer"
+    ADMIN = "admin"
+    CELL = "cell"
+    SERVICE = "service"  # the service itself: tasks and timers
+
+
+_RANK: Final = (Role.VIEWER, Role.OPERATOR, Role.ENGINEER, Role.ADMIN)
+
+NEEDED: Final[Mapping[type, Role]] = {
+    ask.PlanOrder: Role.ENGINEER,
+    ask.NextBlock: Role.CELL,
+    ask.RecordFacts: Role.CELL,
+    ask.RecordTouches: Role.CELL,
+    ask.RecordTemperatures: Role.CELL,
+    ask.Calibrated: Role.OPERATOR,
+    ask.Hold: Role.OPERATOR,
+    ask.DecideStep: Role.OPERATOR,
+    ask.Arm: Role.OPERATOR,
+    ask.RecordStep: Role.OPERATOR,
+    ask.StepCorrected: Role.SERVICE,
+    ask.CorrectionRefused: Role.SERVICE,
+    ask.ReleaseProgram: Role.ENGINEER,
+    ask.RecordTransfer: Role.OPERATOR,
+    ask.Certify: Role.ENGINEER,
+    ask.RaiseAlarm: Role.SERVICE,
+    ask.Acknowledge: Role.OPERATOR,
+    ask.DecideProposal: Role.ENGINEER,
+    ask.SetTool: Role.OPERATOR,
+}
+ALSO_CELL: Final = (ask.Calibrated, ask.Arm, ask.RaiseAlarm)
+"""What the cell of a machine may ask besides what only cells may: about its own machine."""
+
+
+@dataclass(frozen=True)
+class By:
+    """Who asks: an account with its role, or the cell of a machine."""
+
+    name: str
+    role: Role
+    machine: str = ""
+
+
+def allowed(role: Role, request: type) -> bool:
+    """Whether a role may make requests of this type."""
+    needed = NEEDED[request]
+    if role is Role.SERVICE or needed in (Role.CELL, Role.SERVICE) or role is Role.CELL:
+        return role is needed or (role is Role.CELL and request in ALSO_CELL)
+    return _RANK.index(role) >= _RANK.index(needed)
+
+
+def require_role(request: ask.Request, by: By) -> None:
+    """Raises FAC-ROLE."""
+    if not allowed(by.role, type(request)):
+        needed = NEEDED[type(request)]
+        raise TrueloopError(
+            Code.FAC_ROLE,
+            f"{by.name!r} has the role {by.role.value!r}; this needs {needed.value!r}",
+            hint="ask an account with that role, or an administrator for it",
+            values={"role": by.role.value, "needed": needed.value},
+        )
+
+
+def require_machine(by: By, machine: str) -> None:
+    """Raises FAC-MACHINE where a cell speaks of another machine than its own."""
+    if by.role is Role.CELL and by.machine != machine:
+        raise TrueloopError(
+            Code.FAC_MACHINE,
+            f"the key of machine {by.machine!r} is no key of machine {machine!r}",
+            hint="use the key that was made for that machine: trueloop key add",
+            values={"machine": machine, "key_of": by.machine},
+        )
