@@ -104,7 +104,11 @@ class Corrected:
 def correct_job(job: FilePath, keeping: Keeping, memory: Use | None = None) -> Corrected:
     """The correction of a job, nothing kept and nothing written. Raises what reading and correcting refuse."""
     read = read_job(job, serial=keeping.serial)
-    store = store_of(Path(job).parent, keeping.db, read.store_db)
+    return corrected_of(read, store_of(Path(job).parent, keeping.db, read.store_db), memory)
+
+
+def corrected_of(read: ReadJob, store: "Store | None", memory: Use | None = None) -> Corrected:
+    """The same of a job that was read, with what a store knows. Raises what correcting refuses."""
     inputs = _remembering(store, read.inputs, memory)
     return Corrected(read, store, inputs, compensate(inputs))
 

@@ -1,0 +1,145 @@
+"""Slow work that was asked for: rows that workers lease, report on and end. A task commits with its cause.
+
+A lease that is not renewed runs out, and another worker takes the task: what a task does has to bear being done twice.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any, Final
+
+from sqlalchemy import and_, insert, or_, select, update
+
+from trueloop.errors import TrueloopError
+from trueloop.factory.known import unknown
+from trueloop.storage.factory_tables import TASK, stamp
+from trueloop.storage.store import Store
+
+LEASE_S: Final = 60.0
+MOST_TRIES: Final = 3
+Clock = Callable[[], datetime]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One task. `state`: waiting, running, done, failed; `progress` from 0 to 1; `problem`: of a refusal."""
+
+    id: int
+    kind: str
+    subject: str
+    values: Mapping[str, str]
+    state: str
+    progress: float
+    said: str
+    tries: int
+    made_by: str
+    problem: Mapping[str, Any] | None = None
+    result: Mapping[str, str] | None = None
+
+
+@dataclass(frozen=True)
+class Working:
+    """What a running task reports by: `say` renews the lease, and is False where another worker has the task."""
+
+    store: Store
+    task: Task
+    worker: str
+    clock: Clock
+
+    def say(self, progress: float, said: str) -> bool:
+        """How far it is."""
+        now = self.clock()
+        return self._set({"progress": progress, "said": said, "lease_until": _until(now)}, now)
+
+    def end(self, state: str, **more: Any) -> bool:
+        """The end, if the task is still this worker's."""
+        return self._set({"state": state, "lease_until": None, **more}, self.clock())
+
+    def _set(self, values: dict[str, Any], now: datetime) -> bool:
+        own = (TASK.c.id == self.task.id, TASK.c.worker == self.worker, TASK.c.state == "running")
+        with self.store.writing() as connection:
+            done = connection.execute(update(TASK).where(*own).values(**values, changed_at=stamp(now)))
+            return bool(done.rowcount)
+
+
+Runner = Callable[[Store, Task, Working], Mapping[str, str]]
+"""Does a task; what it returns is kept as the result. What it raises as `TrueloopError` is the task's problem."""
+
+
+def add_task(store: Store, kind: str, subject: str, values: Mapping[str, str], by: str, now: datetime) -> int:
+    """A task without a decision behind it, such as the import of a file. Returns its number."""
+    at = stamp(now)
+    row = {"kind": kind, "subject": subject, "document": json.dumps(dict(values)), "made_by": by, "state": "waiting"}
+    more = {"said": "", "worker": "", "tries": 0, "progress": 0.0, "made_at": at, "changed_at": at}
+    with store.writing() as connection:
+        done = connection.execute(insert(TASK).values(**row, **more))
+        return int((done.inserted_primary_key or (0,))[0])
+
+
+def task_of(store: Store, number: int) -> Task:
+    """Raises FAC-UNKNOWN."""
+    with store.reading() as connection:
+        row = connection.execute(select(TASK).where(TASK.c.id == number)).one_or_none()
+    if row is None:
+        raise unknown("task", str(number), "the store has none of that number")
+    return _task(row)
+
+
+def lease(store: Store, worker: str, now: datetime) -> Task | None:
+    """The oldest task that waits, or whose worker is gone; None: there is none. One tried too often comes as failed."""
+    gone = and_(TASK.c.state == "running", TASK.c.lease_until < stamp(now))
+    free = or_(TASK.c.state == "waiting", gone)
+    query = select(TASK).where(free).order_by(TASK.c.id).limit(1).with_for_update(skip_locked=True)
+    with store.reading() as connection:  # so that idle workers do not take turns with who writes
+        if connection.execute(select(TASK.c.id).where(free).limit(1)).first() is None:
+            return None
+    with store.writing() as connection:
+        row = connection.execute(query).first()
+        if row is None:
+            return None
+        mine: dict[str, Any] = {
+            "state": "running",
+            "worker": worker,
+            "tries": row.tries + 1,
+            "lease_until": _until(now),
+        }
+        if row.tries >= MOST_TRIES:
+            said = {"code": "", "message": f"its worker ended without a word {row.tries} times", "hint": ""}
+            mine = {"state": "failed", "lease_until": None, "problem": json.dumps(said)}
+        connection.execute(update(TASK).where(TASK.c.id == row.id).values(**mine, changed_at=stamp(now)))
+        again = connection.execute(select(TASK).where(TASK.c.id == row.id)).one()
+    return _task(again)
+
+
+def run_task(store: Store, runners: Mapping[str, Runner], worker: str, clock: Clock) -> Task | None:
+    """Does one task; None: there is none. One of a kind that nobody knows, or that refuses, has failed."""
+    task = lease(store, worker, clock())
+    if task is None or task.state != "running":
+        return task
+    working = Working(store, task, worker, clock)
+    try:
+        if task.kind not in runners:
+            raise unknown("task", task.kind, f"known are {', '.join(sorted(runners))}")
+        result = runners[task.kind](store, task, working)
+    except TrueloopError as refused:
+        working.end("failed", problem=json.dumps(problem_of(refused)))
+    else:
+        working.end("done", progress=1.0, result=json.dumps(dict(result)))
+    return task_of(store, task.id)
+
+
+def problem_of(refused: TrueloopError) -> dict[str, Any]:
+    """A refusal as it is kept."""
+    said = {"code": refused.code.value, "message": refused.message, "hint": refused.hint}
+    return {**said, "values": dict(refused.values)}
+
+
+def _until(now: datetime) -> str:
+    return stamp(now + timedelta(seconds=LEASE_S))
+
+
+def _task(row: Any) -> Task:
+    problem, result = (None if one is None else json.loads(one) for one in (row.problem, row.result))
+    said = (row.state, row.progress, row.said, row.tries, row.made_by)
+    return Task(row.id, row.kind, row.subject, json.loads(row.document), *said, problem, result)

@@ -1,0 +1,1 @@
+"""What the factory's workers do."""

@@ -1,0 +1,119 @@
+"""The step CORRECT: touches of the part, by the job of its route, to a correction and the program of its finish cut."""
+
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import select
+
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory.states import StepState
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.known import OrderNow, PartNow
+from trueloop.factory.load import Known, order_of, program_text
+from trueloop.factory.requests import CorrectionRefused, StepCorrected
+from trueloop.factory.roles import By, Role
+from trueloop.factory.tasks import Task, Working
+from trueloop.jobs.store.keep_correction import keep_correction, part_of
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.turned.compensate import Corrected, corrected_of
+from trueloop.jobs.turned.job import read_job
+from trueloop.storage.factory_tables import RUN_TOUCHES
+from trueloop.storage.store import Store
+
+SERVICE = By("service", Role.SERVICE)
+
+
+@dataclass(frozen=True)
+class _Given:
+    """What a correction is made from: `touches` of the last gauging run, and texts by what the job calls them."""
+
+    order: OrderNow
+    part: PartNow
+    step: int
+    touches: bytes
+    programs: dict[str, bytes]
+
+
+def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
+    """Corrects, keeps, and sets the finish cut's program; a refusal of the loop holds the part with its code.
+
+    Done twice it comes to the same record of the same inputs, or finds the step recorded.
+    """
+    order, row, step = task.values["order"], int(task.values["part"]), int(task.values["step"])
+    with store.reading() as connection:
+        known = Known(connection, store.codec)
+        now = order_of(known, order)
+        if now.step(row, step).state is StepState.RECORDED:
+            return {"correction": now.step(row, step).run}
+        given = _given(known, now, now.part(row), step)
+    working.say(0.1, f"part {given.part.value.serial}: correcting")
+    try:
+        made = _corrected(store, given)
+        keep_correction(store, made.inputs, made.correction, Keeping(), made.read.made_with)
+    except TrueloopError as refused:
+        said = f"{refused.message}; {refused.hint}"
+        carry_out(store, CorrectionRefused(order, row, step, refused.code.value, said), SERVICE, working.clock())
+        raise
+    done = made.correction.record.id
+    hashes = sha256_of(made.correction.corrected_program), sha256_of(given.touches)
+    carry_out(store, StepCorrected(order, row, step, done, *hashes), SERVICE, working.clock())
+    return {"correction": done, "program_sha256": hashes[0]}
+
+
+def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
+    runs = [one.run for one in part.steps[:step] if one.kind is BlockKind.PROBE]
+    query = select(RUN_TOUCHES.c.content).where(RUN_TOUCHES.c.run == (runs[-1] if runs else ""))
+    touches = known.connection.scalar(query)
+    if touches is None:
+        raise TrueloopError(
+            Code.FAC_TOUCHES,
+            f"part {part.value.serial!r} has no touches of run {runs[-1] if runs else 'none'!r}",
+            hint="its cell sends them once the gauging program has run",
+            values={"run": runs[-1] if runs else ""},
+        )
+    blocks = {one.kind: one for one in order.order.route.blocks if one.corrected or one.kind is BlockKind.SEMIFINISH}
+    programs = {kind.value: program_text(known, one.program_sha256) or b"" for kind, one in blocks.items()}
+    return _Given(order, part, step, bytes(touches), programs)
+
+
+def _corrected(store: Store, given: _Given) -> Corrected:
+    """The job's files stand in a folder of their own while it is read; nothing of it is left."""
+    toml = given.order.order.route.job_toml
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "job.toml").write_text(toml, encoding="utf-8")
+        for file, content in _files(tomllib.loads(toml), given):
+            (folder / file).write_bytes(content)
+        read = read_job(folder / "job.toml", serial=given.part.value.serial)
+        made = corrected_of(read, store)
+    found = part_of(made.inputs).identity
+    if found != given.part.value.identity:
+        raise TrueloopError(
+            Code.FAC_TOUCHES,
+            f"the job corrects part {'/'.join(found)!r}, the order makes {'/'.join(given.part.value.identity)!r}",
+            hint="give `name` and `revision` of the job's table [part] as the order has them",
+            values={"run": ""},
+        )
+    return made
+
+
+def _files(job: dict[str, Any], given: _Given) -> Iterator[tuple[str, bytes]]:
+    """Programs and touches under the names by which the job asks for them, which lead to no other folder."""
+    programs, gauging = job.get("programs", {}), job.get("gauging", {})
+    named = [(programs.get(kind), content) for kind, content in given.programs.items()]
+    for file, content in (*named, (gauging.get("touches"), given.touches)):
+        if file is None:
+            continue
+        if not isinstance(file, str) or Path(file).name != file:
+            raise TrueloopError(
+                Code.FAC_PLAN,
+                f"the job of order {given.order.order.id!r} names the file {file!r}",
+                hint="name programs and touches without a folder: the store has their contents",
+            )
+        yield file, content
