@@ -15,7 +15,7 @@ from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.known import OrderNow, PartNow
-from trueloop.factory.load import Known, order_of, program_text
+from trueloop.factory.load import Known, order_of, program_text, record_of
 from trueloop.factory.requests import CorrectionRefused, StepCorrected
 from trueloop.factory.roles import By, Role
 from trueloop.factory.tasks import Task, Working
@@ -23,6 +23,7 @@ from trueloop.jobs.store.keep_correction import keep_correction, part_of
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
 from trueloop.jobs.turned.job import read_job
+from trueloop.loops.turned.correction import Correction
 from trueloop.storage.factory_tables import RUN_TOUCHES
 from trueloop.storage.store import Store
 
@@ -55,7 +56,8 @@ def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
     working.say(0.1, f"part {given.part.value.serial}: correcting")
     try:
         made = _corrected(store, given)
-        keep_correction(store, made.inputs, made.correction, Keeping(), made.read.made_with)
+        if not _kept_already(store, made.correction):
+            keep_correction(store, made.inputs, made.correction, Keeping(), made.read.made_with)
     except TrueloopError as refused:
         said = f"{refused.message}; {refused.hint}"
         carry_out(store, CorrectionRefused(order, row, step, refused.code.value, said), SERVICE, working.clock())
@@ -64,6 +66,17 @@ def correct(store: Store, task: Task, working: Working) -> dict[str, str]:
     hashes = sha256_of(made.correction.corrected_program), sha256_of(given.touches)
     carry_out(store, StepCorrected(order, row, step, done, *hashes), SERVICE, working.clock())
     return {"correction": done, "program_sha256": hashes[0]}
+
+
+def _kept_already(store: Store, made: Correction) -> bool:
+    """Whether a worker that was ended then had kept it: a record of that id, which is of its inputs, and the program.
+
+    The record says when it was made, and so differs from the one that is there.
+    """
+    with store.reading() as connection:
+        known = Known(connection, store.codec)
+        text = program_text(known, sha256_of(made.corrected_program))
+        return record_of(known, made.record.id) is not None and text is not None
 
 
 def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
