@@ -29,7 +29,7 @@ def shown_edge(store: Store, tool: str, corner: str | None = None, machine: Mach
     every = cuts_of(store, life.edge)
     cuts = tuple(cut for cut in every if (at := time_of(cut)) is None or life.holds(at))
     history = history_of(store, life.edge)
-    found = learnt(history, np.radians(_angles_deg(history))) if history else None
+    found = learnt(history, np.radians(angles_deg(history))) if history else None
     findings = tuple(cuts_after_end(life, cuts))
     return ShownEdge(life, cuts, found, findings, minutes_in_cut(life, cuts), MemoryOptions().unseen_rad)
 
@@ -56,7 +56,7 @@ def minutes_in_cut(life: EdgeLife, cuts: Sequence[Cut]) -> float | None:
     return None if not stated and not times else base + sum(times)
 
 
-def _angles_deg(history: Sequence[MadePart]) -> Array:
+def angles_deg(history: Sequence[MadePart]) -> Array:
     """Whole degrees about the angles seen."""
     errors = [part.semifinish for part in history] + [part.finish for part in history if part.finish is not None]
     seen = np.degrees(np.concatenate([one.contact_angle_rad for one in errors]))

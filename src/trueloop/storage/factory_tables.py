@@ -109,7 +109,7 @@ STEP: Final = _table(
     Column("no", Integer, primary_key=True, autoincrement=False),
     *_text("kind", "state", "run", "program_sha256", "changed_at"),
     *_count("attempts", "version"),
-    indexed=(("part",), ("run",)),
+    indexed=(("part",), ("run",), ("state", "kind"), ("program_sha256",)),
 )
 TASK: Final = _table(
     "task",

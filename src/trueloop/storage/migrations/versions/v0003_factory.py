@@ -44,7 +44,16 @@ INDEXES: Final = (
     *("event subject", "transfer control", "transfer program_sha256", "alarm machine", "alarm part_type"),
     *("certificate part", "temperature run", "temperature machine at", "calibration machine at"),
     *("order_state machine state", "order_state number", "part_state order", "part_state state part"),
-    *("part_state changed_at", "step part", "step run", "task state id", "task subject", "session account"),
+    *(
+        "part_state changed_at",
+        "step part",
+        "step run",
+        "step state kind",
+        "step program_sha256",
+        "task state id",
+        "task subject",
+        "session account",
+    ),
     *("idempotency created_at", "attempt subject", "attempt address"),
 )
 ONCE: Final[dict[str, dict[str, tuple[str, ...]]]] = {

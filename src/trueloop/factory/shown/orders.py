@@ -1,0 +1,78 @@
+"""Orders as they are shown."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from sqlalchemy import func, select
+
+from trueloop.domain.factory.order import WorkOrder
+from trueloop.domain.factory.states import PartState
+from trueloop.factory.load import Known, order_of
+from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of
+from trueloop.factory.shown.programs import names_of
+from trueloop.factory.views.orders import OrderBlock, OrderPart, OrderRow, OrderView
+from trueloop.factory.views.page import Page
+from trueloop.storage.factory_tables import ORDER_STATE, PART_STATE
+from trueloop.storage.kinds import joined, searchable
+from trueloop.storage.store import Store
+from trueloop.storage.tables import TABLES
+
+FINISHED: Final = tuple(
+    one.value
+    for one in (
+        *(PartState.FINISHED, PartState.INSPECTED, PartState.REMOVED, PartState.MEASURED),
+        PartState.RELEASED,
+    )
+)
+
+
+def order_rows(
+    store: Store, *, state: str | None = None, limit: int = LIMIT, cursor: str | None = None
+) -> Page[OrderRow]:
+    """Orders, the latest first."""
+    query = select(ORDER_STATE) if state is None else select(ORDER_STATE).where(ORDER_STATE.c.state == state)
+    with known_of(store) as known:
+        rows = known.rows(before(query, ORDER_STATE.c.number, limit, cursor))
+        orders, counts = _orders(known, [one.order for one in rows]), _counts(known, [one.order for one in rows])
+        return page_of(rows, limit, lambda row: int(row.number), lambda row: _row(orders[row.order], row.state, counts))
+
+
+def order_view(store: Store, order_id: str) -> OrderView:
+    """A whole order. Raises FAC-UNKNOWN."""
+    with known_of(store) as known:
+        now = order_of(known, order_id)
+        names = names_of(known, [one.program_sha256 for one in now.order.route.blocks])
+        row = _row(now.order, now.state, _counts(known, [order_id]))
+    blocks = tuple(
+        OrderBlock(k, one.kind, names.get(one.program_sha256, ""), one.program_sha256, one.feature)
+        for k, one in enumerate(now.order.route.blocks)
+    )
+    parts = tuple(
+        OrderPart(one.row, one.value.serial, one.state, tuple(step.state for step in one.steps), one.held_why)
+        for one in now.parts
+    )
+    return OrderView(row, str(now.version), now.order.route.sha256, blocks, parts, now.armed_parts)
+
+
+def _orders(known: Known, ids: Sequence[str]) -> Mapping[str, WorkOrder]:
+    table = TABLES["work_order"]
+    wanted = [searchable(joined((one,))) for one in ids]
+    documents = known.connection.scalars(select(table.c.document).where(table.c.identity.in_(wanted)))
+    found = [known.codec.from_json(one, WorkOrder) for one in documents]
+    return {one.id: one for one in found}
+
+
+def _counts(known: Known, ids: Sequence[str]) -> Mapping[tuple[str, str], int]:
+    """Parts by order and state."""
+    query = select(PART_STATE.c.order, PART_STATE.c.state, func.count()).where(PART_STATE.c.order.in_(ids))
+    rows: list[Any] = known.rows(query.group_by(PART_STATE.c.order, PART_STATE.c.state))
+    return {(order, state): count for order, state, count in rows}
+
+
+def _row(order: WorkOrder, state: str, counts: Mapping[tuple[str, str], int]) -> OrderRow:
+    finished = sum(counts.get((order.id, one), 0) for one in FINISHED)
+    held = counts.get((order.id, PartState.HELD.value), 0)
+    return OrderRow(
+        *(order.id, order.part_type.name, order.machine.name, len(order.serials), finished, held, state),
+        *(order.made_at, order.made_by),
+    )

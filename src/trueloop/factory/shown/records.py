@@ -1,0 +1,115 @@
+"""Events, alarms, transfers, certificates and temperatures as they are shown."""
+
+import json
+from typing import Any
+
+from sqlalchemy import Select, select
+
+from trueloop.domain.part import Part
+from trueloop.factory.known import unknown
+from trueloop.factory.load import Known
+from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of, time
+from trueloop.factory.views.orders import TransferView
+from trueloop.factory.views.page import Page
+from trueloop.factory.views.parts import CertificateRow, EventView
+from trueloop.factory.views.series import AlarmView
+from trueloop.storage.factory_tables import ALARM, ALARM_ACKNOWLEDGED, CERTIFICATE, EVENT, TRANSFER
+from trueloop.storage.store import Store
+from trueloop.storage.tables import TABLES
+
+_CERTIFICATES = select(
+    *(CERTIFICATE.c.id, CERTIFICATE.c.at, CERTIFICATE.c.who, CERTIFICATE.c.verdict, CERTIFICATE.c.sha256),
+    TABLES["part"].c.document,
+).join(TABLES["part"], TABLES["part"].c.id == CERTIFICATE.c.part)
+
+
+def event_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None) -> Page[EventView]:
+    """The event log, newest first."""
+    with known_of(store) as known:
+        rows = known.rows(before(select(EVENT), EVENT.c.id, limit, cursor))
+    return page_of(rows, limit, _id, event_view)
+
+
+def events_after(store: Store, last: int, most: int = 200) -> tuple[EventView, ...]:
+    """What happened after an event, oldest first: for who listens."""
+    with known_of(store) as known:
+        rows = known.rows(select(EVENT).where(EVENT.c.id > last).order_by(EVENT.c.id).limit(most))
+    return tuple(event_view(one) for one in rows)
+
+
+def event_view(row: Any) -> EventView:
+    """An event of its row."""
+    return EventView(row.id, time(row.at), row.who, row.what, row.subject, json.loads(row.document))
+
+
+def alarm_rows(
+    store: Store, *, open_only: bool = False, limit: int = LIMIT, cursor: str | None = None
+) -> Page[AlarmView]:
+    """Alarms, newest first."""
+    with known_of(store) as known:
+        rows = known.rows(before(alarms(open_only=open_only), ALARM.c.id, limit, cursor))
+    return page_of(rows, limit, _id, alarm_view)
+
+
+def alarms(*, open_only: bool) -> Select[Any]:
+    """All alarms with who acknowledged them, or only those that nobody did."""
+    done = ALARM_ACKNOWLEDGED
+    query = select(ALARM, done.c.who.label("seen_by"), done.c.at.label("seen_at"))
+    query = query.select_from(ALARM.outerjoin(done, done.c.alarm == ALARM.c.id))
+    return query.where(done.c.alarm.is_(None)) if open_only else query
+
+
+def alarm_view(row: Any) -> AlarmView:
+    """An alarm of its row."""
+    seen = None if row.seen_at is None else time(row.seen_at)
+    said = (row.id, time(row.at), row.source, row.code, row.said, json.loads(row.document))
+    return AlarmView(*said, row.seen_by or "", seen)
+
+
+def transfer_rows(
+    store: Store, *, control: str | None = None, limit: int = LIMIT, cursor: str | None = None
+) -> Page[TransferView]:
+    """Transfers, newest first."""
+    query = select(TRANSFER) if control is None else select(TRANSFER).where(TRANSFER.c.control == control)
+    with known_of(store) as known:
+        rows = known.rows(before(query, TRANSFER.c.id, limit, cursor))
+    return page_of(rows, limit, _id, transfer_view)
+
+
+def transfer_view(row: Any) -> TransferView:
+    """A transfer of its row."""
+    return TransferView(
+        *(row.id, time(row.at), row.who, row.control, row.name, row.direction, row.sent_sha256, row.read_back_sha256),
+        row.outcome,
+    )
+
+
+def certificate_rows(store: Store, *, limit: int = LIMIT, cursor: str | None = None) -> Page[CertificateRow]:
+    """Certificates, newest first."""
+    with known_of(store) as known:
+        rows = known.rows(before(_CERTIFICATES, CERTIFICATE.c.id, limit, cursor))
+        return page_of(rows, limit, _id, lambda row: _certificate(known, row))
+
+
+def certificate_rows_of(known: Known, part: int) -> tuple[CertificateRow, ...]:
+    """Those of a part, oldest first."""
+    rows = known.rows(_CERTIFICATES.where(CERTIFICATE.c.part == part).order_by(CERTIFICATE.c.id))
+    return tuple(_certificate(known, row) for row in rows)
+
+
+def certificate_content(store: Store, number: int) -> bytes:
+    """The page as it was certified. Raises FAC-UNKNOWN."""
+    with known_of(store) as known:
+        found = known.connection.scalar(select(CERTIFICATE.c.content).where(CERTIFICATE.c.id == number))
+    if found is None:
+        raise unknown("certificate", str(number), "the store has none of that number")
+    return bytes(found)
+
+
+def _certificate(known: Known, row: Any) -> CertificateRow:
+    part = known.codec.from_json(row.document, Part)
+    return CertificateRow(row.id, part.part_type.name, part.serial, time(row.at), row.who, row.verdict, row.sha256)
+
+
+def _id(row: Any) -> int:
+    return int(row.id)

@@ -1,0 +1,268 @@
+"""What is shown is what the store holds; lists are paged without loss; two who accept at once are told apart."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from tests.support.factory import BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, Shop
+from tests.support.series import inspection
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.life import Cut, InspectionLink, Stage
+from trueloop.domain.part import Part, PartType
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory import requests as ask
+from trueloop.factory.book import read_book
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.shown.life import part_life
+from trueloop.factory.shown.machines import heard, machine_view, machines_now
+from trueloop.factory.shown.orders import order_rows, order_view
+from trueloop.factory.shown.parts import part_rows
+from trueloop.factory.shown.programs import program_diff, program_rows, text_of
+from trueloop.factory.shown.proposals import proposal_view, proposal_views
+from trueloop.factory.shown.records import (
+    alarm_rows,
+    certificate_content,
+    certificate_rows,
+    event_rows,
+    events_after,
+    transfer_rows,
+)
+from trueloop.factory.shown.series import series_rows, series_view
+from trueloop.factory.shown.today import today
+from trueloop.factory.shown.tools import tool_rows
+from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.storage.store import Store, keep, open_store
+
+
+@pytest.fixture
+def shop(store: Store) -> Shop:
+    return Shop(store).set_up()
+
+
+def test_a_life_has_every_step_with_its_facts(shop: Shop) -> None:
+    semi = shop.run()
+    shop.correct(shop.run())
+    row = shop.part_of(semi)
+    shown = part_life(shop.store, row)
+    assert (shown.part.serial, shown.part.state, shown.part.order) == ("a", PartState.CORRECTED, shop.order)
+    assert [one.state for one in shown.steps[:4]] == [StepState.RECORDED] * 3 + [StepState.WAITING]
+    kinds = [FactKind.SENT, FactKind.VERIFIED, FactKind.STARTED, FactKind.ENDED]
+    assert [one.what for one in shown.steps[0].facts] == kinds
+    assert (shown.steps[0].run, shown.steps[0].sent_sha256) == (semi.run.key, semi.run.sent_sha256)
+    (made,) = shown.corrections
+    assert (made.id, made.source_sha256) == (shown.steps[2].run, SHA["finish"])
+    assert made.corrected_sha256 == shown.steps[3].program_sha256 != ""
+    assert [one.what for one in shown.events] == [
+        "offered",
+        "recorded",
+        "offered",
+        "ended",
+        "touches",
+        "recorded",
+        "corrected",
+    ]
+    assert shown.etag == order_view(shop.store, shop.order).etag
+
+
+def test_errors_keep_their_sign_and_unit(store: Store) -> None:
+    part = Part(PartType("SHAFT"), "7")
+    cut = Cut(part, Stage.FINISH)
+    seen = inspection("7", {"journal": 12.0, "seat": -31.0}, hours=1)
+    keep(store, [seen, cut, InspectionLink(seen.identity, cut.identity)])
+    (row,) = part_rows(store, part_type="SHAFT").items
+    (shown,) = part_life(store, row.id).inspections
+    assert (row.state, shown.stage) == (None, "finish")
+    assert [(one.characteristic, round(one.deviation_um or 0, 6), one.verdict) for one in shown.results] == [
+        ("journal", 12.0, "in"),
+        ("seat", -31.0, "out"),
+    ]
+    assert shown.rms_um == pytest.approx(((12.0**2 + 31.0**2) / 2) ** 0.5)
+
+
+def test_pages_hold_every_part_once(store: Store) -> None:
+    keep(store, [Part(PartType("t"), str(k)) for k in range(23)])
+    found: list[str] = []
+    cursor, pages = None, 0
+    while True:
+        page = part_rows(store, limit=5, cursor=cursor)
+        found += [one.serial for one in page.items]
+        keep(store, [Part(PartType("later"), str(pages))])  # what is new moves nothing
+        pages, cursor = pages + 1, page.next
+        if cursor is None:
+            break
+    assert (found, pages) == ([str(k) for k in reversed(range(23))], 5)
+    with pytest.raises(TrueloopError, match="'x' is no cursor"):
+        part_rows(store, cursor="x")
+
+
+def test_parts_by_state_and_serial(shop: Shop) -> None:
+    keep(shop.store, [Part(PartType("other"), "a")])
+    shop.run()
+    assert [one.serial for one in part_rows(shop.store, state=PartState.SEMIFINISHED).items] == ["a"]
+    assert [one.part_type for one in part_rows(shop.store, serial="a").items] == ["other", "shaft"]
+    assert part_rows(shop.store, state=PartState.HELD).items == ()
+
+
+def test_orders_count_what_is_finished_and_held(shop: Shop) -> None:
+    shop.run()
+    shop.correct(shop.run())
+    shop.run()
+    shop.do(ask.Hold(shop.order, shop.now_is().parts[1].row, "look"), OPERATOR)
+    carry_out(shop.store, replace(PLAN, serials=("c",)), ENGINEER, shop.now)
+    rows = order_rows(shop.store, limit=1)
+    (first,) = rows.items
+    (second,) = order_rows(shop.store, limit=1, cursor=rows.next).items
+    assert (first.quantity, first.state) == (1, "planned")
+    assert (second.id, second.finished, second.held, second.state) == (shop.order, 1, 1, "held")
+    view = order_view(shop.store, shop.order)
+    assert [one.kind for one in view.blocks] == [one.kind for one in BLOCKS]
+    assert view.blocks[0].program == "semifinish.ngc"
+    assert [one.state for one in view.parts] == [PartState.FINISHED, PartState.HELD]
+    with pytest.raises(TrueloopError, match="no order 'O9'"):
+        order_view(shop.store, "O9")
+
+
+def test_programs_are_shown_and_compared(shop: Shop) -> None:
+    shop.run()
+    sha = shop.correct(shop.run())
+    rows = {one.sha256: one for one in program_rows(shop.store).items}
+    assert (rows[SHA["finish"]].name, rows[SHA["finish"]].released) == ("finish.ngc", True)
+    assert (rows[sha].released, rows[sha].made_from) == (False, shop.now_is().parts[0].steps[2].run)
+    found = program_diff(shop.store, SHA["finish"], sha)
+    changed = [(one.change, one.text) for one in found.lines if one.change != "same"]
+    assert ("before", "G1 X1") in changed
+    assert ("after", "G1 X0.99") in changed
+    assert found.differences == 2
+    assert program_diff(shop.store, sha, sha).differences == 0
+    assert text_of(shop.store, sha) != text_of(shop.store, SHA["finish"])
+    with pytest.raises(TrueloopError, match="no program '9999"):
+        text_of(shop.store, "9" * 64)
+
+
+def test_today_says_what_waits_for_whom(shop: Shop) -> None:
+    assert today(shop.store, shop.now).waiting == ()
+    offer = shop.next()
+    assert offer is not None
+    shop.tell(offer, FactKind.SENT, FactKind.VERIFIED)
+    assert [(one.action, one.subject, one.id) for one in today(shop.store, shop.now).waiting] == [
+        ("start", "order", shop.order)
+    ]
+    shop.tell(offer, FactKind.STARTED, FactKind.ENDED)
+    shop.correct(shop.run())
+    row = shop.part_of(shop.run())
+    shop.do(ask.RaiseAlarm("monitor", "MON-ALARM", "out of control", machine="lathe"), SERVICE)
+    shop.do(ask.Hold(shop.order, shop.now_is().parts[1].row, "burr"), OPERATOR)
+    page = today(shop.store, shop.now)
+    assert [(one.action, one.part, one.role) for one in page.waiting] == [
+        ("decide", "b", "operator"),
+        ("remove", "a", "operator"),
+        ("acknowledge", "", "operator"),
+    ]
+    assert page.waiting[0].said == "FAC-HELD: otto: burr"
+    assert (page.made.made, page.made.held, page.made.in_tolerance) == (1, 1, 0)
+    keep(shop.store, [replace(inspection("a", {"d": 3.0}), part=Part(PartType("shaft", "B"), "a"))])
+    assert today(shop.store, shop.now).made.in_tolerance == 1
+    shop.do(ask.RecordStep(shop.order, row, 4, "out"), OPERATOR)
+    assert ("release", "a", "engineer") in [
+        (one.action, one.part, one.role) for one in today(shop.store, shop.now).waiting
+    ]
+    assert today(shop.store, shop.now + timedelta(days=2)).made.made == 0
+
+
+def test_a_machine_that_is_silent_is_stale(shop: Shop) -> None:
+    (before,) = machines_now(shop.store, shop.now)
+    assert (before.name, before.at, before.stale) == ("lathe", None, True)
+    offer = shop.next()
+    assert offer is not None
+    shop.tell(offer, FactKind.STARTED)
+    heard(shop.store, "lathe", {"state": "running", "line": 7, "temperatures_c": {"spindle": 23.0}}, CELL, shop.now)
+    heard(shop.store, "lathe", {"state": "running", "line": 8, "corrector": "off"}, CELL, shop.now)
+    (now,) = machines_now(shop.store, shop.now + timedelta(seconds=9))
+    assert (now.stale, now.line, now.part, now.block, now.step_state) == (
+        *(False, 8, "a", BlockKind.SEMIFINISH),
+        StepState.STARTED,
+    )
+    assert machine_view(shop.store, "lathe", shop.now + timedelta(seconds=11)).now.stale
+    with pytest.raises(TrueloopError) as other:
+        heard(shop.store, "mill", {}, CELL, shop.now)
+    assert other.value.code is Code.FAC_MACHINE
+
+
+def test_records_are_listed_newest_first(shop: Shop) -> None:
+    shop.do(ask.RecordTransfer("lathe", SHA["finish"], "O1.nc", "to", SHA["finish"], SHA["finish"], "sent"), OPERATOR)
+    row = shop.now_is().parts[0].row
+    shop.do(ask.Certify(row, b"<html>", "in"), ENGINEER)
+    shop.do(ask.RaiseAlarm("m", "MON-ALARM", "first", {"k": "1"}), SERVICE)
+    shop.do(ask.RaiseAlarm("m", "MON-ALARM", "second"), SERVICE)
+    shop.do(ask.Acknowledge(1, "seen"), OPERATOR)
+    assert [(one.control, one.program, one.outcome) for one in transfer_rows(shop.store).items] == [
+        ("lathe", "O1.nc", "sent")
+    ]
+    (certificate,) = certificate_rows(shop.store).items
+    assert (certificate.serial, certificate.made_by, certificate_content(shop.store, 1)) == ("a", "ana", b"<html>")
+    assert part_life(shop.store, row).certificates == (certificate,)
+    assert [one.said for one in alarm_rows(shop.store).items] == ["second", "first"]
+    assert [one.said for one in alarm_rows(shop.store, open_only=True).items] == ["second"]
+    assert alarm_rows(shop.store).items[1].acknowledged_by == "otto"
+    newest = event_rows(shop.store, limit=1).items[0]
+    assert newest.what == "acknowledged"
+    assert events_after(shop.store, newest.id - 1) == (newest,)
+    assert tool_rows(shop.store) == ()
+
+
+def proposed(shop: Shop) -> str:
+    """A series that is 12 µm too large, and what it proposes."""
+    keep(shop.store, [inspection(str(k), {"journal": 12.0 + k % 2}, hours=k) for k in range(6)])
+    book = read_book(shop.store, "SHAFT", SeriesOptions())
+    (one, *_) = proposals_of(book.tracked, SeriesOptions(), Made("ana", shop.now))
+    keep(shop.store, [one])
+    return one.id
+
+
+def test_a_proposal_is_shown_and_accepted_once(shop: Shop) -> None:
+    number = proposed(shop)
+    (shown,) = proposal_views(shop.store, shop.now, "open")
+    assert (shown.id, shown.refusal) == (number, "")
+    assert shown.effects[0].size_change_um < 0 < shown.effects[0].error_before_um
+    late = proposal_view(shop.store, number, shop.now + timedelta(days=90))
+    assert late.refusal.startswith("SER-OLD")
+    shop.do(ask.DecideProposal(number, "accepted", "looks right"))
+    assert proposal_view(shop.store, number, shop.now).state == "accepted"
+    with pytest.raises(TrueloopError) as twice:
+        shop.do(ask.DecideProposal(number, "rejected", "no"))
+    assert twice.value.code is Code.FAC_STALE
+
+
+def test_of_two_who_decide_at_once_one_wins(shop: Shop, place: str) -> None:
+    number = proposed(shop)
+
+    def decide(verdict: str) -> str:
+        store = open_store(place, wait_s=60)
+        try:
+            request = ask.DecideProposal(number, "accepted" if verdict == "accepted" else "rejected", "at once")
+            carry_out(store, request, ENGINEER, shop.now)
+        except TrueloopError as refused:
+            return refused.code
+        finally:
+            store.close()
+        return verdict
+
+    with ThreadPoolExecutor(4) as pool:
+        came = list(pool.map(decide, ["accepted", "rejected", "accepted", "rejected"]))
+    won = [one for one in came if one in ("accepted", "rejected")]
+    assert len(won) == 1
+    assert sorted(set(came) - set(won)) == ["FAC-STALE"]
+    assert proposal_view(shop.store, number, shop.now).state == won[0]
+
+
+def test_a_series_keeps_its_signs(shop: Shop) -> None:
+    keep(shop.store, [inspection(str(k), {"journal": -5.0 - k}, hours=k) for k in range(4)])
+    (row,) = series_rows(shop.store, "SHAFT")
+    assert (row.parts, row.last_serial, round(row.last_deviation_um, 6)) == (4, "3", -8.0)
+    view = series_view(shop.store, "SHAFT", "journal")
+    assert [round(one.deviation_um, 6) for one in view.points] == [-5.0, -6.0, -7.0, -8.0]
+    assert (round(view.lower_um or 0, 6), round(view.upper_um or 0, 6)) == (-30.0, 30.0)
