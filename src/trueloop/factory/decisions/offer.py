@@ -69,6 +69,8 @@ def next_block(facts: NextFacts, request: NextBlock, by: By, now: datetime) -> C
     sent = request.as_sent(what.program, key)
     mode = "armed" if what.order.armed_parts > 0 else "press-cycle-start"
     if again and facts.run is not None:
+        if sha256(sent).hexdigest() != facts.run.sent_sha256:
+            return _otherwise(what, facts.run)
         return Changes(answer=Offer(facts.run, what.order.block(step.no), sent, checks, mode))
     model = order.route.conditions.model_sha256 or ""
     run = Run(
@@ -79,6 +81,13 @@ def next_block(facts: NextFacts, request: NextBlock, by: By, now: datetime) -> C
     after = what.order.with_part(what.part.with_step(offered))
     event = Event("offered", f"part:{what.part.row}", {"run": key, "step": str(step.no), "mode": mode})
     return Changes((after,), (run,), events=(event,), answer=Offer(run, what.order.block(step.no), sent, checks, mode))
+
+
+def _otherwise(what: Candidate, run: Run) -> Changes:
+    """A run that was offered in one text is not offered in another: its cell may hold the first."""
+    part = what.part.held(Code.FAC_READBACK, f"run {run.key} was offered as {run.sent_sha256[:16]!r}, and no longer is")
+    event = Event("held", f"part:{part.row}", {"why": part.held_why, "run": run.key})
+    return Changes((what.order.with_part(part),), events=(event,))
 
 
 def _unknown(what: Candidate, run: Run, now: datetime) -> Changes:
