@@ -26,6 +26,7 @@ AREAS: Final = {
     "CTL": "Controls",
     "LNK": "Links to controls",
     "FAC": "The factory: orders, runs, decisions",
+    "SRV": "The service",
     "RTC": "Real-time correction",
     "JOB": "Job files",
     "STO": "the store of parts, tools, inspections and corrections",

@@ -389,6 +389,35 @@ class Code(StrEnum):
     FAC_CORRECTOR = "FAC-CORRECTOR", "a corrector that is not as planned", ("planned", "found")
     FAC_ALARM = "FAC-ALARM", "an alarm that has to be acknowledged before a finish cut", ("alarm",)
 
+    # SRV: the service
+    SRV_TLS = "SRV-TLS", "a service that others could reach without encryption", ("host",)
+    SRV_PACKAGE = "SRV-PACKAGE", "a package that the service needs and that is not installed", ("package",)
+    SRV_ADDRESS = "SRV-ADDRESS", "an address or port that the service cannot listen at", ("host", "port")
+    SRV_SIGN_IN = "SRV-SIGN-IN", "a request of nobody: no session, or one that has ended"
+    SRV_LOGIN = "SRV-LOGIN", "a name or password that is wrong, or an account that is disabled"
+    SRV_DELAY = "SRV-DELAY", "too many attempts or connections", ("retry_after_s",)
+    SRV_ROLE = "SRV-ROLE", "an address that the role does not open", ("role", "needed")
+    SRV_KEY = "SRV-KEY", "a key that is unknown, ended, expired or for something else"
+    SRV_ORIGIN = "SRV-ORIGIN", "a change that another site asked for, or nobody knows which", ("origin",)
+    SRV_HOST = "SRV-HOST", "a host name that is not the service's", ("host",)
+    SRV_REQUEST = "SRV-REQUEST", "a request whose parameters or body do not fit"
+    SRV_UNKNOWN = "SRV-UNKNOWN", "an address or a thing that there is not", ("name",)
+    SRV_METHOD = "SRV-METHOD", "a method that an address does not take", ("method",)
+    SRV_LARGE = "SRV-LARGE", "a request that is too large", ("limit_bytes",)
+    SRV_ONCE = "SRV-ONCE", "a POST without the key by which it is done once"
+    SRV_REUSED = "SRV-REUSED", "a key of a POST that was used for another, or whose outcome is not known", ("key",)
+    SRV_STALE = "SRV-STALE", "a change of something that somebody changed meanwhile", ("expected", "found")
+    SRV_MATCH = "SRV-MATCH", "a change that does not say of which state"
+    SRV_CURSOR = "SRV-CURSOR", "a place in a list that the service did not give"
+    SRV_ACCOUNT = "SRV-ACCOUNT", "an account that cannot be made, found or changed so", ("name",)
+    SRV_PASSWORD = (
+        "SRV-PASSWORD",
+        "a password that is too short, too long or too easily guessed",
+        ("length", "shortest"),
+    )
+    SRV_KEYS = "SRV-KEYS", "a key that cannot be made or is not there"
+    SRV_INTERNAL = "SRV-INTERNAL", "a fault of the service", ("number",)
+
     # RTC: real-time correction. Images
     RTC_MODEL = "RTC-MODEL", "a machine that an image cannot hold: its axes, or their travel", ("axes",)
     RTC_SIGNAL = "RTC-SIGNAL", "signals that an image cannot hold, or whose range is not known", ("signals",)

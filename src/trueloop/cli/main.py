@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 import typer
 
-from trueloop.cli import offsets, probe, record
+from trueloop.cli import key, offsets, probe, record, user
 from trueloop.cli.db import commands as db
 from trueloop.cli.diagnose import commands as diagnose
 from trueloop.cli.explain import explain
@@ -19,6 +19,7 @@ from trueloop.cli.nc import commands as nc
 from trueloop.cli.new import new
 from trueloop.cli.realtime import commands as realtime
 from trueloop.cli.series import commands as series
+from trueloop.cli.serve import serve
 from trueloop.cli.simulated import linuxcnc
 from trueloop.cli.simulated.simulate import simulate
 from trueloop.cli.surface import commands as surface
@@ -63,6 +64,9 @@ app.add_typer(link.app, name="link")
 app.add_typer(tool.app, name="tool")
 app.add_typer(record.app, name="record")
 app.add_typer(db.app, name="db")
+app.command()(serve)
+app.add_typer(user.app, name="user")
+app.add_typer(key.app, name="key")
 app.command()(explain)
 
 

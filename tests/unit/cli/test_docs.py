@@ -72,6 +72,15 @@ COMMANDS = (
     "db backup",
     "db restore",
     "db migrate",
+    "serve",
+    "user add",
+    "user list",
+    "user disable",
+    "user role",
+    "user password",
+    "key add",
+    "key list",
+    "key end",
     "explain",
     "simulate",
     "linuxcnc loop",
@@ -131,7 +140,7 @@ def _help(*command: str) -> str:
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
     rooms = (
         "part |nc |probe |measure |link |linuxcnc |machine |surface |record |offsets |tool |series |monitor |diagnose |"
-        "db |realtime "
+        "db |user |key |realtime "
     )
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)

@@ -1,0 +1,112 @@
+"""`trueloop user`: accounts of the service."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from trueloop.cli.db.options import Db
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson, print_json, print_table
+
+app = typer.Typer(
+    help="Accounts of the service: who may sign in, and as what.", no_args_is_help=True, rich_markup_mode=None
+)
+Name = Annotated[str, typer.Argument(metavar="NAME", help="The account.")]
+RoleOption = Annotated[str, typer.Option("--role", help="viewer, operator, engineer or admin.")]
+FromStdin = Annotated[
+    bool, typer.Option("--password-stdin", help="Read the password from stdin, one line, instead of asking for it.")
+]
+
+
+@app.command()
+@guarded
+def add(
+    name: Name,
+    role: RoleOption,
+    display: Annotated[str, typer.Option("--display", help="Name to be shown.  [default: NAME]")] = "",
+    language: Annotated[str, typer.Option("--language", help="Of the pages: en or de.")] = "en",
+    oidc_subject: Annotated[
+        str | None,
+        typer.Option("--oidc-subject", metavar="SUB", help="Who it is at the OpenID Connect service: no password."),
+    ] = None,
+    password_stdin: FromStdin = False,
+    db: Db = None,
+) -> None:
+    """Make an account. The password is asked for, twice."""
+    from trueloop.server.packages import require_packages
+
+    require_packages()
+    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.user import user_name
+    from trueloop.server.identity.accounts import NewAccount, add_account
+    from trueloop.server.settings import now
+
+    store = opened(db)
+    password = None if oidc_subject is not None else _password(password_stdin)
+    made = add_account(store, NewAccount(name, role, password, display, language, oidc_subject), now(), by=user_name())  # type: ignore[arg-type]  # what is no role is refused there
+    typer.echo(f"made: {made.name}, {made.role}", err=True)
+
+
+@app.command("list")
+@guarded
+def list_(db: Db = None, as_json: AsJson = False) -> None:
+    """List the accounts."""
+    from trueloop.server.packages import require_packages
+
+    require_packages()
+    from trueloop.jobs.store.opened import opened
+    from trueloop.server.identity.accounts import accounts
+
+    found = accounts(opened(db))
+    if as_json:
+        rows = [{"name": one.name, "display": one.display, "role": one.role, "disabled": one.disabled} for one in found]
+        print_json({"accounts": rows})
+        return
+    cells = [(one.name, one.display, one.role, "disabled" if one.disabled else "") for one in found]
+    print_table(("name", "shown as", "role", ""), cells)
+
+
+@app.command()
+@guarded
+def disable(
+    name: Name,
+    enable: Annotated[bool, typer.Option("--enable", help="Let it in again.")] = False,
+    db: Db = None,
+) -> None:
+    """Let an account in no more, and end its sessions."""
+    _changed(name, db, disabled=not enable)
+
+
+@app.command()
+@guarded
+def role(name: Name, role: Annotated[str, typer.Argument(metavar="ROLE")], db: Db = None) -> None:
+    """Give an account another role: viewer, operator, engineer or admin. Its sessions end."""
+    _changed(name, db, role=role)
+
+
+@app.command()
+@guarded
+def password(name: Name, password_stdin: FromStdin = False, db: Db = None) -> None:
+    """Give an account a new password, which is asked for. Its sessions end."""
+    _changed(name, db, password=_password(password_stdin))
+
+
+def _changed(name: str, db: str | None, **what: object) -> None:
+    from trueloop.server.packages import require_packages
+
+    require_packages()
+    from trueloop.jobs.store.opened import opened
+    from trueloop.jobs.user import user_name
+    from trueloop.server.identity.accounts import Change, change_account
+    from trueloop.server.settings import now
+
+    changed = change_account(opened(db), name, Change(**what), now(), by=user_name())  # type: ignore[arg-type]
+    state = "disabled" if changed.disabled else changed.role
+    typer.echo(f"changed: {changed.name}, {state}; its sessions have ended", err=True)
+
+
+def _password(from_stdin: bool) -> str:
+    if from_stdin:
+        return sys.stdin.readline().rstrip("\r\n")
+    return str(typer.prompt("Password", hide_input=True, confirmation_prompt=True, err=True))

@@ -1,0 +1,82 @@
+"""Who may use which address: one table, `ACCESS`. An address that does not stand in it is not served.
+
+What a request may do to a part or an order the factory decides once more, by its own table.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.server.identity.who import ROLES, Role, Who
+
+
+@dataclass(frozen=True)
+class Access:
+    """`role`: the least of a person, None: no person. `key`: the scope of keys that may. `open`: whoever asks.
+
+    `once`: whether a POST needs an Idempotency-Key; not where doing it twice is doing it once, or where the answer is a
+    secret. `limit`: the name of the bound on its body.
+    """
+
+    role: Role | None = None
+    key: Role | None = None
+    open: bool = False
+    once: bool = True
+    limit: str = "body_bytes"
+
+
+READ: Final = Access("viewer")
+OPERATOR: Final = Access("operator")
+ENGINEER: Final = Access("engineer")
+ADMIN: Final = Access("admin")
+CELL: Final = Access(key="cell")
+
+ACCESS: Final[Mapping[tuple[str, str], Access]] = {
+    ("POST", "/session"): Access(open=True, once=False),
+    ("DELETE", "/session"): READ,
+    ("GET", "/me"): READ,
+    ("PATCH", "/me"): READ,
+    ("GET", "/oidc/login"): Access(open=True),
+    ("GET", "/oidc/callback"): Access(open=True),
+    ("GET", "/sign-in"): Access(open=True),
+    ("GET", "/openapi.json"): READ,
+    ("GET", "/events"): READ,
+    ("GET", "/event-log"): READ,
+    ("GET", "/accounts"): ADMIN,
+    ("POST", "/accounts"): ADMIN,
+    ("PATCH", "/accounts/{name}"): ADMIN,
+    ("GET", "/keys"): ADMIN,
+    ("POST", "/keys"): ADMIN,
+    ("DELETE", "/keys/{id}"): ADMIN,
+}
+
+
+def access_of(method: str, path: str) -> Access:
+    """Raises LookupError for an address without an entry: a fault of ours, found as the app is made."""
+    found = ACCESS.get((method, path))
+    if found is None:
+        raise LookupError(f"{method} {path} has no entry in ACCESS")
+    return found
+
+
+def require(access: Access, who: Who) -> None:
+    """Raises SRV-ROLE where that person or key may not, SRV-KEY for a key where only persons are let in."""
+    if not who.person and access.key != who.role:
+        raise TrueloopError(
+            Code.SRV_KEY,
+            f"the key {who.name!r} is for {who.role}; this address takes {_takes(access)}",
+            hint="a key serves what it was made for; people sign in",
+        )
+    if who.person and (access.role is None or ROLES.index(who.role) < ROLES.index(access.role)):
+        needed = access.role or access.key or "admin"
+        raise TrueloopError(
+            Code.SRV_ROLE,
+            f"{who.name!r} has the role {who.role!r}; this needs {needed!r}",
+            hint="ask somebody with that role, or an administrator for it",
+            values={"role": who.role, "needed": needed},
+        )
+
+
+def _takes(access: Access) -> str:
+    return f"keys for {access.key}" if access.key else "no key"

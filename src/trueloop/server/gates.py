@@ -1,0 +1,147 @@
+"""What stands before all addresses (plain ASGI): the host's name, sizes and times of bodies, headers, log, counts."""
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any, Final
+
+from starlette.datastructures import Headers, MutableHeaders
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.server.figures import Figures
+from trueloop.server.log import log
+from trueloop.server.problems import answer_of, unexpected
+from trueloop.server.settings import Settings
+
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[MutableMapping[str, Any], Receive, Send], Awaitable[None]]
+
+_LARGE: Final = {"/api/v1/uploads": "upload_bytes", "/api/v1/cell/touches": "touches_bytes"}
+_HEADERS: Final = {
+    "Content-Security-Policy": "default-src 'none'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
+    "Cache-Control": "no-store",
+}
+"""Those of every answer that does not say otherwise."""
+
+
+class Gates:
+    """Around the whole app."""
+
+    def __init__(self, app: App, settings: Settings, figures: Figures) -> None:
+        self.app, self.settings, self.figures = app, settings, figures
+
+    async def __call__(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
+        """One request."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        begun = time.monotonic()
+        status = 0
+
+        async def sent(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = int(message["status"])
+                self._add_headers(MutableHeaders(scope=message))
+            await send(message)
+
+        try:
+            await self._checked(scope, receive, sent)
+        except Exception as error:
+            if status:
+                raise
+            await answer_of(unexpected(error))(scope, receive, sent)
+        finally:
+            took_s = time.monotonic() - begun
+            self.figures.count(scope, status, took_s)
+            log(
+                "request",
+                method=scope["method"],
+                path=scope["path"],
+                status=status,
+                took_s=round(took_s, 4),
+                address=_address(scope),
+            )
+
+    async def _checked(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
+        headers = Headers(scope=scope)
+        limit = self._limit(str(scope["path"]))
+        try:
+            require_host(self.settings, headers.get("host", ""))
+            declared = headers.get("content-length", "0")
+            if not declared.isdecimal() or int(declared) > limit:
+                raise too_large(limit, f"{declared} bytes are declared")
+            bounded = _Bounded(receive, limit, self.settings.limits.body_s)
+            await self.app(scope, bounded.receive, send)
+        except TrueloopError as error:
+            answer = answer_of(error)
+            if error.code is Code.SRV_LARGE:
+                answer.headers["Connection"] = "close"  # the rest of the body is not read
+            await answer(scope, receive, send)
+
+    def _limit(self, path: str) -> int:
+        return int(getattr(self.settings.limits, _LARGE.get(path, "body_bytes")))
+
+    def _add_headers(self, headers: MutableHeaders) -> None:
+        for name, value in _HEADERS.items():
+            headers.setdefault(name, value)
+        if self.settings.tls:
+            headers.setdefault("Strict-Transport-Security", "max-age=31536000")
+
+
+class _Bounded:
+    """A body that ends: by size, and by time."""
+
+    def __init__(self, receive: Receive, limit: int, longest_s: float) -> None:
+        self.inner, self.limit, self.seen = receive, limit, 0
+        self.until = time.monotonic() + longest_s
+        self.whole = False
+
+    async def receive(self) -> Message:
+        """The next piece. Raises SRV-LARGE."""
+        if self.whole:
+            return await self.inner()
+        try:
+            message = await asyncio.wait_for(self.inner(), max(self.until - time.monotonic(), 0.01))
+        except TimeoutError:
+            raise too_large(self.limit, f"after {self.seen} bytes it took too long") from None
+        self.seen += len(message.get("body", b""))
+        if self.seen > self.limit:
+            raise too_large(self.limit, f"more than {self.limit} bytes came")
+        self.whole = not message.get("more_body", False)
+        return message
+
+
+def require_host(settings: Settings, host: str) -> None:
+    """A page of another site whose name was made to lead here still says its own name. Raises SRV-HOST."""
+    name = host if host.endswith("]") else host.rpartition(":")[0] or host
+    if name.casefold() not in settings.names:
+        raise TrueloopError(
+            Code.SRV_HOST,
+            f"this service is not {host!r}",
+            hint="use a name that it was started with: trueloop serve --name",
+            values={"host": host},
+        )
+
+
+def too_large(limit: int, why: str) -> TrueloopError:
+    """SRV-LARGE."""
+    return TrueloopError(
+        Code.SRV_LARGE,
+        f"the request is too large: {why}; {limit} bytes are taken at this address",
+        hint="send less at once",
+        values={"limit_bytes": float(limit)},
+    )
+
+
+def _address(scope: MutableMapping[str, Any]) -> str:
+    client = scope.get("client")
+    return str(client[0]) if client else ""

@@ -1,0 +1,141 @@
+"""What every address goes through before its own few lines: who asks, whether he may, from where, and once only."""
+
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass
+from datetime import datetime
+from hashlib import sha256
+from typing import Annotated, Any, Final
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.routing import APIRoute
+from starlette.concurrency import run_in_threadpool
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.server import once
+from trueloop.server.access import Access, access_of, require
+from trueloop.server.identity import keys, sessions
+from trueloop.server.identity.who import Who
+from trueloop.server.settings import Settings
+from trueloop.storage.store import Store
+
+_SAFE: Final = ("GET", "HEAD", "OPTIONS")
+
+
+@dataclass(frozen=True)
+class Service:
+    """What an address works with: kept in the app's state."""
+
+    store: Store
+    settings: Settings
+    clock: Callable[[], datetime]
+    secret: bytes  # of this run of the service: signs places in lists
+
+
+def service_of(request: Request) -> Service:
+    """The service that a request came to."""
+    found: Service = request.app.state.service
+    return found
+
+
+def who_of(request: Request) -> Who:
+    """Who was let in."""
+    found: Who = request.state.who
+    return found
+
+
+Here = Annotated[Service, Depends(service_of)]
+By = Annotated[Who, Depends(who_of)]
+Handler = Callable[[Request], Coroutine[Any, Any, Response]]
+
+
+class Guarded(APIRoute):
+    """A route with its entry in ACCESS; making one without fails."""
+
+    def get_route_handler(self) -> Handler:
+        """The framework's handler behind the gates."""
+        inner = super().get_route_handler()
+        method = next(iter(self.methods or ()))
+        access = access_of(method, self.path)
+
+        async def handle(request: Request) -> Response:
+            here = service_of(request)
+            if not access.open:
+                request.state.who = who = await run_in_threadpool(known, here, request)
+                require(access, who)
+            if method not in _SAFE:
+                require_origin(here.settings, request)
+                await request.body()  # here: the framework would take a body that is too large for a malformed one
+            if method != "POST" or not access.once:
+                return await inner(request)
+            return await _done_once(here, request, inner)
+
+        return handle
+
+
+def router(prefix: str = "") -> APIRouter:
+    """A router all of whose routes are guarded."""
+    return APIRouter(prefix=prefix, route_class=Guarded)
+
+
+def limit_of(settings: Settings, access: Access) -> int:
+    """How many bytes the body of a request there may have."""
+    return int(getattr(settings.limits, access.limit))
+
+
+def known(here: Service, request: Request) -> Who:
+    """By the key where there is one, else by the cookie: neither is taken for the other."""
+    header, now = request.headers.get("authorization"), here.clock()
+    if header is not None:
+        return keys.of_bearer(here.store, header, now)
+    cookie = request.cookies.get(here.settings.cookie)
+    if cookie is None:
+        raise sessions.signed_out()
+    return sessions.of_cookie(here.store, here.settings, cookie, now)
+
+
+def require_origin(settings: Settings, request: Request) -> None:
+    """A browser says from which page a change comes; a program with a key has no page. Raises SRV-ORIGIN."""
+    who: Who | None = getattr(request.state, "who", None)
+    if who is not None and not who.person:
+        return
+    origin, host = request.headers.get("origin", ""), request.headers.get("host", "")
+    if origin != f"{settings.scheme}://{host}" or request.headers.get("sec-fetch-site", "same-origin") != "same-origin":
+        raise TrueloopError(
+            Code.SRV_ORIGIN,
+            f"the change comes from {origin!r}, which is not this service",
+            hint=f"use the service's own pages; a program sends `Origin: {settings.scheme}://{host}`",
+            values={"origin": origin},
+        )
+
+
+async def _done_once(here: Service, request: Request, inner: Handler) -> Response:
+    asked = await asked_of(request)
+    before = await run_in_threadpool(once.begin, here.store, asked, here.clock())
+    if before is not None:
+        return Response(before.body, before.status, {"Idempotent-Replay": "true"}, "application/json")
+    try:
+        answer = await inner(request)
+    except Exception:
+        await run_in_threadpool(once.give_up, here.store, asked)
+        raise
+    if answer.status_code >= 400:
+        await run_in_threadpool(once.give_up, here.store, asked)
+        return answer
+    body = b"" if getattr(request.state, "secret_answer", False) else bytes(answer.body)
+    await run_in_threadpool(once.finish, here.store, asked, once.Answer(answer.status_code, body))
+    return answer
+
+
+async def asked_of(request: Request) -> once.Asked:
+    """What is to be done once. Raises SRV-ONCE without a key."""
+    key = request.headers.get("idempotency-key", "")
+    if not 1 <= len(key) <= once.LONGEST_KEY or not key.isprintable():
+        raise TrueloopError(
+            Code.SRV_ONCE,
+            f"a POST needs an Idempotency-Key of 1 to {once.LONGEST_KEY} characters; {len(key)} were given",
+            hint="send a new random one for each thing to be done, and the same one when it is tried again",
+        )
+    who = who_of(request)
+    asked = sha256(f"{request.method} {request.url.path}?{request.url.query}\n".encode())
+    asked.update(await request.body())
+    return once.Asked(f"{'person' if who.person else 'key'}:{who.machine}:{who.name}", key, asked.hexdigest())

@@ -1,0 +1,176 @@
+"""Accounts: made, found and changed. A change of role, password or state ends the account's sessions."""
+
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Final
+
+from sqlalchemy import Connection, Row, func, insert, select, update
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.server.identity.noted import note
+from trueloop.server.identity.passwords import hashed
+from trueloop.server.identity.who import ROLES, Role
+from trueloop.storage.factory_tables import ACCOUNT, SESSION, stamp
+from trueloop.storage.store import Store
+
+_NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._@-]{0,63}")
+LANGUAGES: Final = ("en", "de")
+
+
+@dataclass(frozen=True)
+class AccountRow:
+    """An account as administrators see it: nothing of its password. `etag` changes with it."""
+
+    name: str
+    display: str
+    role: Role
+    language: str
+    disabled: bool
+    by_oidc: bool
+    made_at: datetime
+    etag: str
+
+
+@dataclass(frozen=True)
+class NewAccount:
+    """Without a password, and without a subject at the OIDC service, nobody can sign in by it yet."""
+
+    name: str
+    role: Role
+    password: str | None = None
+    display: str = ""
+    language: str = "en"
+    oidc_subject: str | None = None
+
+
+@dataclass(frozen=True)
+class Change:
+    """What is to be another; None: as it is."""
+
+    role: Role | None = None
+    disabled: bool | None = None
+    password: str | None = None
+    language: str | None = None
+
+
+def add_account(store: Store, new: NewAccount, now: datetime, by: str = "") -> AccountRow:
+    """Raises SRV-ACCOUNT for a name that is none or taken, or a role that is none, SRV-PASSWORD."""
+    if not _NAME.fullmatch(new.name):
+        raise _refused(new.name, "it is no name", "1 to 64 letters, digits and . _ @ -, a letter or digit first")
+    _require(new.name, new.role, new.language)
+    argon2id = hashed(new.password, new.name) if new.password is not None else ""
+    with store.writing() as connection:
+        if _found(connection, new.name) is not None:
+            raise _refused(new.name, "it is there already", "take another name, or change the account")
+        connection.execute(
+            insert(ACCOUNT).values(
+                name=new.name,
+                display=new.display or new.name,
+                argon2id=argon2id,
+                oidc_subject=new.oidc_subject,
+                role=new.role,
+                language=new.language,
+                disabled=0,
+                version=1,
+                created_at=stamp(now),
+            )
+        )
+        note(connection, now, by, "account made", f"account:{new.name}", {"role": new.role})
+        return _row(_wanted(connection, new.name))
+
+
+def change_account(
+    store: Store, name: str, change: Change, now: datetime, etag: str | None = None, by: str = ""
+) -> AccountRow:
+    """Changes it and ends its sessions. `etag`: what is to be changed, None: whatever it is.
+
+    Raises SRV-ACCOUNT for one that is not there, and where nobody could administer any more; SRV-STALE, SRV-PASSWORD.
+    """
+    _require(name, change.role or "viewer", change.language or "en")
+    values: dict[str, Any] = {}
+    if change.password is not None:
+        values["argon2id"] = hashed(change.password, name)
+    if change.role is not None:
+        values["role"] = change.role
+    if change.disabled is not None:
+        values["disabled"] = int(change.disabled)
+    ends = bool(values)
+    if change.language is not None:
+        values["language"] = change.language
+    with store.writing() as connection:
+        found = _wanted(connection, name)
+        if etag is not None and etag != str(found.version):
+            raise stale(etag, str(found.version))
+        connection.execute(update(ACCOUNT).where(ACCOUNT.c.id == found.id).values(version=found.version + 1, **values))
+        if found.role == "admin" and not found.disabled and not _administrators(connection):
+            raise _refused(name, "it is the last administrator", "make another account administrator first")
+        if ends:
+            open_ones = (SESSION.c.account == found.id) & SESSION.c.ended_at.is_(None)
+            connection.execute(update(SESSION).where(open_ones).values(ended_at=stamp(now)))
+        said = {"role": change.role or "", "disabled": "" if change.disabled is None else str(change.disabled).lower()}
+        said["password"] = "" if change.password is None else "changed"
+        note(connection, now, by, "account changed", f"account:{name}", {k: v for k, v in said.items() if v})
+        return _row(_wanted(connection, name))
+
+
+def accounts(store: Store) -> list[AccountRow]:
+    """All, by name."""
+    with store.reading() as connection:
+        return [_row(one) for one in connection.execute(select(ACCOUNT).order_by(ACCOUNT.c.name))]
+
+
+def stale(expected: str, found: str) -> TrueloopError:
+    """SRV-STALE."""
+    return TrueloopError(
+        Code.SRV_STALE,
+        f"it was changed meanwhile: the change is of state {expected!r}, it is {found!r} now",
+        hint="read it again, then change it",
+        values={"expected": expected, "found": found},
+    )
+
+
+def _administrators(connection: Connection) -> int:
+    count = select(func.count()).where((ACCOUNT.c.role == "admin") & (ACCOUNT.c.disabled == 0))
+    return int(connection.execute(count).scalar_one())
+
+
+def _found(connection: Connection, name: str) -> Row[Any] | None:
+    return connection.execute(select(ACCOUNT).where(ACCOUNT.c.name == name)).one_or_none()
+
+
+def _wanted(connection: Connection, name: str) -> Row[Any]:
+    found = _found(connection, name)
+    if found is None:
+        raise _refused(name, "there is none", "list them: trueloop user list")
+    return found
+
+
+def _require(name: str, role: str, language: str) -> None:
+    if role not in ROLES:
+        raise _refused(name, f"{role!r} is no role", f"take one of {', '.join(ROLES)}")
+    if language not in LANGUAGES:
+        raise _refused(name, f"{language!r} is no language of the pages", f"take one of {', '.join(LANGUAGES)}")
+
+
+def _refused(name: str, why: str, hint: str) -> TrueloopError:
+    return TrueloopError(Code.SRV_ACCOUNT, f"account {name!r}: {why}", hint=hint, values={"name": name})
+
+
+def _row(one: Row[Any]) -> AccountRow:
+    return AccountRow(
+        one.name,
+        one.display,
+        one.role,
+        one.language,
+        bool(one.disabled),
+        bool(one.oidc_subject),
+        datetime.fromisoformat(one.created_at),
+        str(one.version),
+    )
+
+
+def stored_password(store: Store, name: str) -> str | None:
+    """The hash, None for an account that has no password."""
+    with store.reading() as connection:
+        return _wanted(connection, name).argon2id or None

@@ -1,0 +1,61 @@
+"""Passwords: argon2id with 19 MiB and two passes (OWASP's setting), and what a password has to be."""
+
+import unicodedata
+from functools import cache
+from threading import BoundedSemaphore
+from typing import Final
+
+from argon2 import PasswordHasher
+from argon2.exceptions import InvalidHashError, VerificationError
+
+from trueloop.errors import Code, TrueloopError
+
+SHORTEST: Final = 12
+LONGEST: Final = 128
+_DIFFERENT: Final = 5
+_HASHER: Final = PasswordHasher(time_cost=2, memory_cost=19 * 1024, parallelism=1)
+_AT_ONCE: Final = BoundedSemaphore(2)
+"""Each takes 19 MiB and a core for some 25 ms: attempts wait for each other, not other people for them."""
+
+
+def hashed(password: str, name: str = "") -> str:
+    """What is stored. Raises SRV-PASSWORD for one that is too short, too long or guessed at once."""
+    _require_good(_same(password), name)
+    with _AT_ONCE:
+        return _HASHER.hash(_same(password))
+
+
+def is_right(stored: str | None, password: str) -> bool:
+    """Whether it is the password; without a stored one (no such account, or no password) False after the same work."""
+    with _AT_ONCE:
+        try:
+            right = _HASHER.verify(stored or _nobodys(), _same(password)[: 4 * LONGEST])
+        except (VerificationError, InvalidHashError):
+            return False
+    return right and bool(stored)
+
+
+def _same(password: str) -> str:
+    return unicodedata.normalize("NFC", password)  # ü is typed in two ways
+
+
+@cache
+def _nobodys() -> str:
+    return _HASHER.hash("of nobody")
+
+
+def _require_good(password: str, name: str) -> None:
+    why = ""
+    if not SHORTEST <= len(password) <= LONGEST:
+        why = f"it has {len(password)} characters; {SHORTEST} to {LONGEST} are taken"
+    elif len(set(password)) < _DIFFERENT:
+        why = f"it has {len(set(password))} different characters; {_DIFFERENT} are needed"
+    elif name and name.casefold() in password.casefold() and len(password) - len(name) < SHORTEST // 2:
+        why = f"of its {len(password)} characters the account's name is {len(name)}; {SHORTEST} others are wanted"
+    if why:
+        raise TrueloopError(
+            Code.SRV_PASSWORD,
+            f"the password is not taken: {why}",
+            hint="take four words that have nothing to do with each other; any characters and blanks are allowed",
+            values={"length": float(len(password)), "shortest": float(SHORTEST)},
+        )

@@ -1,0 +1,28 @@
+"""Who asks: `Who`, a person with a session or the holder of a key."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+Role = Literal["viewer", "operator", "engineer", "admin", "cell", "metrics"]
+ROLES: tuple[Role, ...] = ("viewer", "operator", "engineer", "admin")
+"""Of persons, each may do what those before it may."""
+
+
+@dataclass(frozen=True)
+class Who:
+    """`name`: of the account, or of the key. `session`: the hash of the session's id; empty for a key."""
+
+    name: str
+    role: Role
+    display: str = ""
+    language: str = "en"
+    account: int = 0
+    session: str = ""
+    machine: str = ""
+    expires_at: datetime | None = None
+
+    @property
+    def person(self) -> bool:
+        """Whether it is a person with a session, not a program with a key."""
+        return bool(self.session)

@@ -1,0 +1,77 @@
+"""POSTs done once: the answer is kept under the caller's key, and given again instead of doing it again.
+
+A refusal is not kept: nothing was changed, and asked again it is judged anew. What was begun and never answered (the
+service was killed) is neither repeated nor taken for done: the caller is told to look.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Final
+
+from sqlalchemy import delete, insert, select, update
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.storage.factory_tables import IDEMPOTENCY, stamp
+from trueloop.storage.store import Store
+
+KEPT: Final = timedelta(days=7)
+LONGEST_KEY: Final = 128
+_BEGUN: Final = 0
+
+
+@dataclass(frozen=True)
+class Answer:
+    """As it was given the first time."""
+
+    status: int
+    body: bytes
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Who asked for what, under which key; `request_sha256` of method, address and body."""
+
+    who: str
+    key: str
+    request_sha256: str
+
+
+def begin(store: Store, asked: Asked, now: datetime) -> Answer | None:
+    """The answer given before; None: it is to be done now, and `finish` or `give_up` follows. Raises SRV-REUSED."""
+    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key)
+    with store.writing() as connection:
+        connection.execute(delete(IDEMPOTENCY).where(IDEMPOTENCY.c.created_at < stamp(now - KEPT)))
+        found = connection.execute(select(IDEMPOTENCY).where(mine)).one_or_none()
+        if found is None:
+            row = {"account": asked.who, "key": asked.key, "request_sha256": asked.request_sha256}
+            connection.execute(insert(IDEMPOTENCY).values(**row, status=_BEGUN, body=b"", created_at=stamp(now)))
+            return None
+    if found.request_sha256 != asked.request_sha256:
+        raise _reused(asked.key, "was used for another request", "take a new key for a new request")
+    if found.status == _BEGUN:
+        raise _reused(
+            asked.key,
+            f"was begun at {found.created_at} and has no answer yet",
+            "wait, then look whether it was done; take a new key only if it was not",
+        )
+    if not found.body:
+        raise _reused(asked.key, "was answered, and that answer is given once only", "take a new key")
+    return Answer(found.status, bytes(found.body))
+
+
+def finish(store: Store, asked: Asked, answer: Answer) -> None:
+    """Keeps the answer; without a body it is known only that it was given."""
+    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key)
+    with store.writing() as connection:
+        connection.execute(update(IDEMPOTENCY).where(mine).values(status=answer.status, body=answer.body))
+
+
+def give_up(store: Store, asked: Asked) -> None:
+    """It was refused: the key is free again."""
+    mine = (IDEMPOTENCY.c.account == asked.who) & (IDEMPOTENCY.c.key == asked.key) & (IDEMPOTENCY.c.status == _BEGUN)
+    with store.writing() as connection:
+        connection.execute(delete(IDEMPOTENCY).where(mine))
+
+
+def _reused(key: str, why: str, hint: str) -> TrueloopError:
+    return TrueloopError(Code.SRV_REUSED, f"the Idempotency-Key {key!r} {why}", hint=hint, values={"key": key})

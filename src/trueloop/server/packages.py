@@ -1,0 +1,28 @@
+"""The packages that the service needs beyond what trueloop does: `require_packages`."""
+
+from importlib.util import find_spec
+from typing import Final
+
+from trueloop.errors import Code, TrueloopError
+
+NEEDED: Final = {
+    "argon2": "argon2-cffi",
+    "authlib": "authlib",
+    "fastapi": "fastapi",
+    "httpx2": "httpx2",
+    "python_multipart": "python-multipart",
+    "uvicorn": "uvicorn",
+}
+"""What is imported, by the name of its package."""
+
+
+def require_packages() -> None:
+    """Raises SRV-PACKAGE for one that is not installed."""
+    for module, package in NEEDED.items():
+        if find_spec(module) is None:
+            raise TrueloopError(
+                Code.SRV_PACKAGE,
+                f"the service needs the package {package!r}",
+                hint="install it: pip install 'trueloop[service]'",
+                values={"package": package},
+            )

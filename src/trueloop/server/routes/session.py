@@ -1,0 +1,119 @@
+"""Signing in and out, and who one is."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+from fastapi import Request, Response
+from starlette.concurrency import run_in_threadpool
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.server.guarded import By, Here, Service, router
+from trueloop.server.identity import accounts, sessions
+from trueloop.server.identity.passwords import is_right
+from trueloop.server.identity.who import Role, Who
+
+routes = router()
+
+
+@dataclass(frozen=True)
+class SignIn:
+    """Name and password."""
+
+    name: str
+    password: str
+
+
+@dataclass(frozen=True)
+class Me:
+    """Who is signed in."""
+
+    name: str
+    display: str
+    role: Role
+    language: str
+    expires_at: datetime | None
+
+
+@dataclass(frozen=True)
+class Mine:
+    """What everybody may change of his own account. A new password needs the present one, and ends all sessions."""
+
+    language: Literal["en", "de"] | None = None
+    password: str | None = None
+    present_password: str | None = None
+
+
+@dataclass(frozen=True)
+class WaysIn:
+    """How one can sign in here."""
+
+    password: bool
+    oidc: bool
+
+
+def me_of(who: Who) -> Me:
+    """As the pages want it."""
+    return Me(who.name, who.display, who.role, who.language, who.expires_at)
+
+
+def set_cookie(here: Service, response: Response, value: str) -> None:
+    """The session's id, for this host alone and for no script."""
+    response.set_cookie(here.settings.cookie, value, path="/", secure=here.settings.tls, httponly=True, samesite="lax")
+
+
+@routes.get("/sign-in")
+def ways_in(here: Here) -> WaysIn:
+    """Which ways to sign in there are."""
+    return WaysIn(password=True, oidc=here.settings.oidc is not None)
+
+
+@routes.post("/session")
+def sign_in(given: SignIn, here: Here, request: Request, response: Response) -> Me:
+    """Begins a new session, with an id that nobody knew before; the one that was open ends."""
+    address = request.client.host if request.client else ""
+    begun = sessions.sign_in(here.store, here.settings, given.name, given.password, address, here.clock())
+    old = request.cookies.get(here.settings.cookie)
+    if old:
+        sessions.end_of_cookie(here.store, old, here.clock())
+    set_cookie(here, response, begun.id)
+    return me_of(begun.who)
+
+
+@routes.delete("/session", status_code=204)
+def sign_out(here: Here, who: By, response: Response) -> None:
+    """Ends the session, here and in the browser."""
+    sessions.end(here.store, who.session, here.clock())
+    set_cookie_gone(here, response)
+
+
+def set_cookie_gone(here: Service, response: Response) -> None:
+    """Takes the cookie, and what the browser kept, away."""
+    response.delete_cookie(here.settings.cookie, path="/", secure=here.settings.tls, httponly=True, samesite="lax")
+    response.headers["Clear-Site-Data"] = '"cache", "storage"'
+
+
+@routes.get("/me")
+def me(who: By) -> Me:
+    """Who is signed in."""
+    return me_of(who)
+
+
+@routes.patch("/me")
+async def change_me(given: Mine, here: Here, who: By, response: Response) -> Me:
+    """Changes the language or the password of one's own account."""
+
+    def change() -> None:
+        if given.password is not None:
+            stored = accounts.stored_password(here.store, who.name)
+            if not is_right(stored, given.present_password or ""):
+                raise TrueloopError(
+                    Code.SRV_LOGIN, "the present password is not right", hint="type the password that holds now"
+                )
+        wanted = accounts.Change(password=given.password, language=given.language)
+        accounts.change_account(here.store, who.name, wanted, here.clock())
+
+    await run_in_threadpool(change)
+    if given.password is not None:
+        set_cookie_gone(here, response)
+    return Me(who.name, who.display, who.role, given.language or who.language, who.expires_at)

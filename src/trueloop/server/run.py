@@ -1,0 +1,137 @@
+"""The service run by uvicorn until it is told to stop: where it listens, TLS, and an end that comes."""
+
+import socket
+import ssl
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any, Final
+
+import uvicorn
+
+from trueloop.errors import Code, TrueloopError
+from trueloop.server.app import create_app
+from trueloop.server.log import log
+from trueloop.server.settings import Settings, is_loopback
+from trueloop.storage.store import Store
+
+END_S: Final = 5
+"""Requests that are being answered when it is to stop get this long, s."""
+_CONNECTIONS: Final = 256
+_KEPT_ALIVE_S: Final = 30
+
+
+@dataclass(frozen=True)
+class Listening:
+    """Where. Without a certificate only this machine may reach it."""
+
+    host: str = "127.0.0.1"
+    port: int = 8080
+    certificate: Path | None = None
+    key: Path | None = None
+
+    @property
+    def tls(self) -> bool:
+        """Whether it answers over TLS."""
+        return self.certificate is not None
+
+
+def require_safe(where: Listening) -> None:
+    """Raises SRV-TLS where others could reach it without TLS, or where certificate and key are no pair."""
+    if (where.certificate is None) != (where.key is None):
+        raise _no_tls(where.host, "a certificate needs its key, and a key its certificate")
+    if where.certificate is None and not is_loopback(where.host):
+        raise _no_tls(where.host, "others could read passwords and change programs on their way")
+    if where.certificate is not None:
+        try:
+            ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(where.certificate, where.key, "")
+        except (OSError, ssl.SSLError) as wrong:
+            raise _no_tls(where.host, f"{where.certificate} and {where.key} cannot be used: {wrong}") from wrong
+
+
+def serve(store: Store, settings: Settings, where: Listening, ready: Callable[[str], None]) -> None:
+    """Serves until SIGINT or SIGTERM; `ready` gets the address once connections are taken. Raises SRV-ADDRESS."""
+    require_safe(where)
+    app = create_app(store, settings)
+    listening = listen(where)
+    config = uvicorn.Config(
+        app,
+        lifespan="on",
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        ssl_certfile=where.certificate,
+        ssl_keyfile=where.key,
+        timeout_keep_alive=_KEPT_ALIVE_S,
+        timeout_graceful_shutdown=END_S,
+        limit_concurrency=_CONNECTIONS,
+        ws="none",
+    )
+    server = _Server(config, app.state.stopping.set)
+    host = f"[{where.host}]" if ":" in where.host else where.host
+    ready(f"{settings.scheme}://{host}:{listening.getsockname()[1]}/")
+    log("started", host=where.host, port=listening.getsockname()[1], tls=where.tls)
+    with listening:
+        server.run([listening])
+    log("stopped")
+
+
+class _Server(uvicorn.Server):
+    """Tells streams, which would never end by themselves, that it stops."""
+
+    def __init__(self, config: uvicorn.Config, stop: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._stop = stop
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """SIGINT or SIGTERM."""
+        self._stop()
+        super().handle_exit(sig, frame)
+
+    def capture_signals(self) -> Any:
+        """As uvicorn does, but a SIGINT that was heeded is not raised once more: it ended as it should."""
+        return _heeded(super().capture_signals(), self)
+
+
+class _heeded:  # noqa: N801 -- a context manager, written where it is used
+    def __init__(self, inner: Any, server: uvicorn.Server) -> None:
+        self.inner, self.server = inner, server
+
+    def __enter__(self) -> None:
+        self.inner.__enter__()
+
+    def __exit__(self, *wrong: Any) -> None:
+        self.server._captured_signals.clear()
+        self.inner.__exit__(*wrong)
+
+
+def listen(where: Listening) -> socket.socket:
+    """A socket that listens. Raises SRV-ADDRESS."""
+    family = socket.AF_INET6 if ":" in where.host else socket.AF_INET
+    listening = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        if sys.platform != "win32":
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind((where.host, where.port))
+        listening.listen(128)
+    except OSError as wrong:
+        listening.close()
+        raise TrueloopError(
+            Code.SRV_ADDRESS,
+            f"the service cannot listen at {where.host!r}, port {where.port}: {wrong.strerror or wrong}",
+            hint="end what listens there, or choose another by --port or --host",
+            values={"host": where.host, "port": float(where.port)},
+        ) from wrong
+    return listening
+
+
+def _no_tls(host: str, why: str) -> TrueloopError:
+    return TrueloopError(
+        Code.SRV_TLS,
+        f"nothing is served at {host!r}: {why}",
+        hint="give --tls-cert and --tls-key, or serve this machine alone: --host 127.0.0.1",
+        values={"host": host},
+    )

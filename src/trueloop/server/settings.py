@@ -1,0 +1,74 @@
+"""How a service is set up: `Settings`; every number that bounds it stands here."""
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from ipaddress import ip_address
+from pathlib import Path
+from typing import Final
+
+LOOPBACK_NAMES: Final = ("localhost", "127.0.0.1", "[::1]")
+
+
+def now() -> datetime:
+    """The time: whatever reads the clock is given this, so that tests can turn it."""
+    return datetime.now(UTC)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach what listens there."""
+    if host == "localhost":
+        return True
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False
+
+
+@dataclass(frozen=True)
+class OidcSettings:
+    """Another service that says who somebody is (OpenID Connect). `secret` is shown in no text."""
+
+    issuer: str
+    client_id: str
+    secret: str = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds on what one request or client may cost."""
+
+    body_bytes: int = 1 << 20
+    upload_bytes: int = 64 << 20
+    touches_bytes: int = 16 << 20
+    streams: int = 64  # open at once, over all clients
+    body_s: float = 120.0  # for a whole body to come in
+    expanded_bytes: int = 512 << 20  # of an upload that is an archive
+    json_depth: int = 32
+
+
+@dataclass(frozen=True)
+class Settings:
+    """`names`: host names by which it may be asked, besides those of this machine for itself. `tls`: whether it
+    answers over TLS; without, only this machine reaches it. `pages`: the folder of the built pages.
+    """
+
+    tls: bool = False
+    names: tuple[str, ...] = LOOPBACK_NAMES
+    pages: Path | None = None
+    oidc: OidcSettings | None = None
+    limits: Limits = Limits()
+    idle_s: float = 3600.0
+    session_s: float = 12 * 3600.0
+    poll_s: float = 0.5  # how often streams look for news
+    heartbeat_s: float = 15.0
+    workers: int = 1  # threads for slow tasks; 0: another process does them
+
+    @property
+    def cookie(self) -> str:
+        """Its name: over TLS the browser itself ties `__Host-` to this host and to TLS."""
+        return "__Host-session" if self.tls else "session"
+
+    @property
+    def scheme(self) -> str:
+        """Of its own addresses."""
+        return "https" if self.tls else "http"

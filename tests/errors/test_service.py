@@ -1,0 +1,90 @@
+"""Every way in which the service refuses."""
+
+import asyncio
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from unittest.mock import patch
+
+from starlette.requests import Request
+
+from trueloop.errors import Code
+from trueloop.server import cursors, etags, once, problems
+from trueloop.server.access import ADMIN, require
+from trueloop.server.gates import too_large
+from trueloop.server.guarded import asked_of, require_origin
+from trueloop.server.identity import accounts, attempts, keys, passwords, sessions
+from trueloop.server.identity.who import Who
+from trueloop.server.packages import require_packages
+from trueloop.server.run import Listening, listen, require_safe
+from trueloop.server.settings import Settings
+from trueloop.storage.store import Store, open_store
+
+AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+
+
+def _store() -> Store:
+    return open_store("sqlite://", create=True)
+
+
+def _request(**headers: str) -> Request:
+    raw = [(name.replace("_", "-").encode(), value.encode()) for name, value in headers.items()]
+    scope = {"type": "http", "method": "PATCH", "path": "/x", "query_string": b"", "headers": raw, "state": {}}
+    return Request(scope)
+
+
+def _missing() -> None:
+    with patch("trueloop.server.packages.find_spec", lambda _: None):
+        require_packages()
+
+
+def _too_often() -> None:
+    store = _store()
+    for k in range(attempts.OF_ACCOUNT.free + 1):
+        attempts.begin(store, "otto", "127.0.0.1", AT + timedelta(milliseconds=k))
+
+
+def _twice() -> None:
+    store = _store()
+    for body in ("1" * 64, "2" * 64):
+        once.begin(store, once.Asked("person::otto", "k-1", body), AT)
+
+
+def _another_host() -> None:
+    from trueloop.server.gates import require_host
+
+    require_host(Settings(), "evil.example")
+
+
+def _login() -> None:
+    sessions.sign_in(_store(), Settings(), "otto", "correct horse battery", "127.0.0.1", AT)
+
+
+PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.SRV_TLS: lambda: require_safe(Listening("0.0.0.0")),
+    Code.SRV_PACKAGE: _missing,
+    Code.SRV_ADDRESS: lambda: listen(Listening("192.0.2.1", 8080)),  # an address for documents, no machine's
+    Code.SRV_SIGN_IN: lambda: sessions.of_cookie(_store(), Settings(), "x", AT),
+    Code.SRV_LOGIN: _login,
+    Code.SRV_DELAY: _too_often,
+    Code.SRV_ROLE: lambda: require(ADMIN, Who("otto", "viewer", session="1")),
+    Code.SRV_KEY: lambda: keys.of_bearer(_store(), "Bearer tl_x", AT),
+    Code.SRV_ORIGIN: lambda: require_origin(Settings(), _request(origin="http://evil.example", host="localhost")),
+    Code.SRV_HOST: _another_host,
+    Code.SRV_REQUEST: lambda: _raise(problems.refused_request("the request does not fit: body.'name' is missing")),
+    Code.SRV_UNKNOWN: lambda: _raise(problems.nothing("part", "12")),
+    Code.SRV_METHOD: lambda: _raise(problems.of_status(405, "PUT")),
+    Code.SRV_LARGE: lambda: _raise(too_large(1024, "2048 bytes are declared")),
+    Code.SRV_ONCE: lambda: asyncio.run(asked_of(_request())),
+    Code.SRV_REUSED: _twice,
+    Code.SRV_STALE: lambda: etags.require_same(_request(if_match='"1"'), "2"),
+    Code.SRV_MATCH: lambda: etags.require_same(_request(), "2"),
+    Code.SRV_CURSOR: lambda: cursors.place_of(b"secret", "parts", "AAAA"),
+    Code.SRV_ACCOUNT: lambda: accounts.change_account(_store(), "otto", accounts.Change(disabled=True), AT),
+    Code.SRV_PASSWORD: lambda: passwords.hashed("short"),
+    Code.SRV_KEYS: lambda: keys.end_key(_store(), 7, AT),
+    Code.SRV_INTERNAL: lambda: _raise(problems.unexpected(ValueError("x"), "00c0ffee")),
+}
+
+
+def _raise(error: Exception) -> None:
+    raise error

@@ -1,0 +1,35 @@
+"""A service on a new store, in SQLite or in PostgreSQL."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.postgresql import Server
+from tests.support.postgresql import running as postgresql
+from tests.support.service import Running, started
+from trueloop.jobs.store.codec import store_codec
+from trueloop.storage.store import Store, open_store
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Server]:
+    with postgresql() as running:
+        yield running
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def store(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Store]:
+    if request.param == "sqlite":
+        place = str(tmp_path / "trueloop.db")
+    else:
+        server: Server = request.getfixturevalue("server")
+        place = server.new_database()
+    opened = open_store(place, create=True, codec=store_codec())
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def service(store: Store) -> Running:
+    return started(store)
