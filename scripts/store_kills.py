@@ -13,7 +13,9 @@ import select
 import signal
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Final
 
 from trueloop.domain.inspection import Inspection, Touch
@@ -52,12 +54,15 @@ def inspection(number: int) -> Inspection:
     return Inspection(Part(PartType("shaft"), str(number)), "touches", f"{number:064x}", TOUCHES, touches)
 
 
-def killed(place: str, first: int, after_s: float) -> list[int]:
-    """Forks a writer, kills it, and returns what it had acknowledged."""
+def killed(write: Callable[[int], None], after_s: float) -> list[str]:
+    """Forks a writer, kills it, and returns what it had acknowledged: the lines that it wrote to what it was given."""
     said, says = os.pipe()
     writer = os.fork()
     if writer == 0:
-        _write(place, first, says)
+        try:
+            write(says)
+        finally:
+            os._exit(1)
     os.close(says)
     try:
         if not select.select([said], [], [], LONGEST_S)[0]:
@@ -67,17 +72,14 @@ def killed(place: str, first: int, after_s: float) -> list[int]:
         os.kill(writer, signal.SIGKILL)
         os.waitpid(writer, 0)
     with os.fdopen(said) as words:
-        return [int(word) for word in words.read().split("\n")[:-1]]
+        return words.read().split("\n")[:-1]
 
 
 def _write(place: str, first: int, says: int) -> None:
-    try:
-        store = open_store(place)
-        for number in range(first, first + 10**6):
-            keep(store, [inspection(number)])
-            os.write(says, b"%d\n" % number)
-    finally:
-        os._exit(1)
+    store = open_store(place)
+    for number in range(first, first + 10**6):
+        keep(store, [inspection(number)])
+        os.write(says, b"%d\n" % number)
 
 
 def looked_at(place: str, first: int, acknowledged: list[int], row: int, tally: Tally) -> tuple[int, int]:
@@ -101,7 +103,7 @@ def main(place: str, count: int = 1000) -> int:
     open_store(place, create=True).close()
     drawn, tally, number, row = random.Random(1), Tally(), 0, 0
     for _ in range(count):
-        acknowledged = killed(place, number, drawn.uniform(0.0, WITHIN_S))
+        acknowledged = [int(one) for one in killed(partial(_write, place, number), drawn.uniform(0.0, WITHIN_S))]
         number, row = looked_at(place, number, acknowledged, row, tally)
     print(json.dumps(asdict(tally)))
     return int(bool(tally.lost or tally.half_written or tally.damaged))
