@@ -61,10 +61,9 @@ def main(parts: int = 100_000, place: str = "") -> None:
         for view, call in views.items():
             alone = sorted(timed(call) for _ in range(CALLS))
             with ThreadPoolExecutor(8) as pool:
-                together = sorted(pool.map(lambda _, one=call: timed(one), range(CALLS)))  # type: ignore[misc]
-            print(
-                f"| {view} | {alone[CALLS // 2]:.1f} | {alone[int(CALLS * 0.95)]:.1f} | {together[int(CALLS * 0.95)]:.1f} |"
-            )
+                together = sorted(pool.map(lambda _, one=call: timed(one), range(CALLS)))
+            shown = (alone[CALLS // 2], alone[int(CALLS * 0.95)], together[int(CALLS * 0.95)])
+            print(f"| {view} | {' | '.join(f'{one:.1f}' for one in shown)} |")
         store.close()
 
 
@@ -130,4 +129,4 @@ def _row(store: Store, value: Any) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:2]), *sys.argv[2:3])
+    main(int(sys.argv[1]) if sys.argv[1:] else 100_000, *sys.argv[2:3])
