@@ -1,14 +1,15 @@
 """Orders as they are shown."""
 
+import json
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from datetime import datetime
+from typing import Any, Final, NamedTuple
 
 from sqlalchemy import func, select
 
-from trueloop.domain.factory.order import WorkOrder
 from trueloop.domain.factory.states import PartState
 from trueloop.factory.load import Known, order_of
-from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of
+from trueloop.factory.shown.paging import LIMIT, before, known_of, page_of, time
 from trueloop.factory.shown.programs import names_of
 from trueloop.factory.views.orders import OrderBlock, OrderPart, OrderRow, OrderView
 from trueloop.factory.views.page import Page
@@ -24,6 +25,17 @@ FINISHED: Final = tuple(
         PartState.RELEASED,
     )
 )
+
+
+class _Head(NamedTuple):
+    """Of an order, without its parts and its route."""
+
+    id: str
+    part_type: str
+    machine: str
+    quantity: int
+    made_at: datetime
+    made_by: str
 
 
 def order_rows(
@@ -42,7 +54,7 @@ def order_view(store: Store, order_id: str) -> OrderView:
     with known_of(store) as known:
         now = order_of(known, order_id)
         names = names_of(known, [one.program_sha256 for one in now.order.route.blocks])
-        row = _row(now.order, now.state, _counts(known, [order_id]))
+        row = _row(_orders(known, [order_id])[order_id], now.state, _counts(known, [order_id]))
     blocks = tuple(
         OrderBlock(k, one.kind, names.get(one.program_sha256, ""), one.program_sha256, one.feature)
         for k, one in enumerate(now.order.route.blocks)
@@ -54,12 +66,19 @@ def order_view(store: Store, order_id: str) -> OrderView:
     return OrderView(row, str(now.version), now.order.route.sha256, blocks, parts, now.armed_parts)
 
 
-def _orders(known: Known, ids: Sequence[str]) -> Mapping[str, WorkOrder]:
+def _orders(known: Known, ids: Sequence[str]) -> Mapping[str, _Head]:
+    """What a list says of orders: their documents are not decoded, for each names hundreds of parts."""
     table = TABLES["work_order"]
     wanted = [searchable(joined((one,))) for one in ids]
     documents = known.connection.scalars(select(table.c.document).where(table.c.identity.in_(wanted)))
-    found = [known.codec.from_json(one, WorkOrder) for one in documents]
-    return {one.id: one for one in found}
+    found = map(json.loads, documents)
+    return {
+        one["id"]: _Head(
+            *(one["id"], one["part_type"]["name"], one["machine"]["name"], len(one["serials"])),
+            *(time(one["made_at"]["value"]), one["made_by"]),
+        )
+        for one in found
+    }
 
 
 def _counts(known: Known, ids: Sequence[str]) -> Mapping[tuple[str, str], int]:
@@ -69,10 +88,10 @@ def _counts(known: Known, ids: Sequence[str]) -> Mapping[tuple[str, str], int]:
     return {(order, state): count for order, state, count in rows}
 
 
-def _row(order: WorkOrder, state: str, counts: Mapping[tuple[str, str], int]) -> OrderRow:
+def _row(order: _Head, state: str, counts: Mapping[tuple[str, str], int]) -> OrderRow:
     finished = sum(counts.get((order.id, one), 0) for one in FINISHED)
     held = counts.get((order.id, PartState.HELD.value), 0)
     return OrderRow(
-        *(order.id, order.part_type.name, order.machine.name, len(order.serials), finished, held, state),
+        *(order.id, order.part_type, order.machine, order.quantity, finished, held, state),
         *(order.made_at, order.made_by),
     )
