@@ -166,7 +166,7 @@ def test_a_change_from_another_site_is_refused(service: Running, origin: str) ->
 
 def test_a_host_name_that_is_not_ours_is_refused(service: Running) -> None:
     """DNS rebinding."""
-    answer = service.caller().get("sign-in", headers={"Host": "evil.example"})
+    answer = service.caller().get("me", headers={"Host": "evil.example"})
     assert (answer.status_code, problem(answer)) == (421, "SRV-HOST")
 
 

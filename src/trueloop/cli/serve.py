@@ -1,6 +1,5 @@
 """`trueloop serve`: the factory as a service, over HTTP."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,9 +11,7 @@ from trueloop.cli.failure import guarded
 
 if TYPE_CHECKING:
     from trueloop.server.run import Listening
-    from trueloop.server.settings import OidcSettings, Settings
-
-SECRET_VARIABLE = "TRUELOOP_OIDC_SECRET"
+    from trueloop.server.settings import Settings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,28 +41,8 @@ class Where:
         return Listening(self.host, port, self.tls_cert, self.tls_key)
 
 
-@dataclass(frozen=True, kw_only=True)
-class SignInElsewhere:
-    """Another service that signs people in."""
-
-    oidc_issuer: Annotated[
-        str | None, typer.Option("--oidc-issuer", metavar="URL", help="OpenID Connect service that signs people in.")
-    ] = None
-    oidc_client: Annotated[str, typer.Option("--oidc-client", metavar="ID", help="What it knows this service by.")] = (
-        "trueloop"
-    )
-
-    def settings(self) -> "OidcSettings | None":
-        """With the secret, which stands in the environment: command lines can be read by others."""
-        from trueloop.server.settings import OidcSettings
-
-        if self.oidc_issuer is None:
-            return None
-        return OidcSettings(self.oidc_issuer, self.oidc_client, os.environ.get(SECRET_VARIABLE, ""))
-
-
 @guarded
-def serve(where: Where, elsewhere: SignInElsewhere, db: Db = None) -> None:
+def serve(where: Where, db: Db = None) -> None:
     """Serve the store's pages and interface, until Ctrl-C or SIGTERM."""
     from trueloop.server.packages import require_packages
 
@@ -80,14 +57,14 @@ def serve(where: Where, elsewhere: SignInElsewhere, db: Db = None) -> None:
     store = opened(db)
     if not accounts(store):
         typer.echo("note: there is no account yet: trueloop user add NAME --role admin", err=True)
-    run(store, _settings(where, elsewhere), listening, lambda at: typer.echo(f"serving {store.where} at {at}"))
+    run(store, _settings(where), listening, lambda at: typer.echo(f"serving {store.where} at {at}"))
     store.close()
 
 
-def _settings(where: Where, elsewhere: SignInElsewhere) -> "Settings":
+def _settings(where: Where) -> "Settings":
     from trueloop.server.settings import LOOPBACK_NAMES, Settings
 
     host = f"[{where.host}]" if ":" in where.host else where.host
     given = (*LOOPBACK_NAMES, host, *(where.name or ()))
     names = tuple(dict.fromkeys(one.casefold() for one in given))
-    return Settings(tls=where.tls_cert is not None, names=names, oidc=elsewhere.settings())
+    return Settings(tls=where.tls_cert is not None, names=names)

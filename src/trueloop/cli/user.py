@@ -26,10 +26,6 @@ def add(
     role: RoleOption,
     display: Annotated[str, typer.Option("--display", help="Name to be shown.  [default: NAME]")] = "",
     language: Annotated[str, typer.Option("--language", help="Of the pages: en or de.")] = "en",
-    oidc_subject: Annotated[
-        str | None,
-        typer.Option("--oidc-subject", metavar="SUB", help="Who it is at the OpenID Connect service: no password."),
-    ] = None,
     password_stdin: FromStdin = False,
     db: Db = None,
 ) -> None:
@@ -43,8 +39,8 @@ def add(
     from trueloop.server.settings import now
 
     store = opened(db)
-    password = None if oidc_subject is not None else _password(password_stdin)
-    made = add_account(store, NewAccount(name, role, password, display, language, oidc_subject), now(), by=user_name())  # type: ignore[arg-type]  # what is no role is refused there
+    password = _password(password_stdin)
+    made = add_account(store, NewAccount(name, role, password, display, language), now(), by=user_name())  # type: ignore[arg-type]  # what is no role is refused there
     typer.echo(f"made: {made.name}, {made.role}", err=True)
 
 

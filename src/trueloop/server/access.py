@@ -16,14 +16,13 @@ class Access:
     """`role`: the least of a person, None: no person. `key`: the scope of keys that may. `open`: whoever asks.
 
     `once`: whether a POST needs an Idempotency-Key; not where doing it twice is doing it once, or where the answer is a
-    secret. `limit`: the name of the bound on its body.
+    secret.
     """
 
     role: Role | None = None
     key: Role | None = None
     open: bool = False
     once: bool = True
-    limit: str = "body_bytes"
 
 
 READ: Final = Access("viewer")
@@ -37,9 +36,6 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("DELETE", "/session"): READ,
     ("GET", "/me"): READ,
     ("PATCH", "/me"): READ,
-    ("GET", "/oidc/login"): Access(open=True),
-    ("GET", "/oidc/callback"): Access(open=True),
-    ("GET", "/sign-in"): Access(open=True),
     ("GET", "/openapi.json"): READ,
     ("GET", "/events"): READ,
     ("GET", "/event-log"): READ,
@@ -49,6 +45,43 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/keys"): ADMIN,
     ("POST", "/keys"): ADMIN,
     ("DELETE", "/keys/{id}"): ADMIN,
+    ("GET", "/today"): READ,
+    ("GET", "/parts"): READ,
+    ("GET", "/parts/{id}/life"): READ,
+    ("GET", "/series"): READ,
+    ("GET", "/series/{part_type}/{characteristic}"): READ,
+    ("GET", "/tools"): READ,
+    ("GET", "/tools/{id}/memory"): READ,
+    ("GET", "/machines"): READ,
+    ("GET", "/machines/{name}"): READ,
+    ("GET", "/machines/{name}/trace"): READ,
+    ("POST", "/machines/{name}/calibrated"): Access("operator", key="cell"),
+    ("GET", "/orders"): READ,
+    ("POST", "/orders"): ENGINEER,
+    ("GET", "/orders/{id}"): READ,
+    ("POST", "/orders/{id}/hold"): OPERATOR,
+    ("POST", "/orders/{id}/decide"): OPERATOR,
+    ("POST", "/orders/{id}/arm"): Access("operator", key="cell"),
+    ("POST", "/orders/{id}/parts/{part}/record"): OPERATOR,
+    ("GET", "/proposals"): READ,
+    ("GET", "/proposals/{id}"): READ,
+    ("POST", "/proposals/{id}/accept"): ENGINEER,
+    ("POST", "/proposals/{id}/reject"): ENGINEER,
+    ("GET", "/alarms"): READ,
+    ("POST", "/alarms/{id}/acknowledge"): OPERATOR,
+    ("GET", "/programs"): READ,
+    ("GET", "/programs/{sha}"): READ,
+    ("GET", "/programs/{a}/diff/{b}"): READ,
+    ("POST", "/programs/{sha}/release"): ENGINEER,
+    ("GET", "/transfers"): READ,
+    ("GET", "/certificates"): READ,
+    ("GET", "/certificates/{id}"): READ,
+    ("GET", "/tasks/{id}"): READ,
+    ("POST", "/cell/next"): CELL,
+    ("POST", "/cell/facts"): CELL,
+    ("POST", "/cell/touches"): CELL,
+    ("POST", "/cell/temperatures"): CELL,
+    ("POST", "/cell/heartbeat"): Access(key="cell", once=False),
 }
 
 

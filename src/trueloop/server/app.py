@@ -16,12 +16,20 @@ from trueloop.server.access import Access, require
 from trueloop.server.figures import Figures
 from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
-from trueloop.server.routes import accounts, events, session
+from trueloop.server.routes import accounts, cell, changes, events, session, shown
 from trueloop.server.settings import Settings, now
+from trueloop.server.workers import start_workers
 from trueloop.storage.store import Store
 
 PREFIX: Final = "/api/v1"
-ROUTERS: Final[tuple[APIRouter, ...]] = (session.routes, accounts.routes, events.routes)
+ROUTERS: Final[tuple[APIRouter, ...]] = (
+    session.routes,
+    accounts.routes,
+    events.routes,
+    shown.routes,
+    changes.routes,
+    cell.routes,
+)
 
 
 def create_app(store: Store, settings: Settings, clock: Callable[[], datetime] = now) -> FastAPI:
@@ -30,6 +38,7 @@ def create_app(store: Store, settings: Settings, clock: Callable[[], datetime] =
 
     @asynccontextmanager
     async def running(_: FastAPI) -> AsyncIterator[None]:
+        start_workers(store, clock, stopping, settings.workers)
         yield
         stopping.set()
 

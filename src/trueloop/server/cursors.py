@@ -4,8 +4,7 @@ import hmac
 import json
 from base64 import urlsafe_b64decode, urlsafe_b64encode
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, Final, Generic, TypeVar
+from typing import Annotated, Final, TypeVar
 
 from fastapi import Query
 
@@ -15,14 +14,6 @@ T = TypeVar("T")
 Limit = Annotated[int, Query(ge=1, le=500)]
 Cursor = Annotated[str | None, Query(max_length=1000)]
 _SIGNED: Final = 16
-
-
-@dataclass(frozen=True)
-class Page(Generic[T]):
-    """A piece of a list; `next`: where the next piece begins, None: there is none."""
-
-    items: Sequence[T]
-    next: str | None = None
 
 
 def cursor_of(secret: bytes, of: str, after: Sequence[str | int]) -> str:

@@ -11,8 +11,10 @@ from fastapi.routing import APIRoute
 from starlette.concurrency import run_in_threadpool
 
 from trueloop.errors import Code, TrueloopError
+from trueloop.factory.roles import By as FactoryBy
+from trueloop.factory.roles import Role
 from trueloop.server import once
-from trueloop.server.access import Access, access_of, require
+from trueloop.server.access import access_of, require
 from trueloop.server.identity import keys, sessions
 from trueloop.server.identity.who import Who
 from trueloop.server.settings import Settings
@@ -41,6 +43,11 @@ def who_of(request: Request) -> Who:
     """Who was let in."""
     found: Who = request.state.who
     return found
+
+
+def factory_by(who: Who) -> FactoryBy:
+    """The same to the factory, which judges by rules of its own."""
+    return FactoryBy(who.name, Role(who.role), who.machine)
 
 
 Here = Annotated[Service, Depends(service_of)]
@@ -75,11 +82,6 @@ class Guarded(APIRoute):
 def router(prefix: str = "") -> APIRouter:
     """A router all of whose routes are guarded."""
     return APIRouter(prefix=prefix, route_class=Guarded)
-
-
-def limit_of(settings: Settings, access: Access) -> int:
-    """How many bytes the body of a request there may have."""
-    return int(getattr(settings.limits, access.limit))
 
 
 def known(here: Service, request: Request) -> Who:

@@ -7,10 +7,7 @@ from trueloop.errors import Code, TrueloopError
 
 NEEDED: Final = {
     "argon2": "argon2-cffi",
-    "authlib": "authlib",
     "fastapi": "fastapi",
-    "httpx2": "httpx2",
-    "python_multipart": "python-multipart",
     "uvicorn": "uvicorn",
 }
 """What is imported, by the name of its package."""

@@ -22,7 +22,6 @@ _STATUS: Final[Mapping[str, int]] = {
     "SRV-SIGN-IN": 401,
     "SRV-LOGIN": 401,
     "SRV-KEY": 401,
-    "SRV-OIDC": 401,
     "SRV-ROLE": 403,
     "SRV-ORIGIN": 403,
     "SRV-DELAY": 429,

@@ -1,6 +1,6 @@
 """How a service is set up: `Settings`; every number that bounds it stands here."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from ipaddress import ip_address
 from pathlib import Path
@@ -25,15 +25,6 @@ def is_loopback(host: str) -> bool:
 
 
 @dataclass(frozen=True)
-class OidcSettings:
-    """Another service that says who somebody is (OpenID Connect). `secret` is shown in no text."""
-
-    issuer: str
-    client_id: str
-    secret: str = field(repr=False)
-
-
-@dataclass(frozen=True)
 class Limits:
     """Bounds on what one request or client may cost."""
 
@@ -42,8 +33,6 @@ class Limits:
     touches_bytes: int = 16 << 20
     streams: int = 64  # open at once, over all clients
     body_s: float = 120.0  # for a whole body to come in
-    expanded_bytes: int = 512 << 20  # of an upload that is an archive
-    json_depth: int = 32
 
 
 @dataclass(frozen=True)
@@ -55,7 +44,6 @@ class Settings:
     tls: bool = False
     names: tuple[str, ...] = LOOPBACK_NAMES
     pages: Path | None = None
-    oidc: OidcSettings | None = None
     limits: Limits = Limits()
     idle_s: float = 3600.0
     session_s: float = 12 * 3600.0

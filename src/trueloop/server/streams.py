@@ -10,7 +10,6 @@ from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import contextmanager
 from datetime import datetime
 from threading import Event
-from typing import Any, Final
 
 from fastapi.responses import StreamingResponse
 from fastapi.sse import format_sse_event
@@ -23,25 +22,10 @@ from trueloop.server.guarded import Service
 from trueloop.server.identity import sessions
 from trueloop.server.identity.attempts import too_early
 from trueloop.server.identity.who import Who
-from trueloop.storage.factory_tables import EVENT
+from trueloop.storage.factory_tables import EVENT, MACHINE_HEARD
 from trueloop.storage.store import Store
 
-AT_ONCE: Final = 200
 Read = Callable[[int], tuple[int, list[bytes]]]
-
-
-def events_after(store: Store, after: int, limit: int = AT_ONCE) -> list[EventView]:
-    """Of the event log, oldest first."""
-    with store.reading() as connection:
-        rows = connection.execute(select(EVENT).where(EVENT.c.id > after).order_by(EVENT.c.id).limit(limit)).all()
-    return [view(one) for one in rows]
-
-
-def view(row: Any) -> EventView:
-    """A row of the event table as it is shown."""
-    at = datetime.fromisoformat(row.at)
-    values = {str(name): str(value) for name, value in json.loads(row.document or "{}").items()}
-    return EventView(row.id, at, row.who, row.what, row.subject, values)
 
 
 def last_event(store: Store) -> int:
@@ -61,6 +45,19 @@ def event_bytes(one: EventView) -> bytes:
         "values": one.values,
     }
     return format_sse_event(data_str=json.dumps(shown), id=str(one.id))
+
+
+def trace_after(store: Store, machine: str, after: int) -> tuple[int, list[bytes]]:
+    """What the machine's cell said last, if it said it after that time (ms since 1970)."""
+    with store.reading() as connection:
+        row = connection.execute(select(MACHINE_HEARD).where(MACHINE_HEARD.c.machine == machine)).one_or_none()
+    if row is None or (at := int(datetime.fromisoformat(row.at).timestamp() * 1000)) <= after:
+        return after, []
+    said = json.loads(row.document)
+    numbers = {name: said.get(name) for name in ("line", "progress")} | (said.get("temperatures_c") or {})
+    values = {name: value for name, value in numbers.items() if isinstance(value, int | float)}
+    shown = {"at": row.at, "values": values}
+    return at, [format_sse_event(data_str=json.dumps(shown), id=str(at))]
 
 
 def stream(here: Service, who: Who, figures: Figures, stopping: Event, after: int, read: Read) -> StreamingResponse:

@@ -27,21 +27,19 @@ class AccountRow:
     role: Role
     language: str
     disabled: bool
-    by_oidc: bool
     made_at: datetime
     etag: str
 
 
 @dataclass(frozen=True)
 class NewAccount:
-    """Without a password, and without a subject at the OIDC service, nobody can sign in by it yet."""
+    """Without a password nobody can sign in by it yet."""
 
     name: str
     role: Role
     password: str | None = None
     display: str = ""
     language: str = "en"
-    oidc_subject: str | None = None
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,6 @@ def add_account(store: Store, new: NewAccount, now: datetime, by: str = "") -> A
                 name=new.name,
                 display=new.display or new.name,
                 argon2id=argon2id,
-                oidc_subject=new.oidc_subject,
                 role=new.role,
                 language=new.language,
                 disabled=0,
@@ -164,7 +161,6 @@ def _row(one: Row[Any]) -> AccountRow:
         one.role,
         one.language,
         bool(one.disabled),
-        bool(one.oidc_subject),
         datetime.fromisoformat(one.created_at),
         str(one.version),
     )

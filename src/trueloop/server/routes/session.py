@@ -44,14 +44,6 @@ class Mine:
     present_password: str | None = None
 
 
-@dataclass(frozen=True)
-class WaysIn:
-    """How one can sign in here."""
-
-    password: bool
-    oidc: bool
-
-
 def me_of(who: Who) -> Me:
     """As the pages want it."""
     return Me(who.name, who.display, who.role, who.language, who.expires_at)
@@ -60,12 +52,6 @@ def me_of(who: Who) -> Me:
 def set_cookie(here: Service, response: Response, value: str) -> None:
     """The session's id, for this host alone and for no script."""
     response.set_cookie(here.settings.cookie, value, path="/", secure=here.settings.tls, httponly=True, samesite="lax")
-
-
-@routes.get("/sign-in")
-def ways_in(here: Here) -> WaysIn:
-    """Which ways to sign in there are."""
-    return WaysIn(password=True, oidc=here.settings.oidc is not None)
 
 
 @routes.post("/session")

@@ -1,0 +1,144 @@
+"""The cell of a machine, by its key: what it is to do next, what happened, what it measured."""
+
+from base64 import b64decode, b64encode
+from binascii import Error
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+
+from fastapi import Response
+from pydantic import AwareDatetime, Field
+
+from trueloop.domain.factory.route import Block
+from trueloop.domain.factory.run import Run, RunFact
+from trueloop.domain.factory.states import FactKind
+from trueloop.factory import requests as ask
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.shown.machines import heard
+from trueloop.server.guarded import By, Here, router
+from trueloop.server.guarded import factory_by as of
+from trueloop.server.problems import refused_request
+
+routes = router("/cell")
+
+
+@dataclass(frozen=True)
+class OfferView:
+    """What to do next: `program` is the text as sent, in base64."""
+
+    run: Run
+    block: Block
+    program: str
+    checks: tuple[str, ...]
+    mode: str
+
+
+@dataclass(frozen=True)
+class Fact:
+    """What a witness says of a run, and when it happened."""
+
+    run: str
+    what: FactKind
+    at: AwareDatetime
+    witness: Annotated[str, Field(max_length=100)]
+    values: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Some of them."""
+
+    facts: Annotated[tuple[Fact, ...], Field(max_length=1000)]
+
+
+@dataclass(frozen=True)
+class KnownRuns:
+    """The keys of the runs whose facts are kept now."""
+
+    known: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Touches:
+    """The file that a gauging run wrote, in base64."""
+
+    run: str
+    file: str
+    name: Annotated[str, Field(max_length=200)]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The hash of what was kept."""
+
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Temperatures:
+    """By signal, °C."""
+
+    signals: dict[str, Annotated[float, Field(ge=-273.15, le=2000, allow_inf_nan=False)]]
+    at: AwareDatetime
+    run: str = ""
+
+
+@dataclass(frozen=True)
+class Heartbeat:
+    """What the machine does now; nothing is decided by it."""
+
+    state: Annotated[str, Field(max_length=100)]
+    program: Annotated[str, Field(max_length=200)] = ""
+    line: int | None = None
+    progress: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] | None = None
+    corrector: Annotated[str, Field(max_length=200)] = ""
+    temperatures_c: dict[str, float] | None = None
+
+
+@routes.post("/next")
+def next_block(here: Here, who: By) -> OfferView | None:
+    """What the machine may run now; asked again, the same under the same key. Null: nothing."""
+    offer = carry_out(here.store, ask.NextBlock(who.machine), of(who), here.clock()).answer
+    if offer is None:
+        return None
+    program = b64encode(offer.program).decode()
+    return OfferView(offer.run, offer.block, program, offer.checks, offer.mode)
+
+
+@routes.post("/facts")
+def facts(given: Facts, here: Here, who: By) -> KnownRuns:
+    """What happened, as often as it is told."""
+    told = tuple(RunFact(one.run, one.what, one.at, one.witness, one.values) for one in given.facts)
+    done = carry_out(here.store, ask.RecordFacts(told), of(who), here.clock())
+    return KnownRuns(tuple(done.answer))
+
+
+@routes.post("/touches")
+def touches(given: Touches, here: Here, who: By) -> Kept:
+    """What a gauging run measured."""
+    try:
+        content = b64decode(given.file, validate=True)
+    except (Error, ValueError):
+        raise refused_request(f"'file' of {given.name!r} is no base64 of {len(given.file)} characters") from None
+    done = carry_out(here.store, ask.RecordTouches(given.run, given.name, content), of(who), here.clock())
+    return Kept(str(done.answer))
+
+
+@routes.post("/temperatures", status_code=204, response_class=Response)
+def temperatures(given: Temperatures, here: Here, who: By) -> None:
+    """What its sensors say."""
+    wanted = ask.RecordTemperatures(who.machine, given.signals, given.at, given.run)
+    carry_out(here.store, wanted, of(who), here.clock())
+
+
+@routes.post("/heartbeat", status_code=204, response_class=Response)
+def heartbeat(given: Heartbeat, here: Here, who: By) -> None:
+    """What the machine does, every two seconds."""
+    said: dict[str, Any] = {
+        "state": given.state,
+        "program": given.program,
+        "line": given.line,
+        "progress": given.progress,
+        "corrector": given.corrector,
+        "temperatures_c": given.temperatures_c,
+    }
+    heard(here.store, who.machine, said, of(who), here.clock())

@@ -1,0 +1,198 @@
+"""What people change: each address one request to the factory, which judges it."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal
+
+from fastapi import Request, Response
+from pydantic import Field
+
+from trueloop.domain.factory.route import Block, Conditions
+from trueloop.factory import requests as ask
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.shown.orders import order_view
+from trueloop.factory.shown.proposals import proposal_view
+from trueloop.factory.views.orders import OrderView
+from trueloop.factory.views.series import ProposalView
+from trueloop.server import etags
+from trueloop.server.guarded import By, Here, Service, factory_by, router
+from trueloop.server.identity.who import Who
+
+routes = router()
+Text = Annotated[str, Field(max_length=2000)]
+Row = Annotated[int, Field(ge=0, lt=1 << 31)]
+
+
+@dataclass(frozen=True)
+class Order:
+    """Parts of one type, by one route; `job_toml`: the job by which corrections are computed."""
+
+    part_type: str
+    revision: str
+    machine: str
+    serials: Annotated[tuple[str, ...], Field(max_length=1000)]
+    blocks: Annotated[tuple[Block, ...], Field(max_length=100)]
+    job_toml: str = ""
+    conditions: Conditions = field(default_factory=Conditions)
+
+
+@dataclass(frozen=True)
+class Why:
+    """The reason, which is kept."""
+
+    why: Text
+
+
+@dataclass(frozen=True)
+class HoldPart:
+    """Which part, and why."""
+
+    part: Row
+    why: Text
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a step that is unknown or held has done to the part."""
+
+    part: Row
+    step: Row
+    verdict: Literal["made", "not-made", "reject"]
+    why: Text
+
+
+@dataclass(frozen=True)
+class ArmParts:
+    """How many parts may start without a press of Cycle Start; 0: none."""
+
+    parts: Row
+    why: Text
+
+
+@dataclass(frozen=True)
+class DoneByHand:
+    """Which step was done."""
+
+    step: Row
+    why: Text
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Why, and which rules are overridden."""
+
+    why: Text
+    overrides: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CalibratedBy:
+    """What the calibration found."""
+
+    values: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Said:
+    """It was done."""
+
+    done: bool = True
+
+
+@routes.post("/orders", status_code=201)
+def plan(given: Order, here: Here, who: By, response: Response) -> OrderView:
+    """A new order; its route is frozen."""
+    wanted = ask.PlanOrder(
+        *(given.part_type, given.revision, given.machine, given.serials, given.blocks, given.job_toml),
+        given.conditions,
+    )
+    done = carry_out(here.store, wanted, factory_by(who), here.clock())
+    return _shown(here, done.orders[0].order.id, response)
+
+
+@routes.post("/orders/{id}/hold")
+def hold(id: str, given: HoldPart, here: Here, who: By, request: Request, response: Response) -> OrderView:
+    """Holds a part."""
+    return _changed(here, who, id, ask.Hold(id, given.part, given.why), request, response)
+
+
+@routes.post("/orders/{id}/decide")
+def decide(id: str, given: Decision, here: Here, who: By, request: Request, response: Response) -> OrderView:
+    """Decides what a step has done."""
+    wanted = ask.DecideStep(id, given.part, given.step, given.verdict, given.why)
+    return _changed(here, who, id, wanted, request, response)
+
+
+@routes.post("/orders/{id}/arm")
+def arm(id: str, given: ArmParts, here: Here, who: By, request: Request, response: Response) -> OrderView:
+    """Arms an order. Only at the machine: with its key. A browser may be anywhere."""
+    wanted = ask.Arm(id, given.parts, given.why, at_machine=not who.person)
+    return _changed(here, who, id, wanted, request, response)
+
+
+@routes.post("/orders/{id}/parts/{part}/record")
+def record(
+    id: str,
+    part: int,
+    given: DoneByHand,
+    here: Here,
+    who: By,
+    request: Request,
+    response: Response,
+) -> OrderView:
+    """Records a step that a person did."""
+    return _changed(here, who, id, ask.RecordStep(id, part, given.step, given.why), request, response)
+
+
+@routes.post("/proposals/{id}/accept")
+def accept(id: str, given: Judged, here: Here, who: By, request: Request, response: Response) -> ProposalView:
+    """Accepts a proposal."""
+    return _judged(here, who, ask.DecideProposal(id, "accepted", given.why, given.overrides), request, response)
+
+
+@routes.post("/proposals/{id}/reject")
+def reject(id: str, given: Judged, here: Here, who: By, request: Request, response: Response) -> ProposalView:
+    """Rejects a proposal."""
+    return _judged(here, who, ask.DecideProposal(id, "rejected", given.why, given.overrides), request, response)
+
+
+@routes.post("/alarms/{id}/acknowledge")
+def acknowledge(id: int, given: Why, here: Here, who: By) -> Said:
+    """Somebody has seen an alarm."""
+    carry_out(here.store, ask.Acknowledge(id, given.why), factory_by(who), here.clock())
+    return Said()
+
+
+@routes.post("/programs/{sha}/release")
+def release(sha: str, given: Why, here: Here, who: By) -> Said:
+    """A program may be sent to machines."""
+    carry_out(here.store, ask.ReleaseProgram(sha, given.why), factory_by(who), here.clock())
+    return Said()
+
+
+@routes.post("/machines/{name}/calibrated")
+def calibrated(name: str, given: CalibratedBy, here: Here, who: By) -> Said:
+    """A machine's probe was calibrated now."""
+    carry_out(here.store, ask.Calibrated(name, given.values), factory_by(who), here.clock())
+    return Said()
+
+
+def _changed(here: Service, who: Who, order: str, wanted: Any, request: Request, response: Response) -> OrderView:
+    """A change of an order as it was read; a cell does not read orders, and its machine's state is its own."""
+    expected = etags.wanted(request) if who.person or "if-match" in request.headers else None
+    carry_out(here.store, wanted, factory_by(who), here.clock(), expected)
+    return _shown(here, order, response)
+
+
+def _shown(here: Service, order: str, response: Response) -> OrderView:
+    found = order_view(here.store, order)
+    etags.tag(response, found.etag)
+    return found
+
+
+def _judged(here: Service, who: Who, wanted: ask.DecideProposal, request: Request, response: Response) -> ProposalView:
+    """One decision a proposal: the store takes no second one, so nothing can come between look and decision."""
+    etags.require_same(request, proposal_view(here.store, wanted.proposal, here.clock()).etag)
+    carry_out(here.store, wanted, factory_by(who), here.clock())
+    found = proposal_view(here.store, wanted.proposal, here.clock())
+    etags.tag(response, found.etag)
+    return found

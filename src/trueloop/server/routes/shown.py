@@ -1,0 +1,218 @@
+"""What is shown: read out of the store by `factory/shown`, each list with its place signed."""
+
+from collections.abc import Callable
+from typing import Annotated, TypeVar
+
+from fastapi import Query, Request, Response
+from fastapi.responses import PlainTextResponse, StreamingResponse
+
+from trueloop.domain.factory.states import PartState
+from trueloop.factory.shown import life, machines, orders, parts, programs, proposals, records, series, tools
+from trueloop.factory.shown.today import today
+from trueloop.factory.tasks import task_of
+from trueloop.factory.views.orders import MachineView, OrderRow, OrderView, ProgramDiff, ProgramRow, TransferView
+from trueloop.factory.views.page import Page
+from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
+from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
+from trueloop.factory.views.today import MachineNow, Today
+from trueloop.jobs.factory.memory import tool_memory
+from trueloop.server import etags, pages, streams
+from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
+from trueloop.server.guarded import By, Here, Service, router
+from trueloop.server.routes.task_view import TaskView, task_view
+
+T = TypeVar("T")
+Sha = str
+routes = router()
+
+
+def signed(here: Service, of: str, cursor: str | None, read: Callable[[str | None], Page[T]]) -> Page[T]:
+    """A page of the list `of`: its name and what was asked for. Raises SRV-CURSOR."""
+    place = None if cursor is None else str(place_of(here.secret, of, cursor)[0])
+    page = read(place)
+    return Page(page.items, None if page.next is None else cursor_of(here.secret, of, [page.next]))
+
+
+@routes.get("/today")
+def show_today(here: Here) -> Today:
+    """What waits for whom, what machines do, what was made."""
+    return today(here.store, here.clock())
+
+
+@routes.get("/parts")
+def list_parts(
+    here: Here,
+    part_type: str | None = None,
+    serial: str | None = None,
+    state: PartState | None = None,
+    limit: Limit = 50,
+    cursor: Cursor = None,
+) -> Page[PartRow]:
+    """Parts, the latest first."""
+
+    def read(place: str | None) -> Page[PartRow]:
+        return parts.part_rows(here.store, part_type=part_type, serial=serial, state=state, limit=limit, cursor=place)
+
+    return signed(here, f"parts {part_type!r} {serial!r} {state!r}", cursor, read)
+
+
+@routes.get("/parts/{id}/life")
+def show_life(id: int, here: Here, response: Response) -> PartLife:
+    """All that is known of a part."""
+    found = life.part_life(here.store, id)
+    etags.tag(response, found.etag)
+    return found
+
+
+@routes.get("/series")
+def list_series(here: Here, part_type: str | None = None) -> Page[SeriesRow]:
+    """Series, whole: there are as many as characteristics."""
+    return Page(series.series_rows(here.store, part_type))
+
+
+@routes.get("/series/{part_type}/{characteristic}")
+def show_series(part_type: str, characteristic: str, here: Here, revision: str | None = None) -> SeriesView:
+    """One series."""
+    return series.series_view(here.store, part_type, characteristic, revision)
+
+
+@routes.get("/tools")
+def list_tools(here: Here) -> Page[ToolRow]:
+    """Tools' edges."""
+    return Page(tools.tool_rows(here.store))
+
+
+@routes.get("/tools/{id}/memory")
+def show_memory(id: int, here: Here) -> ToolMemory:
+    """What an edge remembers."""
+    return tool_memory(here.store, id)
+
+
+@routes.get("/machines")
+def list_machines(here: Here) -> Page[MachineNow]:
+    """Machines as they are now."""
+    return Page(machines.machines_now(here.store, here.clock()))
+
+
+@routes.get("/machines/{name}")
+def show_machine(name: str, here: Here) -> MachineView:
+    """One machine."""
+    return machines.machine_view(here.store, name, here.clock())
+
+
+@routes.get("/machines/{name}/trace", response_class=StreamingResponse)
+def trace(name: str, here: Here, who: By, request: Request) -> StreamingResponse:
+    """What its cell says, as it says it (server-sent events)."""
+    machines.machine_view(here.store, name, here.clock())
+
+    def read(after: int) -> tuple[int, list[bytes]]:
+        return streams.trace_after(here.store, name, after)
+
+    state = request.app.state
+    return streams.stream(here, who, state.figures, state.stopping, 0, read)
+
+
+@routes.get("/orders")
+def list_orders(here: Here, state: str | None = None, limit: Limit = 50, cursor: Cursor = None) -> Page[OrderRow]:
+    """Orders, the latest first."""
+    return signed(
+        here,
+        f"orders {state!r}",
+        cursor,
+        lambda place: orders.order_rows(here.store, state=state, limit=limit, cursor=place),
+    )
+
+
+@routes.get("/orders/{id}")
+def show_order(id: str, here: Here, response: Response) -> OrderView:
+    """One order."""
+    found = orders.order_view(here.store, id)
+    etags.tag(response, found.etag)
+    return found
+
+
+@routes.get("/proposals")
+def list_proposals(here: Here, state: str | None = None) -> Page[ProposalView]:
+    """Proposals; `state`: open, accepted, rejected, superseded."""
+    return Page(proposals.proposal_views(here.store, here.clock(), state))
+
+
+@routes.get("/proposals/{id}")
+def show_proposal(id: str, here: Here, response: Response) -> ProposalView:
+    """One proposal."""
+    found = proposals.proposal_view(here.store, id, here.clock())
+    etags.tag(response, found.etag)
+    return found
+
+
+@routes.get("/alarms")
+def list_alarms(
+    here: Here, only_open: Annotated[bool, Query(alias="open")] = False, limit: Limit = 50, cursor: Cursor = None
+) -> Page[AlarmView]:
+    """Alarms, the latest first; `open`: those that nobody has acknowledged."""
+    return signed(
+        here,
+        f"alarms {only_open}",
+        cursor,
+        lambda place: records.alarm_rows(here.store, open_only=only_open, limit=limit, cursor=place),
+    )
+
+
+@routes.get("/programs")
+def list_programs(here: Here, limit: Limit = 50, cursor: Cursor = None) -> Page[ProgramRow]:
+    """Programs, the latest first."""
+    return signed(here, "programs", cursor, lambda place: programs.program_rows(here.store, limit=limit, cursor=place))
+
+
+@routes.get("/programs/{sha}", response_class=PlainTextResponse)
+def show_program(sha: str, here: Here) -> Response:
+    """A program's text, byte for byte."""
+    return Response(programs.text_of(here.store, sha), media_type="text/plain; charset=utf-8")
+
+
+@routes.get("/programs/{a}/diff/{b}")
+def diff(a: str, b: str, here: Here) -> ProgramDiff:
+    """Two programs compared."""
+    return programs.program_diff(here.store, a, b)
+
+
+@routes.get("/transfers")
+def list_transfers(
+    here: Here, control: str | None = None, limit: Limit = 50, cursor: Cursor = None
+) -> Page[TransferView]:
+    """Transfers to and from controls, the latest first."""
+    return signed(
+        here,
+        f"transfers {control!r}",
+        cursor,
+        lambda place: records.transfer_rows(here.store, control=control, limit=limit, cursor=place),
+    )
+
+
+@routes.get("/certificates")
+def list_certificates(here: Here, limit: Limit = 50, cursor: Cursor = None) -> Page[CertificateRow]:
+    """Certificates, the latest first."""
+    return signed(
+        here,
+        "certificates",
+        cursor,
+        lambda place: records.certificate_rows(here.store, limit=limit, cursor=place),
+    )
+
+
+@routes.get("/certificates/{id}", response_class=Response)
+def show_certificate(id: int, here: Here) -> Response:
+    """A certificate's page, in a sandbox."""
+    return pages.report(records.certificate_content(here.store, id))
+
+
+@routes.get("/tasks/{id}")
+def show_task(id: int, here: Here) -> TaskView:
+    """How far a slow task is."""
+    return task_view(task_of(here.store, id))
+
+
+@routes.get("/event-log")
+def event_log(here: Here, limit: Limit = 50, cursor: Cursor = None) -> Page[EventView]:
+    """What happened, the latest first."""
+    return signed(here, "event-log", cursor, lambda place: records.event_rows(here.store, limit=limit, cursor=place))
