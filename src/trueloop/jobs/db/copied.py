@@ -11,8 +11,10 @@ from typing import Any, Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.input_file import readable
-from trueloop.jobs.db.exported import HEAD, Line, is_export, lines_of, read_export
+from trueloop.jobs.db.exported import HEAD, Line, is_export, read_export
 from trueloop.jobs.store.opened import made, opened, require_nothing
+from trueloop.storage.copying import copy_rows
+from trueloop.storage.integrity import damage
 from trueloop.storage.keeping import Keeping
 from trueloop.storage.store import Kept, Store
 
@@ -62,12 +64,15 @@ def back_up(store: Store, path: Path, progress: Progress) -> None:
                 target.execute("PRAGMA journal_mode = DELETE")  # one file: what is in a log is not in the copy
         else:
             copy = made(str(part))
-            keep_lines(copy, lines_of(store), progress, store.where)
+            copy_rows(store, copy, _told(progress, store.where))
             copy.close()
 
 
 def restore(path: Path, place: str, progress: Progress) -> Copied:
-    """A new store of what a backup or an export holds. Raises STO-EXISTS, STO-EXPORT, STO-FILE."""
+    """A new store of what a backup or an export holds: of a backup everything, of an export the values.
+
+    Raises STO-EXISTS, STO-EXPORT, STO-FILE, and STO-DAMAGED for a backup that is not as it was written.
+    """
     with readable(path, Code.STO_IMPORT, hint=HINT), path.open("rb") as file:
         beginning = file.read(HEAD)
     if "://" in place:
@@ -84,7 +89,25 @@ def _restored(path: Path, store: Store, progress: Progress, *, export: bool) -> 
     if export:
         return keep_lines(store, read_export(path, store.codec), progress, str(path))
     backup = opened(str(path), read_only=True)
-    return keep_lines(store, lines_of(backup), progress, str(path))
+    _require_whole(backup)
+    count = copy_rows(backup, store, _told(progress, str(path)))
+    return Copied(count, count)
+
+
+def _told(progress: Progress, source: str) -> Callable[[int], None]:
+    return lambda count: progress(f"{source}: {count} rows")
+
+
+def _require_whole(backup: Store) -> None:
+    for one in damage(backup):
+        row = f"{one.table}:{one.row}" if one.row is not None else one.table
+        raise TrueloopError(
+            Code.STO_DAMAGED,
+            f"{row or 'the file'} is damaged: {one.why}",
+            hint="restore another backup: nothing was made; `trueloop db check` names all that is damaged",
+            place=Place(backup.where),
+            values={"row": row},
+        )
 
 
 @contextmanager
