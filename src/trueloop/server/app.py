@@ -16,7 +16,7 @@ from trueloop.server.access import Access, require
 from trueloop.server.figures import Figures
 from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
-from trueloop.server.routes import accounts, cell, changes, events, session, shown
+from trueloop.server.routes import accounts, cell, changes, events, session, shown, uploads
 from trueloop.server.settings import Settings, now
 from trueloop.server.workers import start_workers
 from trueloop.storage.store import Store
@@ -29,6 +29,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     shown.routes,
     changes.routes,
     cell.routes,
+    uploads.routes,
 )
 
 

@@ -97,6 +97,15 @@ def certificate_rows_of(known: Known, part: int) -> tuple[CertificateRow, ...]:
     return tuple(_certificate(known, row) for row in rows)
 
 
+def certificate_row(store: Store, part: int, sha256: str) -> CertificateRow:
+    """The last one of a part with this page. Raises FAC-UNKNOWN."""
+    with known_of(store) as known:
+        found = [one for one in certificate_rows_of(known, part) if one.sha256 == sha256]
+    if not found:
+        raise unknown("certificate", sha256, "the store has none of that page")
+    return found[-1]
+
+
 def certificate_content(store: Store, number: int) -> bytes:
     """The page as it was certified. Raises FAC-UNKNOWN."""
     with known_of(store) as known:

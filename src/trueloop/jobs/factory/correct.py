@@ -1,11 +1,6 @@
 """The step CORRECT: touches of the part, by the job of its route, to a correction and the program of its finish cut."""
 
-import tempfile
-import tomllib
-from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 from sqlalchemy import select
 
@@ -19,6 +14,7 @@ from trueloop.factory.load import Known, order_of, program_text, record_of
 from trueloop.factory.requests import CorrectionRefused, StepCorrected
 from trueloop.factory.roles import By, Role
 from trueloop.factory.tasks import Task, Working
+from trueloop.jobs.factory.job_folder import job_folder, programs_of
 from trueloop.jobs.store.keep_correction import keep_correction, part_of
 from trueloop.jobs.store.keeping import Keeping
 from trueloop.jobs.turned.compensate import Corrected, corrected_of
@@ -90,20 +86,12 @@ def _given(known: Known, order: OrderNow, part: PartNow, step: int) -> _Given:
             hint="its cell sends them once the gauging program has run",
             values={"run": runs[-1] if runs else ""},
         )
-    blocks = {one.kind: one for one in order.order.route.blocks if one.corrected or one.kind is BlockKind.SEMIFINISH}
-    programs = {kind.value: program_text(known, one.program_sha256) or b"" for kind, one in blocks.items()}
-    return _Given(order, part, step, bytes(touches), programs)
+    return _Given(order, part, step, bytes(touches), programs_of(known, order.order))
 
 
 def _corrected(store: Store, given: _Given) -> Corrected:
-    """The job's files stand in a folder of their own while it is read; nothing of it is left."""
-    toml = given.order.order.route.job_toml
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        (folder / "job.toml").write_text(toml, encoding="utf-8")
-        for file, content in _files(tomllib.loads(toml), given):
-            (folder / file).write_bytes(content)
-        read = read_job(folder / "job.toml", serial=given.part.value.serial)
+    with job_folder(given.order.order, given.programs, given.touches) as job:
+        read = read_job(job, serial=given.part.value.serial)
         made = corrected_of(read, store)
     found = part_of(made.inputs).identity
     if found != given.part.value.identity:
@@ -114,19 +102,3 @@ def _corrected(store: Store, given: _Given) -> Corrected:
             values={"run": ""},
         )
     return made
-
-
-def _files(job: dict[str, Any], given: _Given) -> Iterator[tuple[str, bytes]]:
-    """Programs and touches under the names by which the job asks for them, which lead to no other folder."""
-    programs, gauging = job.get("programs", {}), job.get("gauging", {})
-    named = [(programs.get(kind), content) for kind, content in given.programs.items()]
-    for file, content in (*named, (gauging.get("touches"), given.touches)):
-        if file is None:
-            continue
-        if not isinstance(file, str) or Path(file).name != file:
-            raise TrueloopError(
-                Code.FAC_PLAN,
-                f"the job of order {given.order.order.id!r} names the file {file!r}",
-                hint="name programs and touches without a folder: the store has their contents",
-            )
-        yield file, content

@@ -96,8 +96,18 @@ def keep_inspections(
     """The same of inspections with the names of their files."""
     files = JobFiles.of(job).with_serial(keeping.serial)
     store = store_of(job.parent, keeping.db, files.job.store.db)
-    if store is None:
-        return None
+    return None if store is None else keep_in(store, inspections, files, shown, keeping, names)
+
+
+def keep_in(
+    store: Store,
+    inspections: Sequence[tuple[str, Inspection]],
+    files: JobFiles,
+    shown: Shown,
+    keeping: Keeping,
+    names: Mapping[str, str] = MappingProxyType({}),
+) -> KeptFacts:
+    """The same in a store that is open."""
     given = _Given(store, files, shown, keeping, [])
     values: list[Any] = []
     for file, one in inspections:

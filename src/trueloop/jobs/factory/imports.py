@@ -1,0 +1,102 @@
+"""What was handed over becomes facts of the store: a program, or what was measured of a part of an order."""
+
+from dataclasses import dataclass, replace
+from datetime import datetime
+
+from trueloop.domain.factory.route import BlockKind
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.program import Program, ProgramText
+from trueloop.errors import Code, Severity, TrueloopError
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.known import OrderNow, PartNow
+from trueloop.factory.load import Known, order_of
+from trueloop.factory.requests import RecordStep
+from trueloop.factory.roles import By
+from trueloop.factory.views.uploads import ImportedView, Remarked
+from trueloop.jobs.factory.job_folder import job_folder, programs_of
+from trueloop.jobs.factory.upload_read import Asked, on_part, program_read
+from trueloop.jobs.factory.uploads import Upload
+from trueloop.jobs.measure.keep_measured import After, Shown, keep_in
+from trueloop.jobs.store.finish_cut import SaidOfCut
+from trueloop.jobs.store.keeping import Keeping
+from trueloop.jobs.turned.job_files import JobFiles
+from trueloop.storage.store import Store, find, keep
+
+
+@dataclass(frozen=True)
+class OfPart:
+    """Which part of which order was measured, after what; `run`: which inspection of the file, from 1, None: its one.
+
+    `measured_at` is the time of an inspection that states none.
+    """
+
+    order: str
+    part: int
+    after: After = "released"
+    run: int | None = None
+    measured_at: datetime | None = None
+
+
+def import_program(store: Store, upload: Upload, asked: Asked, by: By) -> ImportedView:
+    """Keeps a program's text under its hash; one that is there already stays as it was described. Raises NC errors."""
+    read = program_read(upload, asked)
+    known = find(store, Program, identity=upload.sha256)
+    values = [] if known else [Program(upload.name, read.dialect, upload.sha256, read.unit)]
+    kept = keep(store, [*values, ProgramText(upload.sha256, upload.content)], by=by.name)
+    return ImportedView(upload.sha256, len(kept) + len(known), sum(one.new for one in kept), read.remarks)
+
+
+def import_measurement(
+    store: Store, upload: Upload, asked: Asked, of: OfPart, by: By, now: datetime, why: str = ""
+) -> ImportedView:
+    """Keeps what was measured of a part; where measuring it is the order's next step, that step is recorded.
+
+    Raises MSR errors for what does not fit the part, MSR-SERIAL for a file of another part, STO and FAC errors.
+    """
+    order, programs = _order(store, of.order)
+    part = order.part(of.part)
+    with on_part(store, upload, replace(asked, order=of.order)) as found:
+        for finding in (one for each in found.on_part for one in each.findings):
+            if finding.severity is Severity.ERROR:
+                raise finding.as_error()
+        inspections = {one.run: one.inspection for one in found.on_part}
+    measured = _chosen(upload, part, inspections, of.run)
+    said = SaidOfCut(record=next((one.run for one in part.steps if one.kind is BlockKind.CORRECT and one.run), None))
+    with job_folder(order.order, programs) as job:
+        files = JobFiles.of(job).with_serial(part.value.serial)
+        shown = Shown(of.after, said, of.measured_at or now)
+        kept = keep_in(store, [(upload.name, measured)], files, shown, Keeping(serial=part.value.serial))
+    remarks = tuple(Remarked(one.severity.value, one.code.value, one.message, one.hint) for one in kept.findings)
+    recorded = _record(store, order, part, by, now, why or f"measured: {upload.name} {upload.sha256[:12]}")
+    return ImportedView(upload.sha256, len(kept.kept), len(kept.new), remarks, recorded)
+
+
+def _order(store: Store, name: str) -> tuple[OrderNow, dict[str, bytes]]:
+    with store.reading() as connection:
+        known = Known(connection, store.codec)
+        order = order_of(known, name)
+        return order, programs_of(known, order.order)
+
+
+def _chosen(upload: Upload, part: PartNow, found: dict[int, Inspection], run: int | None) -> Inspection:
+    """The inspection that is meant, which says nothing else than that it is of this part."""
+    serial = part.value.serial
+    own = {k: one for k, one in found.items() if run in (None, k) and one.part.serial in ("", serial)}
+    if len(own) != 1:
+        serials = [one.part.serial for one in found.values()]
+        listed = ", ".join(f"{k}: {one!r}" for k, one in zip(found, serials[:20], strict=False))
+        raise TrueloopError(
+            Code.MSR_SERIAL,
+            f"{upload.name!r} has {len(own)} inspections of part {serial!r}; its {len(found)} are {listed}",
+            hint="hand over the file of this part, or say which of its inspections is meant",
+            values={"serials": serials[:20]},
+        )
+    return next(iter(own.values()))
+
+
+def _record(store: Store, order: OrderNow, part: PartNow, by: By, now: datetime, why: str) -> bool:
+    step = part.next
+    if step is None or step.kind is not BlockKind.MEASURE:
+        return False
+    carry_out(store, RecordStep(order.order.id, part.row, step.no, why), by, now)
+    return True

@@ -1,0 +1,72 @@
+"""An order's job as a file in a folder of its own, with what it names beside it; nothing of it is left afterwards."""
+
+import tempfile
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from trueloop.domain.factory.order import WorkOrder
+from trueloop.domain.factory.route import BlockKind
+from trueloop.errors import Code, TrueloopError
+from trueloop.factory.load import Known, program_text
+
+
+def programs_of(known: Known, order: WorkOrder) -> dict[str, bytes]:
+    """The texts of an order's semi-finish program and of the finish program that is to be corrected, by their kinds."""
+    blocks = {one.kind: one for one in order.route.blocks if one.corrected or one.kind is BlockKind.SEMIFINISH}
+    return {kind.value: program_text(known, one.program_sha256) or b"" for kind, one in blocks.items()}
+
+
+@contextmanager
+def job_folder(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes | None = None) -> Iterator[Path]:
+    """The path of the order's job, while programs and touches stand beside it as the job calls them.
+
+    Raises FAC-PLAN for names that lead to another folder. What is refused meanwhile names no folder of the service.
+    """
+    with unnamed_folder() as folder:
+        job = folder / "job.toml"
+        job.write_text(order.route.job_toml, encoding="utf-8")
+        for file, content in _files(order, programs, touches):
+            (folder / file).write_bytes(content)
+        yield job
+
+
+@contextmanager
+def unnamed_folder() -> Iterator[Path]:
+    """A folder for a while; what is refused meanwhile does not name it."""
+    with tempfile.TemporaryDirectory() as name:
+        try:
+            yield Path(name)
+        except TrueloopError as refused:
+            raise _without(refused, f"{name}/") from refused
+
+
+def _without(refused: TrueloopError, folder: str) -> TrueloopError:
+    place = replace(refused.place, file=(refused.place.file or "").replace(folder, "") or None)
+    return TrueloopError(
+        refused.code,
+        refused.message.replace(folder, ""),
+        hint=refused.hint.replace(folder, ""),
+        place=place,
+        override=refused.override,
+        values=refused.values,
+    )
+
+
+def _files(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes | None) -> Iterator[tuple[str, bytes]]:
+    """Programs and touches under the names by which the job asks for them, which lead to no other folder."""
+    job: dict[str, Any] = tomllib.loads(order.route.job_toml)
+    named = [(job.get("programs", {}).get(kind), content) for kind, content in programs.items()]
+    for file, content in (*named, (job.get("gauging", {}).get("touches"), touches)):
+        if file is None or content is None:
+            continue
+        if not isinstance(file, str) or Path(file).name != file:
+            raise TrueloopError(
+                Code.FAC_PLAN,
+                f"the job of order {order.id!r} names the file {file!r}",
+                hint="name programs and touches without a folder: the store has their contents",
+            )
+        yield file, content

@@ -1,0 +1,101 @@
+"""Files handed over: read and shown first, then kept as a program or as what was measured; and certificates."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from fastapi import Query, Request
+from pydantic import AwareDatetime, Field
+from starlette.concurrency import run_in_threadpool
+
+from trueloop.domain.page_options import Language
+from trueloop.factory.shown.records import certificate_row
+from trueloop.factory.views.parts import CertificateRow
+from trueloop.factory.views.uploads import ImportedView, Kind, UploadView
+from trueloop.jobs.factory.certify import certify
+from trueloop.jobs.factory.imports import OfPart, import_measurement, import_program
+from trueloop.jobs.factory.upload_read import Asked, read_upload
+from trueloop.jobs.factory.uploads import add_upload, upload_of
+from trueloop.server.guarded import By, Here, factory_by, router
+
+routes = router()
+Name = Annotated[str, Query(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]+$")]
+Mapping = Annotated[str, Field(max_length=100_000)]
+
+
+@dataclass(frozen=True)
+class ReadAs:
+    """How a file is to be read, where it does not say so itself."""
+
+    kind: Kind | None = None
+    dialect: str | None = None
+    unit: Literal["mm", "inch"] | None = None
+    order: str = ""
+    mapping_toml: Mapping = ""
+
+
+@dataclass(frozen=True)
+class AsProgram:
+    """How an NC program is to be read."""
+
+    dialect: str | None = None
+    unit: Literal["mm", "inch"] | None = None
+
+
+@dataclass(frozen=True)
+class AsMeasurement:
+    """Of which part of which order it is, after what it was measured, and how it is to be read."""
+
+    order: str
+    part: Annotated[int, Field(ge=0, lt=1 << 31)]
+    after: Literal["semifinish", "finish", "released"] = "released"
+    run: int | None = None
+    measured_at: AwareDatetime | None = None
+    unit: Literal["mm", "inch"] | None = None
+    mapping_toml: Mapping = ""
+
+
+@dataclass(frozen=True)
+class CertifyPart:
+    """Which part; `u_um`: standard uncertainty of readings that state none."""
+
+    part: Annotated[int, Field(ge=0, lt=1 << 31)]
+    language: Language = "en"
+    u_um: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)] | None = None
+
+
+@routes.post("/uploads", status_code=201)
+async def upload(request: Request, name: Name, here: Here, who: By) -> UploadView:
+    """A file, as the request's body. Nothing of it is a fact yet; it is forgotten after a day."""
+    content = await request.body()
+    kept = await run_in_threadpool(add_upload, here.store, name, content, who.name, here.clock())
+    return await run_in_threadpool(read_upload, here.store, kept, Asked())
+
+
+@routes.post("/uploads/{sha}/read")
+def read(sha: str, given: ReadAs, here: Here, who: By) -> UploadView:
+    """The same file, read in another way."""
+    asked = Asked(given.kind, given.dialect, given.unit, given.order, given.mapping_toml)
+    return read_upload(here.store, upload_of(here.store, sha, who.name), asked)
+
+
+@routes.post("/uploads/{sha}/program", status_code=201)
+def as_program(sha: str, given: AsProgram, here: Here, who: By) -> ImportedView:
+    """Kept as a program, which may be released then."""
+    asked = Asked("program", given.dialect, given.unit)
+    return import_program(here.store, upload_of(here.store, sha, who.name), asked, factory_by(who))
+
+
+@routes.post("/uploads/{sha}/measurement", status_code=201)
+def as_measurement(sha: str, given: AsMeasurement, here: Here, who: By) -> ImportedView:
+    """Kept as what was measured of a part."""
+    asked = Asked("measurement", None, given.unit, given.order, given.mapping_toml)
+    of = OfPart(given.order, given.part, given.after, given.run, given.measured_at)
+    found = upload_of(here.store, sha, who.name)
+    return import_measurement(here.store, found, asked, of, factory_by(who), here.clock())
+
+
+@routes.post("/certificates", status_code=201)
+def certificate(given: CertifyPart, here: Here, who: By) -> CertificateRow:
+    """A part's certificate, from what is known of it now."""
+    sha256 = certify(here.store, given.part, given.language, factory_by(who), here.clock(), given.u_um)
+    return certificate_row(here.store, given.part, sha256)
