@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from ezdxf.filemanagement import new
 
 from tests.support.service import Caller, Running, problem
 from trueloop.domain.life import Cut, InspectionLink, Stage
@@ -194,9 +195,7 @@ def test_what_is_no_name_is_refused(service: Running, name: str) -> None:
 
 
 def test_a_drawing_is_shown_as_the_table_of_a_job(service: Running, tmp_path: Path) -> None:
-    import ezdxf
-
-    drawing = ezdxf.new(units=4)
+    drawing = new(units=4)
     for start, end in (((10, -30), (10, -5)), ((10, -5), (5, 0)), ((5, 0), (0, 0))):
         drawing.modelspace().add_line((start[1], start[0]), (end[1], end[0]))
     drawing.saveas(tmp_path / "shaft.dxf")
