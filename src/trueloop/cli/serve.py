@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -12,6 +12,9 @@ from trueloop.cli.failure import guarded
 if TYPE_CHECKING:
     from trueloop.server.run import Listening
     from trueloop.server.settings import Settings
+
+HELD_OPEN: Final = 16
+"""Connections to a store in a file that stay open: opening one costs as much as reading a part's life."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +57,7 @@ def serve(where: Where, db: Db = None) -> None:
 
     listening = where.listening()
     require_safe(listening)
-    store = opened(db)
+    store = opened(db, held_open=HELD_OPEN)
     if not accounts(store):
         typer.echo("note: there is no account yet: trueloop user add NAME --role admin", err=True)
     run(store, _settings(where), listening, lambda at: typer.echo(f"serving {store.where} at {at}"))

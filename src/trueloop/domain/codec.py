@@ -132,14 +132,13 @@ class Codec:
     def _registered(self, kind: Any, inner: dict[str, Plain], where: str) -> Any:
         values = {key: self._value(one, f"{where}.{key}") for key, one in inner.items()}
         if issubclass(kind, Enum):
-            if set(values) != {"value"} or values["value"] not in [one.value for one in kind]:
+            if set(values) != {"value"} or values["value"] not in _worths(kind):
                 raise _refused(f"{values} is no {kind.__name__}", where)
             return kind(values["value"])
         hints = _hints(kind)
-        needed = {field.name for field in _fields(kind) if field.default is field.default_factory is MISSING}
-        if unknown := set(values) - set(hints):
+        if unknown := values.keys() - hints.keys():
             raise _refused(f"{kind.__name__} has no {sorted(unknown)}", where)
-        if missing := needed - set(values):
+        if missing := _needed(kind) - values.keys():
             raise _refused(f"{kind.__name__} lacks {sorted(missing)}", where)
         for key, one in values.items():
             if not fits(one, hints[key]):
@@ -192,6 +191,16 @@ _OTHERS: Final = {"array": _array, "bytes": _bytes, "datetime": _datetime, "numb
 
 def _fields(value: Any) -> tuple[Field[Any], ...]:
     return fields(value)
+
+
+@cache
+def _needed(kind: Any) -> frozenset[str]:
+    return frozenset(field.name for field in _fields(kind) if field.default is field.default_factory is MISSING)
+
+
+@cache
+def _worths(kind: Any) -> tuple[object, ...]:
+    return tuple(one.value for one in kind)
 
 
 @cache

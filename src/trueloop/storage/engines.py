@@ -45,19 +45,22 @@ def url_of(where: str | Path) -> URL:
     raise _no_store(shown(text))
 
 
-def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool) -> Engine:
-    """The engine; connects to nothing yet. Raises STO-FILE where there is no such file, STO-DRIVER without psycopg."""
+def engine_of(url: URL, wait_s: float, *, create: bool, read_only: bool, held_open: int = 0) -> Engine:
+    """The engine; connects to nothing yet. Raises STO-FILE where there is no such file, STO-DRIVER without psycopg.
+
+    `held_open`: how many connections to a file stay open between two transactions, for who has many of them.
+    """
     if url.get_backend_name() == "postgresql":
         return _postgresql(url, wait_s, read_only)
     if url.database in (None, "", ":memory:"):
         engine = create_engine("sqlite://", poolclass=StaticPool, connect_args={"check_same_thread": False})
     else:
-        engine = _sqlite_file(url, create, read_only)
+        engine = _sqlite_file(url, create, read_only, held_open)
     _set_up_sqlite(engine, wait_s)
     return engine
 
 
-def _sqlite_file(url: URL, create: bool, read_only: bool) -> Engine:
+def _sqlite_file(url: URL, create: bool, read_only: bool, held_open: int) -> Engine:
     path = Path(str(url.database))
     if not path.is_file() and (not create or path.exists()):
         raise TrueloopError(
@@ -65,9 +68,13 @@ def _sqlite_file(url: URL, create: bool, read_only: bool) -> Engine:
         )
     mode = "ro" if read_only else "rwc" if create else "rw"
     uri = f"file:{quote(str(path.absolute()))}?mode={mode}"
-    return create_engine(
-        url, creator=lambda: sqlite3.connect(uri, uri=True, check_same_thread=False), poolclass=NullPool
-    )
+
+    def connect() -> sqlite3.Connection:
+        return sqlite3.connect(uri, uri=True, check_same_thread=False)
+
+    if held_open:
+        return create_engine(url, creator=connect, pool_size=held_open, max_overflow=-1)
+    return create_engine(url, creator=connect, poolclass=NullPool)
 
 
 def _set_up_sqlite(engine: Engine, wait_s: float) -> None:

@@ -75,16 +75,18 @@ def open_store(
     codec: Codec | None = None,
     read_only: bool = False,
     wait_s: float = WAIT_S,
+    held_open: int = 0,
 ) -> Store:
     """The store in a SQLite file, or at the URL of a PostgreSQL database.
 
     `create` makes one in a new file or an empty database. A file of an older schema is migrated, in one transaction;
-    a database that others share only with `create`. `wait_s`: how long a call waits for another program that writes.
+    a database that others share only with `create`. `wait_s`: how long a call waits for another program that writes;
+    `held_open`: how many connections to a file stay open, for a program that asks often.
     Raises STO-FILE, STO-SCHEMA, STO-BUSY, STO-WRITE, STO-DRIVER.
     """
     url = url_of(where)
     name = url.database if url.get_backend_name() == "sqlite" else ""
-    engine = engine_of(url, wait_s, create=create, read_only=read_only)
+    engine = engine_of(url, wait_s, create=create, read_only=read_only, held_open=held_open)
     store = Store(engine, codec or values.CODEC.with_more(Correction), name or shown(str(where)))
     weakref.finalize(store, engine.dispose)  # commands end without closing it; PostgreSQL's connections are held open
     try:
