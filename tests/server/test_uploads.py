@@ -123,6 +123,12 @@ def test_a_part_is_made_measured_certified_and_released_over_http(service: Runni
     assert kept.json()["recorded"] is True and kept.json()["new"] > 0
     (made,) = (one.value for one in find(service.store, Cut, stage=Stage.FINISH))
     assert made.correction and made.part.serial == SERIAL
+    (correction,) = ana.get(f"parts/{part}/life").json()["corrections"]
+    assert correction["has_report"] and correction["id"] == made.correction
+    report = ana.get(f"corrections/{made.correction}/report", params={"language": "de"})
+    assert "sandbox" in report.headers["content-security-policy"]
+    assert '<html lang="de"' in report.text and "<svg" in report.text and "Korrektur" in report.text
+    assert problem(ana.get("corrections/none/report")) == "FAC-UNKNOWN"
     assert problem(ana.post("certificates", {"part": part})) == "MON-NONE"  # errors are no sizes
     sizes = hand_over(ana, "sizes.csv", SIZES)
     of = {"order": number, "part": part, "mapping_toml": sizes["measurement"]["mapping_toml"]}

@@ -48,6 +48,7 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/today"): READ,
     ("GET", "/parts"): READ,
     ("GET", "/parts/{id}/life"): READ,
+    ("GET", "/corrections/{id}/report"): READ,
     ("GET", "/series"): READ,
     ("GET", "/series/{part_type}/{characteristic}"): READ,
     ("GET", "/tools"): READ,

@@ -122,5 +122,5 @@ def correction_view(record: Record, cut_with: Mapping[str, Mapping[str, str]]) -
     source = "" if record.program is None else record.program.sha256
     return CorrectionView(
         *(record.id, record.product.value, record.made_at, record.made_by, tuple(record.decision), source, program),
-        *(None, None, record.product is Product.TURNED),
+        record.product is Product.TURNED,
     )

@@ -66,7 +66,7 @@ def machine_view(store: Store, name: str, now: datetime) -> MachineView:
         keys = select(func.count()).where(API_KEY.c.machine == name, API_KEY.c.ended_at.is_(None))
         query = select(TRANSFER).where(TRANSFER.c.control == name).order_by(TRANSFER.c.id.desc()).limit(20)
         transfers = tuple(transfer_view(one) for one in known.rows(query))
-        return MachineView(found, "", _model(known, name), known.connection.scalar(keys) or 0, transfers)
+        return MachineView(found, _model(known, name), known.connection.scalar(keys) or 0, transfers)
 
 
 def _model(known: Known, name: str) -> str:

@@ -110,7 +110,6 @@ class MachineView:
     """One machine: what it does, its links, the model in force, its last events."""
 
     now: MachineNow
-    structure: str
     model_version: str
     keys: int
     transfers: tuple[TransferView, ...]

@@ -85,8 +85,6 @@ class CorrectionView:
     summary: tuple[str, ...]
     source_sha256: str
     corrected_sha256: str
-    largest_um: float | None
-    predicted_rms_um: float | None
     has_report: bool
 
 

@@ -7,6 +7,7 @@ from fastapi import Query, Request, Response
 from fastapi.responses import PlainTextResponse, StreamingResponse
 
 from trueloop.domain.factory.states import PartState
+from trueloop.domain.page_options import Language
 from trueloop.factory.shown import life, machines, orders, parts, programs, proposals, records, series, tools
 from trueloop.factory.shown.today import today
 from trueloop.factory.tasks import task_of
@@ -15,6 +16,7 @@ from trueloop.factory.views.page import Page
 from trueloop.factory.views.parts import CertificateRow, EventView, PartLife, PartRow
 from trueloop.factory.views.series import AlarmView, ProposalView, SeriesRow, SeriesView, ToolMemory, ToolRow
 from trueloop.factory.views.today import MachineNow, Today
+from trueloop.jobs.factory.correction_page import correction_page
 from trueloop.jobs.factory.memory import tool_memory
 from trueloop.server import etags, pages, streams
 from trueloop.server.cursors import Cursor, Limit, cursor_of, place_of
@@ -62,6 +64,12 @@ def show_life(id: int, here: Here, response: Response) -> PartLife:
     found = life.part_life(here.store, id)
     etags.tag(response, found.etag)
     return found
+
+
+@routes.get("/corrections/{id}/report", response_class=Response)
+def show_correction(id: str, here: Here, language: Language = "en") -> Response:
+    """A correction's report, in a sandbox."""
+    return pages.report(correction_page(here.store, id, language))
 
 
 @routes.get("/series")
