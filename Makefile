@@ -10,6 +10,8 @@ RUN := $(VENV)/bin/
 PLACE := $(VENV)/.place
 SETUP := $(VENV)/.ready
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
+WEB_SOURCES := $(shell find web -path web/node_modules -prune -o -type f -print)
+PAGES := src/trueloop/pages/index.html
 PART ?= modbas2
 
 # One more than there are cores: tests that wait for LinuxCNC or a browser leave theirs to another.
@@ -21,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime test test-corpus check format bench fuzz miri setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime web test test-corpus check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -44,6 +46,13 @@ $(SETUP): $(PLACE) pyproject.toml uv.lock $(RUST_SOURCES)
 
 setup: $(SETUP) ## the environment and the Rust core
 
+$(PAGES): $(WEB_SOURCES)
+	@scripts/require-node.sh
+	@echo "building the pages of the service"
+	@cd web && npm ci --silent && npm run --silent build -- --logLevel warn
+
+web: $(PAGES) ## the pages of the service, built with Node into src/trueloop/pages
+
 demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected finish program, in out/
 	@$(RUN)trueloop demo $(PART)
 
@@ -57,7 +66,7 @@ demo-realtime: $(SETUP) ## LinuxCNC turns a part on a virtual lathe that warms u
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev
 	@OMP_NUM_THREADS=2 $(RUN)trueloop realtime demo
 
-test: $(SETUP) ## every test that needs no files from outside; installs what of Debian is needed where it may
+test: $(SETUP) $(PAGES) ## every test that needs no files from outside; installs what of Debian is needed where it may
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto
 	cargo test --quiet --locked --workspace --exclude trueloop-python --tests
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m 'not corpus'
@@ -96,4 +105,4 @@ miri: ## the real-time core, its C interface among it, under miri, which is inst
 	cargo +nightly miri test --quiet --locked --target-dir target/miri --package rtec --features c-library
 
 clean: ## remove everything that can be made again
-	rm -rf $(VENV) target out build .*_cache .hypothesis
+	rm -rf $(VENV) target out build .*_cache .hypothesis web/node_modules src/trueloop/pages

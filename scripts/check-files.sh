@@ -5,6 +5,11 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 status=0
 
+if grep -q '"resolved"' web/package-lock.json; then
+    echo "web/package-lock.json holds addresses: it is written by npm with web/.npmrc, which leaves them out" >&2
+    status=1
+fi
+
 hosts=$(grep -ohE '[a-z+]+://[^/" ]+' uv.lock Cargo.lock | sed 's/^[a-z]*+//' | sort -u |
     grep -vxE 'https://(pypi\.org|files\.pythonhosted\.org|github\.com|index\.crates\.io)' || true)
 if [ -n "$hosts" ]; then

@@ -71,6 +71,15 @@ def test_signing_in_anew_ends_the_old_session(service: Running) -> None:
     assert problem(caller.get("me")) == "SRV-SIGN-IN"
 
 
+def test_a_page_that_nobody_touches_does_not_keep_its_session_open(service: Running) -> None:
+    otto = service.signed_in("viewer")
+    for _ in range(3):
+        service.clock.turn(minutes=19)
+        assert otto.get("today", headers={"Looking-On": "1"}).status_code == 200
+    service.clock.turn(minutes=4)
+    assert problem(otto.get("today", headers={"Looking-On": "1"})) == "SRV-SIGN-IN"
+
+
 def test_a_session_ends_when_it_is_not_used(service: Running) -> None:
     otto = service.signed_in("viewer")
     for _ in range(3):

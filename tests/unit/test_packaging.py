@@ -60,6 +60,9 @@ def test_the_wheel_holds_every_module_example_and_type_the_core_and_the_licence(
     }
     assert examples
     assert examples <= held
+    pages = {f"trueloop/pages/{name}" for name in ("index.html", "icon.svg", "licences.txt", "manifest.json")}
+    assert pages <= held, "the pages were not built: make web"
+    assert any(name.startswith("trueloop/pages/assets/") and name.endswith(".js") for name in held)
     types = {"trueloop/__init__.pyi", "trueloop/_core.pyi", "trueloop/py.typed"}
     assert modules | types | {"trueloop/_core.abi3.so"} <= held
     assert any(name.endswith("dist-info/licenses/LICENSE") for name in held)

@@ -21,6 +21,8 @@ from trueloop.server.settings import Settings
 from trueloop.storage.store import Store
 
 _SAFE: Final = ("GET", "HEAD", "OPTIONS")
+LOOKING_ON: Final = "looking-on"
+"""A header of what a page asks by itself while nobody touches it: that is not using the session."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def known(here: Service, request: Request) -> Who:
     cookie = request.cookies.get(here.settings.cookie)
     if cookie is None:
         raise sessions.signed_out()
-    return sessions.of_cookie(here.store, here.settings, cookie, now)
+    return sessions.of_cookie(here.store, here.settings, cookie, now, seen=LOOKING_ON not in request.headers)
 
 
 def require_origin(settings: Settings, request: Request) -> None:

@@ -39,6 +39,11 @@ def policy_of(nonce: str) -> str:
     )
 
 
+FILE_POLICY: Final = (
+    "default-src 'none'; script-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'"
+)
+"""Of a file: a worker, which hears the events for all windows, goes by the policy that its own script came with."""
+
 REPORT_POLICY: Final = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
@@ -71,7 +76,9 @@ def install(app: FastAPI, settings: Settings) -> None:
         if found is not None and path != "index.html":
             lasting = "public, max-age=31536000, immutable" if path.startswith("assets/") else "no-cache"
             media = _TYPES.get(found.suffix, "application/octet-stream")
-            return FileResponse(found, media_type=media, headers={"Cache-Control": lasting})
+            return FileResponse(
+                found, media_type=media, headers={"Cache-Control": lasting, "Content-Security-Policy": FILE_POLICY}
+            )
         if "." in path.rpartition("/")[2]:
             return answer_of(nothing("file", f"/{path}"))
         return _index(names.get("index.html"))

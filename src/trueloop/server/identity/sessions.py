@@ -63,9 +63,9 @@ def begin(store: Store, settings: Settings, account: Row[Any], address: str, now
     return Begun(new, _who(account, _hash(new), expires_at))
 
 
-def of_cookie(store: Store, settings: Settings, cookie: str, now: datetime) -> Who:
-    """Whose session it is, with the role the account has now. Raises SRV-SIGN-IN."""
-    found = still_open(store, settings, _hash(cookie), now)
+def of_cookie(store: Store, settings: Settings, cookie: str, now: datetime, *, seen: bool = True) -> Who:
+    """Whose session it is, with the role the account has now; `seen` as below. Raises SRV-SIGN-IN."""
+    found = still_open(store, settings, _hash(cookie), now, seen=seen)
     if found is None:
         raise signed_out()
     return found

@@ -1,0 +1,79 @@
+"""A shop that has something of everything to show, with names that are scripts where names may be anything."""
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from hashlib import sha256
+
+from tests.support.factory import CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, TEXTS, Shop
+from tests.support.series import inspection, reading
+from trueloop.domain.factory.states import FactKind
+from trueloop.domain.inspection import Inspection
+from trueloop.domain.part import Part, PartType
+from trueloop.domain.program import Program, ProgramText
+from trueloop.factory import requests as ask
+from trueloop.factory.book import read_book
+from trueloop.factory.carry_out import carry_out
+from trueloop.factory.roles import By, Role
+from trueloop.factory.shown.machines import heard
+from trueloop.loops.post_process.options import SeriesOptions
+from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.storage.store import Store, keep
+
+SCRIPT = "<img src=x onerror=alert(1)><script>alert(2)</script>"
+REPORT = b"<!doctype html><html lang='en'><title>Certificate</title><h1>Certificate of part a</h1><p>in tolerance</p>"
+
+
+def full_shop(store: Store) -> Shop:
+    """Part a is corrected, cut and measured; part b is held in a cut that nobody saw end."""
+    shop = Shop(store, datetime.now(UTC) - timedelta(minutes=10)).set_up(replace(PLAN, serials=("a", "b")))
+    shop.run()
+    shop.correct(shop.run())
+    finished = shop.part_of(shop.run())
+    shop.do(ask.RecordStep(shop.order, finished, 4, "out of the chuck"), OPERATOR)
+    begun = shop.next()
+    assert begun is not None
+    shop.tell(begun, FactKind.SENT, FactKind.VERIFIED, FactKind.STARTED, FactKind.UNKNOWN)
+    measured = Inspection(
+        Part(PartType("shaft", "B"), "a"),
+        *("readings", sha256(b"cmm").hexdigest(), 3),
+        (reading("dome", 4.2), reading("journal", -7.9), reading("collar", 41.0)),
+        device="CMM 1",
+        measured_at=shop.now,
+    )
+    keep(store, [measured])
+    shop.do(ask.Certify(finished, REPORT, "in"), ENGINEER)
+    shop.do(ask.RecordTransfer("lathe", SHA["finish"], "O1.nc", "to", SHA["finish"], SHA["finish"], "sent"), OPERATOR)
+    shop.do(ask.RaiseAlarm("monitor", "MON-ALARM", "out of control: 2 of 3 beyond 2 σ", {"rule": "2"}), SERVICE)
+    _scripts(shop)
+    _series(shop)
+    _heard(shop)
+    return shop
+
+
+def _scripts(shop: Shop) -> None:
+    """Names that people, files and controls may choose."""
+    text = TEXTS["finish"] + f"({SCRIPT})\n".encode()
+    name = sha256(text).hexdigest()
+    keep(shop.store, [Program(SCRIPT, "linuxcnc", name, "mm"), ProgramText(name, text)])
+    plan = replace(PLAN, machine=SCRIPT, serials=(SCRIPT,), part_type=SCRIPT)
+    order = carry_out(shop.store, plan, ENGINEER, shop.now).orders[0]
+    shop.do(ask.Hold(order.order.id, order.parts[0].row, SCRIPT), OPERATOR)
+    shop.do(ask.RaiseAlarm(SCRIPT, "MON-ALARM", SCRIPT, {SCRIPT: SCRIPT}, machine=SCRIPT), SERVICE)
+
+
+def _series(shop: Shop) -> None:
+    """A journal that is some 12 µm too large, and what that proposes."""
+    first = shop.now - timedelta(hours=30)
+    errors = (9.0, 14.0, 12.5, 11.0, 13.0, 12.0, 15.5, 10.5, 12.0, 13.5)
+    seen = [inspection(f"{500 + k}", {"journal": error}) for k, error in enumerate(errors)]
+    keep(shop.store, [replace(one, measured_at=first + timedelta(hours=k)) for k, one in enumerate(seen)])
+    book = read_book(shop.store, "SHAFT", SeriesOptions())
+    keep(shop.store, list(proposals_of(book.tracked, SeriesOptions(), Made("ana", shop.now)))[:1])
+
+
+def _heard(shop: Shop) -> None:
+    said = {"state": "running", "line": 420, "progress": 0.7, "program": "finish.ngc", "corrector": "on"}
+    told = {**said, "temperatures_c": {"spindle": 23.5, "bed": 21.0}}
+    heard(shop.store, "lathe", told, CELL, datetime.now(UTC))
+    silent = datetime.now(UTC) - timedelta(minutes=4)
+    heard(shop.store, "mill", {"state": "idle", "program": "face.ngc"}, By("cell", Role.CELL, "mill"), silent)

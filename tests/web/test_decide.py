@@ -1,0 +1,95 @@
+"""What people change by the pages: it is done, or refused with its reason; others see it at once."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.support.factory import OPERATOR, SHA, Shop
+from tests.support.full_shop import full_shop
+from tests.support.served import Browsing, served
+from trueloop.domain.factory.states import PartState, StepState
+from trueloop.factory import requests as ask
+from trueloop.factory.shown.orders import order_view
+from trueloop.jobs.store.codec import store_codec
+from trueloop.storage.store import open_store
+
+
+@pytest.fixture
+def shop(tmp_path: Path) -> Iterator[Shop]:
+    store = open_store(str(tmp_path / "trueloop.db"), create=True, codec=store_codec())
+    yield full_shop(store)
+    store.close()
+
+
+@pytest.fixture
+def own(shop: Shop, web: Browsing) -> Iterator[Browsing]:
+    """The same browser on a service of its own, which a test may change."""
+    with served(shop.store) as address:
+        yield Browsing(web.browser, address)
+
+
+def test_a_held_part_is_decided_and_others_see_it_at_once(own: Browsing, shop: Shop) -> None:
+    with own.window("operator") as window, own.window("viewer") as other:
+        other.go("/orders/O1")
+        window.go("/parts/2")
+        cut = window.page.get_by_role("button", name="It was not cut")
+        expect(cut).to_be_disabled()
+        expect(window.page.locator("main")).to_contain_text("give a reason first")
+        window.page.get_by_label("Reason").fill("looked: it is as it was")
+        cut.click()
+        expect(window.page.get_by_role("heading", name="Next: step 0")).to_be_visible()
+        expect(other.page.get_by_role("row").filter(has_text="planned")).to_have_count(1)
+        part = order_view(shop.store, shop.order).parts[1]
+        assert (part.state, part.steps[0]) == (PartState.PLANNED, StepState.WAITING)
+        assert window.complaints == other.complaints == []
+
+
+def test_who_may_not_is_told_why(own: Browsing) -> None:
+    with own.window("viewer") as window:
+        window.go("/parts/2")
+        window.page.get_by_label("Reason").fill("I would like to")
+        expect(window.page.get_by_role("button", name="It was cut")).to_be_disabled()
+        expect(window.page.locator("main")).to_contain_text("needs the role operator; you are viewer")
+        window.go("/orders")
+        expect(window.page.get_by_role("button", name="Plan an order")).to_be_disabled()
+        expect(window.page.locator("main")).to_contain_text("needs the role engineer; you are viewer")
+
+
+def test_a_refusal_shows_its_code_and_what_to_do(own: Browsing, shop: Shop) -> None:
+    """Somebody changed the order after this page had read it, and no news of that came."""
+    with own.window("operator") as window:
+        window.page.context.route("**/events", lambda route: route.abort())
+        window.go("/parts/2")
+        shop.do(ask.Hold(shop.order, 1, "scratched"), OPERATOR)
+        window.page.get_by_label("Reason").fill("it was cut")
+        window.page.get_by_role("button", name="It was cut").click()
+        refused = window.page.get_by_role("alert")
+        expect(refused).to_contain_text("FAC-STALE")
+        expect(window.page.get_by_label("Reason")).to_have_value("it was cut")
+        window.page.get_by_role("button", name="It was cut").click()
+        expect(window.page.get_by_role("heading", name="Next: step 1")).to_be_visible()
+
+
+def test_an_order_is_planned(own: Browsing, shop: Shop) -> None:
+    with own.window("engineer") as window:
+        window.go("/orders/new")
+        page = window.page
+        page.get_by_label("Part type").fill("shaft")
+        page.get_by_label("Revision").fill("B")
+        page.get_by_label("Machine").fill("lathe")
+        page.get_by_label("Serial numbers").fill("c\nd\n")
+        page.get_by_label("Job").fill("[part]")
+        page.get_by_role("button", name="Plan an order").click()
+        expect(page.get_by_role("alert")).to_contain_text("FAC-PLAN")
+        for no, name in ((0, "semifinish"), (1, "probe"), (3, "finish")):
+            step = page.get_by_role("group", name=f"Step {no}")
+            step.get_by_label("Released program").select_option(f"{name}.ngc {SHA[name][:12]}")
+        page.get_by_role("button", name="Plan an order").click()
+        expect(page.get_by_role("heading", level=1, name="Order O3")).to_be_visible()
+        made = order_view(shop.store, "O3")
+        assert [one.serial for one in made.parts] == ["c", "d"]
+        assert [one.kind.value for one in made.blocks] == [
+            *("semifinish", "probe", "correct", "finish", "remove", "measure")
+        ]

@@ -1,0 +1,77 @@
+"""Every page for every role, wide and narrow: nothing is complained of, all is readable, and fingers hit it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.full_shop import SCRIPT
+from tests.support.served import NARROW, WIDE, Browsing, Window
+
+AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
+FINGER_PX = 48
+PAGES = ("/", "/orders", "/orders/O1", "/orders/new", "/parts", "/parts/1", "/parts/2")
+SMALL = """() => [...document.querySelectorAll('a, button, input, select, textarea, [role=button]')]
+    .filter(one => !one.matches('.skip') && one.checkVisibility())
+    .map(one => one.matches('[type=checkbox]') ? one.closest('.mantine-Checkbox-body') : one)
+    .map(one => [one.outerHTML.slice(0, 120), one.getBoundingClientRect()])
+    .filter(([, box]) => box.width < SIZE - 0.5 || box.height < SIZE - 0.5)
+    .map(([html, box]) => `${box.width} x ${box.height}: ${html}`)""".replace("SIZE", str(FINGER_PX))
+WIDER = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
+
+
+def findings(window: Window) -> list[str]:
+    """What axe finds against WCAG 2.2 AA and good practice."""
+    window.page.evaluate(AXE.read_text(encoding="utf-8"))
+    found: dict[str, Any] = window.page.evaluate("async () => await axe.run()")
+    return [f"{one['id']}: {[node['html'][:160] for node in one['nodes'][:3]]}" for one in found["violations"]]
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_every_page_can_be_read_touched_and_understood(web: Browsing, dark: bool) -> None:
+    with web.window("admin", dark=dark) as window:
+        for path in PAGES:
+            window.go(path)
+            for size in (NARROW, WIDE):
+                window.resize(size)
+                assert findings(window) == [], (path, size)
+                assert window.page.evaluate(SMALL) == [], (path, size)
+        assert window.complaints == []
+
+
+@pytest.mark.parametrize("role", ["viewer", "operator", "engineer", "admin"])
+def test_every_page_opens_for_every_role(web: Browsing, role: str) -> None:
+    with web.window(role) as window:
+        for path in PAGES:
+            window.go(path)
+            assert window.page.locator("main h1").first.inner_text(), path
+            for size in (NARROW, WIDE):
+                window.resize(size)
+                assert window.page.evaluate(WIDER) <= 0, f"{path} scrolls sideways at {size}"
+        assert window.complaints == []
+
+
+def test_a_script_in_a_name_is_a_text(web: Browsing) -> None:
+    """Of machine, part type, serial number, reason, alarm and program: all of them are on these pages."""
+    with web.window("admin") as window:
+        for path in ("/", "/orders", "/parts", "/parts/3"):
+            window.go(path)
+            assert SCRIPT in window.page.locator("main").inner_text().replace("\n", ""), path
+            assert window.page.locator("main img, main script").count() == 0, path
+        assert window.complaints == []
+
+
+def test_the_first_load_is_small(web: Browsing) -> None:
+    """All that a browser loads before it shows Today: at most 250 kB, packed as on the way."""
+    import gzip
+
+    folder = Path(__file__).parents[2] / "src" / "trueloop" / "pages"
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    wanted, files = {"index.html", "src/pages/Today.tsx"}, set()
+    while wanted:
+        one = manifest[wanted.pop()]
+        files |= {one["file"], *one.get("css", ())}
+        wanted |= {name for name in one.get("imports", ()) if manifest[name]["file"] not in files}
+    packed = sum(len(gzip.compress((folder / name).read_bytes())) for name in files)
+    assert 50_000 < packed <= 250_000

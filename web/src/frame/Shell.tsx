@@ -1,0 +1,117 @@
+import { AppShell, Burger, Button, NavLink, Text, useComputedColorScheme, useMantineColorScheme } from "@mantine/core";
+import { useDisclosure } from "@mantine/hooks";
+import { useEffect, type ReactNode } from "react";
+import { Link, useLocation } from "wouter";
+
+import { client, nowIs } from "../api/asking";
+import { ask } from "../api/client";
+import { useContact } from "../live/contact";
+import { ago, moment } from "../show/format";
+import { useUser } from "../show/roles";
+import { speak, useName, useText } from "../text/text";
+import { PAGES } from "./routes";
+
+/** The frame around every page: where one is, who one is, and whether what is seen is live. */
+export function Shell({ children }: { children: ReactNode }) {
+  const text = useText();
+  const [open, menu] = useDisclosure(false);
+  const [place] = useLocation();
+  useEffect(() => menu.close(), [place]);
+  return (
+    <AppShell
+      header={{ height: 64 }}
+      navbar={{ width: 220, breakpoint: "md", collapsed: { mobile: !open } }}
+      padding="md"
+      transitionDuration={0}
+    >
+      <AppShell.Header px="md" style={{ display: "flex", alignItems: "center", gap: "1rem" }}>
+        <a className="skip" href="#content">
+          {text("skip")}
+        </a>
+        <Burger
+          opened={open}
+          onClick={menu.toggle}
+          hiddenFrom="md"
+          size="lg"
+          aria-label={text("frame.menu")}
+          aria-expanded={open}
+        />
+        <Text fw={700} visibleFrom="md">
+          trueloop
+        </Text>
+        <ContactShown />
+      </AppShell.Header>
+      <AppShell.Navbar p="xs" aria-label={text("frame.pages")} style={{ overflowY: "auto" }}>
+        {PAGES.map(({ href, name }) => (
+          <NavLink
+            key={href}
+            component={Link}
+            href={href}
+            label={text(name)}
+            active={href === "/" ? place === "/" : place.startsWith(href)}
+            {...(place === href ? { "aria-current": "page" as const } : {})}
+          />
+        ))}
+        <Mine />
+      </AppShell.Navbar>
+      <AppShell.Main id="content" tabIndex={-1}>
+        <div className="page">{children}</div>
+      </AppShell.Main>
+    </AppShell>
+  );
+}
+
+/** Whether the service answers, and of when the values are. */
+export function ContactShown() {
+  const { at, now, lost } = useContact();
+  const text = useText();
+  return (
+    <span className={lost ? "contact lost" : "contact"} role="status" aria-live="off">
+      {lost
+        ? text("contact.lost", { age: ago(now - at), at: moment(at) })
+        : text("contact.live", { at: moment(at) })}
+    </span>
+  );
+}
+
+function Mine() {
+  const me = useUser();
+  const text = useText();
+  const word = useName();
+  const colours = useMantineColorScheme();
+  const dark = useComputedColorScheme("light") === "dark";
+  const german = document.documentElement.lang === "de";
+
+  async function change() {
+    const language = german ? "en" : "de";
+    client.setQueryData(["me"], { ...me, language });
+    speak(language);
+    await ask("PATCH", "me", { body: { language } }).catch(() => undefined);
+  }
+  async function leave() {
+    try {
+      await ask("DELETE", "session");
+    } finally {
+      nowIs(null);
+    }
+  }
+  return (
+    <div className="mine">
+      <Text size="sm" fw={600}>
+        {me.display || me.name}
+      </Text>
+      <Text size="sm" className="soft">
+        {word("role", me.role)}
+      </Text>
+      <Button variant="default" fullWidth onClick={() => colours.setColorScheme(dark ? "light" : "dark")}>
+        {text(dark ? "frame.light" : "frame.dark")}
+      </Button>
+      <Button variant="default" fullWidth onClick={() => void change()} lang={german ? "en" : "de"}>
+        {text("frame.language")}
+      </Button>
+      <Button variant="default" fullWidth onClick={() => void leave()}>
+        {text("sign.out")}
+      </Button>
+    </div>
+  );
+}

@@ -1,0 +1,52 @@
+import { Button, Paper, PasswordInput, TextInput, Title } from "@mantine/core";
+import { useMutation } from "@tanstack/react-query";
+import { useState, type FormEvent } from "react";
+
+import { nowIs } from "../api/asking";
+import { ask, type Problem, type Shape } from "../api/client";
+import { Refused } from "../show/parts";
+import { useText } from "../text/text";
+
+/** Name and password. */
+export function SignIn() {
+  const text = useText();
+  const [name, setName] = useState("");
+  const [password, setPassword] = useState("");
+  const signing = useMutation<Shape<"Me">, Problem>({
+    mutationFn: () => ask("POST", "session", { body: { name, password } }),
+    onSuccess: nowIs,
+  });
+
+  function submit(event: FormEvent) {
+    event.preventDefault();
+    signing.mutate();
+  }
+  return (
+    <main className="sign-in">
+      <Paper withBorder p="lg">
+        <Title order={1} size="h2">
+          trueloop
+        </Title>
+        <form className="fields" onSubmit={submit} aria-label={text("sign.title")}>
+          <TextInput
+            label={text("sign.name")}
+            autoComplete="username"
+            autoFocus
+            value={name}
+            onChange={(event) => setName(event.currentTarget.value)}
+          />
+          <PasswordInput
+            label={text("sign.password")}
+            autoComplete="current-password"
+            value={password}
+            onChange={(event) => setPassword(event.currentTarget.value)}
+          />
+          <Refused problem={signing.error} />
+          <Button type="submit" loading={signing.isPending} disabled={!name || !password}>
+            {text("sign.in")}
+          </Button>
+        </form>
+      </Paper>
+    </main>
+  );
+}

@@ -1,0 +1,27 @@
+import { lazy, type ComponentType } from "react";
+
+import type { Key } from "../text/text";
+
+/** The pages of the menu, in its order. */
+export const PAGES: { href: string; name: Key }[] = [
+  { href: "/", name: "page.today" },
+  { href: "/orders", name: "page.orders" },
+  { href: "/parts", name: "page.parts" },
+];
+
+const Today = lazy(() => import("../pages/Today"));
+const Orders = lazy(() => import("../pages/Orders"));
+const Plan = lazy(() => import("../pages/Plan"));
+const OrderPage = lazy(() => import("../pages/OrderPage"));
+const Parts = lazy(() => import("../pages/Parts"));
+const PartLife = lazy(() => import("../pages/PartLife"));
+
+/** What is shown at which address. */
+export const ROUTES: { path: string; page: ComponentType<{ id: string; of: string }> }[] = [
+  { path: "/", page: Today },
+  { path: "/orders", page: Orders },
+  { path: "/orders/new", page: Plan },
+  { path: "/orders/:id", page: OrderPage },
+  { path: "/parts", page: Parts },
+  { path: "/parts/:id", page: PartLife },
+];

@@ -1,0 +1,137 @@
+import { useShown } from "../api/asking";
+import type { Shape } from "../api/client";
+import { Age, Head, Rows, Section, Shown, State, To } from "../show/parts";
+import { useName, useText } from "../text/text";
+import { Corrections, Inspections } from "./part/Measured";
+import { Decide } from "./part/Decide";
+
+type Life = Shape<"PartLife">;
+
+/** All that is known of a part, and what is to be decided of it. */
+export default function PartLife({ id }: { id: string }) {
+  const text = useText();
+  const found = useShown<Life>(`parts/${encodeURIComponent(id)}/life`);
+  return (
+    <>
+      <Head title={found.data?.label ?? text("page.parts")}>
+        {found.data && <State kind="state" name={found.data.part.state} />}
+      </Head>
+      <Shown found={found}>
+        {(life) => (
+          <>
+            <About life={life} />
+            {life.part.order && <Decide life={life} />}
+            <Section title={text("part.route")}>
+              <Steps life={life} />
+            </Section>
+            <Section title={text("part.inspections")}>
+              <Inspections life={life} />
+            </Section>
+            <Section title={text("part.corrections")}>
+              <Corrections life={life} />
+            </Section>
+            {life.certificates.length > 0 && (
+              <Section title={text("part.certificates")}>
+                <Certificates life={life} />
+              </Section>
+            )}
+            <Section title={text("part.events")}>
+              <Events life={life} />
+            </Section>
+          </>
+        )}
+      </Shown>
+    </>
+  );
+}
+
+function About({ life: { part, tool } }: { life: Life }) {
+  const text = useText();
+  return (
+    <div className="soft">
+      {part.part_type} {part.revision} · {part.machine} · <Age at={part.changed_at} />
+      {tool && (
+        <>
+          {" "}
+          · {text("part.tool")} {tool}
+        </>
+      )}
+      {part.order && (
+        <>
+          {" "}
+          · <To href={`/orders/${encodeURIComponent(part.order)}`}>{text("order.of", { id: part.order })}</To>
+        </>
+      )}
+    </div>
+  );
+}
+
+function Steps({ life }: { life: Life }) {
+  const text = useText();
+  const word = useName();
+  const next = life.steps.find((one) => one.state !== "recorded");
+  return (
+    <Rows
+      label={text("part.route")}
+      none={text("part.no.order")}
+      head={(["step", "state", "attempts", "facts"] as const).map((one) => text(`head.${one}`))}
+      rows={life.steps.map((one) => ({
+        key: one.no,
+        look: one === next && life.part.state === "held" ? "bad" : "",
+        cells: [
+          `${one.no} ${word("kind", one.kind)}`,
+          <State kind="step" name={one.state} />,
+          one.attempts,
+          one.facts.map((fact, k) => (
+            <div key={k}>
+              {word("step", fact.what)} <Age at={fact.at} /> <span className="soft">{fact.witness}</span>
+            </div>
+          )),
+        ],
+      }))}
+    />
+  );
+}
+
+function Certificates({ life }: { life: Life }) {
+  const text = useText();
+  return (
+    <Rows
+      label={text("part.certificates")}
+      none=""
+      head={(["verdict", "at", "by"] as const).map((one) => text(`head.${one}`))}
+      rows={life.certificates.map((one) => ({
+        key: one.id,
+        cells: [<State kind="verdict" name={one.verdict} />, <Age at={one.made_at} />, one.made_by],
+      }))}
+    />
+  );
+}
+
+function Events({ life }: { life: Life }) {
+  const text = useText();
+  return (
+    <Rows
+      label={text("part.events")}
+      none={text("part.events.none")}
+      head={(["at", "by", "what", "values"] as const).map((one) => text(`head.${one}`))}
+      rows={life.events.map((one) => ({
+        key: one.id,
+        cells: [<Age at={one.at} />, one.who, one.what, <Values of={one.values} />],
+      }))}
+    />
+  );
+}
+
+/** Names with their values; long hashes break over lines. */
+function Values({ of }: { of: Record<string, string> }) {
+  return (
+    <>
+      {Object.entries(of).map(([name, value]) => (
+        <div key={name}>
+          <span className="soft">{name}</span> {value}
+        </div>
+      ))}
+    </>
+  );
+}

@@ -1,0 +1,102 @@
+import type { Shape } from "../../api/client";
+import { hash, number } from "../../show/format";
+import { Age, Deviation, Rows, State, To } from "../../show/parts";
+import { useName, useText } from "../../text/text";
+
+type Life = Shape<"PartLife">;
+type Result = Shape<"Result">;
+
+/** What was measured, and each characteristic against its limits. */
+export function Inspections({ life }: { life: Life }) {
+  const text = useText();
+  const word = useName();
+  const results = life.inspections.flatMap((one) => one.results.map((result, k) => ({ ...result, key: `${one.id} ${k}` })));
+  return (
+    <>
+      <Rows
+        label={text("part.inspections")}
+        none={text("part.inspections.none")}
+        head={(["source", "stage", "at", "touches", "rms"] as const).map((one) => text(`head.${one}`))}
+        rows={life.inspections.map((one) => ({
+          key: one.id,
+          cells: [
+            one.source,
+            word("kind", one.stage),
+            <Age at={one.at} />,
+            one.touches,
+            <span className="number">{number(one.rms_um)}</span>,
+          ],
+        }))}
+      />
+      {results.length > 0 && <Results results={results} />}
+    </>
+  );
+}
+
+function Results({ results }: { results: (Result & { key: string })[] }) {
+  const text = useText();
+  const heads = ["characteristic", "nominal", "limits", "actual", "deviation", "verdict"] as const;
+  return (
+    <>
+      <Rows
+        label={text("head.characteristic")}
+        none=""
+        head={heads.map((one) => text(`head.${one}`))}
+        rows={results.map((one) => ({
+          key: one.key,
+          look: one.verdict === "out" ? "bad" : "",
+          cells: [
+            one.characteristic,
+            <span className="number">
+              {number(one.nominal, 4)} {one.unit}
+            </span>,
+            <span className="number">
+              {number(one.lower_limit, 4)} … {number(one.upper_limit, 4)}
+            </span>,
+            <span className="number">{number(one.actual, 4)}</span>,
+            <Deviation um={one.deviation_um} />,
+            <State kind="verdict" name={one.verdict} />,
+          ],
+        }))}
+      />
+      <Legend />
+    </>
+  );
+}
+
+/** What the colours of deviations mean. */
+export function Legend() {
+  const text = useText();
+  return (
+    <ul className="key">
+      <li className="left-on">{text("key.left")}</li>
+      <li className="taken">{text("key.taken")}</li>
+    </ul>
+  );
+}
+
+/** What was corrected, by whom, and how the program was changed. */
+export function Corrections({ life }: { life: Life }) {
+  const text = useText();
+  return (
+    <Rows
+      label={text("part.corrections")}
+      none={text("part.corrections.none")}
+      head={(["correction", "at", "by", "what", "diff"] as const).map((one) => text(`head.${one}`))}
+      rows={life.corrections.map((one) => ({
+        key: one.id,
+        cells: [
+          <code>{hash(one.id)}</code>,
+          <Age at={one.made_at} />,
+          one.made_by,
+          one.summary.map((line, k) => <div key={k}>{line}</div>),
+          one.source_sha256 && one.corrected_sha256 && (
+            <To href={`/programs/${one.source_sha256}/diff/${one.corrected_sha256}`}>
+              {hash(one.source_sha256)} → {hash(one.corrected_sha256)}
+            </To>
+          ),
+        ],
+      }))}
+    />
+  );
+}

@@ -1,0 +1,193 @@
+import { Alert, Button, Loader, Paper, Text, Title } from "@mantine/core";
+import type { ReactNode } from "react";
+import { Link } from "wouter";
+
+import { Problem } from "../api/client";
+import { useContact } from "../live/contact";
+import { useName, useText, type Key } from "../text/text";
+import { ago, moment, signed } from "./format";
+import { may, useUser, type Role } from "./roles";
+
+/** Why something was refused: what, the code to look it up by, and what to do. */
+export function Refused({ problem }: { problem: Problem | null | undefined }) {
+  const text = useText();
+  if (!problem) return null;
+  const own = problem.message.startsWith("problem.");
+  const hint = problem.hint.startsWith("problem.") ? text(problem.hint as Key) : problem.hint;
+  return (
+    <Alert className="refused" role="alert" variant="default" title={own ? text(problem.message as Key) : problem.message}>
+      <Text size="sm">
+        {problem.code && <code>{problem.code}</code>} {hint}
+      </Text>
+    </Alert>
+  );
+}
+
+/** When a value is of, and how old it is; grey when that is too old. */
+export function Age({ at, stale = false }: { at: string | number | null | undefined; stale?: boolean }) {
+  const { now } = useContact();
+  const text = useText();
+  if (at === null || at === undefined || at === "") return <span className="age stale">{text("age.never")}</span>;
+  const time = new Date(at).getTime();
+  return (
+    <span className={stale ? "age stale" : "age"}>
+      {moment(at)} · {text("age.ago", { age: ago(now - time) })}
+    </span>
+  );
+}
+
+const GOOD = ["recorded", "released", "accepted", "done", "in", "ran"];
+const BAD = ["held", "rejected", "unknown", "failed", "out"];
+const BUSY = ["started", "sent", "verified", "offered", "ended", "running", "open"];
+
+/** A state as a word in its colour: the word says it too. */
+export function State({ kind, name }: { kind: string; name: string | null | undefined }) {
+  const word = useName();
+  if (!name) return <span className="state">–</span>;
+  const look = GOOD.includes(name) ? "good" : BAD.includes(name) ? "bad" : BUSY.includes(name) ? "busy" : "plain";
+  return <span className={`state ${look}`}>{word(kind, name)}</span>;
+}
+
+/** A deviation, µm: red where material is left on, blue where too much was taken. */
+export function Deviation({ um, digits = 1 }: { um: number | null | undefined; digits?: number }) {
+  const shown = signed(um, digits);
+  const look = shown.startsWith("+") ? "left-on" : shown.startsWith("−") ? "taken" : "";
+  return <span className={`number ${look}`}>{shown}</span>;
+}
+
+/** A part of a page with its heading. */
+export function Section({ title, children, side }: { title: string; children: ReactNode; side?: ReactNode }) {
+  return (
+    <Paper component="section" withBorder p="md" aria-label={title}>
+      <div className="section-head">
+        <Title order={2} size="h4">
+          {title}
+        </Title>
+        {side}
+      </div>
+      {children}
+    </Paper>
+  );
+}
+
+/** What an address answered, or why not; what was there before stays, and says of when it is. */
+export function Shown<T>({
+  found,
+  children,
+}: {
+  found: { data: T | undefined; error: Problem | null; dataUpdatedAt: number };
+  children: (data: T) => ReactNode;
+}) {
+  const text = useText();
+  return (
+    <>
+      {found.error && (found.data === undefined || found.error.status !== 0) && <Refused problem={found.error} />}
+      {found.data === undefined && !found.error && <Loader aria-label={text("loading")} />}
+      {found.data !== undefined && children(found.data)}
+    </>
+  );
+}
+
+/** A table; on a narrow screen each row is a card. The first cell names the row. */
+export function Rows({ head, rows, none, label }: { head: string[]; rows: Row[]; none: string; label: string }) {
+  if (rows.length === 0) return <Text className="none">{none}</Text>;
+  return (
+    <table className="rows" aria-label={label}>
+      <thead>
+        <tr>
+          {head.map((one, k) => (
+            <th key={k} scope="col">
+              {one}
+            </th>
+          ))}
+        </tr>
+      </thead>
+      <tbody>
+        {rows.map(({ key, cells, look }) => (
+          <tr key={key} className={look ?? ""}>
+            {cells.map((cell, k) => (
+              <td key={k} data-label={head[k]}>
+                <div>{cell}</div>
+              </td>
+            ))}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
+export interface Row {
+  key: string | number;
+  cells: ReactNode[];
+  look?: string;
+}
+
+/** The rest of a list. */
+export function More({ list }: { list: { hasNextPage: boolean; isFetchingNextPage: boolean; fetchNextPage: () => unknown } }) {
+  const text = useText();
+  if (!list.hasNextPage) return null;
+  return (
+    <Button variant="default" mt="md" loading={list.isFetchingNextPage} onClick={() => list.fetchNextPage()}>
+      {text("more")}
+    </Button>
+  );
+}
+
+/** Why this user may not do that; empty where he may. */
+export function useWhyNot() {
+  const me = useUser();
+  const text = useText();
+  const word = useName();
+  return (needs: Role) =>
+    may(me.role, needs) ? "" : text("act.role", { needed: word("role", needs), role: word("role", me.role) });
+}
+
+/** A button that says below itself why it cannot be pressed. */
+export function Act({ label, why, busy, onClick, danger, submit }: ActProps) {
+  return (
+    <div className="act">
+      <Button
+        type={submit ? "submit" : "button"}
+        disabled={Boolean(why)}
+        loading={busy ?? false}
+        variant={danger ? "outline" : "filled"}
+        {...(danger ? { color: "red" } : {})}
+        onClick={onClick}
+      >
+        {label}
+      </Button>
+      {why && <span className="why">{why}</span>}
+    </div>
+  );
+}
+
+interface ActProps {
+  label: string;
+  why?: string;
+  busy?: boolean;
+  onClick?: () => void;
+  danger?: boolean;
+  submit?: boolean;
+}
+
+/** A way to another page. */
+export function To({ href, children }: { href: string; children: ReactNode }) {
+  return (
+    <Link className="to" href={href}>
+      {children}
+    </Link>
+  );
+}
+
+/** The name of a page, with what belongs beside it. */
+export function Head({ title, children }: { title: string; children?: ReactNode }) {
+  return (
+    <div className="page-head">
+      <Title order={1} size="h2">
+        {title}
+      </Title>
+      {children}
+    </div>
+  );
+}

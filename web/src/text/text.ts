@@ -1,0 +1,36 @@
+import { i18n } from "@lingui/core";
+import { compileMessage } from "@lingui/message-utils/compileMessage";
+import { useLingui } from "@lingui/react";
+import { useCallback } from "react";
+
+import { de } from "./de";
+import { en, type Key } from "./en";
+
+export type { Key };
+export type Values = Record<string, string | number>;
+export const LANGUAGES = ["en", "de"] as const;
+
+i18n.setMessagesCompiler(compileMessage);
+i18n.load({ en, de });
+
+/** Shows all words in a language; an unknown one is English. */
+export function speak(language: string): void {
+  const known = language === "de" ? "de" : "en";
+  i18n.activate(known);
+  document.documentElement.lang = known;
+}
+
+/** The words of a text by its key. */
+export function useText() {
+  const { i18n: words } = useLingui();
+  return useCallback((key: Key, values?: Values) => words._(key, values), [words, words.locale]);
+}
+
+/** The words for a name that the service uses; the name itself where there are none. */
+export function useName() {
+  const text = useText();
+  return (kind: string, name: string | null | undefined) => {
+    const key = `${kind}.${name}`;
+    return !name ? "" : key in en ? text(key as Key) : name;
+  };
+}
