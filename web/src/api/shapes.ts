@@ -201,7 +201,11 @@ export interface paths {
          */
         get: operations["list_certificates_api_v1_certificates_get"];
         put?: never;
-        post?: never;
+        /**
+         * Certificate
+         * @description A part's certificate, from what is known of it now.
+         */
+        post: operations["certificate_api_v1_certificates_post"];
         delete?: never;
         options?: never;
         head?: never;
@@ -220,6 +224,26 @@ export interface paths {
          * @description A certificate's page, in a sandbox.
          */
         get: operations["show_certificate_api_v1_certificates__id__get"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/corrections/{id}/report": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Show Correction
+         * @description A correction's report, in a sandbox.
+         */
+        get: operations["show_correction_api_v1_corrections__id__report_get"];
         put?: never;
         post?: never;
         delete?: never;
@@ -904,6 +928,86 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/uploads": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Upload
+         * @description A file, as the request's body. Nothing of it is a fact yet; it is forgotten after a day.
+         */
+        post: operations["upload_api_v1_uploads_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/uploads/{sha}/measurement": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * As Measurement
+         * @description Kept as what was measured of a part.
+         */
+        post: operations["as_measurement_api_v1_uploads__sha__measurement_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/uploads/{sha}/program": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * As Program
+         * @description Kept as a program, which may be released then.
+         */
+        post: operations["as_program_api_v1_uploads__sha__program_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/uploads/{sha}/read": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Read
+         * @description The same file, read in another way.
+         */
+        post: operations["read_api_v1_uploads__sha__read_post"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
 }
 export type webhooks = Record<string, never>;
 export interface components {
@@ -980,6 +1084,43 @@ export interface components {
             why: string;
         };
         /**
+         * AsMeasurement
+         * @description Of which part of which order it is, after what it was measured, and how it is to be read.
+         */
+        AsMeasurement: {
+            /**
+             * After
+             * @default released
+             * @enum {string}
+             */
+            after: "semifinish" | "finish" | "released";
+            /**
+             * Mapping Toml
+             * @default
+             */
+            mapping_toml: string;
+            /** Measured At */
+            measured_at?: string | null;
+            /** Order */
+            order: string;
+            /** Part */
+            part: number;
+            /** Run */
+            run?: number | null;
+            /** Unit */
+            unit?: ("mm" | "inch") | null;
+        };
+        /**
+         * AsProgram
+         * @description How an NC program is to be read.
+         */
+        AsProgram: {
+            /** Dialect */
+            dialect?: string | null;
+            /** Unit */
+            unit?: ("mm" | "inch") | null;
+        };
+        /**
          * Block
          * @description One step: it cuts or gauges, and the next is offered only once it is recorded [4773 §2.2].
          *
@@ -1044,6 +1185,22 @@ export interface components {
             verdict: string;
         };
         /**
+         * CertifyPart
+         * @description Which part; `u_um`: standard uncertainty of readings that state none.
+         */
+        CertifyPart: {
+            /**
+             * Language
+             * @default en
+             * @enum {string}
+             */
+            language: "en" | "de";
+            /** Part */
+            part: number;
+            /** U Um */
+            u_um?: number | null;
+        };
+        /**
          * Change
          * @description What is to be another; None: as it is.
          */
@@ -1089,14 +1246,10 @@ export interface components {
             has_report: boolean;
             /** Id */
             id: string;
-            /** Largest Um */
-            largest_um: number | null;
             /** Made At */
             made_at: string;
             /** Made By */
             made_by: string;
-            /** Predicted Rms Um */
-            predicted_rms_um: number | null;
             /** Product */
             product: string;
             /** Source Sha256 */
@@ -1144,6 +1297,14 @@ export interface components {
             step: number;
             /** Why */
             why: string;
+        };
+        /**
+         * DrawingRead
+         * @description A profile as the table `[part]` of a job, for a person to look at.
+         */
+        DrawingRead: {
+            /** Part Toml */
+            part_toml: string;
         };
         /**
          * EffectView
@@ -1280,6 +1441,43 @@ export interface components {
             part: number;
             /** Why */
             why: string;
+        };
+        /**
+         * ImportedView
+         * @description What was kept of a file. `sha256` of a program's text; `kept` counts values, `new` those not there before.
+         */
+        ImportedView: {
+            /** Kept */
+            kept: number;
+            /** New */
+            new: number;
+            /**
+             * Recorded
+             * @default false
+             */
+            recorded: boolean;
+            /** Remarks */
+            remarks: components["schemas"]["Remarked"][];
+            /** Sha256 */
+            sha256: string;
+        };
+        /**
+         * InspectionRead
+         * @description One inspection of a file, its `run`-th from 1; `values` are the first of `count`.
+         */
+        InspectionRead: {
+            /** Count */
+            count: number;
+            /** Measured At */
+            measured_at: string;
+            /** Remarks */
+            remarks: components["schemas"]["Remarked"][];
+            /** Run */
+            run: number;
+            /** Serial */
+            serial: string;
+            /** Values */
+            values: components["schemas"]["ValueRead"][];
         };
         /**
          * InspectionView
@@ -1444,8 +1642,6 @@ export interface components {
             /** Model Version */
             model_version: string;
             now: components["schemas"]["MachineNow"];
-            /** Structure */
-            structure: string;
             /** Transfers */
             transfers: components["schemas"]["TransferView"][];
         };
@@ -1494,6 +1690,22 @@ export interface components {
              * @enum {string}
              */
             role: "viewer" | "operator" | "engineer" | "admin" | "cell" | "metrics";
+        };
+        /**
+         * MeasurementRead
+         * @description A measurement's file: `mapping_toml` is what a table's columns were taken to mean, "" where it needs none.
+         */
+        MeasurementRead: {
+            /** Format */
+            format: string;
+            /** Inspections */
+            inspections: components["schemas"]["InspectionRead"][];
+            /** Mapping Toml */
+            mapping_toml: string;
+            /** Remarks */
+            remarks: components["schemas"]["Remarked"][];
+            /** Unit */
+            unit: ("mm" | "inch") | null;
         };
         /**
          * Mine
@@ -1888,6 +2100,20 @@ export interface components {
             lines: components["schemas"]["DiffLine"][];
         };
         /**
+         * ProgramRead
+         * @description An NC program: its dialect, the unit of its lengths (None: it has none), how many blocks.
+         */
+        ProgramRead: {
+            /** Blocks */
+            blocks: number;
+            /** Dialect */
+            dialect: string;
+            /** Remarks */
+            remarks: components["schemas"]["Remarked"][];
+            /** Unit */
+            unit: ("mm" | "inch") | null;
+        };
+        /**
          * ProgramRow
          * @description A program of the store.
          */
@@ -1953,6 +2179,47 @@ export interface components {
             tool: string;
             /** Why */
             why: string;
+        };
+        /**
+         * ReadAs
+         * @description How a file is to be read, where it does not say so itself.
+         */
+        ReadAs: {
+            /** Dialect */
+            dialect?: string | null;
+            /** Kind */
+            kind?: ("program" | "measurement" | "drawing") | null;
+            /**
+             * Mapping Toml
+             * @default
+             */
+            mapping_toml: string;
+            /**
+             * Order
+             * @default
+             */
+            order: string;
+            /** Unit */
+            unit?: ("mm" | "inch") | null;
+        };
+        /**
+         * Remarked
+         * @description Something odd about a file. `severity`: error, warning, note; `code` is empty for what has none.
+         */
+        Remarked: {
+            /** Code */
+            code: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
+            /** Line */
+            line?: number | null;
+            /** Said */
+            said: string;
+            /** Severity */
+            severity: string;
         };
         /**
          * Result
@@ -2268,6 +2535,32 @@ export interface components {
             /** Who */
             who: string;
         };
+        /**
+         * UploadView
+         * @description A file handed over. One of `program`, `measurement`, `drawing` is what was read, or `problem` says why not.
+         */
+        UploadView: {
+            drawing?: components["schemas"]["DrawingRead"] | null;
+            /**
+             * Kind
+             * @enum {string}
+             */
+            kind: "program" | "measurement" | "drawing";
+            /**
+             * Mapping Toml
+             * @default
+             */
+            mapping_toml: string;
+            measurement?: components["schemas"]["MeasurementRead"] | null;
+            /** Name */
+            name: string;
+            problem?: components["schemas"]["Remarked"] | null;
+            program?: components["schemas"]["ProgramRead"] | null;
+            /** Sha256 */
+            sha256: string;
+            /** Size Bytes */
+            size_bytes: number;
+        };
         /** ValidationError */
         ValidationError: {
             /** Context */
@@ -2280,6 +2573,34 @@ export interface components {
             msg: string;
             /** Error Type */
             type: string;
+        };
+        /**
+         * ValueRead
+         * @description One value with the part's feature that it was found to be of, and by what: "name", "geometry", "" for none.
+         *
+         *     Lengths in `unit`; `reason` says why it was not found.
+         */
+        ValueRead: {
+            /** Actual */
+            actual: number | null;
+            /** By */
+            by: string;
+            /** Characteristic */
+            characteristic: string;
+            /** Deviation */
+            deviation: number | null;
+            /** Feature */
+            feature: string;
+            /** Nominal */
+            nominal: number | null;
+            /** Quantity */
+            quantity: string;
+            /** Reason */
+            reason: string;
+            /** Unit */
+            unit: string;
+            /** Within */
+            within: boolean | null;
         };
         /**
          * Waiting
@@ -2661,12 +2982,76 @@ export interface operations {
             };
         };
     };
+    certificate_api_v1_certificates_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CertifyPart"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["CertificateRow"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
     show_certificate_api_v1_certificates__id__get: {
         parameters: {
             query?: never;
             header?: never;
             path: {
                 id: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    show_correction_api_v1_corrections__id__report_get: {
+        parameters: {
+            query?: {
+                language?: "en" | "de";
+            };
+            header?: never;
+            path: {
+                id: string;
             };
             cookie?: never;
         };
@@ -3805,6 +4190,142 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["Page_TransferView_"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    upload_api_v1_uploads_post: {
+        parameters: {
+            query: {
+                name: string;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UploadView"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    as_measurement_api_v1_uploads__sha__measurement_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sha: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AsMeasurement"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImportedView"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    as_program_api_v1_uploads__sha__program_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sha: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AsProgram"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            201: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ImportedView"];
+                };
+            };
+            /** @description Validation Error */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["HTTPValidationError"];
+                };
+            };
+        };
+    };
+    read_api_v1_uploads__sha__read_post: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                sha: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ReadAs"];
+            };
+        };
+        responses: {
+            /** @description Successful Response */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["UploadView"];
                 };
             };
             /** @description Validation Error */
