@@ -105,6 +105,7 @@ def sign_in(window: Window, role: str, password: str = PASSWORD) -> None:
     window.page.get_by_label("Name").fill(role)
     window.page.get_by_label("Password", exact=True).fill(password)
     window.page.get_by_role("button", name="Sign in").click()
+    expect(window.page.get_by_label("Password", exact=True)).to_have_count(0)  # that page, too, has its heading
     window.settled()
 
 
