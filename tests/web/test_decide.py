@@ -93,3 +93,24 @@ def test_an_order_is_planned(own: Browsing, shop: Shop) -> None:
         assert [one.kind.value for one in made.blocks] == [
             *("semifinish", "probe", "correct", "finish", "remove", "measure")
         ]
+
+
+def test_all_that_waits_leads_to_where_it_is_decided(own: Browsing, shop: Shop) -> None:
+    """An alarm is acknowledged, a proposal accepted, and the change of a program seen."""
+    with own.window("engineer") as window:
+        page = window.page
+        window.go("/")
+        page.get_by_role("link", name="acknowledge").first.click()
+        alarm = page.get_by_role("row").filter(has_text="2 of 3 beyond")
+        alarm.get_by_label("Reason").fill("tool changed")
+        alarm.get_by_role("button", name="acknowledge").click()
+        expect(alarm).to_contain_text("engineer")
+        window.go("/")
+        page.get_by_role("link", name="review").click()
+        page.get_by_label("Reason").fill("as I measured too")
+        page.get_by_role("button", name="Accept").click()
+        expect(page.locator("main")).to_contain_text("accepted")
+        window.go("/parts/1")
+        page.get_by_role("link", name="→").click()
+        expect(page.locator(".diff .after").first).to_contain_text("G1 X0.99")
+        assert window.complaints == []

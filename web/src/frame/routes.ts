@@ -7,6 +7,8 @@ export const PAGES: { href: string; name: Key }[] = [
   { href: "/", name: "page.today" },
   { href: "/orders", name: "page.orders" },
   { href: "/parts", name: "page.parts" },
+  { href: "/proposals", name: "page.proposals" },
+  { href: "/alarms", name: "page.alarms" },
 ];
 
 const Today = lazy(() => import("../pages/Today"));
@@ -15,6 +17,9 @@ const Plan = lazy(() => import("../pages/Plan"));
 const OrderPage = lazy(() => import("../pages/OrderPage"));
 const Parts = lazy(() => import("../pages/Parts"));
 const PartLife = lazy(() => import("../pages/PartLife"));
+const Proposals = lazy(() => import("../pages/Proposals"));
+const Alarms = lazy(() => import("../pages/Alarms"));
+const Diff = lazy(() => import("../pages/Diff"));
 
 /** What is shown at which address. */
 export const ROUTES: { path: string; page: ComponentType<{ id: string; of: string }> }[] = [
@@ -24,4 +29,8 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/orders/:id", page: OrderPage },
   { path: "/parts", page: Parts },
   { path: "/parts/:id", page: PartLife },
+  { path: "/proposals", page: Proposals },
+  { path: "/proposals/:id", page: Proposals },
+  { path: "/alarms", page: Alarms },
+  { path: "/programs/:of/diff/:id", page: Diff },
 ];
