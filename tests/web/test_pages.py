@@ -11,7 +11,18 @@ from tests.support.served import NARROW, WIDE, Browsing, Window
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 FINGER_PX = 48
-PAGES = ("/", "/orders", "/orders/O1", "/orders/new", "/parts", "/parts/1", "/parts/2", "/proposals", "/alarms")
+PAGES = (
+    "/",
+    "/orders",
+    "/orders/O1",
+    "/orders/new",
+    "/parts",
+    "/parts/1",
+    "/parts/2",
+    "/proposals",
+    "/alarms",
+    "/wall",
+)
 SMALL = """() => [...document.querySelectorAll('a, button, input, select, textarea, [role=button]')]
     .filter(one => !one.matches('.skip') && one.checkVisibility())
     .map(one => one.matches('[type=checkbox]') ? one.closest('.mantine-Checkbox-body') : one)

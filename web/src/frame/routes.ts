@@ -9,6 +9,7 @@ export const PAGES: { href: string; name: Key }[] = [
   { href: "/parts", name: "page.parts" },
   { href: "/proposals", name: "page.proposals" },
   { href: "/alarms", name: "page.alarms" },
+  { href: "/wall", name: "page.wall" },
 ];
 
 const Today = lazy(() => import("../pages/Today"));
@@ -19,6 +20,7 @@ const Parts = lazy(() => import("../pages/Parts"));
 const PartLife = lazy(() => import("../pages/PartLife"));
 const Proposals = lazy(() => import("../pages/Proposals"));
 const Alarms = lazy(() => import("../pages/Alarms"));
+const Wall = lazy(() => import("../pages/Wall"));
 const Diff = lazy(() => import("../pages/Diff"));
 
 /** What is shown at which address. */
@@ -32,5 +34,6 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/proposals", page: Proposals },
   { path: "/proposals/:id", page: Proposals },
   { path: "/alarms", page: Alarms },
+  { path: "/wall", page: Wall },
   { path: "/programs/:of/diff/:id", page: Diff },
 ];
