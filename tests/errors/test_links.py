@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from trueloop.controllers.links.folder import Folder
+from trueloop.controllers.links.line.codes import encoded
+from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.link import checked_name
 from trueloop.errors import Code
 from trueloop.formats.links_toml import read_link
@@ -73,4 +75,6 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.LNK_RUNNING: _running,
     Code.LNK_CHANGED: _edited,
     Code.LNK_DIFFERS: _differing,
+    Code.LNK_LINE: lambda: Line("/dev/no-such-line", tell=lambda _: None).read("O1"),
+    Code.LNK_CODE: lambda: encoded(b"G1\nX#1", "eia"),
 }

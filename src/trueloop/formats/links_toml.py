@@ -1,8 +1,9 @@
 """Settings of links to controls: a TOML file, a table for each control."""
 
 import difflib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import Field
 
@@ -45,20 +46,48 @@ class FtpTable(LinkTable):
     """How long to wait for an answer."""
 
 
+class SerialTable(LinkTable):
+    """A control at a serial line. The settings are those of the control's own page for its port."""
+
+    port: Annotated[str, Field(min_length=1)]
+    """/dev/ttyUSB0, COM3."""
+    baud: Literal[300, 600, 1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200] = 9600
+    data_bits: Literal[7, 8] = 7
+    parity: Literal["none", "even", "odd"] = "even"
+    stop_bits: Literal[1, 2] = 2
+    flow: Literal["xon-xoff", "rts-cts", "none"] = "xon-xoff"
+    code: Literal["ascii", "iso", "eia"] = "ascii"
+    """iso and eia have their parity in the characters: 8 data bits, no parity of the line."""
+    line_end: Literal["lf", "cr-lf", "lf-cr-cr"] = "cr-lf"
+    after_xoff: Annotated[int, Field(ge=1, le=4096, strict=True)] = 10
+    """Characters that the control still takes after it said XOFF."""
+    silence_s: Positive = 60.0
+    """How long the control may hold the line or say nothing."""
+
+
+AnyLink: TypeAlias = FolderTable | FtpTable | SerialTable
+
+
 class LinksFile(Table):
     """The controls by name, each name once."""
 
     folder: dict[str, FolderTable] = Field(default_factory=dict)
     ftp: dict[str, FtpTable] = Field(default_factory=dict)
+    serial: dict[str, SerialTable] = Field(default_factory=dict)
+
+    @property
+    def tables(self) -> tuple[Mapping[str, AnyLink], ...]:
+        """By kind."""
+        return (self.folder, self.ftp, self.serial)
 
 
-def read_link(path: Path, name: str) -> FolderTable | FtpTable:
+def read_link(path: Path, name: str) -> AnyLink:
     """The settings of one control. Raises LNK-FILE, with the line, for a key that is wrong, and for an unknown name."""
     links = read_tables(path, LinksFile, Code.LNK_FILE, hint=HINT)
-    found = [table[name] for table in (links.folder, links.ftp) if name in table]
+    found = [table[name] for table in links.tables if name in table]
     if len(found) == 1:
         return found[0]
-    names = sorted({*links.folder, *links.ftp})
+    names = sorted({name for table in links.tables for name in table})
     near = difflib.get_close_matches(name, names, 1)
     raise TrueloopError(
         Code.LNK_FILE,

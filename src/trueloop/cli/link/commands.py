@@ -33,7 +33,7 @@ class LinkOf:
         """The link; what its user has to know goes to stderr."""
         from trueloop.jobs.links.opened import opened
 
-        found = opened(self.settings, self.link)
+        found = opened(self.settings, self.link, lambda said: typer.echo(said, err=True))
         if found.link.note:
             typer.echo(f"note: {found.link.note}", err=True)
         return found
@@ -89,14 +89,22 @@ def put_(
     not_running: Annotated[
         bool, typer.Option("--not-running", help="It does not run: for links that cannot know it.")
     ] = False,
+    drip_feed: Annotated[
+        bool, typer.Option("--drip", help="Feed it while it is cut, over a serial line: it is not read back.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Send a program to a control, and read it back; what it replaces is written to a file first."""
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
+    from trueloop.jobs.links.by_line import drip
     from trueloop.jobs.links.send import send
 
     content = read_input(file, Code.NC_FILE, hint="name the program to be sent")
+    if drip_feed:
+        drip(control.opened(), content, name or file.name)
+        typer.echo(f"{name or file.name}: fed; what is cut as it comes cannot be read back")
+        return
     done = send(control.opened(), content, name or file.name, replace=replace, not_running=not_running)
     if as_json:
         print_json(
@@ -124,14 +132,13 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Compare a file with the program at a control; exit status 1 where a line differs."""
-    from trueloop.controllers.links.compare import differences
     from trueloop.controllers.links.link import checked_name
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
 
     content = read_input(file, Code.NC_FILE, hint="name the program to be compared")
     found = control.opened()
-    differing = differences(content, found.link.read(checked_name(name or file.name)), found.passes)
+    differing = found.differences(content, found.link.read(checked_name(name or file.name)))
     if as_json:
         rows = [(one.line, one.before, one.other_line, one.after) for one in differing]
         print_json(

@@ -1,13 +1,15 @@
 """A link by its name in a file of settings."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from trueloop.controllers.links.compare import Change
+from trueloop.controllers.links.compare import Change, Difference, differences
 from trueloop.controllers.links.folder import Folder
 from trueloop.controllers.links.ftp import Ftp
+from trueloop.controllers.links.line.line import Line, framed
 from trueloop.controllers.links.link import Link
-from trueloop.formats.links_toml import FolderTable, FtpTable, read_link
+from trueloop.formats.links_toml import AnyLink, FolderTable, SerialTable, read_link
 
 
 @dataclass(frozen=True)
@@ -15,19 +17,28 @@ class Opened:
     """A link, what its control may change in a program, and where what is replaced there is written."""
 
     name: str
-    link: Link
+    link: Link | Line
     passes: frozenset[Change]
     replaced: Path
 
+    def differences(self, content: bytes, at_control: bytes) -> list[Difference]:
+        """The lines that differ, other than by what this control, or its line, changes in every program."""
+        if isinstance(self.link, Line):
+            return differences(framed(content), framed(at_control), self.passes | {Change.LINE_ENDS})
+        return differences(content, at_control, self.passes)
 
-def opened(settings: Path, name: str) -> Opened:
-    """The link. Connects to nothing yet. Raises LNK-FILE."""
+
+def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Opened:
+    """The link. Connects to nothing yet. `tell` says what a person has to do at the control. Raises LNK-FILE."""
     table = read_link(settings, name)
     passes = frozenset(Change(one) for one in table.passes)
-    return Opened(name, _link(table, settings.parent), passes, settings.parent / table.replaced)
+    return Opened(name, _link(table, settings.parent, tell), passes, settings.parent / table.replaced)
 
 
-def _link(table: FolderTable | FtpTable, beside: Path) -> Link:
+def _link(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:
     if isinstance(table, FolderTable):
         return Folder(beside / table.folder, beside / table.running_file if table.running_file else None)
+    if isinstance(table, SerialTable):
+        line = (table.port, table.baud, table.data_bits, table.parity, table.stop_bits, table.flow)
+        return Line(*line, table.code, table.line_end, table.after_xoff, table.silence_s, tell)
     return Ftp(table.host, table.port, table.user, table.password_env, table.folder, table.tls, table.timeout_s)

@@ -1,30 +1,13 @@
 """Sending a program to a control: nothing takes its name there before it came back as it was sent."""
 
-from dataclasses import dataclass
-from datetime import UTC, datetime
-from pathlib import Path
-
-from trueloop.controllers.links.compare import Change, Difference, differences
+from trueloop.controllers.links.compare import Change, differences
+from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.link import Link, checked_name
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
-from trueloop.formats.outputs import write_all
+from trueloop.jobs.links.by_line import send_by_line
 from trueloop.jobs.links.opened import Opened
-
-
-@dataclass(frozen=True)
-class Sent:
-    """What was done: hashes of what was sent and of what the control holds now, and where the program before it is.
-
-    `written`: whether anything was; False where the control had this program already. `kept`: None where the control
-    had no program of that name.
-    """
-
-    name: str
-    sent_sha256: str
-    read_back_sha256: str
-    written: bool
-    kept: Path | None = None
+from trueloop.jobs.links.sent import Sent, kept_first, require_idle, require_same
 
 
 def send(opened: Opened, content: bytes, name: str, *, replace: bool = False, not_running: bool = False) -> Sent:
@@ -34,13 +17,15 @@ def send(opened: Opened, content: bytes, name: str, *, replace: bool = False, no
     run, for links that cannot know. Raises LNK-NAME, LNK-REACH, LNK-EXISTS, LNK-RUNNING, LNK-CHANGED where somebody
     changed it meanwhile, LNK-DIFFERS, and OUT errors. Up to the last step the control's own program stands unchanged.
     """
+    if isinstance(opened.link, Line):
+        return send_by_line(opened, opened.link, content, name, replace=replace, not_running=not_running)
     link, name = opened.link, checked_name(name)
     before = _there(link, name)
     if before is not None and not differences(content, before, opened.passes):
         return Sent(name, sha256_of(content), sha256_of(before), written=False)
     if before is not None:
         _require_may_be_replaced(name, link, replace, not_running)
-    kept = None if before is None else _kept(opened, name, before)
+    kept = None if before is None else kept_first(opened, name, before)
     aside = _sent_aside(link, name, content, opened.passes)
     try:
         _require_unchanged(link, name, before, not_running)
@@ -49,7 +34,7 @@ def send(opened: Opened, content: bytes, name: str, *, replace: bool = False, no
         link.remove_aside(aside)
         raise
     back = link.read(name)
-    _require_same(name, content, back, opened.passes, "the control holds it under its own name")
+    require_same(name, content, back, opened.passes, "the control holds it under its own name")
     return Sent(name, sha256_of(content), sha256_of(back), written=True, kept=kept)
 
 
@@ -77,39 +62,13 @@ def _require_may_be_replaced(name: str, link: Link, replace: bool, not_running: 
             override="--replace",
             values={"name": name},
         )
-    _require_idle(name, link, not_running)
-
-
-def _require_idle(name: str, link: Link, not_running: bool) -> None:
-    running = link.running()
-    if running is None and not not_running:
-        raise TrueloopError(
-            Code.LNK_RUNNING,
-            f"{link.where} does not say which program runs: {name!r} may",
-            hint="look at the control",
-            override="--not-running",
-            values={"name": name},
-        )
-    if running and Path(running.replace("\\", "/")).name.upper() == name.upper():
-        raise TrueloopError(
-            Code.LNK_RUNNING,
-            f"{name!r} runs at {link.where}",
-            hint="wait for its end: a program that runs is never replaced",
-            values={"name": name},
-        )
-
-
-def _kept(opened: Opened, name: str, before: bytes) -> Path:
-    """One file for each program that was replaced, by time and hash."""
-    at = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
-    (path,) = write_all(opened.replaced / opened.name, [(f"{name}.{at}.{sha256_of(before)[:8]}", before)])
-    return path
+    require_idle(name, link, not_running)
 
 
 def _sent_aside(link: Link, name: str, content: bytes, passes: frozenset[Change]) -> str:
     aside = link.write_aside(name, content)
     try:
-        _require_same(name, content, link.read(aside), passes, "the control's own program of that name is unchanged")
+        require_same(name, content, link.read(aside), passes, "the control's own program of that name is unchanged")
     except BaseException:
         link.remove_aside(aside)
         raise
@@ -126,19 +85,4 @@ def _require_unchanged(link: Link, name: str, before: bytes | None, not_running:
             values={"name": name},
         )
     if before is not None:
-        _require_idle(name, link, not_running)
-
-
-def _require_same(name: str, sent: bytes, back: bytes, passes: frozenset[Change], state: str) -> None:
-    found = differences(sent, back, passes)
-    if not found:
-        return
-    first: Difference = found[0]
-    lines = [one.line or one.other_line or 0 for one in found]
-    raise TrueloopError(
-        Code.LNK_DIFFERS,
-        f"{name!r} came back otherwise in {len(found)} lines, the first {lines[0]}: sent {first.before!r}, came back "
-        f"{first.after!r}; {state}; lines {', '.join(map(str, lines))}",
-        hint="if this control always changes that (capitals, blanks, line ends), say so in `passes` of its settings",
-        values={"name": name, "lines": lines},
-    )
+        require_idle(name, link, not_running)

@@ -1,0 +1,1 @@
+"""Controls at a serial line: characters, the port, and programs over it."""

@@ -1,0 +1,71 @@
+"""What came of sending a program, and what holds for every way of sending one."""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from trueloop.controllers.links.compare import Change, Difference, differences
+from trueloop.controllers.links.line.line import Line
+from trueloop.controllers.links.link import Link
+from trueloop.domain.record import sha256_of
+from trueloop.errors import Code, TrueloopError
+from trueloop.formats.outputs import write_all
+from trueloop.jobs.links.opened import Opened
+
+
+@dataclass(frozen=True)
+class Sent:
+    """What was done: hashes of what was sent and of what the control holds now, and where the program before it is.
+
+    `written`: whether anything was; False where the control had this program already. `kept`: None where the control
+    had no program of that name.
+    """
+
+    name: str
+    sent_sha256: str
+    read_back_sha256: str
+    written: bool
+    kept: Path | None = None
+
+
+def require_idle(name: str, link: Link | Line, not_running: bool) -> None:
+    """Raises LNK-RUNNING for a program that runs, or may run."""
+    running = link.running()
+    if running is None and not not_running:
+        raise TrueloopError(
+            Code.LNK_RUNNING,
+            f"{link.where} does not say which program runs: {name!r} may",
+            hint="look at the control",
+            override="--not-running",
+            values={"name": name},
+        )
+    if running and Path(running.replace("\\", "/")).name.upper() == name.upper():
+        raise TrueloopError(
+            Code.LNK_RUNNING,
+            f"{name!r} runs at {link.where}",
+            hint="wait for its end: a program that runs is never replaced",
+            values={"name": name},
+        )
+
+
+def kept_first(opened: Opened, name: str, before: bytes) -> Path:
+    """One file for each program that was replaced, by time and hash."""
+    at = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
+    (path,) = write_all(opened.replaced / opened.name, [(f"{name}.{at}.{sha256_of(before)[:8]}", before)])
+    return path
+
+
+def require_same(name: str, sent: bytes, back: bytes, passes: frozenset[Change], state: str) -> None:
+    """Raises LNK-DIFFERS; `state`: what the control holds now."""
+    found = differences(sent, back, passes)
+    if not found:
+        return
+    first: Difference = found[0]
+    lines = [one.line or one.other_line or 0 for one in found]
+    raise TrueloopError(
+        Code.LNK_DIFFERS,
+        f"{name!r} came back otherwise in {len(found)} lines, the first {lines[0]}: sent {first.before!r}, came back "
+        f"{first.after!r}; {state}; lines {', '.join(map(str, lines))}",
+        hint="if this control always changes that (capitals, blanks, line ends), say so in `passes` of its settings",
+        values={"name": name, "lines": lines},
+    )
