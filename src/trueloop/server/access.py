@@ -40,7 +40,7 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/events"): READ,
     ("GET", "/event-log"): READ,
     ("GET", "/accounts"): ADMIN,
-    ("POST", "/accounts"): ADMIN,
+    ("POST", "/accounts"): Access("admin", once=False),  # nothing of a password is kept; a second one is refused
     ("PATCH", "/accounts/{name}"): ADMIN,
     ("GET", "/keys"): ADMIN,
     ("POST", "/keys"): ADMIN,

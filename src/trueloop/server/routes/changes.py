@@ -125,8 +125,7 @@ def decide(id: str, given: Decision, here: Here, who: By, request: Request, resp
 @routes.post("/orders/{id}/arm")
 def arm(id: str, given: ArmParts, here: Here, who: By, request: Request, response: Response) -> OrderView:
     """Arms an order. Only at the machine: with its key. A browser may be anywhere."""
-    wanted = ask.Arm(id, given.parts, given.why, at_machine=not who.person)
-    return _changed(here, who, id, wanted, request, response)
+    return _changed(here, who, id, ask.Arm(id, given.parts, given.why), request, response)
 
 
 @routes.post("/orders/{id}/parts/{part}/record")

@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 
 from trueloop.errors import Code, TrueloopError
 from trueloop.server.guarded import By, Here, Service, router
-from trueloop.server.identity import accounts, sessions
+from trueloop.server.identity import accounts, attempts, sessions
 from trueloop.server.identity.passwords import is_right
 from trueloop.server.identity.who import Role, Who
 
@@ -86,16 +86,19 @@ def me(who: By) -> Me:
 
 
 @routes.patch("/me")
-async def change_me(given: Mine, here: Here, who: By, response: Response) -> Me:
-    """Changes the language or the password of one's own account."""
+async def change_me(given: Mine, here: Here, who: By, request: Request, response: Response) -> Me:
+    """Changes the language or password of one's own account; guessing the present one costs what signing in does."""
+    address = request.client.host if request.client else ""
 
     def change() -> None:
         if given.password is not None:
+            attempt = attempts.begin(here.store, who.name, address, here.clock())
             stored = accounts.stored_password(here.store, who.name)
             if not is_right(stored, given.present_password or ""):
                 raise TrueloopError(
                     Code.SRV_LOGIN, "the present password is not right", hint="type the password that holds now"
                 )
+            attempts.succeeded(here.store, attempt)
         wanted = accounts.Change(password=given.password, language=given.language)
         accounts.change_account(here.store, who.name, wanted, here.clock())
 
