@@ -114,3 +114,25 @@ def test_all_that_waits_leads_to_where_it_is_decided(own: Browsing, shop: Shop) 
         page.get_by_role("link", name="→").click()
         expect(page.locator(".diff .after").first).to_contain_text("G1 X0.99")
         assert window.complaints == []
+
+
+def test_a_certificate_is_made_and_opened_and_can_reach_nothing(own: Browsing, shop: Shop) -> None:
+    """The page that opens is the one kept; it stands in a sandbox, without our cookies."""
+    with own.window("operator") as window:
+        window.go("/parts/1")
+        expect(window.page.get_by_role("button", name="Make certificate")).to_be_disabled()
+    with own.window("engineer") as window:
+        page = window.page
+        window.go("/parts/1")
+        page.get_by_label("Its language").select_option("de")
+        page.get_by_role("button", name="Make certificate").click()
+        links = page.get_by_role("link", name="Certificate ↗")
+        expect(links).to_have_count(2)
+        window.go("/certificates")
+        with page.expect_popup() as opened:
+            page.get_by_role("link", name="Certificate ↗").first.click()
+        certificate = opened.value
+        certificate.wait_for_load_state()
+        assert certificate.evaluate("document.documentElement.lang") == "de"
+        assert certificate.evaluate("[self.origin, window.opener]") == ["null", None]
+        assert "dome" in certificate.inner_text("body")

@@ -8,6 +8,7 @@ export const PAGES: { href: string; name: Key }[] = [
   { href: "/orders", name: "page.orders" },
   { href: "/parts", name: "page.parts" },
   { href: "/proposals", name: "page.proposals" },
+  { href: "/certificates", name: "page.certificates" },
   { href: "/alarms", name: "page.alarms" },
   { href: "/wall", name: "page.wall" },
 ];
@@ -19,6 +20,7 @@ const OrderPage = lazy(() => import("../pages/OrderPage"));
 const Parts = lazy(() => import("../pages/Parts"));
 const PartLife = lazy(() => import("../pages/PartLife"));
 const Proposals = lazy(() => import("../pages/Proposals"));
+const Certificates = lazy(() => import("../pages/Certificates"));
 const Alarms = lazy(() => import("../pages/Alarms"));
 const Wall = lazy(() => import("../pages/Wall"));
 const Diff = lazy(() => import("../pages/Diff"));
@@ -33,6 +35,7 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/parts/:id", page: PartLife },
   { path: "/proposals", page: Proposals },
   { path: "/proposals/:id", page: Proposals },
+  { path: "/certificates", page: Certificates },
   { path: "/alarms", page: Alarms },
   { path: "/wall", page: Wall },
   { path: "/programs/:of/diff/:id", page: Diff },

@@ -2,6 +2,7 @@ import { useShown } from "../api/asking";
 import type { Shape } from "../api/client";
 import { Age, Head, Rows, Section, Shown, State, To } from "../show/parts";
 import { useName, useText } from "../text/text";
+import { Certified } from "./part/Certified";
 import { Corrections, Inspections } from "./part/Measured";
 import { Decide } from "./part/Decide";
 
@@ -30,11 +31,9 @@ export default function PartLife({ id }: { id: string }) {
             <Section title={text("part.corrections")}>
               <Corrections life={life} />
             </Section>
-            {life.certificates.length > 0 && (
-              <Section title={text("part.certificates")}>
-                <Certificates life={life} />
-              </Section>
-            )}
+            <Section title={text("part.certificates")}>
+              <Certified life={life} />
+            </Section>
             <Section title={text("part.events")}>
               <Events life={life} />
             </Section>
@@ -88,21 +87,6 @@ function Steps({ life }: { life: Life }) {
             </div>
           )),
         ],
-      }))}
-    />
-  );
-}
-
-function Certificates({ life }: { life: Life }) {
-  const text = useText();
-  return (
-    <Rows
-      label={text("part.certificates")}
-      none=""
-      head={(["verdict", "at", "by"] as const).map((one) => text(`head.${one}`))}
-      rows={life.certificates.map((one) => ({
-        key: one.id,
-        cells: [<State kind="verdict" name={one.verdict} />, <Age at={one.made_at} />, one.made_by],
       }))}
     />
   );

@@ -180,6 +180,15 @@ export function To({ href, children }: { href: string; children: ReactNode }) {
   );
 }
 
+/** A report or a file of the service, in a window of its own: it has no way to this one. */
+export function Opens({ href, children }: { href: string; children: ReactNode }) {
+  return (
+    <a className="to" href={`/api/v1/${href}`} target="_blank" rel="noopener noreferrer">
+      {children} ↗
+    </a>
+  );
+}
+
 /** The name of a page, with what belongs beside it. */
 export function Head({ title, children }: { title: string; children?: ReactNode }) {
   return (

@@ -211,4 +211,14 @@ export const de: Record<Key, string> = {
   "verdict.out": "außerhalb",
   "key.left": "+ rot: Werkstoff stehen geblieben",
   "key.taken": "− blau: zu viel abgetragen",
+
+  "certificate.none": "Es gibt noch kein Zertifikat.",
+  "certificate.open": "Zertifikat",
+  "certificate.make": "Zertifikat ausstellen",
+  "certificate.language": "Seine Sprache",
+  "certificate.u": "Standardunsicherheit von Werten ohne eigene Angabe, µm",
+  "certificate.u.wrong": "eine Zahl über 0, oder keine",
+  "language.en": "Englisch",
+  "language.de": "Deutsch",
+  "correction.open": "Bericht",
 };

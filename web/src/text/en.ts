@@ -209,6 +209,16 @@ export const en = {
   "verdict.out": "out",
   "key.left": "+ red: material left on",
   "key.taken": "− blue: too much taken",
+
+  "certificate.none": "There is no certificate yet.",
+  "certificate.open": "Certificate",
+  "certificate.make": "Make certificate",
+  "certificate.language": "Its language",
+  "certificate.u": "Standard uncertainty of readings that state none, µm",
+  "certificate.u.wrong": "a number above 0, or none",
+  "language.en": "English",
+  "language.de": "German",
+  "correction.open": "Report",
 } as const;
 
 export type Key = keyof typeof en;

@@ -1,6 +1,6 @@
 import type { Shape } from "../../api/client";
 import { hash, number } from "../../show/format";
-import { Age, Deviation, Rows, State, To } from "../../show/parts";
+import { Age, Deviation, Opens, Rows, State, To } from "../../show/parts";
 import { useName, useText } from "../../text/text";
 
 type Life = Shape<"PartLife">;
@@ -82,7 +82,7 @@ export function Corrections({ life }: { life: Life }) {
     <Rows
       label={text("part.corrections")}
       none={text("part.corrections.none")}
-      head={(["correction", "at", "by", "what", "diff"] as const).map((one) => text(`head.${one}`))}
+      head={(["correction", "at", "by", "what", "diff", "open"] as const).map((one) => text(`head.${one}`))}
       rows={life.corrections.map((one) => ({
         key: one.id,
         cells: [
@@ -94,6 +94,11 @@ export function Corrections({ life }: { life: Life }) {
             <To href={`/programs/${one.source_sha256}/diff/${one.corrected_sha256}`}>
               {hash(one.source_sha256)} → {hash(one.corrected_sha256)}
             </To>
+          ),
+          one.has_report && (
+            <Opens href={`corrections/${encodeURIComponent(one.id)}/report?language=${document.documentElement.lang}`}>
+              {text("correction.open")}
+            </Opens>
           ),
         ],
       }))}
