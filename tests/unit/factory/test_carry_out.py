@@ -3,18 +3,32 @@
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import timedelta
+from hashlib import sha256
 
 import pytest
 
-from tests.support.factory import BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, VIEWER, Shop
+from tests.support.factory import (
+    BLOCKS,
+    CELL,
+    ENGINEER,
+    OPERATOR,
+    PLAN,
+    SERVICE,
+    SHA,
+    VIEWER,
+    Shop,
+    corrected,
+    touches_of,
+)
 from trueloop.domain.factory.route import BlockKind, Conditions
 from trueloop.domain.factory.run import Run, RunFact
 from trueloop.domain.factory.states import FactKind, PartState, StepState
+from trueloop.domain.program import ProgramText
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.roles import By, Role
-from trueloop.storage.store import Store, find
+from trueloop.storage.store import Store, find, keep
 
 
 @pytest.fixture
@@ -188,6 +202,19 @@ def test_a_step_without_correction_record_is_refused(shop: Shop) -> None:
     row = shop.part_of(shop.run())
     shop.do(ask.StepCorrected(shop.order, row, 2, "nothing", SHA["rough"], ""), SERVICE)
     refused(Code.FAC_PROGRAM, shop.next)
+
+
+def test_a_program_that_is_not_the_one_its_correction_made_is_refused(shop: Shop) -> None:
+    """The correction is this part's own and leads from the order's program; the program accepted is another one."""
+    shop.run()
+    probe = shop.run()
+    text, made = corrected(probe, probe.run.part.serial)
+    keep(shop.store, [ProgramText(sha256(text).hexdigest(), text), made])
+    touches = sha256(touches_of(probe)).hexdigest()
+    shop.do(ask.StepCorrected(shop.order, shop.part_of(probe), 2, made.record.id, SHA["rough"], touches), SERVICE)
+    said = refused(Code.FAC_PROGRAM, shop.next)
+    assert SHA["rough"] == said.values["accepted"]
+    assert "no correction in the store leads from" in said.message
 
 
 def test_touches_belong_to_a_gauging_run_and_are_sent_once(shop: Shop) -> None:
