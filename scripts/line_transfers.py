@@ -29,7 +29,7 @@ def main(count: int = 10_000, seed: int = 1) -> None:
     """The tally of so many transfers."""
     ended: Counter[str] = Counter()
     wrong: Counter[str] = Counter(
-        {"lost bytes": 0, "half a program": 0, "said to be there": 0, "too many after XOFF": 0}
+        {"lost bytes": 0, "sent too early": 0, "half a program": 0, "said to be there": 0, "too many after XOFF": 0}
     )
     with tempfile.TemporaryDirectory() as folder:
         for k in range(count):
@@ -47,7 +47,9 @@ def transfer(seed: int, folder: Path) -> tuple[Fault, str, list[str]]:
     control = SerialControl(code, flow, BITS / BAUD, after, seed, fault)
 
     def tell(said: str) -> None:
-        if "put" in said:
+        if "read now" in said:
+            control.let_read()
+        else:
             control.put_out()
 
     line = VirtualLine(
@@ -69,6 +71,7 @@ def transfer(seed: int, folder: Path) -> tuple[Fault, str, list[str]]:
         outcome = refused.code.value
     whole = "\n".join(["%", program.decode().strip(), "%", ""])
     found = ["lost bytes"] * bool(control.lost) + ["too many after XOFF"] * (control.most_after > after)
+    found += ["sent too early"] * (control.early > 0)
     found += ["half a program"] * (control.memory not in (None, whole))
     found += ["said to be there"] * (outcome == "sent" and control.memory != whole)
     return fault, outcome, found

@@ -41,7 +41,9 @@ FROM_EIA = {eia(one): one for one in "".join(ZONES) + "".join(SIGNS)}
 
 @dataclass
 class SerialControl:
-    """A control with a memory for one program, and the line to it. `after` counts what came after each XOFF."""
+    """A control with a memory for one program, and the line to it. `after` counts what came after each XOFF, `early`
+    what came before it began to read. It stops the reader (XOFF, RTS off) as soon as it has read the second %.
+    """
 
     code: Literal["ascii", "iso", "eia"]
     flow: Literal["xon-xoff", "rts-cts"]
@@ -53,6 +55,7 @@ class SerialControl:
     lost: int = 0
     after: int = 0
     most_after: int = 0
+    early: int = 0
     time: float = 0.0
     buffer: deque[int] = field(default_factory=deque)
     coming: deque[tuple[float, int]] = field(default_factory=deque)
@@ -60,7 +63,8 @@ class SerialControl:
 
     def __post_init__(self) -> None:
         self.drawn = random.Random(self.seed)
-        self.holding, self.read_bytes, self.raw = False, 0, list[int]()
+        self.holding, self.read_bytes, self.raw = True, 0, list[int]()
+        self.reads_from, self.reading = float("inf"), False
         self.fault_at = self.drawn.randrange(60, 160)  # bytes: within any of the programs
         self.busy_until = 0.0
 
@@ -91,6 +95,10 @@ class SerialControl:
 
     # the control itself
 
+    def let_read(self) -> None:
+        """Its operator lets it read, after a while. What came before is lost."""
+        self.reads_from = self.time + self.drawn.uniform(0.0, 5.0)
+
     def put_out(self) -> None:
         """Its operator has it put the program out."""
         until = self.time + 60.0
@@ -112,12 +120,18 @@ class SerialControl:
 
     def _pass(self, until: float) -> None:
         self.time = until
+        if self.time >= self.reads_from:
+            self.reading, self.reads_from = True, float("inf")
+            self._hold(False)
         while self.coming and self.coming[0][0] <= self.time:
             self._take(self.coming.popleft()[1])
         self._work()
 
     def _take(self, byte: int) -> None:
         self.read_bytes += 1
+        if not self.reading:
+            self.early += not self.read_bytes
+            return
         if self.fault == "cut sending" and self.read_bytes > self.fault_at:
             return
         if self.fault == "answers" and self.read_bytes == self.fault_at:
@@ -138,10 +152,11 @@ class SerialControl:
     def _work(self) -> None:
         """Reads its buffer in bursts, and does something else between them."""
         if self.time >= self.busy_until and not self._forever():
-            for _ in range(min(len(self.buffer), self.drawn.randrange(1, 120))):
-                self._keep(self.buffer.popleft())
+            for _ in range(self.drawn.randrange(1, 120)):
+                if self.buffer:
+                    self._keep(self.buffer.popleft())
             self.busy_until = self.time + self.drawn.choice((0.0, 0.01, 0.2, 1.5))
-        if self.holding and len(self.buffer) <= RESUMES and not self._forever():
+        if self.reading and self.holding and len(self.buffer) <= RESUMES and not self._forever():
             self._hold(False)
 
     def _hold(self, holding: bool) -> None:
@@ -160,6 +175,9 @@ class SerialControl:
         if text.count("%") == 2:
             self.memory = text[text.index("%") : text.rindex("%") + 1] + "\n"
             self.raw.clear()
+            self.reading = False  # the reader is stopped at the end of the program
+            self.buffer.clear()
+            self._hold(True)
 
 
 @dataclass(frozen=True)

@@ -57,12 +57,14 @@ class SerialTable(LinkTable):
     stop_bits: Literal[1, 2] = 2
     flow: Literal["xon-xoff", "rts-cts", "none"] = "xon-xoff"
     code: Literal["ascii", "iso", "eia"] = "ascii"
-    """iso and eia have their parity in the characters: 8 data bits, no parity of the line."""
+    """iso (even) and eia (odd) have a parity of their own: `data_bits` and `parity` are then not looked at."""
     line_end: Literal["lf", "cr-lf", "lf-cr-cr"] = "cr-lf"
     after_xoff: Annotated[int, Field(ge=1, le=4096, strict=True)] = 10
     """Characters that the control still takes after it said XOFF."""
     silence_s: Positive = 60.0
     """How long the control may hold the line or say nothing."""
+    await_xon: Annotated[bool, Field(strict=True)] = True
+    """Of xon-xoff: the control says XON when it begins to read; before that nothing is sent."""
 
 
 AnyLink: TypeAlias = FolderTable | FtpTable | SerialTable

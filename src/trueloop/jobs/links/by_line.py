@@ -43,4 +43,4 @@ def drip(opened: Opened, content: bytes, name: str) -> None:
             hint="send it without --drip",
             values={"name": name},
         )
-    opened.link.send(checked_name(name), content)
+    opened.link.feed(checked_name(name), content)

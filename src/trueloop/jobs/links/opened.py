@@ -40,5 +40,5 @@ def _link(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | L
         return Folder(beside / table.folder, beside / table.running_file if table.running_file else None)
     if isinstance(table, SerialTable):
         line = (table.port, table.baud, table.data_bits, table.parity, table.stop_bits, table.flow)
-        return Line(*line, table.code, table.line_end, table.after_xoff, table.silence_s, tell)
+        return Line(*line, table.code, table.line_end, table.after_xoff, table.silence_s, table.await_xon, tell)
     return Ftp(table.host, table.port, table.user, table.password_env, table.folder, table.tls, table.timeout_s)

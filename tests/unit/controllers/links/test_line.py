@@ -3,6 +3,7 @@
 import os
 import pty
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,8 @@ from scripts.line_transfers import transfer
 from tests.support.serial_control import SIGNS, ZONES, eia, iso
 from trueloop.controllers.links.line.codes import EIA, LineCode, decoded, encoded
 from trueloop.controllers.links.line.line import Line, framed
+from trueloop.controllers.links.line.port import Parity
+from trueloop.controllers.links.line.transfer import Flow
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.links.by_line import drip
 from trueloop.jobs.links.opened import Opened, opened
@@ -101,16 +104,99 @@ class Terminal:
 
     def tell(self, said: str) -> None:
         if "read now" in said:
+            os.write(self.mine, b"\x11")
             self.reader = threading.Thread(target=self.read, daemon=True)
             self.reader.start()
         else:
             self.reader.join(10)
             os.write(self.mine, bytes(self.kept))
 
+    def say(self, raw: bytes) -> Callable[[str], None]:
+        """Puts these bytes out, whatever it is told."""
+
+        def said(_: str) -> None:
+            os.write(self.mine, raw)
+
+        return said
+
     def close(self) -> None:
         self.done.set()
         os.close(self.mine)
         os.close(self.other)
+
+
+@given(st.text(st.characters(min_codepoint=32, max_codepoint=126) | st.just("\n")))
+def test_seven_bits_with_odd_parity_are_those_with_even_parity_and_the_eighth_bit_otherwise(text: str) -> None:
+    raw = encoded(text.encode(), "odd", b"\n")
+    assert list(raw) == [iso(one) ^ 0x80 for one in text]
+    assert decoded(raw, "odd") == text.encode()
+
+
+@pytest.mark.parametrize("parity", ["even", "odd"])
+def test_parity_of_a_line_of_seven_bits_is_checked_here(parity: Parity) -> None:
+    """pyserial leaves it unchecked: a bit that falls over would make another number."""
+    terminal = Terminal()
+    eighth = 0x80 if parity == "odd" else 0
+    raw = bytearray(iso(one) ^ eighth for one in "%\nX1\n%")
+    raw[3] ^= 2
+    line = Line(terminal.name, 38400, 7, parity, silence_s=5, tell=terminal.say(bytes(raw)))
+    try:
+        with pytest.raises(TrueloopError, match="line 2, column 2") as refused:
+            line.read("O1")
+    finally:
+        terminal.close()
+    assert refused.value.code is Code.LNK_CODE
+
+
+def test_of_two_programs_that_come_the_first_whole_one_is_taken() -> None:
+    """The port was opened in the middle of the first: its end is no beginning."""
+    terminal = Terminal()
+    came = b"X9\nM30\n%\n\0\0\x14\x12\0%\nO2\nM2\n%\n"
+    line = Line(terminal.name, 38400, 8, "none", silence_s=5, tell=terminal.say(came))
+    try:
+        assert line.read("O2") == b"%\nO2\nM2\n%\n"
+    finally:
+        terminal.close()
+
+
+@pytest.mark.parametrize("text", [b"O1\n(FEED 50%)\nM30\n", b"%\nO1\n% (FEED)\nM30\n%\n"])
+def test_an_end_mark_within_a_program_is_refused_before_the_first_byte(text: bytes) -> None:
+    with pytest.raises(TrueloopError, match="'%' within") as refused:
+        Line("/dev/no-such-port").send("O1", text)
+    assert refused.value.code is Code.LNK_CODE and refused.value.values["line"] == 2
+
+
+def test_nothing_is_sent_before_the_control_reads() -> None:
+    terminal = Terminal()
+    line = Line(terminal.name, 38400, 8, "none", silence_s=0.3, tell=lambda _: None)
+    try:
+        with pytest.raises(TrueloopError, match="no XON came, none of") as refused:
+            line.send("O1", PROGRAM)
+        os.set_blocking(terminal.mine, False)
+        with pytest.raises(BlockingIOError):
+            os.read(terminal.mine, 1)
+    finally:
+        terminal.close()
+    assert refused.value.code is Code.LNK_LINE
+
+
+@pytest.mark.parametrize(("flow", "await_xon"), [("none", True), ("xon-xoff", False)])
+def test_a_program_is_fed_only_where_the_control_says_that_it_begins(flow: Flow, await_xon: bool) -> None:
+    with pytest.raises(TrueloopError, match="in mid-program"):
+        Line("/dev/no-such-port", flow=flow, await_xon=await_xon).feed("O1", PROGRAM)
+
+
+def test_a_port_that_goes_away_while_it_is_written_to_is_named() -> None:
+    terminal = Terminal()
+
+    def tell(_: str) -> None:
+        os.write(terminal.mine, b"\x11")
+        threading.Timer(0.2, terminal.close).start()
+
+    line = Line(terminal.name, 300, 8, "none", silence_s=20, tell=tell)
+    with pytest.raises(TrueloopError, match=r"the line broke after \d+ of") as refused:
+        line.send("O1", PROGRAM * 20)
+    assert refused.value.code is Code.LNK_LINE
 
 
 @pytest.mark.parametrize("code", ["ascii", "iso", "eia"])

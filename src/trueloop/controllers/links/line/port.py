@@ -4,11 +4,13 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Final, Literal, Protocol
 
 from trueloop.errors import Code, TrueloopError
 
 Parity = Literal["none", "even", "odd"]
+WRITE_S: Final = 10.0
+_LOOK_S: Final = 0.001
 
 
 class Port(Protocol):
@@ -38,9 +40,16 @@ class SerialPort:
         return time.monotonic()
 
     def write(self, piece: bytes) -> None:
-        """Returns when the computer's own buffer is empty: what is under way is in no queue of ours."""
+        """Returns when the computer's own buffer is empty: what is under way is in no queue of ours.
+
+        Raises TimeoutError, an OSError, where the port does not take it. (`flush` would wait without end.)
+        """
         self.device.write(piece)
-        self.device.flush()
+        until = self.now() + WRITE_S
+        while self.device.out_waiting:
+            if self.now() > until:
+                raise TimeoutError(f"the port has not taken {len(piece)} bytes in {WRITE_S:g} s")
+            time.sleep(_LOOK_S)
 
     def read(self, wait_s: float) -> bytes:
         """Whatever there is, else the first byte within the time."""
@@ -55,12 +64,11 @@ class SerialPort:
 
 @contextmanager
 def open_port(name: str, baud: int, data_bits: int, parity: Parity, stop_bits: int) -> Iterator[SerialPort]:
-    """The port, closed at the end; nothing of the system's own flow control is used. Raises LNK-LINE."""
+    """The port, for us alone, closed at the end; nothing of the system's own flow control is used. Raises LNK-LINE."""
     serial = _pyserial(name)
+    letter = {"none": "N", "even": "E", "odd": "O"}[parity]
     try:
-        device = serial.Serial(
-            name, baud, data_bits, {"none": "N", "even": "E", "odd": "O"}[parity], stop_bits, write_timeout=10.0
-        )
+        device = serial.Serial(name, baud, data_bits, letter, stop_bits, write_timeout=WRITE_S, exclusive=True)
     except Exception as error:  # what the system says comes through by a type of its own
         raise broken(name, f"cannot be opened: {error}", "see that the cable is in and the name right") from error
     try:
