@@ -37,9 +37,9 @@ def known_state(
     >>> (1e3 * found.model.error_mm(state)).round(1)  # E at both places along X, Y, Z, µm
     array([[ 4. ,  0. ,  6.4],
            [12. ,  0. ,  6.4]])
-    >>> (1e3 * found.model.comp_mtg_mm(state)).round(1)  # what corrects it
-    array([[ -4. ,  -0. ,  -6.4],
-           [-12. ,  -0. ,  -6.4]])
+    >>> (1e3 * found.model.comp_mtg_mm(state)).round(1) + 0.0  # what corrects it
+    array([[ -4. ,   0. ,  -6.4],
+           [-12. ,   0. ,  -6.4]])
     >>> trueloop.known_state(found.model, {"X": 600.0}, {"T1": 25.0})
     Traceback (most recent call last):
     trueloop.errors.TrueloopError
