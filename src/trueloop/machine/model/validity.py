@@ -34,7 +34,7 @@ def known_state(
     >>> readings = trueloop.read_readings(trueloop.example("machine/readings.csv"), machine.chain)
     >>> found, _ = trueloop.fit_form(machine, form, readings)
     >>> state = trueloop.known_state(found.model, {"X": [100.0, 300.0], "Z": -100.0}, {"T1": 25.0})
-    >>> (1e3 * found.model.error_mm(state)).round(1)  # E at both places along X, Y, Z, µm
+    >>> (1e3 * found.model.error_mm(state)).round(1) + 0.0  # E at both places along X, Y, Z, µm
     array([[ 4. ,  0. ,  6.4],
            [12. ,  0. ,  6.4]])
     >>> (1e3 * found.model.comp_mtg_mm(state)).round(1) + 0.0  # what corrects it
