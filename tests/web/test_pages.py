@@ -20,6 +20,8 @@ PAGES = (
     "/parts/1",
     "/parts/2",
     "/proposals",
+    "/programs",
+    "/files",
     "/certificates",
     "/alarms",
     "/wall",

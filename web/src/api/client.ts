@@ -18,6 +18,7 @@ export class Problem extends Error {
 /** What a change carries: `once` is the same when the same thing is tried again. */
 export interface Given {
   body?: unknown;
+  file?: Blob;
   etag?: string;
   once?: string;
   signal?: AbortSignal;
@@ -43,7 +44,7 @@ export async function ask<T>(method: string, path: string, given: Given = {}): P
   return (answer.headers.get("content-type")?.includes("json") ? answer.json() : answer.text()) as Promise<T>;
 }
 
-async function send(method: string, path: string, { body, etag, once, signal }: Given): Promise<Response> {
+async function send(method: string, path: string, { body, file, etag, once, signal }: Given): Promise<Response> {
   const headers: Record<string, string> = {};
   if (body !== undefined) headers["Content-Type"] = "application/json";
   if (etag !== undefined) headers["If-Match"] = `"${etag}"`;
@@ -53,7 +54,7 @@ async function send(method: string, path: string, { body, etag, once, signal }: 
     return await fetch(`${API}/${path}`, {
       method,
       headers,
-      body: body === undefined ? null : JSON.stringify(body),
+      body: file ?? (body === undefined ? null : JSON.stringify(body)),
       signal: signal ?? null,
     });
   } catch (error) {

@@ -7,6 +7,8 @@ export const PAGES: { href: string; name: Key }[] = [
   { href: "/", name: "page.today" },
   { href: "/orders", name: "page.orders" },
   { href: "/parts", name: "page.parts" },
+  { href: "/programs", name: "page.programs" },
+  { href: "/files", name: "page.files" },
   { href: "/proposals", name: "page.proposals" },
   { href: "/certificates", name: "page.certificates" },
   { href: "/alarms", name: "page.alarms" },
@@ -23,6 +25,8 @@ const Proposals = lazy(() => import("../pages/Proposals"));
 const Certificates = lazy(() => import("../pages/Certificates"));
 const Alarms = lazy(() => import("../pages/Alarms"));
 const Wall = lazy(() => import("../pages/Wall"));
+const Programs = lazy(() => import("../pages/Programs"));
+const Files = lazy(() => import("../pages/Files"));
 const Diff = lazy(() => import("../pages/Diff"));
 
 /** What is shown at which address. */
@@ -38,5 +42,7 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/certificates", page: Certificates },
   { path: "/alarms", page: Alarms },
   { path: "/wall", page: Wall },
+  { path: "/programs", page: Programs },
+  { path: "/files", page: Files },
   { path: "/programs/:of/diff/:id", page: Diff },
 ];

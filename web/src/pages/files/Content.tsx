@@ -1,0 +1,86 @@
+import type { Shape } from "../../api/client";
+import { number } from "../../show/format";
+import { Rows } from "../../show/parts";
+import { useText } from "../../text/text";
+
+type View = Shape<"UploadView">;
+type Inspection = Shape<"InspectionRead">;
+
+/** What a file was read as, or why it could not be read. */
+export function Content({ view: { program, measurement, drawing, problem } }: { view: View }) {
+  const text = useText();
+  return (
+    <>
+      {problem && <Remarks of={[problem]} />}
+      {program && (
+        <>
+          <p>
+            {text("file.program")}: {program.dialect} {program.unit} · {text("file.blocks", { count: program.blocks })}
+          </p>
+          <Remarks of={program.remarks} />
+        </>
+      )}
+      {measurement && (
+        <>
+          <p>
+            {text("file.measurement")}: {measurement.format} {measurement.unit}
+          </p>
+          <Remarks of={measurement.remarks} />
+          {measurement.inspections.map((one) => (
+            <Values key={one.run} inspection={one} />
+          ))}
+        </>
+      )}
+      {drawing && (
+        <pre className="text" tabIndex={0} role="region" aria-label={text("file.drawing")}>
+          {drawing.part_toml}
+        </pre>
+      )}
+    </>
+  );
+}
+
+/** What is odd about a file, each with its code and what to do. */
+export function Remarks({ of }: { of: Shape<"Remarked">[] }) {
+  return (
+    <ul className="remarks">
+      {of.map((one, k) => (
+        <li key={k} className={one.severity === "error" ? "why" : "soft"}>
+          {one.code && <code>{one.code}</code>} {one.said} {one.hint}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+const HEAD = ["characteristic", "feature", "nominal", "actual", "difference", "unit"] as const;
+
+function Values({ inspection }: { inspection: Inspection }) {
+  const text = useText();
+  const { run, serial, measured_at, count, values, remarks } = inspection;
+  return (
+    <>
+      <p>
+        {text("file.inspection", { run, count })} {serial} {measured_at}
+      </p>
+      <Remarks of={remarks} />
+      <Rows
+        label={text("file.inspection", { run, count })}
+        none=""
+        head={HEAD.map((one) => text(`head.${one}`))}
+        rows={values.map((one, k) => ({
+          key: k,
+          look: one.within === false ? "bad" : "",
+          cells: [
+            `${one.characteristic} ${one.quantity}`,
+            one.feature || one.reason,
+            <span className="number">{number(one.nominal, 4)}</span>,
+            <span className="number">{number(one.actual, 4)}</span>,
+            <span className="number">{number(one.deviation, 4)}</span>,
+            one.unit,
+          ],
+        }))}
+      />
+    </>
+  );
+}
