@@ -77,7 +77,7 @@ def test_a_measurement_is_shown_read_in_another_way_and_refused_with_its_code(ow
         read.get_by_label("Part", exact=True).select_option("a")
         read.get_by_role("button", name="Keep").click()
         refused = read.get_by_role("alert")
-        expect(refused.locator("code")).to_have_text("JOB-KEYS")
+        expect(refused.locator("code")).to_have_text("JOB-KEY")
         assert len(find(shop.store, Inspection)) == before
 
 

@@ -435,7 +435,7 @@ export interface paths {
         head?: never;
         /**
          * Change Me
-         * @description Changes the language or the password of one's own account.
+         * @description Changes the language or password of one's own account; guessing the present one costs what signing in does.
          */
         patch: operations["change_me_api_v1_me_patch"];
         trace?: never;

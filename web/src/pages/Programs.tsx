@@ -30,7 +30,7 @@ export default function Programs() {
                 key: one.sha256,
                 cells: [
                   one.name,
-                  <code>{hash(one.sha256)}</code>,
+                  <code className="number">{hash(one.sha256)}</code>,
                   `${one.dialect} ${one.unit}`,
                   <Age at={one.kept_at} />,
                   <Opens href={`programs/${one.sha256}`}>{text("program.open")}</Opens>,
