@@ -26,6 +26,7 @@ AREAS: Final = {
     "CTL": "Controls",
     "LNK": "Links to controls",
     "FAC": "The factory: orders, runs, decisions",
+    "CEL": "The cell beside a control",
     "SRV": "The service",
     "RTC": "Real-time correction",
     "JOB": "Job files",

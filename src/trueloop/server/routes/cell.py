@@ -14,6 +14,7 @@ from trueloop.domain.factory.states import FactKind
 from trueloop.factory import requests as ask
 from trueloop.factory.carry_out import carry_out
 from trueloop.factory.shown.machines import heard
+from trueloop.nc.witness import witnessed
 from trueloop.server.guarded import By, Here, router
 from trueloop.server.guarded import factory_by as of
 from trueloop.server.problems import refused_request
@@ -97,7 +98,7 @@ class Heartbeat:
 @routes.post("/next")
 def next_block(here: Here, who: By) -> OfferView | None:
     """What the machine may run now; asked again, the same under the same key. Null: nothing."""
-    offer = carry_out(here.store, ask.NextBlock(who.machine), of(who), here.clock()).answer
+    offer = carry_out(here.store, ask.NextBlock(who.machine, witnessed), of(who), here.clock()).answer
     if offer is None:
         return None
     program = b64encode(offer.program).decode()

@@ -1,0 +1,1 @@
+"""The cell client beside LinuxCNC: it runs what the service offers, each run once, and loses nothing of it."""

@@ -1,0 +1,230 @@
+"""The client: sees, decides (`decide.py`), writes into its journal, acts; one step at a time."""
+
+import re
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from hashlib import sha256
+from typing import Final, TypeVar
+
+from trueloop.controllers.linuxcnc.cell.control import Control, ControlNow
+from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Do, Patience, decide
+from trueloop.controllers.linuxcnc.cell.journal import Journal
+from trueloop.controllers.linuxcnc.cell.known import Known, known, with_entry
+from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded
+from trueloop.controllers.linuxcnc.cell.witness import seen
+from trueloop.domain.factory.states import FactKind
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.witness import log_lines
+
+T = TypeVar("T")
+_PROBE_LOG: Final = re.compile(rb"\(\s*PROBEOPEN\s+([^\s)/]+)\s*\)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How often: seconds between looks, questions, words of life and tries of a service that is away."""
+
+    look_s: float = 0.1
+    ask_s: float = 1.0
+    alive_s: float = 2.0
+    retry_s: float = 5.0
+    patience: Patience = field(default_factory=Patience)
+
+
+class Client:
+    """One machine's cell. `step` never waits longer than one request; `said` is what it waits for, for people."""
+
+    def __init__(self, machine: str, control: Control, service: Service, journal: Journal, pace: Pace = Pace()) -> None:
+        self.machine, self.control, self.service, self.journal, self.pace = machine, control, service, journal, pace
+        self.known: Known = known(journal.entries)
+        self.said = ""
+        self.fault: TrueloopError | None = None
+        self._asked, self._text = Asked(), b""
+        self._next_ask = self._next_try = self._next_word = 0.0
+
+    def step(self) -> bool:
+        """Looks, and does one thing. False: there is nothing to do but wait."""
+        self._deliver()
+        action, control = self._decided()
+        self._alive(control, action)
+        self.said = action.why
+        try:
+            return self._do(action)
+        except TrueloopError as error:
+            if error.code is Code.CEL_JOURNAL:
+                raise
+            self.fault = error
+            return False
+
+    def _decided(self) -> tuple[Action, ControlNow]:
+        now, run = self.control.now(), self.known.run  # first what it does, then what was logged: see `Control.witness`
+        logged = seen(self.control.witness(), run.key) if run else seen("", "")
+        asked, self._asked = self._asked, Asked()
+        return decide(run, now, logged, asked, self.pace.patience), now
+
+    def _do(self, action: Action) -> bool:
+        run, control = self.known.run, self.control
+        if action.do is Do.ASK:
+            return self._ask()
+        if action.do is Do.WAIT or run is None:
+            return False
+        if action.do is Do.SEND:
+            self._send(run.key, run.program)
+        elif action.do is Do.OPEN:
+            if run.touches:
+                control.discard_touches(run.touches)
+            self._note("opened", run=run.key)
+            control.open(run.program)
+        elif action.do is Do.BEGIN:
+            if self._read_back(run.program) == run.sent_sha256:
+                self._note("begun", run=run.key)
+                control.cycle_start()
+            else:
+                self._verified(run.key, run.program)
+        elif action.do is Do.TELL:
+            assert action.fact is not None
+            self._fact(run.key, action.fact, action.witness, {"why": action.why} if action.why else {})
+            if action.fact is FactKind.STARTED and self._read_back(run.program) not in (run.sent_sha256, ""):
+                self._verified(run.key, run.program)
+        elif action.do is Do.GATHER:
+            self._gather(run.key, run.touches)
+        elif action.do is Do.CLEAR:
+            control.clear(run.program)
+        elif action.do is Do.CLOSE:
+            control.clear(run.program)
+            self._note("closed", run=run.key)
+        return True
+
+    def _send(self, key: str, program: str) -> None:
+        self.control.write(program, self._text)
+        self._fact(key, FactKind.SENT, "cell", {})
+        self._verified(key, program)
+
+    def _verified(self, key: str, program: str) -> None:
+        self._fact(key, FactKind.VERIFIED, "cell", {"read_back_sha256": self._read_back(program)})
+
+    def _read_back(self, program: str) -> str:
+        content = self.control.read_back(program)
+        return "" if content is None else sha256(content).hexdigest()
+
+    def _gather(self, key: str, name: str) -> None:
+        content = self.control.touches(name)
+        if content is None:
+            self._note("no-touches", run=key)
+        else:
+            self._note("touches", run=key, name=name, file=encoded(content))
+
+    def _ask(self) -> bool:
+        """Only with all words delivered: the service takes one who asks for one who does not run anything."""
+        now = time.monotonic()
+        if self.known.waiting or now < max(self._next_ask, self._next_try):
+            return False
+        self._next_ask = now + self.pace.ask_s
+        offer, run = self._reached(self.service.next), self.known.run
+        if run is not None and (offer is None or offer.key != run.key):
+            over = run.facts & {FactKind.UNKNOWN}
+            if over and offer is None:
+                return False
+            self._note("closed" if over else "withdrawn", run=run.key)
+            return True
+        if offer is None:
+            return False
+        _require_own(offer, self.machine)
+        if run is None:
+            return self._take(offer)
+        if offer.sent_sha256 != run.sent_sha256:
+            raise _not_ours(f"run {offer.key!r} was {run.sent_sha256[:16]!r} and now is {offer.sent_sha256[:16]!r}")
+        self._asked, self._text = Asked(offer.key, offer.armed, offer.text), offer.text
+        return True
+
+    def _take(self, offer: Offered) -> bool:
+        """A key runs once: one that is over the service has lost the end of. What is known of it is told again."""
+        if offer.key in self.known.over:
+            again = [one for one in self.journal.entries if one.values.get("run") == offer.key]
+            for one in again:
+                if one.what in ("fact", "touches"):
+                    self._note(one.what, **one.values)
+            raise _not_ours(f"run {offer.key!r} is over: it runs once")
+        gauges = offer.kind in ("probe", "inspect")
+        name = _PROBE_LOG.search(offer.text) if gauges else None
+        self._asked, self._text = Asked(offer.key, offer.armed, offer.text), offer.text
+        said = name[1].decode(errors="replace") if name else ""
+        self._note("run", key=offer.key, sent_sha256=offer.sent_sha256, touches=said, kind=offer.kind)
+        return True
+
+    def temperatures(self, signals: dict[str, float]) -> None:
+        """Of the machine, by signal, °C, as they are now."""
+        run = self.known.run.key if self.known.run else ""
+        self._note("temperatures", signals=signals, at=_now(), run=run)
+
+    def _fact(self, key: str, what: FactKind, witness: str, values: dict[str, str]) -> None:
+        self._note("fact", run=key, what=what.value, at=_now(), witness=witness, values=values)
+
+    def _note(self, what: str, **values: object) -> None:
+        self.known = with_entry(self.known, self.journal.add(what, **values))
+
+    def _deliver(self) -> None:
+        """Everything that waits, oldest first, until the service is away."""
+        while self.known.waiting and time.monotonic() >= self._next_try:
+            first, *more = self.known.waiting
+            batch = [first]
+            for one in more[:99] if first.what == "fact" else ():
+                if one.what != "fact":
+                    break
+                batch.append(one)
+            numbers = [one.no for one in batch]
+            try:
+                self._reached(lambda given=batch: self.service.tell(given))  # type: ignore[misc]
+                self._note("acknowledged", entries=numbers)
+            except RefusedError as refused:
+                if len(batch) > 1:  # one of them: each for itself
+                    batch, numbers = batch[:1], numbers[:1]
+                self._note("refused", entries=numbers, said=refused.message)
+                self.fault = refused
+            except TrueloopError as away:
+                self.fault = away
+                return
+
+    def _reached(self, request: Callable[[], T]) -> T:
+        try:
+            answer = request()
+        except RefusedError:
+            raise
+        except TrueloopError:
+            self._next_try = time.monotonic() + self.pace.retry_s
+            raise
+        self.fault = None
+        return answer
+
+    def _alive(self, control: ControlNow, action: Action) -> None:
+        now = time.monotonic()
+        if now < max(self._next_word, self._next_try):
+            return
+        self._next_word = now + self.pace.alive_s
+        said = {"state": control.doing.value, "program": control.program, "line": control.line}
+        try:
+            self._reached(lambda: self.service.heartbeat(said))
+        except TrueloopError as away:
+            self.fault = away
+
+
+def _require_own(offer: Offered, machine: str) -> None:
+    """Raises CEL-OFFER."""
+    if offer.machine != machine:
+        raise _not_ours(f"run {offer.key!r} is for machine {offer.machine!r}, and this is {machine!r}")
+    if sha256(offer.text).hexdigest() != offer.sent_sha256:
+        raise _not_ours(f"run {offer.key!r} is to be {offer.sent_sha256[:16]!r} and its text is not")
+    head, tail = (b"\n".join(lines) for lines in log_lines(offer.key))
+    plain = offer.text.replace(b"\r\n", b"\n")
+    if plain.count(head) != 1 or tail not in plain:
+        raise _not_ours(f"run {offer.key!r} does not witness itself")
+
+
+def _not_ours(why: str) -> TrueloopError:
+    return TrueloopError(Code.CEL_OFFER, why, hint="see that key and settings are of one machine; nothing is started")
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat()

@@ -1,0 +1,61 @@
+"""What a cell needs of a control: `Control`; what it sees of it: `ControlNow`."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+
+class Doing(StrEnum):
+    """What a control does."""
+
+    IDLE = "idle"
+    RUNNING = "running"
+    PAUSED = "paused"
+    FAULT = "fault"  # emergency stop, off, or not homed: nothing can run
+    AWAY = "away"  # it does not answer
+
+
+@dataclass(frozen=True)
+class ControlNow:
+    """`program`: the name of the program that is loaded, "" where none is. `still_s`: how long nothing has run."""
+
+    doing: Doing
+    program: str = ""
+    still_s: float = 0.0
+    line: int | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether a program is in execution."""
+        return self.doing in (Doing.RUNNING, Doing.PAUSED)
+
+
+class Control(Protocol):
+    """A control and the folder of its programs. Methods raise CEL-CONTROL where it does not do as asked."""
+
+    def now(self) -> ControlNow:
+        """What it does now; never raises."""
+
+    def witness(self) -> str:
+        """What programs have logged of themselves: read after `now`, it is the later of the two."""
+
+    def write(self, name: str, text: bytes) -> None:
+        """Puts a program into the folder; nothing is loaded by it."""
+
+    def read_back(self, name: str) -> bytes | None:
+        """The program that stands there, as the control would read it; None: there is none."""
+
+    def open(self, name: str) -> None:
+        """Loads a program of the folder."""
+
+    def clear(self, name: str) -> None:
+        """Unloads a program, if it is loaded, and takes it out of the folder: it cannot be started again."""
+
+    def cycle_start(self) -> None:
+        """Starts what is loaded."""
+
+    def touches(self, name: str) -> bytes | None:
+        """The file that a gauging program wrote; None: there is none."""
+
+    def discard_touches(self, name: str) -> None:
+        """Puts a file of that name aside, so that the next is the run's own."""

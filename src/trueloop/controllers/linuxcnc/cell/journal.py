@@ -1,0 +1,108 @@
+"""What a cell knows, on disk before it acts on it: one line a fact, with a checksum, never changed."""
+
+import fcntl
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from trueloop.errors import Code, Place, TrueloopError
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One fact: its number from 1, what it is about, and its values."""
+
+    no: int
+    what: str
+    values: Mapping[str, Any]
+
+    def line(self) -> bytes:
+        """As it is written."""
+        text = json.dumps([self.no, self.what, dict(self.values)], ensure_ascii=True, sort_keys=True)
+        return f"{_sum(text)} {text}\n".encode()
+
+
+class Journal:
+    """The one writer of a journal. `entries` are all of them; `torn`: what a crash left of a last line."""
+
+    def __init__(self, file: Path) -> None:
+        """Opens or begins it. Raises CEL-JOURNAL where another client has it, or a line before the last is damaged."""
+        self.file = file
+        try:
+            self._fd = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            content = file.read_bytes()
+            self.entries, self._end = read(content, file)
+            self.torn = content[self._end :]
+            os.ftruncate(self._fd, self._end)
+            os.fsync(self._fd)
+            _sync_folder(file.parent)
+        except BlockingIOError as error:
+            raise _refused(file, "another client has it: 1 is the most", "end that one first") from error
+        except OSError as error:
+            raise _refused(file, f"error {error.errno}: {error.strerror}", "see that the disk has room") from error
+
+    def add(self, what: str, **values: Any) -> Entry:
+        """One fact more; it is on the disk when this returns. Raises CEL-JOURNAL, and then holds nothing of it."""
+        entry = Entry(len(self.entries) + 1, what, values)
+        line = entry.line()
+        try:
+            if os.pwrite(self._fd, line, self._end) != len(line):
+                raise OSError(28, "no room for a whole line")
+            os.fdatasync(self._fd)
+        except OSError as error:
+            os.ftruncate(self._fd, self._end)
+            raise _refused(
+                self.file, f"error {error.errno}: {error.strerror}", "make room; nothing is begun before"
+            ) from error
+        self._end += len(line)
+        self.entries.append(entry)
+        return entry
+
+    def close(self) -> None:
+        """Gives it free for another client."""
+        os.close(self._fd)
+
+
+def read(content: bytes, file: Path) -> tuple[list[Entry], int]:
+    """Entries, and where they end: what follows is a last line that a crash tore. Raises CEL-JOURNAL."""
+    entries: list[Entry] = []
+    end = 0
+    for line in content.splitlines(keepends=True):
+        entry = _entry(line)
+        if entry is None or entry.no != len(entries) + 1:
+            if end + len(line) < len(content):
+                raise _refused(
+                    file, f"line {len(entries) + 1} is damaged", "keep a copy and have a person look", len(entries) + 1
+                )
+            break
+        entries.append(entry)
+        end += len(line)
+    return entries, end
+
+
+def _entry(line: bytes) -> Entry | None:
+    checksum, _, text = line.decode(errors="replace").partition(" ")
+    if not text.endswith("\n") or _sum(text[:-1]) != checksum:
+        return None
+    return Entry(*json.loads(text))
+
+
+def _sum(text: str) -> str:
+    return sha256(text.encode()).hexdigest()[:16]
+
+
+def _sync_folder(folder: Path) -> None:
+    fd = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(fd)
+    finally:
+        os.close(fd)
+
+
+def _refused(file: Path, why: str, hint: str, line: int | None = None) -> TrueloopError:
+    return TrueloopError(Code.CEL_JOURNAL, f"the journal: {why}", hint=hint, place=Place(str(file), line))
