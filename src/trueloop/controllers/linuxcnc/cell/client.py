@@ -11,7 +11,7 @@ from typing import Final, TypeVar
 from trueloop.controllers.linuxcnc.cell.control import Control, ControlNow
 from trueloop.controllers.linuxcnc.cell.decide import Action, Asked, Do, Patience, decide
 from trueloop.controllers.linuxcnc.cell.journal import Journal
-from trueloop.controllers.linuxcnc.cell.known import Known, known, with_entry
+from trueloop.controllers.linuxcnc.cell.known import Known, RunNow, known, with_entry
 from trueloop.controllers.linuxcnc.cell.service import Offered, RefusedError, Service, encoded
 from trueloop.controllers.linuxcnc.cell.witness import seen
 from trueloop.domain.factory.states import FactKind
@@ -65,42 +65,47 @@ class Client:
         return decide(run, now, logged, asked, self.pace.patience), now
 
     def _do(self, action: Action) -> bool:
-        run, control = self.known.run, self.control
+        run = self.known.run
         if action.do is Do.ASK:
             return self._ask()
         if action.do is Do.WAIT or run is None:
             return False
-        if action.do is Do.SEND:
-            self._send(run.key, run.program)
-        elif action.do is Do.OPEN:
-            if run.touches:
-                control.discard_touches(run.touches)
-            self._note("opened", run=run.key)
-            control.open(run.program)
-        elif action.do is Do.BEGIN:
-            if self._read_back(run.program) == run.sent_sha256:
-                self._note("begun", run=run.key)
-                control.cycle_start()
-            else:
-                self._verified(run.key, run.program)
-        elif action.do is Do.TELL:
-            assert action.fact is not None
-            self._fact(run.key, action.fact, action.witness, {"why": action.why} if action.why else {})
-            if action.fact is FactKind.STARTED and self._read_back(run.program) not in (run.sent_sha256, ""):
-                self._verified(run.key, run.program)
-        elif action.do is Do.GATHER:
-            self._gather(run.key, run.touches)
-        elif action.do is Do.CLEAR:
-            control.clear(run.program)
-        elif action.do is Do.CLOSE:
-            control.clear(run.program)
+        if action.do is Do.TELL:
+            self._tell(run, action)
+        else:
+            how = {Do.SEND: self._send, Do.OPEN: self._open, Do.BEGIN: self._begin, Do.GATHER: self._gather}
+            how.get(action.do, self._clear)(run)
+        if action.do is Do.CLOSE:
             self._note("closed", run=run.key)
         return True
 
-    def _send(self, key: str, program: str) -> None:
-        self.control.write(program, self._text)
-        self._fact(key, FactKind.SENT, "cell", {})
-        self._verified(key, program)
+    def _tell(self, run: RunNow, action: Action) -> None:
+        """As a run begins, what it is read from is looked at once more."""
+        assert action.fact is not None
+        self._fact(run.key, action.fact, action.witness, {"why": action.why} if action.why else {})
+        if action.fact is FactKind.STARTED and self._read_back(run.program) not in (run.sent_sha256, ""):
+            self._verified(run.key, run.program)
+
+    def _open(self, run: RunNow) -> None:
+        if run.touches:
+            self.control.discard_touches(run.touches)
+        self._note("opened", run=run.key)
+        self.control.open(run.program)
+
+    def _begin(self, run: RunNow) -> None:
+        if self._read_back(run.program) == run.sent_sha256:
+            self._note("begun", run=run.key)
+            self.control.cycle_start()
+        else:
+            self._verified(run.key, run.program)
+
+    def _clear(self, run: RunNow) -> None:
+        self.control.clear(run.program)
+
+    def _send(self, run: RunNow) -> None:
+        self.control.write(run.program, self._text)
+        self._fact(run.key, FactKind.SENT, "cell", {})
+        self._verified(run.key, run.program)
 
     def _verified(self, key: str, program: str) -> None:
         self._fact(key, FactKind.VERIFIED, "cell", {"read_back_sha256": self._read_back(program)})
@@ -109,12 +114,12 @@ class Client:
         content = self.control.read_back(program)
         return "" if content is None else sha256(content).hexdigest()
 
-    def _gather(self, key: str, name: str) -> None:
-        content = self.control.touches(name)
+    def _gather(self, run: RunNow) -> None:
+        content = self.control.touches(run.touches)
         if content is None:
-            self._note("no-touches", run=key)
+            self._note("no-touches", run=run.key)
         else:
-            self._note("touches", run=key, name=name, file=encoded(content))
+            self._note("touches", run=run.key, name=run.touches, file=encoded(content))
 
     def _ask(self) -> bool:
         """Only with all words delivered: the service takes one who asks for one who does not run anything."""
@@ -162,7 +167,7 @@ class Client:
     def _fact(self, key: str, what: FactKind, witness: str, values: dict[str, str]) -> None:
         self._note("fact", run=key, what=what.value, at=_now(), witness=witness, values=values)
 
-    def _note(self, what: str, **values: object) -> None:
+    def _note(self, what: str, /, **values: object) -> None:
         self.known = with_entry(self.known, self.journal.add(what, **values))
 
     def _deliver(self) -> None:

@@ -52,7 +52,7 @@ class Patience:
 
 
 def decide(run: RunNow | None, control: ControlNow, witness: Seen, asked: Asked, patience: Patience) -> Action:
-    """The next action. What witnesses say comes first; motion last, and only where nothing ever began under this key."""
+    """The next action. What witnesses say comes first; motion last, and only where nothing began under this key."""
     if run is None:
         return Action(Do.WAIT, "a program runs that is not ours") if control.active else Action(Do.ASK)
     return _noticed(run, control, witness) or (
@@ -79,40 +79,40 @@ def _noticed(run: RunNow, control: ControlNow, witness: Seen) -> Action | None:
 
 
 def _after_start(run: RunNow, control: ControlNow, patience: Patience) -> Action:
-    ours = control.program == run.program
     if FactKind.ENDED in run.facts and run.touches and not run.gathered:
         return Action(Do.GATHER)
     if run.facts & {FactKind.ENDED, FactKind.UNKNOWN}:
-        if ours:
-            return Action(Do.WAIT, "it still runs") if control.active else Action(Do.CLEAR)
-        if FactKind.ENDED in run.facts:
-            return Action(Do.CLOSE)
-        return Action(Do.ASK, "a person decides whether the cut was made")
-    if ours and control.active:
+        return _over(run, control)
+    started = FactKind.STARTED in run.facts
+    if control.active and control.program == run.program:
         return Action(Do.WAIT, "it runs")
-    limit_s = patience.settled_s if FactKind.STARTED in run.facts else patience.start_s
+    limit_s = patience.settled_s if started else patience.start_s
     if control.doing is Doing.AWAY:
         limit_s = max(limit_s, patience.away_s)
     if control.still_s < limit_s and not control.active:
-        return Action(Do.WAIT, "it may have ended" if FactKind.STARTED in run.facts else "it may have begun")
-    said = "started and did not end" if FactKind.STARTED in run.facts else "was told to start, and no witness saw it"
+        return Action(Do.WAIT, "it may have ended" if started else "it may have begun")
+    said = "started and did not end" if started else "was told to start, and no witness saw it"
     return Action(Do.TELL, f"it {said}", FactKind.UNKNOWN)
 
 
+def _over(run: RunNow, control: ControlNow) -> Action:
+    if control.program == run.program:
+        return Action(Do.WAIT, "it still runs") if control.active else Action(Do.CLEAR)
+    if FactKind.ENDED in run.facts:
+        return Action(Do.CLOSE)
+    return Action(Do.ASK, "a person decides whether the cut was made")
+
+
 def _before_start(run: RunNow, control: ControlNow, asked: Asked) -> Action:
-    ours = control.program == run.program
+    ours, offered = control.program == run.program, asked.key == run.key
     if run.withdrawn or run.differs:
         return Action(Do.CLEAR) if ours else Action(Do.CLOSE)
     if FactKind.VERIFIED not in run.facts:
-        return Action(Do.SEND) if asked.key == run.key and asked.text is not None else Action(Do.ASK)
-    if control.active:
-        return Action(Do.WAIT, "a program runs that is not ours")
-    if control.doing is Doing.AWAY:
-        return Action(Do.WAIT, "the control does not answer")
-    if not ours:
-        if run.opened and control.program:
-            return Action(Do.ASK, f"the control has {control.program!r} loaded: open {run.program!r}")
+        return Action(Do.SEND) if offered and asked.text is not None else Action(Do.ASK)
+    if control.active or control.doing is Doing.AWAY:
+        return Action(Do.WAIT, f"the control is {control.doing.value}, with {control.program!r}")
+    if not ours and (not run.opened or not control.program):
         return Action(Do.OPEN)
-    if control.doing is Doing.IDLE and asked.key == run.key and asked.armed:
+    if ours and control.doing is Doing.IDLE and offered and asked.armed:
         return Action(Do.BEGIN)
-    return Action(Do.ASK, "press Cycle Start")
+    return Action(Do.ASK, "press Cycle Start" if ours else f"open {run.program!r} at the control")

@@ -46,7 +46,7 @@ class Journal:
         except OSError as error:
             raise _refused(file, f"error {error.errno}: {error.strerror}", "see that the disk has room") from error
 
-    def add(self, what: str, **values: Any) -> Entry:
+    def add(self, what: str, /, **values: Any) -> Entry:
         """One fact more; it is on the disk when this returns. Raises CEL-JOURNAL, and then holds nothing of it."""
         entry = Entry(len(self.entries) + 1, what, values)
         line = entry.line()

@@ -77,6 +77,11 @@ def _with(run: RunNow, entry: Entry) -> RunNow:
         what = FactKind(entry.values["what"])
         read = entry.values["values"].get("read_back_sha256", run.sent_sha256)
         return replace(run, facts=run.facts | {what}, differs=run.differs or read != run.sent_sha256)
-    changed = {"opened": "opened", "begun": "begun", "withdrawn": "withdrawn", "touches": "gathered"}
-    name = changed.get("touches" if entry.what == "no-touches" else entry.what)
-    return replace(run, **{name: True}) if name else run
+    if entry.what in ("touches", "no-touches"):
+        return replace(run, gathered=True)
+    return replace(
+        run,
+        opened=run.opened or entry.what == "opened",
+        begun=run.begun or entry.what == "begun",
+        withdrawn=run.withdrawn or entry.what == "withdrawn",
+    )

@@ -1,0 +1,156 @@
+"""A machine that stands in for LinuxCNC: it executes programs line by line, and an operator presses Cycle Start at will.
+
+It knows LOGAPPEND, LOG, PROBEOPEN, ABORT under an `if EXISTS`, and parameters: as LinuxCNC does, in a process of its own.
+"""
+
+import json
+import os
+import random
+import re
+import threading
+import time
+from contextlib import suppress
+from hashlib import sha256
+from multiprocessing.connection import Client as Connect
+from multiprocessing.connection import Listener
+from pathlib import Path
+from typing import Any, Final
+
+from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
+from trueloop.nc.witness import LOG_FILE
+
+EMPTY: Final = "nothing.ngc"
+
+
+class StandIn:
+    """The machine: what is loaded, whether it runs, and which parameters are set."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.program, self.running = folder, "", False
+        self.set: set[bytes] = set()
+        self.lock, self.stood = threading.Lock(), time.monotonic()
+
+    def ask(self, what: str, name: str) -> Any:
+        """One command of the panel."""
+        with self.lock:
+            if what == "open" and not self.running:
+                self.program = name
+            elif what == "start" and not self.running and self.program:
+                text = self._file().read_bytes() if self._file().exists() else b""
+                self.running = True
+                threading.Thread(target=self._run, args=(text, self.program), daemon=True).start()
+            elif what == "clear" and not self.running and self.program == name:
+                self.program = EMPTY
+        return self.program, self.running, time.monotonic() - self.stood
+
+    def _file(self) -> Path:
+        return self.folder / self.program
+
+    def _run(self, text: bytes, program: str) -> None:
+        try:
+            whole, touches = self._execute(text)
+            if whole and program != EMPTY:
+                said = {"key": program.removesuffix(".ngc"), "text": text.decode("latin-1"), "touches": touches}
+                with (self.folder / "executed.jsonl").open("a") as file:
+                    file.write(json.dumps(said) + "\n")
+        finally:
+            with self.lock:
+                self.running, self.stood = False, time.monotonic()
+
+    def _execute(self, text: bytes) -> tuple[bool, str]:
+        touches, log = "", None
+        for line in map(bytes.strip, text.splitlines()):
+            if found := re.fullmatch(rb"o<\S+> if .*EXISTS\[(#<\w+>)\]\]", line):
+                if found[1] in self.set:
+                    return False, ""
+            elif found := re.fullmatch(rb"(#<\w+>) = 1", line):
+                self.set.add(found[1])
+            elif found := re.fullmatch(rb"\(LOGAPPEND,(.*)\)", line):
+                log = self.folder / found[1].decode()
+            elif (found := re.fullmatch(rb"\(LOG,(.*)\)", line)) and log:
+                with log.open("ab") as file:
+                    file.write(found[1] + b"\n")
+            elif found := re.fullmatch(rb"\(PROBEOPEN (.*)\)", line):
+                touches = sha256(os.urandom(8)).hexdigest()
+                (self.folder / found[1].decode()).write_text(touches)
+            elif line.startswith(b"G"):
+                time.sleep(random.uniform(0, 0.02))
+            elif line in (b"M2", b"M30"):
+                return True, touches
+        return bool(text), touches
+
+
+def serve_machine(folder: Path) -> int:
+    """Starts the machine; its process number."""
+    child = os.fork()
+    if child:
+        while not (folder / "panel").exists():
+            time.sleep(0.01)
+        return child
+    machine = StandIn(folder)
+    listener = Listener(str(folder / "panel"))
+    threading.Thread(target=_operator, args=(machine,), daemon=True).start()
+    while True:
+        with suppress(OSError, EOFError):
+            threading.Thread(target=_answer, args=(machine, listener.accept()), daemon=True).start()
+
+
+def _answer(machine: StandIn, connection: Any) -> None:
+    with suppress(OSError, EOFError), connection:
+        while True:
+            connection.send(machine.ask(*connection.recv()))
+
+
+def _operator(machine: StandIn) -> None:
+    while True:
+        time.sleep(random.uniform(0, 0.3))
+        machine.ask("start", "")
+        if random.random() < 0.3:  # and once more
+            time.sleep(random.uniform(0, 0.1))
+            machine.ask("start", "")
+
+
+class Remote:
+    """The panel of the machine, as a client's control."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self._line = folder, Connect(str(folder / "panel"))
+        self._since = time.monotonic()
+
+    def _ask(self, what: str, name: str = "") -> Any:
+        self._line.send((what, name))
+        return self._line.recv()
+
+    def now(self) -> ControlNow:
+        program, running, stood_s = self._ask("look")
+        still_s = 0.0 if running else min(stood_s, time.monotonic() - self._since)
+        return ControlNow(Doing.RUNNING if running else Doing.IDLE, program, still_s)
+
+    def witness(self) -> str:
+        file = self.folder / LOG_FILE
+        return file.read_text() if file.exists() else ""
+
+    def write(self, name: str, text: bytes) -> None:
+        (self.folder / name).write_bytes(text)
+
+    def read_back(self, name: str) -> bytes | None:
+        file = self.folder / name
+        return file.read_bytes() if file.exists() else None
+
+    def open(self, name: str) -> None:
+        self._ask("open", name)
+
+    def clear(self, name: str) -> None:
+        program, running, _ = self._ask("clear", name)
+        if not (running and program == name):
+            (self.folder / name).unlink(missing_ok=True)
+
+    def cycle_start(self) -> None:
+        self._since = time.monotonic()
+        self._ask("start")
+
+    def touches(self, name: str) -> bytes | None:
+        return self.read_back(name)
+
+    def discard_touches(self, name: str) -> None:
+        (self.folder / name).unlink(missing_ok=True)
