@@ -1,8 +1,8 @@
 """Kills the cell client at any moment, and at times the service; a stand-in for the machine says what was cut.
 
 `python -m scripts.cell_kills FOLDER [KILLS [STEPS]]`. The service is `trueloop serve` on a SQLite store, the machine a
-process of its own (`StandIn`), whose operator presses Cycle Start when he likes, also twice. A person decides what is held by
-looking at the machine. Prints what came of it as JSON; ends with 1 where anything is wrong.
+process of its own (`StandIn`), whose operator presses Cycle Start when he likes, also twice, and Stop. A person decides
+what is held by looking at the machine. Prints what came of it as JSON; ends with 1 where anything is wrong.
 """
 
 import json
@@ -42,7 +42,8 @@ from trueloop.server.identity.keys import NewKey, add_key
 from trueloop.storage.factory_tables import RUN_TOUCHES
 from trueloop.storage.store import Store, find, keep, open_store
 
-WITHIN_S: Final = 0.3
+WITHIN_S: Final = 0.6
+PARTS: Final = 4
 PACE: Final = Pace(0.004, 0.01, 0.1, 0.05, Patience(0.05, 0.15, 0.3))
 TEXTS: Final = {
     BlockKind.SEMIFINISH: b"%\n(first cut, no M2 here)\nG21 G90 G94 F100\nG1 X1\nG1 X2\nM30\n%\n",
@@ -61,20 +62,22 @@ def main(place: str, kills: int = 100, steps: int = 100) -> int:
     (folder / "machine").mkdir()
     store = open_store(str(folder / "store.db"), create=True)
     key = add_key(store, NewKey("lathe", "cell", 3), "test", _now()).key
-    order = _planned(store, steps // len(TEXTS) + 1)
+    orders = [_planned(store, 0)]
     machine, killed, until = serve_machine(folder / "machine"), 0, time.monotonic() + 240
     try:
         with _Served(folder) as served:
-            while (killed < kills or _recorded(store, order) < steps) and time.monotonic() < until:
+            while (killed < kills or _recorded(store, orders) < steps) and time.monotonic() < until:
                 _killed(folder, key, served.address, drawn.uniform(0, WITHIN_S))
                 killed += 1
-                _person(store, order, folder, drawn)
+                _person(store, orders[-1], folder, drawn)
+                if _order(store, orders[-1]).state == "done":
+                    orders.append(_planned(store, len(orders)))
                 if killed % 30 == 0:  # the network is gone while a cut is made
                     served.stop()
                     _killed(folder, key, served.address, WITHIN_S)
                     served.start()
             _settled(folder, key, served.address)
-        found = _judged(store, order, folder) | {"kills": killed, "recorded": _recorded(store, order)}
+        found = _judged(store, orders, folder) | {"kills": killed, "recorded": _recorded(store, orders)}
     finally:
         os.kill(machine, signal.SIGKILL)
         os.waitpid(machine, 0)
@@ -87,13 +90,18 @@ def _now() -> datetime:
     return datetime.now(UTC)
 
 
-def _planned(store: Store, parts: int) -> str:
+def _planned(store: Store, number: int) -> str:
+    if not number:
+        _released(store)
+    serials = tuple(f"{number}-{k}" for k in range(PARTS))
+    plan = ask.PlanOrder("shaft", "", "lathe", serials, BLOCKS, "", Conditions(None, None))
+    return carry_out(store, plan, ENGINEER, _now()).orders[0].order.id
+
+
+def _released(store: Store) -> None:
     keep(store, [ProgramText(SHA[kind], text) for kind, text in TEXTS.items()])
     for sha in SHA.values():
         carry_out(store, ask.ReleaseProgram(sha, "ran in"), ENGINEER, _now())
-    serials = tuple(str(k) for k in range(parts))
-    plan = ask.PlanOrder("shaft", "", "lathe", serials, BLOCKS, "", Conditions(None, None))
-    return carry_out(store, plan, ENGINEER, _now()).orders[0].order.id
 
 
 class _Served:
@@ -173,8 +181,9 @@ def _order(store: Store, order: str) -> OrderNow:
         return order_of(Known(connection, store.codec), order)
 
 
-def _recorded(store: Store, order: str) -> int:
-    return sum(s.state is StepState.RECORDED and s.kind.moves for p in _order(store, order).parts for s in p.steps)
+def _recorded(store: Store, orders: list[str]) -> int:
+    parts = [part for order in orders for part in _order(store, order).parts]
+    return sum(step.state is StepState.RECORDED and step.kind.moves for part in parts for step in part.steps)
 
 
 def _person(store: Store, order: str, folder: Path, drawn: random.Random) -> None:
@@ -199,20 +208,22 @@ def _decide(store: Store, order: str, part: PartNow, folder: Path, control: Remo
     shown = control.now()
     if step is None or shown.active or shown.program == f"{step.run}.ngc" or step.state is StepState.STARTED:
         return  # he waits until it stands and shows another program
-    cut = any(one["key"] == step.run for one in _done(folder))
-    verdict = "made" if cut and step.kind.cuts and step.state is not StepState.WAITING else "not-made"
+    seen = [one for one in _done(folder) if one["key"] == step.run]
+    verdict = "not-made"
+    if seen and step.kind.cuts and step.state is not StepState.WAITING:
+        verdict = "made" if seen[0]["whole"] else "reject"
     carry_out(store, ask.DecideStep(order, part.row, step.no, verdict, "looked"), OPERATOR, _now())  # type: ignore[arg-type]
 
 
 def _done(folder: Path) -> list[dict[str, Any]]:
-    """What the machine has executed to its end."""
+    """What the machine has executed: to its end, or to where it was stopped."""
     file = folder / "machine" / "executed.jsonl"
     return [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
 
 
-def _judged(store: Store, order: str, folder: Path) -> dict[str, int]:
+def _judged(store: Store, orders: list[str], folder: Path) -> dict[str, int]:
     runs = {one.value.key: one.value for one in find(store, Run)}
-    parts = {one.value.identity: one for one in _order(store, order).parts}
+    parts = {one.value.identity: one for order in orders for one in _order(store, order).parts}
     done = _done(folder)
     cuts = Counter((runs[o["key"]].part.serial, runs[o["key"]].step) for o in done if _kind(runs[o["key"]]).cuts)
     other = sum(not _as_accepted(runs[one["key"]], one["text"].encode("latin-1")) for one in done)

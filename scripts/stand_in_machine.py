@@ -1,6 +1,6 @@
-"""A machine that stands in for LinuxCNC: it executes programs line by line, and an operator presses Cycle Start at will.
+"""A machine that stands in for LinuxCNC: it executes programs line by line; an operator presses buttons at will.
 
-It knows LOGAPPEND, LOG, PROBEOPEN, ABORT under an `if EXISTS`, and parameters: as LinuxCNC does, in a process of its own.
+It knows LOGAPPEND, LOG, PROBEOPEN, ABORT under an `if EXISTS`, and parameters, in a process of its own.
 """
 
 import json
@@ -26,7 +26,7 @@ class StandIn:
     """The machine: what is loaded, whether it runs, and which parameters are set."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.program, self.running = folder, "", False
+        self.folder, self.program, self.running, self.stopped = folder, "", False, False
         self.set: set[bytes] = set()
         self.lock, self.stood = threading.Lock(), time.monotonic()
 
@@ -37,8 +37,10 @@ class StandIn:
                 self.program = name
             elif what == "start" and not self.running and self.program:
                 text = self._file().read_bytes() if self._file().exists() else b""
-                self.running = True
+                self.running, self.stopped = True, False
                 threading.Thread(target=self._run, args=(text, self.program), daemon=True).start()
+            elif what == "stop":
+                self.stopped = True
             elif what == "clear" and not self.running and self.program == name:
                 self.program = EMPTY
         return self.program, self.running, time.monotonic() - self.stood
@@ -49,20 +51,26 @@ class StandIn:
     def _run(self, text: bytes, program: str) -> None:
         try:
             whole, touches = self._execute(text)
-            if whole and program != EMPTY:
-                said = {"key": program.removesuffix(".ngc"), "text": text.decode("latin-1"), "touches": touches}
+            if whole is not None and program != EMPTY:
+                said = {
+                    "whole": whole,
+                    "key": program.removesuffix(".ngc"),
+                    "text": text.decode("latin-1"),
+                    "touches": touches,
+                }
                 with (self.folder / "executed.jsonl").open("a") as file:
                     file.write(json.dumps(said) + "\n")
         finally:
             with self.lock:
                 self.running, self.stood = False, time.monotonic()
 
-    def _execute(self, text: bytes) -> tuple[bool, str]:
+    def _execute(self, text: bytes) -> tuple[bool | None, str]:
+        """Whether it came to its end, None: it did not begin; and the touches that it wrote."""
         touches, log = "", None
         for line in map(bytes.strip, text.splitlines()):
             if found := re.fullmatch(rb"o<\S+> if .*EXISTS\[(#<\w+>)\]\]", line):
                 if found[1] in self.set:
-                    return False, ""
+                    return None, ""
             elif found := re.fullmatch(rb"(#<\w+>) = 1", line):
                 self.set.add(found[1])
             elif found := re.fullmatch(rb"\(LOGAPPEND,(.*)\)", line):
@@ -75,9 +83,11 @@ class StandIn:
                 (self.folder / found[1].decode()).write_text(touches)
             elif line.startswith(b"G"):
                 time.sleep(random.uniform(0, 0.02))
+                if self.stopped:
+                    return False, touches
             elif line in (b"M2", b"M30"):
                 return True, touches
-        return bool(text), touches
+        return bool(text) or None, touches
 
 
 def serve_machine(folder: Path) -> int:
@@ -105,6 +115,8 @@ def _operator(machine: StandIn) -> None:
     while True:
         time.sleep(random.uniform(0, 0.3))
         machine.ask("start", "")
+        if random.random() < 0.05:
+            machine.ask("stop", "")
         if random.random() < 0.3:  # and once more
             time.sleep(random.uniform(0, 0.1))
             machine.ask("start", "")
@@ -122,35 +134,44 @@ class Remote:
         return self._line.recv()
 
     def now(self) -> ControlNow:
+        """What the panel shows."""
         program, running, stood_s = self._ask("look")
         still_s = 0.0 if running else min(stood_s, time.monotonic() - self._since)
         return ControlNow(Doing.RUNNING if running else Doing.IDLE, program, still_s)
 
     def witness(self) -> str:
+        """The log of the programs."""
         file = self.folder / LOG_FILE
         return file.read_text() if file.exists() else ""
 
     def write(self, name: str, text: bytes) -> None:
+        """Into the folder."""
         (self.folder / name).write_bytes(text)
 
     def read_back(self, name: str) -> bytes | None:
+        """From the folder."""
         file = self.folder / name
         return file.read_bytes() if file.exists() else None
 
     def open(self, name: str) -> None:
+        """Loads it."""
         self._ask("open", name)
 
     def clear(self, name: str) -> None:
+        """Unloads it and takes it away."""
         program, running, _ = self._ask("clear", name)
         if not (running and program == name):
             (self.folder / name).unlink(missing_ok=True)
 
     def cycle_start(self) -> None:
+        """The button."""
         self._since = time.monotonic()
         self._ask("start")
 
     def touches(self, name: str) -> bytes | None:
+        """The file that a program wrote."""
         return self.read_back(name)
 
     def discard_touches(self, name: str) -> None:
+        """Takes it away."""
         (self.folder / name).unlink(missing_ok=True)

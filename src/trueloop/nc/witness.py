@@ -1,8 +1,8 @@
 """The lines by which a LinuxCNC program witnesses its own run: `witnessed`, `log_lines`.
 
-The interpreter writes `KEY started` into LOG_FILE, a file of LinuxCNC's folder, as it begins to read, and `KEY ended` once
-all motion before the end is done: `M66` empties the queue of moves. A key that LinuxCNC has begun it refuses to begin
-again, whoever presses Cycle Start.
+The interpreter writes `KEY started` into LOG_FILE, a file of LinuxCNC's folder, as it begins to read, and `KEY ended`
+once all motion before the end is done: `M66` empties the queue of moves. A key that LinuxCNC has begun it refuses to
+begin again, whoever presses Cycle Start.
 """
 
 import re
