@@ -396,8 +396,6 @@ class Code(StrEnum):
     CEL_JOURNAL = "CEL-JOURNAL", "a journal that is damaged, in use, or cannot be written"
     CEL_SERVICE = "CEL-SERVICE", "a service that is not reached, or refuses what it is told"
     CEL_OFFER = "CEL-OFFER", "a block that is for another machine, or not the text that it names"
-    CEL_CONTROL = "CEL-CONTROL", "a control that does not do as it is asked"
-    CEL_SETTINGS = "CEL-SETTINGS", "settings of a cell that do not fit"
 
     # SRV: the service
     SRV_TLS = "SRV-TLS", "a service that others could reach without encryption", ("host",)

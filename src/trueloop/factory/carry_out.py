@@ -13,11 +13,11 @@ from trueloop.domain.proposal import Proposal, ProposalDecision
 from trueloop.domain.tool import Edge
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
-from trueloop.factory.decisions import offer, people, plan, records, runs
+from trueloop.factory.decisions import offer, people, plan, records, runs, silence
 from trueloop.factory.decisions.plan import PlanFacts
 from trueloop.factory.decisions.records import ProgramFacts, ProposalFacts
 from trueloop.factory.known import OrderNow
-from trueloop.factory.load import Known, next_of, order_of, program_text, runs_of
+from trueloop.factory.load import Known, next_of, order_of, program_text, runs_of, silence_of
 from trueloop.factory.roles import By, require_machine, require_role
 from trueloop.factory.write import write
 from trueloop.loops.post_process.options import SeriesOptions
@@ -74,6 +74,8 @@ def _require_version(orders: Mapping[str, OrderNow], expected: str | None) -> No
 def _orders_in(facts: Any) -> Mapping[str, OrderNow]:
     if isinstance(facts, OrderNow):
         return {facts.order.id: facts}
+    if isinstance(facts, silence.SilenceFacts):
+        return {facts.order.order.id: facts.order}
     if isinstance(facts, runs.RunsFacts):
         return facts.orders
     if isinstance(facts, offer.NextFacts) and facts.candidate is not None:
@@ -147,6 +149,10 @@ _HOW: Final[Mapping[type, _How]] = {
     ask.RecordStep: (_order, people.record_step),
     ask.StepCorrected: (_order, people.step_corrected),
     ask.CorrectionRefused: (_order, people.correction_refused),
+    ask.CellSilent: (
+        lambda known, request, _: silence_of(known, request.order, request.part, request.step),
+        silence.cell_silent,
+    ),
     ask.ReleaseProgram: (_program, records.release_program),
     ask.RecordTransfer: (_program, records.record_transfer),
     ask.Certify: (_part, records.certify),

@@ -19,6 +19,7 @@ from trueloop.domain.program import ProgramText
 from trueloop.factory.decisions.finish import Candidate, CorrectionFacts, MachineFacts
 from trueloop.factory.decisions.offer import NextFacts, candidate
 from trueloop.factory.decisions.runs import RunKnown, RunsFacts
+from trueloop.factory.decisions.silence import SilenceFacts
 from trueloop.factory.known import OrderNow, PartNow, StepNow, unknown
 from trueloop.storage.factory_tables import (
     ALARM,
@@ -180,6 +181,22 @@ def machine_facts(known: Known, machine: str, part_type: str) -> MachineFacts:
         *(machine, _time(known.connection.scalar(at)), _time(known.connection.scalar(warm))),
         *(str(said.get("corrector") or "off"), tuple(known.connection.scalars(blocking.order_by(ALARM.c.id)))),
     )
+
+
+def last_word(connection: Connection, order: str, part: int, step: int) -> datetime | None:
+    """When the machine of a step was heard last: by a word of life, or by what changed the step."""
+    own = (STEP.c.order == order, STEP.c.part == part, STEP.c.no == step)
+    changed = connection.scalar(select(STEP.c.changed_at).where(*own))
+    machine = select(ORDER_STATE.c.machine).where(ORDER_STATE.c.order == order).scalar_subquery()
+    heard = connection.scalar(select(MACHINE_HEARD.c.at).where(MACHINE_HEARD.c.machine == machine))
+    return max((datetime.fromisoformat(at) for at in (changed, heard) if at), default=None)
+
+
+def silence_of(known: Known, order_id: str, part: int, step: int) -> SilenceFacts:
+    """What is known of a step whose machine may be silent. Raises FAC-UNKNOWN."""
+    order = order_of(known, order_id)
+    run: Run | None = known.first(Run, order.step(part, step).run)
+    return SilenceFacts(order, run, last_word(known.connection, order_id, part, step))
 
 
 def _time(text: str | None) -> datetime | None:

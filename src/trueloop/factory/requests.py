@@ -141,6 +141,16 @@ class CorrectionRefused:
 
 
 @dataclass(frozen=True)
+class CellSilent:
+    """Nothing was heard of a machine for longer than `limit_s` while a step of a part was started there."""
+
+    order: str
+    part: int
+    step: int
+    limit_s: float
+
+
+@dataclass(frozen=True)
 class ReleaseProgram:
     """A program may be sent to machines."""
 
@@ -225,6 +235,7 @@ Request = (
     | RecordStep
     | StepCorrected
     | CorrectionRefused
+    | CellSilent
     | ReleaseProgram
     | RecordTransfer
     | Certify

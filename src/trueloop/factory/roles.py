@@ -35,6 +35,7 @@ NEEDED: Final[Mapping[type, Role]] = {
     ask.RecordStep: Role.OPERATOR,
     ask.StepCorrected: Role.SERVICE,
     ask.CorrectionRefused: Role.SERVICE,
+    ask.CellSilent: Role.SERVICE,
     ask.ReleaseProgram: Role.ENGINEER,
     ask.RecordTransfer: Role.OPERATOR,
     ask.Certify: Role.ENGINEER,

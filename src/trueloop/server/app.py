@@ -18,7 +18,7 @@ from trueloop.server.gates import Gates
 from trueloop.server.guarded import Service
 from trueloop.server.routes import accounts, cell, changes, events, session, shown, uploads
 from trueloop.server.settings import Settings, now
-from trueloop.server.workers import start_workers
+from trueloop.server.workers import start_watch, start_workers
 from trueloop.storage.store import Store
 
 PREFIX: Final = "/api/v1"
@@ -40,6 +40,8 @@ def create_app(store: Store, settings: Settings, clock: Callable[[], datetime] =
     @asynccontextmanager
     async def running(_: FastAPI) -> AsyncIterator[None]:
         start_workers(store, clock, stopping, settings.workers)
+        if settings.workers:
+            start_watch(store, clock, stopping, settings.silent_s)
         yield
         stopping.set()
 

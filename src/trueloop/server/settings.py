@@ -49,6 +49,7 @@ class Settings:
     session_s: float = 12 * 3600.0
     poll_s: float = 0.5  # how often streams look for news
     heartbeat_s: float = 15.0
+    silent_s: float = 60.0  # a machine that cuts and is not heard for so long: its part is held
     workers: int = 1  # threads for slow tasks; 0: another process does them
 
     @property

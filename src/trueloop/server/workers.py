@@ -7,6 +7,7 @@ from threading import Event, Thread
 from typing import Final
 
 from trueloop.errors import TrueloopError
+from trueloop.factory.silent import hold_silent
 from trueloop.factory.tasks import run_task
 from trueloop.jobs.factory.runners import RUNNERS
 from trueloop.server.log import log
@@ -14,6 +15,7 @@ from trueloop.storage.store import Store
 
 _IDLE_S: Final = 0.5
 _AFTER_A_FAULT_S: Final = 5.0
+_WATCH_S: Final = 5.0
 
 
 def start_workers(store: Store, clock: Callable[[], datetime], stopping: Event, count: int) -> None:
@@ -21,6 +23,20 @@ def start_workers(store: Store, clock: Callable[[], datetime], stopping: Event, 
     for _ in range(count):
         name = f"worker-{secrets.token_hex(4)}"
         Thread(target=_work, args=(store, clock, stopping, name), name=name, daemon=True).start()
+
+
+def start_watch(store: Store, clock: Callable[[], datetime], stopping: Event, silent_s: float) -> None:
+    """Looks for machines that are silent while they cut, as long as the service runs."""
+    Thread(target=_watch, args=(store, clock, stopping, silent_s), name="watch", daemon=True).start()
+
+
+def _watch(store: Store, clock: Callable[[], datetime], stopping: Event, silent_s: float) -> None:
+    while not stopping.wait(_WATCH_S):
+        try:
+            if held := hold_silent(store, clock(), silent_s):
+                log("silent", held=held)
+        except TrueloopError as refused:  # the store is busy or away
+            log("watch waits", code=refused.code.value, why=refused.message)
 
 
 def _work(store: Store, clock: Callable[[], datetime], stopping: Event, name: str) -> None:

@@ -57,7 +57,7 @@ def next_block(facts: NextFacts, request: NextBlock, by: By, now: datetime) -> C
         return Changes()
     step = what.step
     if step.state is StepState.STARTED and facts.run is not None:
-        return _unknown(what, facts.run, now)
+        return left_unknown(what.order, what.part, facts.run, "and its cell asks for the next", now)
     if step.state not in (*_ASKED_FOR, *_MAY_BEGIN):
         return Changes()
     checks = checks_of(what, facts.machine, now)
@@ -90,9 +90,11 @@ def _otherwise(what: Candidate, run: Run) -> Changes:
     return Changes((what.order.with_part(part),), events=(event,))
 
 
-def _unknown(what: Candidate, run: Run, now: datetime) -> Changes:
-    why = f"step {what.step.no} ({what.step.kind}) started and did not end, and its cell asks for the next"
+def left_unknown(order: OrderNow, part: PartNow, run: Run, but: str, now: datetime) -> Changes:
+    """A run that has started, of whose end nobody knows, and why that is said now: its part is held."""
+    step = part.steps[run.step]
+    why = f"step {step.no} ({step.kind}) started and did not end, {but}"
     fact = RunFact(run.key, FactKind.UNKNOWN, now, "service", {"why": why})
-    part = what.part.with_step(replace(what.step, state=StepState.UNKNOWN)).held(Code.FAC_CUT, why)
+    part = part.with_step(replace(step, state=StepState.UNKNOWN)).held(Code.FAC_CUT, why)
     event = Event("held", f"part:{part.row}", {"why": part.held_why, "run": run.key})
-    return Changes((what.order.with_part(part),), (fact,), events=(event,))
+    return Changes((order.with_part(part),), (fact,), events=(event,))

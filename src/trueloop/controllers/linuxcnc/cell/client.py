@@ -89,8 +89,8 @@ class Client:
     def _open(self, run: RunNow) -> None:
         if run.touches:
             self.control.discard_touches(run.touches)
-        self._note("opened", run=run.key)
         self.control.open(run.program)
+        self._note("opened", run=run.key)
 
     def _begin(self, run: RunNow) -> None:
         if self._read_back(run.program) == run.sent_sha256:
@@ -136,7 +136,7 @@ class Client:
             return True
         if offer is None:
             return False
-        _require_own(offer, self.machine)
+        require_own(offer, self.machine)
         if run is None:
             return self._take(offer)
         if offer.sent_sha256 != run.sent_sha256:
@@ -215,8 +215,8 @@ class Client:
             self.fault = away
 
 
-def _require_own(offer: Offered, machine: str) -> None:
-    """Raises CEL-OFFER."""
+def require_own(offer: Offered, machine: str) -> None:
+    """Raises CEL-OFFER for a block of another machine, another text than named, or one that does not witness itself."""
     if offer.machine != machine:
         raise _not_ours(f"run {offer.key!r} is for machine {offer.machine!r}, and this is {machine!r}")
     if sha256(offer.text).hexdigest() != offer.sent_sha256:

@@ -31,7 +31,7 @@ class ControlNow:
 
 
 class Control(Protocol):
-    """A control and the folder of its programs. Methods raise CEL-CONTROL where it does not do as asked."""
+    """A control and the folder of its programs. Methods raise CTL-LINUXCNC where it does not do as asked."""
 
     def now(self) -> ControlNow:
         """What it does now; never raises."""
