@@ -19,14 +19,14 @@ from trueloop.nc.witness import witnessed
 
 KEY = "O1.1.0.1"
 TEXT = witnessed(b"(PROBEOPEN t.txt)\nG38.2 X0\nM2\n", KEY)
-PACE = Pace(0, 0, 0, 0, Patience(0, 0, 0))
+PACE = Pace(0, 0, 0, 0, Patience(0, 20, 0))
 
 
 @dataclass
 class Table:
     """A control whose every state the test sets."""
 
-    state: ControlNow = ControlNow(Doing.IDLE, "", 9.0)
+    state: ControlNow = field(default_factory=lambda: ControlNow(Doing.IDLE, "", 9.0))
     log: str = ""
     files: dict[str, bytes] = field(default_factory=dict)
     starts: int = 0
@@ -162,6 +162,9 @@ def test_told_to_start_and_killed_it_is_unknown_and_never_started_again(tmp_path
         client.step()
     client.journal.close()
     again = _client(tmp_path, table, office)
+    _steps(again)
+    assert again.said == "it may have begun"
+    table.state = ControlNow(Doing.IDLE, f"{KEY}.ngc", 21.0)
     _steps(again)
     assert office.facts()[-1] == FactKind.UNKNOWN.value and table.starts == 1
     office.offer = None
