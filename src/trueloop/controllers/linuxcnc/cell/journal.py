@@ -69,13 +69,16 @@ class Journal:
 
 
 def read(content: bytes, file: Path) -> tuple[list[Entry], int]:
-    """Entries, and where they end: what follows is a last line that a crash tore. Raises CEL-JOURNAL."""
+    """Entries, and where they end: what follows is a last line that a crash tore. Raises CEL-JOURNAL.
+
+    A crash leaves the beginning of a line, or a page of zeros; a last line that is whole and wrong is damage.
+    """
     entries: list[Entry] = []
     end = 0
     for line in content.splitlines(keepends=True):
         entry = _entry(line)
         if entry is None or entry.no != len(entries) + 1:
-            if end + len(line) < len(content):
+            if line.endswith(b"\n") and b"\0" not in line:
                 raise _refused(
                     file, f"line {len(entries) + 1} is damaged", "keep a copy and have a person look", len(entries) + 1
                 )
