@@ -15,6 +15,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from trueloop.domain.option import unit_of
+from trueloop.formats import cell_toml
 from trueloop.formats.jobs import job, probe_toml, surface_job
 from trueloop.formats.toml_tables import In
 from trueloop.report.diagnosis.machine_shapes import MachineDiagnosisShape
@@ -46,6 +47,11 @@ TABLES: Final[dict[str, dict[str, type[BaseModel]]]] = {
         "[program]": probe_toml.ProgramTable,
         "[probe]": probe_toml.ProbeTable,
         "[calibration]": probe_toml.CalibrationTable,
+    },
+    "cell.md": {
+        "[cell]": cell_toml.CellTable,
+        "[linuxcnc]": cell_toml.LinuxcncTable,
+        "[temperatures]": cell_toml.TemperaturesTable,
     },
     "surface.md": {
         "[surface]": surface_job.SurfaceTable,

@@ -392,6 +392,7 @@ class Code(StrEnum):
     FAC_ALARM = "FAC-ALARM", "an alarm that has to be acknowledged before a finish cut", ("alarm",)
 
     # CEL: the cell client beside a control
+    CEL_FILE = "CEL-FILE", "settings, key or certificates of a cell that cannot be used"
     CEL_WITNESS = "CEL-WITNESS", "a program that cannot witness its own run"
     CEL_JOURNAL = "CEL-JOURNAL", "a journal that is damaged, in use, or cannot be written"
     CEL_SERVICE = "CEL-SERVICE", "a service that is not reached, or refuses what it is told"

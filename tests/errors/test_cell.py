@@ -9,6 +9,7 @@ from trueloop.controllers.linuxcnc.cell.client import require_own
 from trueloop.controllers.linuxcnc.cell.journal import Entry, read
 from trueloop.controllers.linuxcnc.cell.service import Offered, Service
 from trueloop.errors import Code
+from trueloop.formats.cell_toml import read_cell
 from trueloop.nc.witness import witnessed
 
 
@@ -23,7 +24,15 @@ def _other_machine() -> None:
     require_own(Offered("O1.1.0.1", "mill", "finish", sha256(text).hexdigest(), text, True), "lathe")
 
 
+def _no_settings() -> object:
+    with TemporaryDirectory() as folder:
+        file = Path(folder, "cell.toml")
+        file.write_text('[cell]\nmachine = "lathe"\nservice = "factory.shop.example"\n[linuxcnc]\nini = "lathe.ini"\n')
+        return read_cell(file)
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
+    Code.CEL_FILE: _no_settings,
     Code.CEL_WITNESS: lambda: witnessed(b"G1 X1\nG0 X9 M30\n", "O1.1.0.1"),
     Code.CEL_JOURNAL: _journal,
     Code.CEL_SERVICE: lambda: Service("http://127.0.0.1:1", "key").next(),

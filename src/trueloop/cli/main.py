@@ -7,6 +7,7 @@ from typing import Annotated, Final
 import typer
 
 from trueloop.cli import key, offsets, probe, record, user
+from trueloop.cli.cell import commands as cell
 from trueloop.cli.db import commands as db
 from trueloop.cli.diagnose import commands as diagnose
 from trueloop.cli.explain import explain
@@ -67,6 +68,7 @@ app.add_typer(db.app, name="db")
 app.command()(serve)
 app.add_typer(user.app, name="user")
 app.add_typer(key.app, name="key")
+app.add_typer(cell.app, name="cell")
 app.command()(explain)
 
 

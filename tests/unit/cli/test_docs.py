@@ -81,6 +81,9 @@ COMMANDS = (
     "key add",
     "key list",
     "key end",
+    "cell run",
+    "cell status",
+    "cell arm",
     "explain",
     "simulate",
     "linuxcnc loop",
@@ -140,7 +143,7 @@ def _help(*command: str) -> str:
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
     rooms = (
         "part |nc |probe |measure |link |linuxcnc |machine |surface |record |offsets |tool |series |monitor |diagnose |"
-        "db |user |key |realtime "
+        "db |user |key |cell |realtime "
     )
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)

@@ -109,7 +109,7 @@ def _before_start(run: RunNow, control: ControlNow, asked: Asked) -> Action:
         return Action(Do.CLEAR) if ours else Action(Do.CLOSE)
     if FactKind.VERIFIED not in run.facts:
         return Action(Do.SEND) if offered and asked.text is not None else Action(Do.ASK)
-    if control.active or control.doing is Doing.AWAY:
+    if control.doing is not Doing.IDLE:
         return Action(Do.WAIT, f"the control is {control.doing.value}, with {control.program!r}")
     if not ours and (not run.opened or not control.program):
         return Action(Do.OPEN)

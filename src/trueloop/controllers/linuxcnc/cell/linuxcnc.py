@@ -1,0 +1,164 @@
+"""LinuxCNC as a cell's control, by the Python module that it brings: `LinuxCnc`."""
+
+import os
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
+from trueloop.controllers.linuxcnc.cell.task import Task
+from trueloop.errors import Code, TrueloopError
+from trueloop.nc.witness import LOG_FILE
+
+EMPTY: Final = "nothing.ngc"
+"""What is loaded in place of a program that shall not be started again: LinuxCNC cannot load nothing."""
+TAKEN_S: Final = 5.0
+"""How long LinuxCNC may take to do as it is told."""
+_POLL_S: Final = 0.01
+_LOG_TAIL: Final = 1 << 18
+"""Bytes of the log that are read: far more than one run writes."""
+
+
+class LinuxCnc:
+    """A running LinuxCNC, and one that is away and comes again. Errors that it tells are left to its own display."""
+
+    def __init__(self, ini: Path, programs: Path, module: Any) -> None:
+        """`ini`: its configuration; `programs`: a folder for the cell's alone; `module`: LinuxCNC's `linuxcnc`.
+
+        Raises CTL-LINUXCNC where the configuration or the folder cannot be used.
+        """
+        self._nc, self._home, self._programs = module, ini.resolve().parent, programs.resolve()
+        try:
+            task = module.ini(str(ini)).find("TASK", "TASK") or "milltask"
+            self._programs.mkdir(exist_ok=True)
+            (self._programs / EMPTY).write_bytes(b"M2\n")
+        except (OSError, module.error) as error:
+            raise _failed(f"{ini} and {programs} cannot be used: {error}") from error
+        self._task = Task(ini, Path(task).name)
+        self._status: Any = None
+        self._command: Any = None
+        self._pid: int | None = None
+        self._active_at_s = time.monotonic()
+
+    def now(self) -> ControlNow:
+        """What it does now; never raises."""
+        if not self._polled():
+            return ControlNow(Doing.AWAY, "", self._still_s())
+        status, automatic = self._status, self._status.task_mode == self._nc.MODE_AUTO
+        doing = self._doing()
+        if doing in (Doing.RUNNING, Doing.PAUSED):
+            self._active_at_s = time.monotonic()
+            if not automatic:  # by hand or by typed blocks: none of its programs runs
+                return ControlNow(doing)
+        return ControlNow(doing, self._name(status.file), self._still_s(), status.motion_line or None)
+
+    def witness(self) -> str:
+        """The end of what programs have logged."""
+        with suppress(OSError), (self._home / LOG_FILE).open("rb") as log:
+            log.seek(0, os.SEEK_END)
+            start = max(0, log.tell() - _LOG_TAIL)
+            log.seek(start)
+            text = log.read().decode(errors="replace")
+            return text.partition("\n")[2] if start else text
+        return ""
+
+    def write(self, name: str, text: bytes) -> None:
+        """Whole, or not at all."""
+        aside = self._programs / f".{name}"
+        try:
+            with aside.open("wb") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            aside.replace(self._programs / name)
+        except OSError as error:
+            raise _failed(f"{name!r} is not written to {self._programs}: {error.strerror}") from error
+
+    def read_back(self, name: str) -> bytes | None:
+        """The file as it stands there."""
+        return _content(self._programs / name)
+
+    def open(self, name: str) -> None:
+        """Loads a program, and waits until LinuxCNC says that it has it."""
+        self._told("automatic mode", lambda: self._command.mode(self._nc.MODE_AUTO))
+        self._told(f"loading {name!r}", lambda: self._command.program_open(str(self._programs / name)))
+        until = time.monotonic() + TAKEN_S
+        while not (self._polled() and self._name(self._status.file) == name):
+            if time.monotonic() > until:
+                raise _failed(f"it has not loaded {name!r} within {TAKEN_S:g} s")
+            time.sleep(_POLL_S)
+
+    def clear(self, name: str) -> None:
+        """Loads the empty program in its place, and deletes it."""
+        if self._polled() and self._name(self._status.file) == name:
+            self.open(EMPTY)
+        (self._programs / name).unlink(missing_ok=True)
+
+    def cycle_start(self) -> None:
+        """Starts what is loaded. That it runs is seen, not believed: see `decide`."""
+        self._told("automatic mode", lambda: self._command.mode(self._nc.MODE_AUTO))
+        self._command.auto(self._nc.AUTO_RUN, 0)
+
+    def touches(self, name: str) -> bytes | None:
+        """PROBEOPEN writes into the configuration's folder."""
+        return _content(self._home / name)
+
+    def discard_touches(self, name: str) -> None:
+        """Under another name, with the time: nothing is lost."""
+        with suppress(FileNotFoundError):
+            (self._home / name).rename(self._home / f"{name}.{time.time_ns()}")
+
+    def _doing(self) -> Doing:
+        status, nc = self._status, self._nc
+        if status.task_state != nc.STATE_ON:
+            return Doing.FAULT
+        if status.paused or status.interp_state == nc.INTERP_PAUSED:
+            return Doing.PAUSED
+        still = status.exec_state in (nc.EXEC_DONE, nc.EXEC_ERROR) and status.inpos
+        if status.interp_state != nc.INTERP_IDLE or not still:
+            return Doing.RUNNING
+        return Doing.IDLE if all(status.homed[: status.joints]) else Doing.FAULT
+
+    def _still_s(self) -> float:
+        return time.monotonic() - self._active_at_s
+
+    def _polled(self) -> bool:
+        """Whether the status is that of a task that runs."""
+        pid = self._task.pid()
+        try:
+            if pid is None:
+                self._pid = None
+                return False
+            if pid != self._pid:
+                self._status, self._command, self._pid = self._nc.stat(), self._nc.command(), pid
+            self._status.poll()
+        except self._nc.error:  # it comes up, or goes
+            self._pid = None
+            return False
+        return bool(self._status.ini_filename)
+
+    def _name(self, file: str) -> str:
+        path = Path(file)
+        return path.name if path.parent == self._programs else file
+
+    def _told(self, what: str, command: Callable[[], object]) -> None:
+        if not self._polled():
+            raise _failed(f"{what}: it does not run")
+        command()
+        done = self._command.wait_complete(TAKEN_S)
+        if done != self._nc.RCS_DONE:
+            raise _failed(f"{what}: it answered {done} within {TAKEN_S:g} s")
+
+
+def _content(file: Path) -> bytes | None:
+    try:
+        return file.read_bytes()
+    except FileNotFoundError:
+        return None
+
+
+def _failed(why: str) -> TrueloopError:
+    hint = "see what LinuxCNC shows; the cell goes on by itself once it can"
+    return TrueloopError(Code.CTL_LINUXCNC, f"LinuxCNC: {why}", hint=hint)

@@ -1,0 +1,64 @@
+"""Settings of a machine's cell: a TOML file."""
+
+from pathlib import Path
+from typing import Annotated, Final
+
+from pydantic import Field
+
+from trueloop.errors import Code
+from trueloop.formats.toml_tables import Located, Positive, Table, read_located
+
+HINT: Final = "docs/cell.md shows every key"
+Text = Annotated[str, Field(min_length=1)]
+
+
+class TemperaturesTable(Table):
+    """Temperatures that are told to the service."""
+
+    every_s: Positive = 60.0
+    """How often they are read."""
+    pins: dict[str, Text] = Field(default_factory=dict)
+    """By the name of the signal, the pin of LinuxCNC's hardware layer that has it, °C."""
+
+
+class CellTable(Table):
+    """What the cell is, and to whom it speaks."""
+
+    machine: Text
+    """The machine's name in the store."""
+    service: Annotated[str, Field(pattern=r"^https?://[^/@\s]+/?$")]
+    """The service's address."""
+    key: Text = "cell.key"
+    """A file with the key that `trueloop key add` printed; nobody else may read it."""
+    certificates: str = ""
+    """A PEM file of the authority that vouches for the service; left out, the system's are asked."""
+    journal: Text = "cell.journal"
+    """What the cell has done and has to tell. Never delete it while a run is in hand."""
+
+
+class LinuxcncTable(Table):
+    """The control."""
+
+    ini: Text
+    """LinuxCNC's configuration."""
+    programs: Text = "cell-programs"
+    """A folder for the programs that the cell loads; nothing else belongs there."""
+    settled_s: Positive = 1.0
+    """A control that stands still for so long has ended its program."""
+    start_s: Positive = 10.0
+    """A run that was told to start, and was not seen to, is unknown after this."""
+    away_s: Positive = 30.0
+    """So long a LinuxCNC that has gone in mid-run is waited for."""
+
+
+class CellFile(Table):
+    """One machine's cell. Relative names count from the folder of this file."""
+
+    cell: CellTable
+    linuxcnc: LinuxcncTable
+    temperatures: TemperaturesTable = TemperaturesTable()
+
+
+def read_cell(path: Path) -> Located[CellFile]:
+    """The settings. Raises CEL-FILE, with the line, for a key that is wrong."""
+    return read_located(path, CellFile, Code.CEL_FILE, hint=HINT)

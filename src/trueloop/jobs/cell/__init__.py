@@ -1,0 +1,1 @@
+"""A machine's cell by its settings."""

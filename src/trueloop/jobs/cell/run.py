@@ -1,0 +1,86 @@
+"""The cell at work: `run`."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from trueloop.controllers.linuxcnc.cell.client import Client
+from trueloop.controllers.linuxcnc.cell.journal import Journal
+from trueloop.controllers.linuxcnc.cell.linuxcnc import LinuxCnc
+from trueloop.controllers.linuxcnc.cell.temperatures import read_pins
+from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.jobs.cell.opened import Cell
+
+Say = Callable[[str], None]
+
+
+def run(cell: Cell, stop: threading.Event, say: Say) -> None:
+    """Works until it is told to stop; what the machine does goes on. `say` gets what it waits for, as it changes.
+
+    Raises CEL-JOURNAL, CTL-LINUXCNC and RTC-CONNECTION where it cannot begin, or must not go on.
+    """
+    control = LinuxCnc(cell.ini, cell.programs, linuxcnc_module("linuxcnc"))
+    with _journal(cell.journal, say) as journal:
+        client = Client(cell.settings.cell.machine, control, cell.service, journal, cell.pace)
+        say(f"cell of {cell.settings.cell.machine!r}, {len(journal.entries)} entries in its journal")
+        temperatures, said = _Temperatures(cell, client, say), ""
+        while not stop.is_set():
+            moved = client.step()
+            temperatures.step()
+            now = _words(client)
+            if now != said:
+                say(now)
+                said = now
+            if not moved:
+                stop.wait(cell.pace.look_s)
+
+
+def _words(client: Client) -> str:
+    run = f"{client.known.run.key}: " if client.known.run else ""
+    fault = f" [{client.fault}]" if client.fault else ""
+    return f"{run}{client.said or 'asks for work'}{fault}"
+
+
+class _Temperatures:
+    """Read in a thread of their own: a pin that hangs holds nothing up."""
+
+    def __init__(self, cell: Cell, client: Client, say: Say) -> None:
+        self._cell, self._client, self._say = cell, client, say
+        self._next_s = 0.0
+        self._reading: threading.Thread | None = None
+        self._found: dict[str, float] = {}
+        self._wrong: list[str] = []
+
+    def step(self) -> None:
+        """Tells what was read, and begins to read again when it is time."""
+        table = self._cell.settings.temperatures
+        if self._reading is not None and self._reading.is_alive():
+            return
+        if self._reading is not None:
+            self._reading = None
+            if self._found:
+                self._client.temperatures(self._found)
+        if table.pins and time.monotonic() >= self._next_s:
+            self._next_s = time.monotonic() + table.every_s
+            self._reading = threading.Thread(target=self._read, daemon=True)
+            self._reading.start()
+
+    def _read(self) -> None:
+        self._found, wrong = read_pins(self._cell.settings.temperatures.pins)
+        for one in wrong:
+            if one not in self._wrong:
+                self._say(f"temperature {one}")
+        self._wrong = wrong
+
+
+@contextmanager
+def _journal(file: Path, say: Say) -> Iterator[Journal]:
+    journal = Journal(file)
+    if journal.torn:
+        say(f"{len(journal.torn)} bytes of a last line were left by a crash: it was not acted on")
+    try:
+        yield journal
+    finally:
+        journal.close()
