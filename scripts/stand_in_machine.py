@@ -7,19 +7,27 @@ import json
 import os
 import random
 import re
+import signal
 import threading
 import time
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from hashlib import sha256
 from multiprocessing.connection import Client as Connect
 from multiprocessing.connection import Listener
 from pathlib import Path
 from typing import Any, Final
 
+from trueloop.controllers.linuxcnc.cell.client import Client, Pace
 from trueloop.controllers.linuxcnc.cell.control import ControlNow, Doing
+from trueloop.controllers.linuxcnc.cell.decide import Patience
+from trueloop.controllers.linuxcnc.cell.journal import Journal
+from trueloop.controllers.linuxcnc.cell.service import Service
+from trueloop.domain.factory.route import BlockKind
 from trueloop.nc.witness import LOG_FILE
 
 EMPTY: Final = "nothing.ngc"
+WITHIN_S: Final = 0.6
+PACE: Final = Pace(0.004, 0.01, 0.1, 0.05, Patience(0.05, 0.15, 0.3))
 
 
 class StandIn:
@@ -175,3 +183,70 @@ class Remote:
     def discard_touches(self, name: str) -> None:
         """Takes it away."""
         (self.folder / name).unlink(missing_ok=True)
+
+
+class StandInMachine(AbstractContextManager["StandInMachine"]):
+    """The stand-in as `cell_kills` uses it; clients are forks of this process, with a pace of milliseconds."""
+
+    texts: Final = {
+        BlockKind.SEMIFINISH: b"%\n(first cut, no M2 here)\nG21 G90 G94 F100\nG1 X1\nG1 X2\nM30\n%\n",
+        BlockKind.PROBE: b"(PROBEOPEN touches.txt)\nG38.2 X0 F60\nG0 X1\n(PROBECLOSE)\nM2\n",
+        BlockKind.FINISH: b"G1 X0.99\r\nG1 X1.99 ; to the shoulder\r\nM5\r\nM30\r\n",
+    }
+    longest_s: Final = 240.0
+
+    def __init__(self, folder: Path) -> None:
+        self.beside, self.folder, self._pid = folder, folder / "machine", 0
+        self.folder.mkdir()
+
+    def __enter__(self) -> "StandInMachine":
+        self.on()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.killed()
+
+    def on(self) -> None:
+        """Begins its process."""
+        self._pid = serve_machine(self.folder)
+
+    def killed(self) -> None:
+        """Ends it."""
+        os.kill(self._pid, signal.SIGKILL)
+        os.waitpid(self._pid, 0)
+
+    def shown(self) -> ControlNow:
+        """The panel."""
+        return Remote(self.folder).now()
+
+    def journal(self) -> Path:
+        """The client's."""
+        return self.beside / "cell.journal"
+
+    def cell_killed(self, key: str, address: str, drawn: random.Random) -> None:
+        """A client in a process of its own."""
+        child = os.fork()
+        if child == 0:
+            try:
+                self._work(key, address, 60.0)
+            except BaseException as wrong:  # a fault shows in the tally: nothing more is recorded
+                (self.beside / "fault.txt").write_text(repr(wrong))
+            os._exit(1)
+        time.sleep(drawn.uniform(0, WITHIN_S))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+
+    def settled(self, key: str, address: str) -> None:
+        """A last client."""
+        self._work(key, address, 1.0)
+
+    def _work(self, key: str, address: str, for_s: float) -> None:
+        journal = Journal(self.journal())
+        try:
+            client = Client("lathe", Remote(self.folder), Service(address, key), journal, PACE)
+            end = time.monotonic() + for_s
+            while time.monotonic() < end:
+                if not client.step():
+                    time.sleep(PACE.look_s)
+        finally:
+            journal.close()

@@ -113,7 +113,14 @@ def _run(folder: Path, progress: Progress | None) -> None:
 
 
 def play(folder: Path, progress: Progress | None = None) -> None:
-    """Starts LinuxCNC and waits for its end; ends it with everything it started when this process is interrupted."""
+    """Starts LinuxCNC and waits for its end."""
+    with started(folder) as process:
+        _wait(process, folder / "config" / "progress.txt", progress)
+
+
+@contextmanager
+def started(folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
+    """Starts LinuxCNC in namespaces of its own; ends it with everything it started when this is left."""
     environment = os.environ | {
         "HOME": str(folder / "home"),
         "RTAPI_UID": "65534",
@@ -121,7 +128,7 @@ def play(folder: Path, progress: Progress | None = None) -> None:
     }
     environment.pop("DISPLAY", None)
     (folder / "session.sh").write_text(source("session.sh"))
-    with (folder / "linuxcnc.log").open("wb") as log:
+    with (folder / "linuxcnc.log").open("ab") as log:
         process = subprocess.Popen(
             [*_namespaces(), "bash", str(folder / "session.sh"), str(folder)],
             env=environment,
@@ -130,7 +137,7 @@ def play(folder: Path, progress: Progress | None = None) -> None:
             stderr=log,
         )
         try:
-            _wait(process, folder / "config" / "progress.txt", progress)
+            yield process
         finally:
             _end(process)
 

@@ -149,7 +149,8 @@ class LinuxCnc:
         command()
         done = self._command.wait_complete(TAKEN_S)
         if done != self._nc.RCS_DONE:
-            raise _failed(f"{what}: it answered {done} within {TAKEN_S:g} s")
+            said = "it refused" if done == self._nc.RCS_ERROR else f"it did not answer within {TAKEN_S:g} s"
+            raise _failed(f"{what}: {said}")
 
 
 def _content(file: Path) -> bytes | None:

@@ -2,7 +2,7 @@
 
 import math
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 WAIT_S: Final = 5.0
@@ -29,3 +29,14 @@ def read_pins(pins: Mapping[str, str], program: str = "halcmd") -> tuple[dict[st
             said = (getattr(error, "stderr", None) or str(error)).strip()
             wrong.append(f"{name}, pin {pin!r}: {said}")
     return found, wrong
+
+
+def _read(command: Sequence[str]) -> float:
+    """Raises ValueError for what is no temperature."""
+    said = subprocess.run(
+        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=WAIT_S, check=True
+    ).stdout
+    value = float(said)
+    if not math.isfinite(value):
+        raise ValueError(f"{said.strip()} is no temperature")
+    return value
