@@ -26,7 +26,7 @@ PROBE_HAL: Final = b"""
 loadrt comp count=1
 addf comp.0 servo-thread
 setp comp.0.in0 101.5
-net z-position => comp.0.in1
+net z-actual joint.1.pos-fb => comp.0.in1
 net probe comp.0.out => motion.probe-input
 """
 SETTINGS: Final = """[cell]

@@ -1,0 +1,61 @@
+"""The process that runs LinuxCNC's programs is found by its configuration, and seen to be gone."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from trueloop.controllers.linuxcnc.cell.task import Task
+from trueloop.controllers.linuxcnc.cell.temperatures import read_pins
+
+
+def _process(folder: Path, number: int, *words: str) -> None:
+    (folder / str(number)).mkdir(exist_ok=True)
+    (folder / str(number) / "cmdline").write_bytes(b"".join(word.encode() + b"\0" for word in words))
+
+
+def test_only_the_task_of_its_own_configuration_counts(tmp_path: Path) -> None:
+    ini = tmp_path / "lathe.ini"
+    _process(tmp_path, 10, "io", "-ini", str(ini))
+    _process(tmp_path, 11, "milltask", "-ini", str(tmp_path / "mill.ini"))
+    _process(tmp_path, 12)
+    assert Task(ini, "milltask", tmp_path).pid() is None
+    _process(tmp_path, 13, "/usr/bin/milltask", "-ini", str(ini))
+    assert Task(ini, "milltask", tmp_path).pid() == 13
+
+
+def test_one_that_ended_is_not_believed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ini = tmp_path / "lathe.ini"
+    _process(tmp_path, 13, "milltask", "-ini", str(ini))
+    task = Task(ini, "milltask", tmp_path)
+    assert task.pid() == 13
+    _process(tmp_path, 13, "bash")  # its number is another's now
+    assert task.pid() is None
+    _process(tmp_path, 14, "milltask", "-ini", str(ini))
+    later = time.monotonic() + 60
+    monkeypatch.setattr(time, "monotonic", lambda: later)
+    assert task.pid() == 14
+
+
+def test_a_killed_process_of_this_computer_is_gone_at_once(tmp_path: Path) -> None:
+    ini = tmp_path / "lathe.ini"
+    name = Path(sys.executable).name
+    with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)", "-ini", str(ini)]) as child:
+        task = Task(ini, name)
+        assert task.pid() == child.pid
+        child.kill()
+        child.wait()
+        assert task.pid() is None
+
+
+@pytest.mark.parametrize("said", ["nan", "TRUE", "", "inf"])
+def test_what_is_no_temperature_is_not_told(tmp_path: Path, said: str) -> None:
+    program = tmp_path / "halcmd"
+    program.write_text(f'#!/bin/sh\n[ "$2" = good ] && echo 20.5 || echo "{said}"\n')
+    program.chmod(0o755)
+    found, wrong = read_pins({"spindle": "good", "bed": "bad"}, str(program))
+    assert found == {"spindle": 20.5}
+    assert len(wrong) == 1 and "bed" in wrong[0] and "bad" in wrong[0]
+    assert len(read_pins({"spindle": "good"}, str(tmp_path / "none"))[1]) == 1
