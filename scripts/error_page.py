@@ -25,6 +25,7 @@ AREAS: Final = {
     "MON": "charts and capability",
     "CTL": "Controls",
     "LNK": "Links to controls",
+    "MTC": "MTConnect",
     "FAC": "The factory: orders, runs, decisions",
     "CEL": "The cell beside a control",
     "SRV": "The service",

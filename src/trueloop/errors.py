@@ -371,6 +371,11 @@ class Code(StrEnum):
     LNK_LINE = "LNK-LINE", "a serial line that is held, silent, broken, or cannot be opened", ("where",)
     LNK_CODE = "LNK-CODE", "a character that a line's code does not have, or a byte that is none", ("line", "column")
 
+    # MTC: MTConnect
+    MTC_NAME = "MTC-NAME", "a name or axis that a device model cannot have", ("name",)
+    MTC_ADDRESS = "MTC-ADDRESS", "an address at which the adapter cannot listen", ("host", "port")
+    MTC_AGENT = "MTC-AGENT", "an agent that does not answer, or not as one", ("url",)
+
     # FAC: the factory
     FAC_UNKNOWN = "FAC-UNKNOWN", "an order, part, step, program or run that there is not", ("what", "name")
     FAC_ROLE = "FAC-ROLE", "a request that the role does not allow", ("role", "needed")

@@ -16,6 +16,7 @@ from trueloop.cli.link import commands as link
 from trueloop.cli.machine import commands as machine
 from trueloop.cli.measure import commands as measure
 from trueloop.cli.monitor import commands as monitor
+from trueloop.cli.mtconnect import commands as mtconnect
 from trueloop.cli.nc import commands as nc
 from trueloop.cli.new import new
 from trueloop.cli.realtime import commands as realtime
@@ -62,6 +63,7 @@ app.add_typer(monitor.app, name="monitor")
 app.add_typer(diagnose.app, name="diagnose")
 app.add_typer(offsets.app, name="offsets")
 app.add_typer(link.app, name="link")
+app.add_typer(mtconnect.app, name="mtconnect")
 app.add_typer(tool.app, name="tool")
 app.add_typer(record.app, name="record")
 app.add_typer(db.app, name="db")

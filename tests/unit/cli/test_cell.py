@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.cli import run
+from tests.support.cli import invoke as run
 from trueloop.controllers.linuxcnc.cell.journal import Journal
 from trueloop.formats.cell_toml import read_cell
 from trueloop.jobs.cell.opened import opened
@@ -33,7 +33,7 @@ def test_a_key_that_others_may_read_is_refused(settings: Path) -> None:
     done = run("cell", "arm", "O1", "--parts", "1", "--why", "night", "--settings", str(settings))
     assert done.exit_code == 3
     assert "CEL-FILE" in done.stderr and "644" in done.stderr and "chmod 600" in done.stderr
-    assert f"{settings}:3" in done.stderr or str(settings) in done.stderr
+    assert str(settings) in done.stderr
 
 
 @pytest.mark.parametrize("key", ["", "a b\n"])

@@ -44,6 +44,9 @@ COMMANDS = (
     "link get",
     "link put",
     "link compare",
+    "mtconnect devices",
+    "mtconnect serve",
+    "mtconnect read",
     "tool mount",
     "tool turn",
     "tool set",
@@ -142,8 +145,8 @@ def _help(*command: str) -> str:
 
 def test_every_command_has_a_section_and_every_section_a_command() -> None:
     rooms = (
-        "part |nc |probe |measure |link |linuxcnc |machine |surface |record |offsets |tool |series |monitor |diagnose |"
-        "db |user |key |cell |realtime "
+        "part |nc |probe |measure |link |mtconnect |linuxcnc |machine |surface |record |offsets |tool |series |"
+        "monitor |diagnose |db |user |key |cell |realtime "
     )
     sections = re.findall(rf"^### `trueloop ((?:{rooms})?[a-z-]+)", DOCUMENT, re.M)
     assert sorted(sections) == sorted(COMMANDS)

@@ -9,7 +9,7 @@ import threading
 import time
 import urllib.request
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from http.client import HTTPException
 from typing import Final
 from urllib.parse import urlsplit
@@ -30,18 +30,30 @@ OPENER: Final = urllib.request.build_opener(urllib.request.ProxyHandler({}))
 
 @dataclass(frozen=True)
 class Observation:
-    """What an agent says of one data item."""
+    """What an agent says of one data item. `kind` is the element's name: the type, for a condition its level."""
 
     text: str
     stamp: str
+    item: str = ""
+    name: str = ""
+    kind: str = ""
+    sequence: int = 0
 
 
 @dataclass(frozen=True)
 class Current:
-    """An answer: when the agent made it, by its clock, and the observations by `dataItemId`."""
+    """An answer: when the agent made it, by its clock, and the latest observations by `dataItemId`.
+
+    `all`: every one, as they come. `header`: its attributes. `errors`: code and text of each. `items`: attributes of
+    each data item that a device model lists.
+    """
 
     created: str
     observations: Mapping[str, Observation]
+    all: tuple[Observation, ...] = ()
+    header: Mapping[str, str] = field(default_factory=dict)
+    errors: tuple[tuple[str, str], ...] = ()
+    items: tuple[Mapping[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -116,13 +128,16 @@ def read_current(document: bytes) -> Current:
         reader.parser.Parse(document, True)
     except expat.ExpatError as error:
         raise OSError(f"the agent's answer is no whole XML: {error}") from error
-    return Current(reader.created, reader.found)
+    found = {seen.item: seen for seen in reader.all}
+    created = reader.header.get("creationTime", "")
+    return Current(created, found, tuple(reader.all), reader.header, tuple(reader.errors), tuple(reader.items))
 
 
 class _Reader:
     def __init__(self) -> None:
-        self.created, self.found = "", dict[str, Observation]()
-        self._item: tuple[str, str] | None = None
+        self.header, self.items = dict[str, str](), list[Mapping[str, str]]()
+        self.all, self.errors = list[Observation](), list[tuple[str, str]]()
+        self._of: tuple[str, dict[str, str]] = "", {}
         self._text: list[str] = []
         self.parser = expat.ParserCreate(namespace_separator=" ")
         self.parser.StartElementHandler = self._start
@@ -131,17 +146,24 @@ class _Reader:
         self.parser.StartDoctypeDeclHandler = self._doctype
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
-        if name.rpartition(" ")[2] == "Header":
-            self.created = attributes.get("creationTime", "")
-        item = attributes.get("dataItemId")
-        self._item = (item, attributes.get("timestamp", "")) if item else None
+        kind = name.rpartition(" ")[2]
+        if kind == "Header":
+            self.header = attributes
+        elif kind == "DataItem" and "id" in attributes:
+            self.items.append(attributes)
+        self._of = kind, attributes
         self._text.clear()
 
     def _end(self, _name: str) -> None:
-        if self._item is not None:
-            item, stamp = self._item
-            self.found[item] = Observation("".join(self._text).strip(), stamp)
-        self._item = None
+        kind, given = self._of
+        text = "".join(self._text).strip()
+        if item := given.get("dataItemId"):
+            sequence = given.get("sequence", "")
+            number = int(sequence) if sequence.isdecimal() else 0
+            self.all.append(Observation(text, given.get("timestamp", ""), item, given.get("name", ""), kind, number))
+        elif kind == "Error":
+            self.errors.append((given.get("errorCode", ""), text))
+        self._of = "", {}
         self._text.clear()
 
     def _doctype(self, *_: object) -> None:

@@ -1,0 +1,1 @@
+"""`trueloop mtconnect`."""

@@ -1,0 +1,134 @@
+"""`trueloop mtconnect`: what LinuxCNC does told to agents, and what agents hold read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from trueloop.cli.failure import guarded
+from trueloop.cli.terminal import AsJson
+
+if TYPE_CHECKING:
+    from trueloop.controllers.mtconnect.items import Machine
+
+app = typer.Typer(
+    help="MTConnect: an adapter beside LinuxCNC, and a reader of agents.", no_args_is_help=True, rich_markup_mode=None
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Of:
+    """What is told of which machine."""
+
+    device: Annotated[str, typer.Option("--device", help="The machine's name in the device model.")] = "linuxcnc"
+    axes: Annotated[str, typer.Option("--axes", help="Letters of its axes.")] = "XZ"
+    temperature: Annotated[
+        list[str] | None,
+        typer.Option("--temperature", metavar="NAME=PIN", help="A HAL pin that holds a temperature, °C; repeatable."),
+    ] = None
+    correction: Annotated[
+        list[str] | None,
+        typer.Option("--correction", metavar="AXIS=PIN", help="A HAL pin that holds a correction, mm; repeatable."),
+    ] = None
+    part_count: Annotated[str, typer.Option("--part-count", metavar="PIN", help="A HAL pin that counts parts.")] = ""
+
+    def machine(self) -> "Machine":
+        """Raises MTC-NAME."""
+        from trueloop.controllers.mtconnect.items import Machine
+
+        temperatures, corrections = (_pairs(given or ()) for given in (self.temperature, self.correction))
+        return Machine(self.device, self.axes, temperatures, corrections, self.part_count)
+
+
+def _pairs(given: Sequence[str]) -> dict[str, str]:
+    pairs = [one.partition("=") for one in given]
+    for (name, _, pin), text in zip(pairs, given, strict=True):
+        if not name or not pin:
+            raise typer.BadParameter(f"{text!r} is not NAME=PIN")
+    return {name: pin for name, _, pin in pairs}
+
+
+@app.command()
+@guarded
+def devices(
+    of: Of,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The file.  [default: it is printed]")] = None,
+) -> None:
+    """Write Devices.xml, with which an agent is started; options as for serve."""
+    from trueloop.controllers.mtconnect.items import devices_xml
+    from trueloop.formats.outputs import write_all
+
+    content = devices_xml(of.machine())
+    if output is None:
+        typer.echo(content.decode(), nl=False)
+        return
+    (written,) = write_all(output.parent, [(output.name, content)])
+    typer.echo(f"written: {written}", err=True)
+
+
+@app.command()
+@guarded
+def serve(
+    of: Of,
+    host: Annotated[str, typer.Option("--host", help="Address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0: any that is free.")] = 7878,
+    silent_s: Annotated[
+        float, typer.Option("--silent", metavar="S", min=0.5, help="LinuxCNC's status older than this is UNAVAILABLE.")
+    ] = 2.0,
+    temperature_age_s: Annotated[
+        float, typer.Option("--temperature-age", metavar="S", min=0.5, help="And temperatures older than this.")
+    ] = 60.0,
+    part_file: Annotated[
+        Path | None, typer.Option("--part-file", help="A file whose first line names the part in the machine.")
+    ] = None,
+    python: Annotated[Path, typer.Option("--python", help="The Python that has LinuxCNC's modules.")] = Path(
+        "/usr/bin/python3"
+    ),
+) -> None:
+    """Tell agents what LinuxCNC does, until Ctrl-C or SIGTERM (SHDR over TCP)."""
+    import ipaddress
+
+    from trueloop.controllers.mtconnect.adapter import listening
+    from trueloop.controllers.mtconnect.observed import Limits
+    from trueloop.controllers.mtconnect.run import Source, run
+
+    source = Source(of.machine(), Limits(silent_s, temperature_age_s), python, part_file)
+    socket = listening(host, port)
+    at = socket.getsockname()
+    if not ipaddress.ip_address(at[0]).is_loopback:
+        typer.echo("note: SHDR knows no password: whoever reaches this port reads it", err=True)
+    typer.echo(f"adapter of {of.device} at {at[0]}:{at[1]}", err=True)
+    run(source, socket, lambda text: typer.echo(f"mtconnect: {text}", err=True))
+
+
+@app.command()
+@guarded
+def read(
+    url: Annotated[str, typer.Argument(metavar="URL", help="The agent's address, such as http://10.0.0.7:5000/lathe.")],
+    seconds: Annotated[
+        float, typer.Option("--seconds", metavar="N", min=0, help="How long; 0: what is current.")
+    ] = 0.0,
+    kind: Annotated[
+        list[str] | None,
+        typer.Option("--type", metavar="TYPE", help="Only items of it, TEMPERATURE, PROGRAM …; repeatable."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Observations to a CSV file, a new one.")] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", help="Temperatures to a log as `machine` commands read them, a new file.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Read what an agent holds: what is current, then what comes, without a gap or with it told."""
+    from trueloop.cli.mtconnect.printed import keep, show
+    from trueloop.controllers.mtconnect.agent import for_seconds
+    from trueloop.controllers.mtconnect.agent import read as observations
+
+    wanted = {one.upper() for one in kind or ()}
+    seen = observations(url, for_seconds(seconds), lambda text: typer.echo(f"note: {text}", err=True))
+    found = [one for one in seen if not wanted or one.item.type.upper() in wanted]
+    for file in keep(url, found, out, log):
+        typer.echo(f"written: {file}", err=True)
+    if as_json or (out is None and log is None):
+        show(found, as_json=as_json)

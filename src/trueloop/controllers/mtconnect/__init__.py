@@ -1,0 +1,1 @@
+"""MTConnect: an adapter that tells agents what LinuxCNC does, and a reader of what agents hold."""

@@ -1,0 +1,125 @@
+"""The adapter beside a running LinuxCNC: what an agent hears lies on the program's path, in its order."""
+
+import math
+import sys
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from tests.support.realtime_signals import image_bytes, model_of
+from tests.support.shdr import ShdrAgent, model
+from trueloop.controllers.linuxcnc.realtime.session import Setup, drive, home, mdi, on, run, sleep
+from trueloop.controllers.mtconnect.items import Machine, devices_xml
+
+TRUELOOP = Path(sys.executable).with_name("trueloop")
+PLACES = ((290.0, 90.0), (280.0, 80.0), (280.0, 65.0), (292.0, 65.0))
+"""X (a radius) and Z in machine coordinates, mm: where the program begins, and the ends of its moves."""
+MOVES = "".join(f"G53 G1 X{x} Z{z} F900.\n" for x, z in PLACES[1:])
+PROGRAM = f"G21 G18 G8 G90 G94 G61\nG53 G0 X290. Z90.\nG4 P1\n{MOVES}M2\n".encode()
+OPTIONS = "--device lathe --temperature room=oil.signal --correction X=rtec.corr-0"
+HEARD = """
+import pathlib, socket, sys, time
+end = time.monotonic() + 120
+while True:
+    try:
+        connection = socket.create_connection(("127.0.0.1", 7878), 5)
+        break
+    except OSError:
+        if time.monotonic() > end:
+            raise
+        time.sleep(0.1)
+connection.settimeout(240)
+with open("heard.txt", "wb", buffering=0) as file:
+    while part := connection.recv(65536):
+        file.write(part)
+"""
+ANSWER = """
+import pathlib, shutil, sys
+shutil.copy("heard.txt", sys.argv[1])
+"""
+
+
+@pytest.fixture(scope="module")
+def heard(tmp_path_factory: pytest.TempPathFactory) -> ShdrAgent:
+    folder = tmp_path_factory.mktemp("heard")
+    folder.chmod(0o777)
+    kept = folder / "heard.txt"
+    setup = Setup(
+        image_bytes(model_of(()), PROGRAM),
+        {"part.ngc": PROGRAM, "hear.py": HEARD.encode(), "answer.py": ANSWER.encode()},
+        hal=f"loadusr {TRUELOOP} mtconnect serve {OPTIONS}\nloadusr /usr/bin/python3 hear.py\n",
+    )
+    steps = (
+        *(on(), home(), mdi("G53 G0 X290. Z90."), sleep(4.0), run("part.ngc"), sleep(1.0)),
+        ("hal", "loadusr", "-w", "/usr/bin/python3", "answer.py", str(kept)),
+    )
+    drive(setup, steps)
+    agent = ShdrAgent(model(devices_xml(Machine("lathe", "XZ", {"room": "oil.signal"}, {"X": "rtec.corr-0"}))), None)  # type: ignore[arg-type]
+    for line in kept.read_text().splitlines():
+        agent.take(line)
+    return agent
+
+
+def of(agent: ShdrAgent, key: str) -> list[str]:
+    """The values of a key, each once as it changes."""
+    return [value for _, name, value in agent.seen if name == key]
+
+
+def on_path(x: float, z: float) -> tuple[float, float]:
+    """How far along the path the nearest place of it is, and how far from it, mm."""
+    along, best = 0.0, (0.0, math.inf)
+    for (x0, z0), (x1, z1) in pairwise(PLACES):
+        length = math.hypot(x1 - x0, z1 - z0)
+        share = min(max(((x - x0) * (x1 - x0) + (z - z0) * (z1 - z0)) / length**2, 0.0), 1.0)
+        away = math.hypot(x - x0 - share * (x1 - x0), z - z0 - share * (z1 - z0))
+        best = min(best, (along + share * length, away), key=lambda one: one[1])
+        along += length
+    return best
+
+
+def places(agent: ShdrAgent) -> Sequence[tuple[float, float]]:
+    """Where the machine was while the program ran."""
+    x = z = math.nan
+    found: list[tuple[float, float]] = []
+    active = False
+    stamps = sorted({stamp for stamp, _, _ in agent.seen})
+    for stamp in stamps:
+        said = {key: value for at, key, value in agent.seen if at == stamp}
+        active = said.get("execution", "ACTIVE" if active else "") == "ACTIVE" and said.get("mode") != "MANUAL"
+        x = float(said["Xpos"]) if said.get("Xpos", "UNAVAILABLE") != "UNAVAILABLE" else x
+        z = float(said["Zpos"]) if said.get("Zpos", "UNAVAILABLE") != "UNAVAILABLE" else z
+        if active and of_program(agent, stamp):
+            found.append((x, z))
+    return found
+
+
+def of_program(agent: ShdrAgent, stamp: str) -> bool:
+    """Whether the last program named by then is ours."""
+    named = [value for at, key, value in agent.seen if key == "program" and at <= stamp]
+    return named[-1] == "part.ngc"
+
+
+def test_positions_follow_the_program(heard: ShdrAgent) -> None:
+    judged = [on_path(x, z) for x, z in places(heard)]
+    assert len(judged) > 10
+    assert max(away for _, away in judged) < 0.002
+    along = [where for where, _ in judged]
+    assert all(later >= earlier - 0.002 for earlier, later in pairwise(along))
+    assert (of(heard, "Xpos")[-1], of(heard, "Zpos")[-1]) == ("292.0000", "65.0000")
+
+
+def test_execution_mode_and_program(heard: ShdrAgent) -> None:
+    assert of(heard, "avail")[-1] == "AVAILABLE"
+    assert of(heard, "execution")[-2:] == ["ACTIVE", "READY"]
+    assert of(heard, "mode")[-1] == "AUTOMATIC"
+    assert of(heard, "program")[-1] == "part.ngc"
+    assert {"4", "5", "6"} & set(of(heard, "line"))
+    assert max(float(v) for v in of(heard, "feed") if v != "UNAVAILABLE") == pytest.approx(15.0, abs=0.1)  # 900 mm/min
+    assert of(heard, "system")[-1] == "NORMAL"
+
+
+def test_pins(heard: ShdrAgent) -> None:
+    assert of(heard, "Xcorr")[-1] == "0.000000"
+    assert set(of(heard, "temp_room")) == {"UNAVAILABLE"}  # there is no such pin
