@@ -69,7 +69,8 @@ def main() -> None:
             said: dict[str, object] = {"status": None, "pins": {}}
             with suppress(linuxcnc.error, SystemError):
                 if up:
-                    component = component or hal.component(f"mtconnect-{os.getpid()}")  # without one no pin is read
+                    if component is None:  # without one no pin can be read; one without pins counts as false
+                        component = hal.component(f"mtconnect-{os.getpid()}")
                     stat = stat or linuxcnc.stat()
                     said = {"status": status_of(stat), "pins": {name: pin(name) for name in pins}}
             print(json.dumps(said), flush=True)
@@ -81,4 +82,5 @@ def main() -> None:
             component.exit()
 
 
-main()
+if __name__ == "__main__":
+    main()

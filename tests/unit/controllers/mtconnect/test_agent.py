@@ -151,7 +151,7 @@ def test_a_buffer_that_went_past_is_told(agent: Played, status: int) -> None:
 def test_an_agent_that_was_started_anew_is_told(agent: Played, rows: int) -> None:
     """With fewer numbers than were read, or with more: those would look like the next ones."""
     agent.add(*[("t1", "20")] * 4)
-    begun = []
+    begun = list[bool]()
 
     def restart() -> None:
         if not begun:
