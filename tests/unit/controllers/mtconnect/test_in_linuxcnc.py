@@ -96,7 +96,8 @@ def test_execution_mode_and_program(heard: ShdrAgent) -> None:
     assert of(heard, "mode")[-1] == "AUTOMATIC"
     assert of(heard, "program")[-1] == "part.ngc"
     assert {"4", "5", "6"} & set(of(heard, "line"))
-    assert max(map(float, of(heard, "feed"))) == pytest.approx(15.0, abs=0.1)  # 900 mm/min
+    feeds = [float(said) for said in of(heard, "feed") if said != "UNAVAILABLE"]
+    assert any(feed == pytest.approx(15.0, abs=0.1) for feed in feeds)  # 900 mm/min; rapids are faster
     assert of(heard, "system")[-1] == "NORMAL"
 
 
