@@ -30,6 +30,8 @@ class PlanOrder:
     blocks: tuple[Block, ...]
     job_toml: str = ""
     conditions: Conditions = field(default_factory=Conditions)
+    probe_toml: str = ""
+    probe_control: str = "linuxcnc"
 
 
 @dataclass(frozen=True)

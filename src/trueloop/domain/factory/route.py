@@ -79,11 +79,17 @@ class Conditions:
 
 @dataclass(frozen=True)
 class Route:
-    """The steps in order, and the job (a project file's text) by which corrections are computed."""
+    """The steps in order, and the job (a project file's text) by which corrections are computed.
+
+    `probe_toml`: the probe that the job names (`gauging.probe`). With it, what a gauging run writes is the log of the
+    control `probe_control`: positions of the ball's centre; without it, touches as the job takes them.
+    """
 
     blocks: tuple[Block, ...]
     job_toml: str = ""
     conditions: Conditions = field(default_factory=Conditions)
+    probe_toml: str = ""
+    probe_control: str = "linuxcnc"
     schema: Literal[1] = field(default=1, kw_only=True)
 
     @property
@@ -92,4 +98,5 @@ class Route:
         said = [f"{one.kind}\t{one.program_sha256}\t{one.feature}\t{one.corrected}" for one in self.blocks]
         asked = self.conditions
         need = f"{asked.temperature_age_s}\t{asked.calibration_age_s}\t{asked.model_sha256}"
-        return sha256("\n".join([*said, need, self.job_toml]).encode()).hexdigest()
+        probe = [self.probe_control, self.probe_toml] if self.probe_toml else []
+        return sha256("\n".join([*said, need, self.job_toml, *probe]).encode()).hexdigest()

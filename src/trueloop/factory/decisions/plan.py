@@ -1,5 +1,6 @@
 """Whether an order can be made: `plan_order`."""
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
@@ -53,7 +54,7 @@ def plan_order(facts: PlanFacts, request: PlanOrder, by: By, now: datetime) -> C
         if block.kind.moves and block.program_sha256 not in facts.released:
             raise not_released(block.program_sha256)
     part_type = facts.part_type or PartType(request.part_type, request.revision)
-    route = Route(request.blocks, request.job_toml, request.conditions)
+    route = Route(request.blocks, request.job_toml, request.conditions, request.probe_toml, request.probe_control)
     order = WorkOrder(
         f"O{facts.number}", part_type, facts.machine or Machine(request.machine), request.serials, route, now, by.name
     )
@@ -107,6 +108,23 @@ def _wrong_route(request: PlanOrder) -> Iterator[str]:
         yield from (f"step {k} ({block.kind}) {why}" for why in _wrong_block(block, kinds[:k]))
     if BlockKind.CORRECT in kinds and not request.job_toml.strip():
         yield "it has the step 'correct', and no job to compute it by"
+    yield from _wrong_probe(request)
+
+
+def _wrong_probe(request: PlanOrder) -> Iterator[str]:
+    """A job that names a probe needs it, and places to touch: they cannot be those of touches that are to come."""
+    try:
+        gauging = tomllib.loads(request.job_toml).get("gauging", {})
+    except tomllib.TOMLDecodeError as error:
+        yield f"its job is no TOML: {error}"
+        return
+    if not isinstance(gauging, dict):
+        yield f"'gauging' of its job is {gauging!r}, and no table"
+    elif ("probe" in gauging) is not bool(request.probe_toml.strip()):
+        given = "a probe file" if request.probe_toml.strip() else "no probe file"
+        yield f"its job names the probe {gauging.get('probe', '')!r}, and {given} is given"
+    elif "probe" in gauging and not {"points", "spacing_mm"} & set(gauging):
+        yield "its job names a probe, and 0 places to touch: gauging.points or gauging.spacing_mm"
 
 
 def _wrong_block(block: Block, before: list[BlockKind]) -> Iterator[str]:

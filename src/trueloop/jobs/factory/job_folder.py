@@ -12,6 +12,8 @@ from trueloop.domain.factory.order import WorkOrder
 from trueloop.domain.factory.route import BlockKind
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.load import Known, program_text
+from trueloop.formats.measurements.touches_csv import touches_to_csv
+from trueloop.jobs.measure.probing import read_logged_touches, read_probing
 
 
 def programs_of(known: Known, order: WorkOrder) -> dict[str, bytes]:
@@ -31,7 +33,16 @@ def job_folder(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes |
         job.write_text(order.route.job_toml, encoding="utf-8")
         for file, content in _files(order, programs, touches):
             (folder / file).write_bytes(content)
+        if order.route.probe_toml and touches is not None:
+            _read_log(job, order.route.probe_control)
         yield job
+
+
+def _read_log(job: Path, control: str) -> None:
+    """What the control logged, in the place of the touches, becomes these. Raises PRB errors."""
+    probing = read_probing(job)
+    log = job.parent / tomllib.loads(job.read_text(encoding="utf-8"))["gauging"]["touches"]
+    log.write_text(touches_to_csv(read_logged_touches(probing, log, control).touches), encoding="utf-8")
 
 
 @contextmanager
@@ -59,8 +70,13 @@ def _without(refused: TrueloopError, folder: str) -> TrueloopError:
 def _files(order: WorkOrder, programs: Mapping[str, bytes], touches: bytes | None) -> Iterator[tuple[str, bytes]]:
     """Programs and touches under the names by which the job asks for them, which lead to no other folder."""
     job: dict[str, Any] = tomllib.loads(order.route.job_toml)
-    named = [(job.get("programs", {}).get(kind), content) for kind, content in programs.items()]
-    for file, content in (*named, (job.get("gauging", {}).get("touches"), touches)):
+    gauging, probe = job.get("gauging", {}), order.route.probe_toml
+    named = (
+        *((job.get("programs", {}).get(kind), content) for kind, content in programs.items()),
+        (gauging.get("probe"), probe.encode() if probe else None),
+        (gauging.get("touches"), touches),
+    )
+    for file, content in named:
         if file is None or content is None:
             continue
         if not isinstance(file, str) or Path(file).name != file:

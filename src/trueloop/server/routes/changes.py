@@ -24,7 +24,10 @@ Row = Annotated[int, Field(ge=0, lt=1 << 31)]
 
 @dataclass(frozen=True)
 class Order:
-    """Parts of one type, by one route; `job_toml`: the job by which corrections are computed."""
+    """Parts of one type, by one route; `job_toml`: the job by which corrections are computed.
+
+    `probe_toml`: the probe that the job names; gauging runs then write the log of `probe_control`.
+    """
 
     part_type: str
     revision: str
@@ -33,6 +36,8 @@ class Order:
     blocks: Annotated[tuple[Block, ...], Field(max_length=100)]
     job_toml: str = ""
     conditions: Conditions = field(default_factory=Conditions)
+    probe_toml: str = ""
+    probe_control: Literal["linuxcnc", "fanuc", "haas", "renishaw", "siemens", "ge2000t"] = "linuxcnc"
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,7 @@ def plan(given: Order, here: Here, who: By, response: Response) -> OrderView:
     """A new order; its route is frozen."""
     wanted = ask.PlanOrder(
         *(given.part_type, given.revision, given.machine, given.serials, given.blocks, given.job_toml),
-        given.conditions,
+        *(given.conditions, given.probe_toml, given.probe_control),
     )
     done = carry_out(here.store, wanted, factory_by(who), here.clock())
     return _shown(here, done.orders[0].order.id, response)
