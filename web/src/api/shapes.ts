@@ -1782,6 +1782,8 @@ export interface components {
         /**
          * Order
          * @description Parts of one type, by one route; `job_toml`: the job by which corrections are computed.
+         *
+         *     `probe_toml`: the probe that the job names; gauging runs then write the log of `probe_control`.
          */
         Order: {
             /** Blocks */
@@ -1796,6 +1798,17 @@ export interface components {
             machine: string;
             /** Part Type */
             part_type: string;
+            /**
+             * Probe Control
+             * @default linuxcnc
+             * @enum {string}
+             */
+            probe_control: "linuxcnc" | "fanuc" | "haas" | "renishaw" | "siemens" | "ge2000t";
+            /**
+             * Probe Toml
+             * @default
+             */
+            probe_toml: string;
             /** Revision */
             revision: string;
             /** Serials */

@@ -19,12 +19,14 @@ const FIRST: Block[] = (["semifinish", "probe", "correct", "finish", "remove", "
   corrected: kind === "finish",
 }));
 
+const EMPTY = { part_type: "", revision: "", machine: "", serials: "", job_toml: "", probe_toml: "" };
+
 /** A new order. Whether it can be made the service judges; what it refuses is shown. */
 export default function Plan() {
   const text = useText();
   const whyNot = useWhyNot();
   const [, go] = useLocation();
-  const [fields, setFields] = useState({ part_type: "", revision: "", machine: "", serials: "", job_toml: "" });
+  const [fields, setFields] = useState(EMPTY);
   const [blocks, setBlocks] = useState(FIRST);
   const planning = useChange<Shape<"OrderView">>();
 
@@ -56,6 +58,7 @@ export default function Plan() {
             </div>
             <Textarea label={text("order.serials")} rows={4} required {...field("serials")} />
             <Textarea label={text("order.job")} rows={4} {...field("job_toml")} />
+            <Textarea label={text("order.probe")} rows={4} {...field("probe_toml")} />
           </div>
         </Section>
         <Section title={text("order.route")}>

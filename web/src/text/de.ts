@@ -138,6 +138,7 @@ export const de: Record<Key, string> = {
   "order.revision": "Revision",
   "order.serials": "Seriennummern, eine je Zeile",
   "order.job": "Job (TOML), nach dem Korrekturen gerechnet werden",
+  "order.probe": "Tasterdatei (TOML); Messläufe schreiben dann das Protokoll der Steuerung",
   "order.step.kind": "Schritt {no}",
   "order.step.program": "Freigegebenes Programm",
   "order.step.feature": "Merkmal",

@@ -136,6 +136,7 @@ export const en = {
   "order.revision": "Revision",
   "order.serials": "Serial numbers, one a line",
   "order.job": "Job (TOML), by which corrections are computed",
+  "order.probe": "Probe file (TOML); what gauging runs write is then the control’s log",
   "order.step.kind": "Step {no}",
   "order.step.program": "Released program",
   "order.step.feature": "Feature",
