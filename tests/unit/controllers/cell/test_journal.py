@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from trueloop.controllers.linuxcnc.cell.journal import Entry, Journal, read
@@ -22,6 +22,8 @@ def test_whatever_a_crash_leaves_all_whole_lines_are_read(cut: int) -> None:
 
 
 @given(st.integers(0, len(b"".join(LINES[:4])) - 1), st.integers(1, 255))
+@example(LINES[0].index(b","), ord(",") ^ ord("\r"))
+@example(len(b"".join(LINES[:4])) - 1, ord("\n") ^ ord(" "))
 def test_a_damaged_line_before_the_last_is_refused(where: int, change: int) -> None:
     content = bytearray(b"".join(LINES))
     content[where] ^= change

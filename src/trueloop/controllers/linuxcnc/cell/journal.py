@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -75,10 +76,10 @@ def read(content: bytes, file: Path) -> tuple[list[Entry], int]:
     """
     entries: list[Entry] = []
     end = 0
-    for line in content.splitlines(keepends=True):
+    for line in BytesIO(content):  # by line feeds alone: a damaged byte may read as another end of a line
         entry = _entry(line)
         if entry is None or entry.no != len(entries) + 1:
-            if line.endswith(b"\n") and b"\0" not in line:
+            if end + len(line) < len(content) or (line.endswith(b"\n") and b"\0" not in line):
                 raise _refused(
                     file, f"line {len(entries) + 1} is damaged", "keep a copy and have a person look", len(entries) + 1
                 )
