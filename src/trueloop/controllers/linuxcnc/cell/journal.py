@@ -79,7 +79,7 @@ def read(content: bytes, file: Path) -> tuple[list[Entry], int]:
     for line in BytesIO(content):  # by line feeds alone: a damaged byte may read as another end of a line
         entry = _entry(line)
         if entry is None or entry.no != len(entries) + 1:
-            if end + len(line) < len(content) or (line.endswith(b"\n") and b"\0" not in line):
+            if end + len(line) < len(content) or (line.endswith(b"\n") and b"\0\0" not in line):
                 raise _refused(
                     file, f"line {len(entries) + 1} is damaged", "keep a copy and have a person look", len(entries) + 1
                 )
