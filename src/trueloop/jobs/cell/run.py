@@ -13,25 +13,25 @@ from trueloop.controllers.linuxcnc.cell.temperatures import read_pins
 from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
 from trueloop.jobs.cell.opened import Cell
 
-Say = Callable[[str], None]
+Tell = Callable[[str], None]
 
 
-def run(cell: Cell, stop: threading.Event, say: Say) -> None:
-    """Works until it is told to stop; what the machine does goes on. `say` gets what it waits for, as it changes.
+def run(cell: Cell, stop: threading.Event, tell: Tell) -> None:
+    """Works until it is told to stop; what the machine does goes on. `tell` gets what it waits for, as it changes.
 
     Raises CEL-JOURNAL, CTL-LINUXCNC and RTC-CONNECTION where it cannot begin, or must not go on.
     """
     control = LinuxCnc(cell.ini, cell.programs, linuxcnc_module("linuxcnc"))
-    with _journal(cell.journal, say) as journal:
+    with _journal(cell.journal, tell) as journal:
         client = Client(cell.settings.cell.machine, control, cell.service, journal, cell.pace)
-        say(f"cell of {cell.settings.cell.machine!r}, {len(journal.entries)} entries in its journal")
-        temperatures, said = _Temperatures(cell, client, say), ""
+        tell(f"cell of {cell.settings.cell.machine!r}, {len(journal.entries)} entries in its journal")
+        temperatures, said = _Temperatures(cell, client, tell), ""
         while not stop.is_set():
             moved = client.step()
             temperatures.step()
             now = _words(client)
             if now != said:
-                say(now)
+                tell(now)
                 said = now
             if not moved:
                 stop.wait(cell.pace.look_s)
@@ -46,8 +46,8 @@ def _words(client: Client) -> str:
 class _Temperatures:
     """Read in a thread of their own: a pin that hangs holds nothing up."""
 
-    def __init__(self, cell: Cell, client: Client, say: Say) -> None:
-        self._cell, self._client, self._say = cell, client, say
+    def __init__(self, cell: Cell, client: Client, tell: Tell) -> None:
+        self._cell, self._client, self._tell = cell, client, tell
         self._next_s = 0.0
         self._reading: threading.Thread | None = None
         self._found: dict[str, float] = {}
@@ -71,15 +71,15 @@ class _Temperatures:
         self._found, wrong = read_pins(self._cell.settings.temperatures.pins)
         for one in wrong:
             if one not in self._wrong:
-                self._say(f"temperature {one}")
+                self._tell(f"temperature {one}")
         self._wrong = wrong
 
 
 @contextmanager
-def _journal(file: Path, say: Say) -> Iterator[Journal]:
+def _journal(file: Path, tell: Tell) -> Iterator[Journal]:
     journal = Journal(file)
     if journal.torn:
-        say(f"{len(journal.torn)} bytes of a last line were left by a crash: it was not acted on")
+        tell(f"{len(journal.torn)} bytes of a last line were left by a crash: it was not acted on")
     try:
         yield journal
     finally:
