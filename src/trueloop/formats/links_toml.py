@@ -20,6 +20,10 @@ class LinkTable(Table):
     """What this control changes in a program that it stores; any other difference refuses the transfer."""
     replaced: str = "replaced"
     """The folder into which what is replaced at the control is written first."""
+    tool_table: str = ""
+    """The name of the control's tool table among its programs; while any program runs it is not written."""
+    table_unit: Literal["mm", "inch"] | None = None
+    """The unit of a tool table that does not say its own."""
 
 
 class FolderTable(LinkTable):

@@ -60,8 +60,8 @@ def change_words(table: ToolTable, new: NewTable) -> list[str]:
     return [f"{where}: {_change(one)} {table.known_unit}" for one in new.numbers]
 
 
-def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Path) -> dict[str, object]:
-    """The same for machines."""
+def change_as_dict(record_id: str, table: ToolTable, new: NewTable, written: Path | str) -> dict[str, object]:
+    """The same for machines. `written`: the file, or the table's name at its control."""
     return {
         "record_id": record_id,
         "tool": new.row.tool,

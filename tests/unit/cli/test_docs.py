@@ -44,6 +44,7 @@ COMMANDS = (
     "link get",
     "link put",
     "link compare",
+    "link offsets",
     "mtconnect devices",
     "mtconnect serve",
     "mtconnect read",

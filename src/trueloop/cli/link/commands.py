@@ -1,43 +1,24 @@
 """`trueloop link`: programs at a control, listed, fetched, sent and compared."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from trueloop.cli.failure import ExitStatus, guarded
+from trueloop.cli.link.link_of import LinkOf, NotRunning
+from trueloop.cli.link.offsets import offsets
 from trueloop.cli.terminal import AsJson, print_json, print_table
 
 if TYPE_CHECKING:
     from trueloop.controllers.links.link import Listed
-    from trueloop.jobs.links.opened import Opened
 
 app = typer.Typer(
-    help="Programs at a control (DNC): listed, fetched, sent and compared.",
+    help="Programs at a control (DNC): listed, fetched, sent and compared; its tool table read and corrected.",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
-
-
-@dataclass(frozen=True, kw_only=True)
-class LinkOf:
-    """Which control."""
-
-    link: Annotated[str, typer.Option("--link", "-l", help="The link's name in the settings.")]
-    settings: Annotated[
-        Path, typer.Option("--settings", help="A TOML file with a table for each link.", metavar="LINKS.toml")
-    ] = Path("links.toml")
-
-    def opened(self) -> "Opened":
-        """The link; what its user has to know goes to stderr."""
-        from trueloop.jobs.links.opened import opened
-
-        found = opened(self.settings, self.link, lambda said: typer.echo(said, err=True))
-        if found.link.note:
-            typer.echo(f"note: {found.link.note}", err=True)
-        return found
-
+app.command("offsets")(offsets)
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="The program's name at the control.")]
 
@@ -86,9 +67,7 @@ def put_(
     control: LinkOf,
     name: Annotated[str | None, typer.Option("--name", help="Its name at the control.  [default: the file's]")] = None,
     replace: Annotated[bool, typer.Option("--replace", help="Replace another program of that name.")] = False,
-    not_running: Annotated[
-        bool, typer.Option("--not-running", help="It does not run: for links that cannot know it.")
-    ] = False,
+    not_running: NotRunning = False,
     drip_feed: Annotated[
         bool, typer.Option("--drip", help="Feed it while it is cut, over a serial line: it is not read back.")
     ] = False,
@@ -138,7 +117,8 @@ def compare(
 
     content = read_input(file, Code.NC_FILE, hint="name the program to be compared")
     found = control.opened()
-    differing = found.differences(content, found.link.read(checked_name(name or file.name)))
+    there = checked_name(name or file.name)
+    differing = found.differences(there, content, found.link.read(there))
     if as_json:
         rows = [(one.line, one.before, one.other_line, one.after) for one in differing]
         print_json(

@@ -10,19 +10,31 @@ from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.line.line import Line, framed
 from trueloop.controllers.links.link import Link
 from trueloop.formats.links_toml import AnyLink, FolderTable, SerialTable, read_link
+from trueloop.formats.tables.tool_tables.tool_table import Unit
+from trueloop.jobs.links.table_rows import differing_rows
 
 
 @dataclass(frozen=True)
 class Opened:
-    """A link, what its control may change in a program, and where what is replaced there is written."""
+    """A link, what its control may change in a program, and where what is replaced there is written.
+
+    `tool_table`: which of its programs is the control's tool table; `table_unit`: of one that does not say it.
+    """
 
     name: str
     link: Link | Line
     passes: frozenset[Change]
     replaced: Path
+    tool_table: str = ""
+    table_unit: Unit | None = None
 
-    def differences(self, content: bytes, at_control: bytes) -> list[Difference]:
-        """The lines that differ, other than by what this control, or its line, changes in every program."""
+    def differences(self, name: str, content: bytes, at_control: bytes) -> list[Difference]:
+        """The lines that differ, other than by what this control, or its line, changes in every program.
+
+        A tool table that a line carries is put out anew from the numbers that the control took: these are compared.
+        """
+        if isinstance(self.link, Line) and name == self.tool_table:
+            return differing_rows(name, content, at_control, self.table_unit)
         if isinstance(self.link, Line):
             return differences(framed(content), framed(at_control), self.passes | {Change.LINE_ENDS})
         return differences(content, at_control, self.passes)
@@ -32,7 +44,8 @@ def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Op
     """The link. Connects to nothing yet. `tell` says what a person has to do at the control. Raises LNK-FILE."""
     table = read_link(settings, name)
     passes = frozenset(Change(one) for one in table.passes)
-    return Opened(name, _link(table, settings.parent, tell), passes, settings.parent / table.replaced)
+    link, replaced = _link(table, settings.parent, tell), settings.parent / table.replaced
+    return Opened(name, link, passes, replaced, table.tool_table, table.table_unit)
 
 
 def _link(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:

@@ -1,40 +1,44 @@
 """Sending a program to a control: nothing takes its name there before it came back as it was sent."""
 
-from trueloop.controllers.links.compare import Change, differences
 from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.link import Link, checked_name
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.links.by_line import send_by_line
 from trueloop.jobs.links.opened import Opened
-from trueloop.jobs.links.sent import Sent, kept_first, require_idle, require_same
+from trueloop.jobs.links.sent import Replace, Sent, kept_first, require_idle, require_same
 
 
-def send(opened: Opened, content: bytes, name: str, *, replace: bool = False, not_running: bool = False) -> Sent:
+def send(opened: Opened, content: bytes, name: str, *, replace: Replace = False, not_running: bool = False) -> Sent:
     """Sends a program, reads it back, and gives it its name; what it replaces is written to a file first.
 
-    `replace` allows that another program of that name is replaced; `not_running` is the user's word that it does not
-    run, for links that cannot know. Raises LNK-NAME, LNK-REACH, LNK-EXISTS, LNK-RUNNING, LNK-CHANGED where somebody
-    changed it meanwhile, LNK-DIFFERS, and OUT errors. Up to the last step the control's own program stands unchanged.
+    `replace` allows that another program of that name is replaced, or that one alone; `not_running` is the user's word
+    that it does not run, for links that cannot know. Raises LNK-NAME, LNK-REACH, LNK-EXISTS, LNK-RUNNING, LNK-CHANGED
+    where somebody changed it meanwhile, LNK-DIFFERS, and OUT errors. Up to the last step the control's own program
+    stands unchanged.
     """
     if isinstance(opened.link, Line):
-        return send_by_line(opened, opened.link, content, name, replace=replace, not_running=not_running)
+        return send_by_line(opened, opened.link, content, name, replace, not_running=not_running)
     link, name = opened.link, checked_name(name)
     before = _there(link, name)
-    if before is not None and not differences(content, before, opened.passes):
+    if isinstance(replace, bytes):
+        _require_same_as(replace, before, name, link)
+    if before is not None and not opened.differences(name, content, before):
         return Sent(name, sha256_of(content), sha256_of(before), written=False)
     if before is not None:
-        _require_may_be_replaced(name, link, replace, not_running)
+        _require_may_be_replaced(name, opened, replace, not_running)
     kept = None if before is None else kept_first(opened, name, before)
-    aside = _sent_aside(link, name, content, opened.passes)
+    aside = _sent_aside(opened, link, name, content)
     try:
-        _require_unchanged(link, name, before, not_running)
+        _require_same_as(before, _there(link, name), name, link)
+        if before is not None:
+            require_idle(name, opened, not_running)
         link.put_in_place(aside, name)
     except BaseException:
         link.remove_aside(aside)
         raise
     back = link.read(name)
-    require_same(name, content, back, opened.passes, "the control holds it under its own name")
+    require_same(name, opened.differences(name, content, back), "the control holds it under its own name")
     return Sent(name, sha256_of(content), sha256_of(back), written=True, kept=kept)
 
 
@@ -53,30 +57,30 @@ def _there(link: Link, name: str) -> bytes | None:
     return None
 
 
-def _require_may_be_replaced(name: str, link: Link, replace: bool, not_running: bool) -> None:
-    if not replace:
+def _require_may_be_replaced(name: str, opened: Opened, replace: Replace, not_running: bool) -> None:
+    if replace is False:
         raise TrueloopError(
             Code.LNK_EXISTS,
-            f"{link.where} has another program {name!r}",
+            f"{opened.link.where} has another program {name!r}",
             hint="`trueloop link compare` shows where they differ",
             override="--replace",
             values={"name": name},
         )
-    require_idle(name, link, not_running)
+    require_idle(name, opened, not_running)
 
 
-def _sent_aside(link: Link, name: str, content: bytes, passes: frozenset[Change]) -> str:
+def _sent_aside(opened: Opened, link: Link, name: str, content: bytes) -> str:
     aside = link.write_aside(name, content)
     try:
-        require_same(name, content, link.read(aside), passes, "the control's own program of that name is unchanged")
+        found = opened.differences(name, content, link.read(aside))
+        require_same(name, found, "the control's own program of that name is unchanged")
     except BaseException:
         link.remove_aside(aside)
         raise
     return aside
 
 
-def _require_unchanged(link: Link, name: str, before: bytes | None, not_running: bool) -> None:
-    now = _there(link, name)
+def _require_same_as(before: bytes | None, now: bytes | None, name: str, link: Link) -> None:
     if now != before:
         raise TrueloopError(
             Code.LNK_CHANGED,
@@ -84,5 +88,3 @@ def _require_unchanged(link: Link, name: str, before: bytes | None, not_running:
             hint="compare it, then send again",
             values={"name": name},
         )
-    if before is not None:
-        require_idle(name, link, not_running)

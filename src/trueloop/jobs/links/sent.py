@@ -3,14 +3,16 @@
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TypeAlias
 
-from trueloop.controllers.links.compare import Change, Difference, differences
-from trueloop.controllers.links.line.line import Line
-from trueloop.controllers.links.link import Link
+from trueloop.controllers.links.compare import Difference
 from trueloop.domain.record import sha256_of
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.outputs import write_all
 from trueloop.jobs.links.opened import Opened
+
+Replace: TypeAlias = bool | bytes
+"""Whether another program of that name may be replaced; bytes: this one may, and no other."""
 
 
 @dataclass(frozen=True)
@@ -28,23 +30,26 @@ class Sent:
     kept: Path | None = None
 
 
-def require_idle(name: str, link: Link | Line, not_running: bool) -> None:
-    """Raises LNK-RUNNING for a program that runs, or may run."""
+def require_idle(name: str, opened: Opened, not_running: bool) -> None:
+    """Raises LNK-RUNNING for a program that runs, or may run; for the tool table where any program does."""
+    link, is_table = opened.link, name == opened.tool_table
     running = link.running()
     if running is None and not not_running:
         raise TrueloopError(
             Code.LNK_RUNNING,
-            f"{link.where} does not say which program runs: {name!r} may",
+            f"{link.where} does not say which program runs: {'one' if is_table else repr(name)} may",
             hint="look at the control",
             override="--not-running",
             values={"name": name},
         )
-    if running and Path(running.replace("\\", "/")).name.upper() == name.upper():
+    if running and (is_table or Path(running.replace("\\", "/")).name.upper() == name.upper()):
+        runs = Path(running.replace("\\", "/")).name
+        what = "tool table is not written" if is_table else "program is not replaced"
         raise TrueloopError(
             Code.LNK_RUNNING,
-            f"{name!r} runs at {link.where}",
-            hint="wait for its end: a program that runs is never replaced",
-            values={"name": name},
+            f"{runs!r} runs at {link.where}",
+            hint=f"wait for its end: a {what} meanwhile",
+            values={"name": runs},
         )
 
 
@@ -55,12 +60,11 @@ def kept_first(opened: Opened, name: str, before: bytes) -> Path:
     return path
 
 
-def require_same(name: str, sent: bytes, back: bytes, passes: frozenset[Change], state: str) -> None:
-    """Raises LNK-DIFFERS; `state`: what the control holds now."""
-    found = differences(sent, back, passes)
+def require_same(name: str, found: list[Difference], state: str) -> None:
+    """Raises LNK-DIFFERS where there are differences; `state`: what the control holds now."""
     if not found:
         return
-    first: Difference = found[0]
+    first = found[0]
     lines = [one.line or one.other_line or 0 for one in found]
     raise TrueloopError(
         Code.LNK_DIFFERS,

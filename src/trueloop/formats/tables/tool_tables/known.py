@@ -27,7 +27,11 @@ def read_tool_table(path: Path, unit: Unit | None = None) -> ToolTable:
 
     Raises OFS-FILE, OFS-FORMAT, OFS-NUMBER, and OFS-UNIT where the file says another unit than is stated.
     """
-    source = read_input(path, Code.OFS_FILE, hint=HINT)
+    return tool_table_of(path, read_input(path, Code.OFS_FILE, hint=HINT), unit)
+
+
+def tool_table_of(path: Path, source: bytes, unit: Unit | None = None) -> ToolTable:
+    """The same of a table that was read already; `path` names it. Raises what `read_tool_table` does."""
     for recognises, read in KNOWN:
         if recognises(path, source):
             table = read(path, source.decode("latin-1"), unit)
