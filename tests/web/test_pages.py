@@ -24,6 +24,7 @@ PAGES = (
     "/files",
     "/certificates",
     "/alarms",
+    "/settings",
     "/wall",
 )
 SMALL = """() => [...document.querySelectorAll('a, button, input, select, textarea, [role=button]')]

@@ -40,8 +40,9 @@ function lookingOn(): boolean {
 export async function ask<T>(method: string, path: string, given: Given = {}): Promise<T> {
   const answer = await send(method, path, given);
   if (!answer.ok) throw await problemOf(answer);
-  if (answer.status === 204) return undefined as T;
-  return (answer.headers.get("content-type")?.includes("json") ? answer.json() : answer.text()) as Promise<T>;
+  const said = await answer.text();
+  if (!said) return undefined as T; // also what is said once only, when it is asked for again
+  return (answer.headers.get("content-type")?.includes("json") ? JSON.parse(said) : said) as T;
 }
 
 async function send(method: string, path: string, { body, file, etag, once, signal }: Given): Promise<Response> {

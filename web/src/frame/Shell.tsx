@@ -3,12 +3,13 @@ import { useDisclosure } from "@mantine/hooks";
 import { useEffect, type ReactNode } from "react";
 import { Link, useLocation } from "wouter";
 
-import { client, nowIs } from "../api/asking";
+import { nowIs } from "../api/asking";
 import { ask } from "../api/client";
 import { useContact } from "../live/contact";
 import { ago, moment } from "../show/format";
 import { useUser } from "../show/roles";
-import { speak, useName, useText } from "../text/text";
+import { useName, useText } from "../text/text";
+import { useLanguageSet } from "./language";
 import { PAGES } from "./routes";
 
 /** The frame around every page: where one is, who one is, and whether what is seen is live. */
@@ -81,13 +82,8 @@ function Mine() {
   const colours = useMantineColorScheme();
   const dark = useComputedColorScheme("light") === "dark";
   const german = document.documentElement.lang === "de";
+  const setLanguage = useLanguageSet();
 
-  async function change() {
-    const language = german ? "en" : "de";
-    client.setQueryData(["me"], { ...me, language });
-    speak(language);
-    await ask("PATCH", "me", { body: { language } }).catch(() => undefined);
-  }
   async function leave() {
     try {
       await ask("DELETE", "session");
@@ -106,7 +102,7 @@ function Mine() {
       <Button variant="default" fullWidth onClick={() => colours.setColorScheme(dark ? "light" : "dark")}>
         {text(dark ? "frame.light" : "frame.dark")}
       </Button>
-      <Button variant="default" fullWidth onClick={() => void change()} lang={german ? "en" : "de"}>
+      <Button variant="default" fullWidth onClick={() => void setLanguage(german ? "en" : "de")} lang={german ? "en" : "de"}>
         {text("frame.language")}
       </Button>
       <Button variant="default" fullWidth onClick={() => void leave()}>

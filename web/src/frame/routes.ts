@@ -12,6 +12,7 @@ export const PAGES: { href: string; name: Key }[] = [
   { href: "/proposals", name: "page.proposals" },
   { href: "/certificates", name: "page.certificates" },
   { href: "/alarms", name: "page.alarms" },
+  { href: "/settings", name: "page.settings" },
   { href: "/wall", name: "page.wall" },
 ];
 
@@ -24,6 +25,7 @@ const PartLife = lazy(() => import("../pages/PartLife"));
 const Proposals = lazy(() => import("../pages/Proposals"));
 const Certificates = lazy(() => import("../pages/Certificates"));
 const Alarms = lazy(() => import("../pages/Alarms"));
+const Settings = lazy(() => import("../pages/Settings"));
 const Wall = lazy(() => import("../pages/Wall"));
 const Programs = lazy(() => import("../pages/Programs"));
 const Files = lazy(() => import("../pages/Files"));
@@ -41,6 +43,7 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/proposals/:id", page: Proposals },
   { path: "/certificates", page: Certificates },
   { path: "/alarms", page: Alarms },
+  { path: "/settings", page: Settings },
   { path: "/wall", page: Wall },
   { path: "/programs", page: Programs },
   { path: "/files", page: Files },
