@@ -5,12 +5,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.toml_tables import Positive, Table, read_tables
+from trueloop.nc.program.dialect import DIALECTS
 
 HINT: Final = "docs/links.md shows every table and key"
+
+
+def _dialect(name: str) -> str:
+    if name and name not in DIALECTS:
+        raise ValueError(f"no NC dialect; choose one of: {', '.join(DIALECTS)}")
+    return name
 
 
 class LinkTable(Table):
@@ -20,6 +27,8 @@ class LinkTable(Table):
     """What this control changes in a program that it stores; any other difference refuses the transfer."""
     replaced: str = "replaced"
     """The folder into which what is replaced at the control is written first."""
+    dialect: Annotated[str, AfterValidator(_dialect)] = ""
+    """What the control's programs are written in: one of [dialects.md](dialects.md); else found from them."""
     tool_table: str = ""
     """The name of the control's tool table among its programs; while any program runs it is not written."""
     table_unit: Literal["mm", "inch"] | None = None

@@ -27,7 +27,7 @@ def link(place: Path, *call: object, status: int = 0) -> str:
 def test_a_program_goes_there_and_comes_back(place: Path) -> None:
     assert "O1.nc" in link(place, "list")
     said = link(place, "compare", place / "finish.nc", "--name", "O1.nc", status=1)
-    assert "G1 X9.9592" in said and "G1 X10." in said
+    assert "X9.9592" in said and "X10." in said
     assert "LNK-EXISTS" in link(place, "put", place / "finish.nc", "--name", "O1.nc", status=3)
     assert "--not-running" in link(place, "put", place / "finish.nc", "--name", "O1.nc", "--replace", status=3)
     call = ("put", place / "finish.nc", "--name", "O1.nc", "--replace", "--not-running", "--json")
@@ -38,6 +38,25 @@ def test_a_program_goes_there_and_comes_back(place: Path) -> None:
     assert "the same" in link(place, "compare", place / "finish.nc", "--name", "O1.nc")
     listed = json.loads(link(place, "list", "--json"))["programs"]
     assert [(one["name"], one["size_bytes"]) for one in listed] == [("O1.nc", len(NEW))]
+
+
+def test_a_program_edited_at_the_control_is_shown_word_by_word(place: Path) -> None:
+    (place / "control" / "O1.nc").write_bytes(b"O1\nG4 P2\nN20 G1 X9.9529 F.1\nM30\n")
+    (place / "finish.nc").write_bytes(b"O1\nN20 G1 X9.9592 F.1\nM30\n")
+    call = ("compare", place / "finish.nc", "--name", "O1.nc")
+    rows = [line.split() for line in link(place, *call, status=1).splitlines()]
+    assert ["–", "2", "whole", "line", "–", "'G4", "P2\\n'"] in rows
+    assert ["2", "3", "N20", "X", "X9.9592", "X9.9529"] in rows
+    added, changed = json.loads(link(place, *call, "--json", status=1))["differences"]
+    assert (added["line"], added["other_line"], added["words"]) == (None, 2, [])
+    word = {"word": "X", "column": 8, "file": "X9.9592", "other_column": 8, "control": "X9.9529"}
+    assert changed["block"] == "N20" and changed["words"] == [word]
+
+
+def test_the_dialect_of_a_control_is_one_that_there_is(place: Path) -> None:
+    (place / "links.toml").write_text('[folder.lathe]\nfolder = "control"\ndialect = "fanuc"\n')
+    said = link(place, "list", status=3)
+    assert "LNK-FILE" in said and "fanuc-lathe" in said and ":3" in said
 
 
 def test_what_is_mistyped_is_refused_with_the_nearest_name(place: Path) -> None:

@@ -110,25 +110,20 @@ def compare(
     name: Annotated[str | None, typer.Option("--name", help="Its name at the control.  [default: the file's]")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare a file with the program at a control; exit status 1 where a line differs."""
+    """Compare a file with the program at a control, word by word; exit status 1 where one differs."""
     from trueloop.controllers.links.link import checked_name
     from trueloop.errors import Code
     from trueloop.formats.input_file import read_input
+    from trueloop.report.link_differences import HEADINGS, difference_rows, differences_as_dict
 
     content = read_input(file, Code.NC_FILE, hint="name the program to be compared")
     found = control.opened()
     there = checked_name(name or file.name)
     differing = found.differences(there, content, found.link.read(there))
     if as_json:
-        rows = [(one.line, one.before, one.other_line, one.after) for one in differing]
-        print_json(
-            {"differences": [dict(zip(("line", "file", "other_line", "control"), row, strict=True)) for row in rows]}
-        )
+        print_json(differences_as_dict(differing))
     elif differing:
-        print_table(
-            ("line", "file", "line there", "control"),
-            [(str(one.line or ""), repr(one.before), str(one.other_line or ""), repr(one.after)) for one in differing],
-        )
+        print_table(HEADINGS, difference_rows(differing))
     else:
         typer.echo(f"the same as at {found.link.where}")
     if differing:

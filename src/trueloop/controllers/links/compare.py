@@ -1,34 +1,39 @@
-"""Whether two texts are the same program, but for what a control is known to change."""
+"""Whether two texts are the same program, but for what a control is known to change, and where not."""
 
-from dataclasses import dataclass
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
-from enum import StrEnum
 from itertools import zip_longest
-from typing import Final
+from typing import Final, TypeAlias
 
-
-class Change(StrEnum):
-    """What a control may do to a program that it stores, if its settings say that it does."""
-
-    CAPITALS = "capitals"  # small letters made capitals
-    BLANKS = "blanks"  # blanks and tabs added or left out
-    LINE_ENDS = "line ends"  # CR, LF, CR LF; empty lines; NUL between them
+from trueloop.controllers.links.changes import Change, compared
+from trueloop.controllers.links.words import WordDifference, block_name, differing_words
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A line that differs: its numbers in both texts, from 1, and what stands there; None: no such line."""
+    """A line that differs: its numbers in both texts, from 1, and what stands there; None: no such line.
+
+    `block` is its number as the program spells it (`N120`), `words` those that differ, where both lines are there and
+    the reader was asked.
+    """
 
     line: int | None
     before: str | None
     other_line: int | None
     after: str | None
+    block: str = ""
+    words: tuple[WordDifference, ...] = ()
 
 
 SHOWN: Final = 20
 """Differences that are listed at most."""
 MOST_ALIGNED: Final = 20_000
 """Lines up to which lines left out and added are found; beyond, lines are compared one by one."""
+MOST_PAIRED: Final = 40_000
+"""Pairs of changed lines in one place up to which each is paired with the most similar one."""
+WORDS: Final = re.compile(rb"[A-Za-z]+[^A-Za-z\s]*|[^A-Za-z\s]+")
 
 
 def differences(first: bytes, second: bytes, passes: frozenset[Change] = frozenset()) -> list[Difference]:
@@ -40,12 +45,24 @@ def differences(first: bytes, second: bytes, passes: frozenset[Change] = frozens
     if first == second:
         return []
     one, other = (_lines(text, passes) for text in (first, second))
-    if [line for _, _, line in one] == [line for _, _, line in other]:
-        return []
-    return list(_differing(one, other))[:SHOWN]
+    first_at = _alike([line for *_, line in one], [line for *_, line in other])
+    one, other = one[first_at:], other[first_at:]
+    last = _alike([line for *_, line in reversed(one)], [line for *_, line in reversed(other)])
+    return list(_differing(one[: len(one) - last], other[: len(other) - last]))[:SHOWN]
 
 
-_Line = tuple[int, str, bytes]
+def in_words(found: Sequence[Difference], dialect: str, passes: frozenset[Change]) -> list[Difference]:
+    """The same with the blocks and words that differ, as the reader of that dialect splits the lines."""
+    return [_in_words(one, dialect, passes) for one in found]
+
+
+def _in_words(one: Difference, dialect: str, passes: frozenset[Change]) -> Difference:
+    both = one.before is not None and one.after is not None
+    words = differing_words(one.before or "", one.after or "", dialect, passes) if both else ()
+    return replace(one, block=block_name(one.before or one.after or "", dialect), words=words)
+
+
+_Line: TypeAlias = tuple[int, str, bytes]
 
 
 def _lines(text: bytes, passes: frozenset[Change]) -> list[_Line]:
@@ -53,26 +70,63 @@ def _lines(text: bytes, passes: frozenset[Change]) -> list[_Line]:
     loose = Change.LINE_ENDS in passes
     split = text.replace(b"\0", b"").replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n") if loose else None
     lines = split if split is not None else text.splitlines(keepends=True)
-    compared = [(k, line.decode("latin-1"), _compared(line, passes)) for k, line in enumerate(lines, 1)]
-    return [one for one in compared if one[2] or not loose]
+    every = [(k, line.decode("latin-1"), compared(line, passes)) for k, line in enumerate(lines, 1)]
+    return [one for one in every if one[2] or not loose]
 
 
-def _compared(line: bytes, passes: frozenset[Change]) -> bytes:
-    if Change.CAPITALS in passes:
-        line = line.upper()
-    return line.translate(None, b" \t") if Change.BLANKS in passes else line
+def _alike(one: Sequence[bytes], other: Sequence[bytes]) -> int:
+    """How many first lines are the same."""
+    pairs = enumerate(zip(one, other, strict=False))
+    return next((k for k, (a, b) in pairs if a != b), min(len(one), len(other)))
 
 
-def _differing(one: list[_Line], other: list[_Line]) -> list[Difference]:
+def _differing(one: list[_Line], other: list[_Line]) -> Iterator[Difference]:
     if max(len(one), len(other)) > MOST_ALIGNED:
-        pairs = [(a, b) for a, b in zip_longest(one, other) if a is None or b is None or a[2] != b[2]]
-        return [_difference(a, b) for a, b in pairs[:SHOWN]]
-    found = list[Difference]()
+        pairs = zip_longest(one, other)
+        yield from (_difference(a, b) for a, b in pairs if a is None or b is None or a[2] != b[2])
+        return
     matcher = SequenceMatcher(None, [line for *_, line in one], [line for *_, line in other], autojunk=False)
     for tag, a0, a1, b0, b1 in matcher.get_opcodes():
         if tag != "equal":
-            found += [_difference(a, b) for a, b in zip_longest(one[a0:a1], other[b0:b1])]
-    return found
+            yield from (_difference(a, b) for a, b in _paired(one[a0:a1], other[b0:b1]))
+
+
+_Pair: TypeAlias = tuple[_Line | None, _Line | None]
+
+
+def _paired(one: Sequence[_Line], other: Sequence[_Line]) -> list[_Pair]:
+    """Changed lines beside their new versions: the pairs, in order, with the most words in common."""
+    if len(one) == len(other) == 1 or len(one) * len(other) > MOST_PAIRED:
+        return list(zip_longest(one, other))
+    words, others = ([set(WORDS.findall(line.upper())) for *_, line in lines] for lines in (one, other))
+    best = [[0.0] * (len(other) + 1) for _ in range(len(one) + 1)]
+    for i in reversed(range(len(one))):
+        for j in reversed(range(len(other))):
+            together = _likeness(words[i], others[j]) + best[i + 1][j + 1]
+            best[i][j] = max(together, best[i + 1][j], best[i][j + 1])
+    return list(_path(one, other, best))
+
+
+def _path(one: Sequence[_Line], other: Sequence[_Line], best: list[list[float]]) -> Iterator[_Pair]:
+    i = j = 0
+    while i < len(one) and j < len(other):
+        if best[i][j] > max(best[i + 1][j], best[i][j + 1]):
+            yield one[i], other[j]
+            i, j = i + 1, j + 1
+        elif best[i][j] == best[i + 1][j]:
+            yield one[i], None
+            i += 1
+        else:
+            yield None, other[j]
+            j += 1
+    yield from ((line, None) for line in one[i:])
+    yield from ((None, line) for line in other[j:])
+
+
+def _likeness(one: set[bytes], other: set[bytes]) -> float:
+    """Words in common count twice, their first letters once; 0 to 1."""
+    letters, others = ({word[:1] for word in words} for words in (one, other))
+    return (2 * len(one & other) + len(letters & others)) / (3 * max(len(one), len(other), 1))
 
 
 def _difference(a: _Line | None, b: _Line | None) -> Difference:

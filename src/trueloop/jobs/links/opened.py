@@ -3,8 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
-from trueloop.controllers.links.compare import Change, Difference, differences
+from trueloop.controllers.links.changes import Change
+from trueloop.controllers.links.compare import Difference, differences, in_words
 from trueloop.controllers.links.folder import Folder
 from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.line.line import Line, framed
@@ -12,13 +14,18 @@ from trueloop.controllers.links.link import Link
 from trueloop.formats.links_toml import AnyLink, FolderTable, SerialTable, read_link
 from trueloop.formats.tables.tool_tables.tool_table import Unit
 from trueloop.jobs.links.table_rows import differing_rows
+from trueloop.nc.program.guess import likeliest_dialect
+
+JUDGED: Final = 100_000
+"""Bytes of a program by which its dialect is found."""
 
 
 @dataclass(frozen=True)
 class Opened:
     """A link, what its control may change in a program, and where what is replaced there is written.
 
-    `tool_table`: which of its programs is the control's tool table; `table_unit`: of one that does not say it.
+    `tool_table`: which of its programs is the control's tool table; `table_unit`: of one that does not say it;
+    `dialect` of its programs, empty: the one that they look most like.
     """
 
     name: str
@@ -27,17 +34,20 @@ class Opened:
     replaced: Path
     tool_table: str = ""
     table_unit: Unit | None = None
+    dialect: str = ""
 
     def differences(self, name: str, content: bytes, at_control: bytes) -> list[Difference]:
-        """The lines that differ, other than by what this control, or its line, changes in every program.
+        """The lines and words that differ, other than by what this control, or its line, changes in every program.
 
         A tool table that a line carries is put out anew from the numbers that the control took: these are compared.
         """
         if isinstance(self.link, Line) and name == self.tool_table:
             return differing_rows(name, content, at_control, self.table_unit)
+        passes = self.passes
         if isinstance(self.link, Line):
-            return differences(framed(content), framed(at_control), self.passes | {Change.LINE_ENDS})
-        return differences(content, at_control, self.passes)
+            content, at_control, passes = framed(content), framed(at_control), passes | {Change.LINE_ENDS}
+        found = differences(content, at_control, passes)
+        return in_words(found, self.dialect or likeliest_dialect(content[:JUDGED]), passes) if found else []
 
 
 def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Opened:
@@ -45,7 +55,7 @@ def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Op
     table = read_link(settings, name)
     passes = frozenset(Change(one) for one in table.passes)
     link, replaced = _link(table, settings.parent, tell), settings.parent / table.replaced
-    return Opened(name, link, passes, replaced, table.tool_table, table.table_unit)
+    return Opened(name, link, passes, replaced, table.tool_table, table.table_unit, table.dialect)
 
 
 def _link(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:

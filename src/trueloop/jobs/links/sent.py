@@ -68,8 +68,16 @@ def require_same(name: str, found: list[Difference], state: str) -> None:
     lines = [one.line or one.other_line or 0 for one in found]
     raise TrueloopError(
         Code.LNK_DIFFERS,
-        f"{name!r} came back otherwise in {len(found)} lines, the first {lines[0]}: sent {first.before!r}, came back "
-        f"{first.after!r}; {state}; lines {', '.join(map(str, lines))}",
+        f"{name!r} came back otherwise in {len(found)} lines, the first {lines[0]}: {_said(first)}; {state}; lines "
+        f"{', '.join(map(str, lines))}",
         hint="if this control always changes that (capitals, blanks, line ends), say so in `passes` of its settings",
         values={"name": name, "lines": lines},
     )
+
+
+def _said(one: Difference) -> str:
+    """The first word that differs, or the line where it is no word."""
+    if not one.words:
+        return f"sent {one.before!r}, came back {one.after!r}"
+    word = one.words[0]
+    return f"{f'{one.block} ' if one.block else ''}{word.what} sent {word.before!r}, came back {word.after!r}"

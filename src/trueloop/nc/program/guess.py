@@ -14,7 +14,7 @@ def guess_dialect(source: bytes, file: str | None = None, option: str = "--diale
     `option` is how a user says which. Of several, the one is taken whose control alone uses the ending of the file's
     name: .ngc of LinuxCNC.
     """
-    strange = {name: _strange_words(source, name) for name in DIALECTS}
+    strange = _strange(source)
     fitting = [name for name, count in strange.items() if count == 0]
     by_ending = [name for name in fitting if DIALECTS[name].file_ending == Path(file or "").suffix.lower()]
     if len(only := by_ending or fitting) == 1:
@@ -26,6 +26,16 @@ def guess_dialect(source: bytes, file: str | None = None, option: str = "--diale
         hint=f"say which: {' or '.join(map(option.format, fitting or DIALECTS))}",
         place=Place(file),
     )
+
+
+def likeliest_dialect(source: bytes) -> str:
+    """The dialect in which the fewest words are strange, the first of several: enough to split a line into words."""
+    strange = _strange(source)
+    return min(strange, key=lambda name: strange[name])
+
+
+def _strange(source: bytes) -> dict[str, int]:
+    return {name: _strange_words(source, name) for name in DIALECTS}
 
 
 def _strange_words(source: bytes, dialect: str) -> int:
