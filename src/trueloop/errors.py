@@ -225,6 +225,7 @@ class Code(StrEnum):
         ("expected_sha256", "found_sha256"),
     )
     CMP_RAPID = "CMP-RAPID", "a rapid move that the correction would bring closer to the part", ("closer_um",)
+    CMP_STOCK = "CMP-STOCK", "roughing that stays and would cut into the corrected contour", ("below_um",)
     CMP_READ_BACK = "CMP-READ-BACK", "a written program that, read again, is not what was intended"
 
     # TOL: tolerances and characteristics

@@ -8,14 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.loops.test_contour_under_g42 import touches_on
 from trueloop.domain.limits import Limits
+from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
 from trueloop.jobs.turned.job import read_job
 from trueloop.loops.turned.correction import Inputs
 from trueloop.loops.turned.process_intermittent import compensate
+from trueloop.nc.match.contour import contour_of_program
+from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
 from trueloop.turned.compensation.contour import centre_pieces, shifted_contour
 from trueloop.turned.compensation.shift import sampled
+from trueloop.turned.options import Options
 from trueloop.turned.program.read_back import check_contour
 
 JOB = Path(__file__).parents[2] / "examples" / "facetst" / "job.toml"
@@ -68,6 +73,27 @@ def _not_as_intended() -> None:
     check_contour(path, (0, len(path) - 1), pieces, 0.001)
 
 
+def _roughing_that_stays() -> None:
+    """The part is 0.06 mm too small everywhere, and 0.02 mm are left on its radius."""
+    source = b"""G21 G18 G40 G99
+G00 X60. Z2.
+G71 U2. R0.5
+G71 P10 Q20 U0.04 W0.02 F0.25
+N10 G00 X20.
+G01 Z-10. F0.1
+X40. Z-15.
+N20 Z-45.
+G70 P10 Q20
+M30
+"""
+    program = read_program(source, "fanuc-lathe", "plug.nc")
+    profile = contour_of_program(feed_moves(program.run(roughing=False)), 0.4, lines=(5, 8)).profile
+    touches = touches_on(profile)
+    touches = replace(touches, error_mm=-0.06 + 0.3 * touches.error_mm)
+    options = Options(roughing="stays", by="contour")
+    compensate(Inputs(PartType("plug"), profile, 0.4, program, touches, options, NOW, lines=(5, 8)))
+
+
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.CMP_SIZE: lambda: _limited(Limits(correction_mm=0.001)),
     Code.CMP_SLOPE: lambda: _limited(Limits(slope=1e-6)),
@@ -76,6 +102,7 @@ PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.CMP_TWICE: _twice,
     Code.CMP_OTHER_PROGRAM: _other_program,
     Code.CMP_RAPID: _rapid_along_the_contour,
+    Code.CMP_STOCK: _roughing_that_stays,
     Code.CMP_READ_BACK: _not_as_intended,
 }
 

@@ -10,6 +10,7 @@ from trueloop.turned.fit.options import FitOptions
 
 Arcs: TypeAlias = Literal["auto", "lines", "arcs"]
 By: TypeAlias = Literal["auto", "contour", "offset"]
+Roughing: TypeAlias = Literal["moves", "stays"]
 
 
 @dataclass(frozen=True)
@@ -69,3 +70,12 @@ class Options(FitOptions):
             'whatever it leaves; `"auto"` asks the touches whether an offset is enough.',
         ),
     ] = "auto"
+    roughing: Annotated[
+        Roughing,
+        Option(
+            "programs.roughing",
+            'What a roughing cycle on the corrected contour does: `"moves"` with it, so that the finish cut takes what '
+            'it took when its errors were measured; `"stays"`: cuts what it cut before, and the finishing cycle gets a '
+            "contour of its own.",
+        ),
+    ] = "moves"

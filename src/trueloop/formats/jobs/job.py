@@ -191,6 +191,7 @@ class ToolTable(Table):
         return self
 
 
+@with_options("programs", Options)
 class ProgramsTable(Table):
     """The finish program, and the semi-finish program that the measured surface was cut with."""
 

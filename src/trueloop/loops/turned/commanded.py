@@ -33,9 +33,8 @@ SAMPLES = 257
 
 @dataclass(frozen=True)
 class Run:
-    """How programs are run and read, roughing left out: parameters by name, whether blocks with a slash are executed,
-    and which lines (from, to) of the finish program hold the finish pass, where that is not
-    obvious.
+    """How programs are run and read, as a rule with roughing left out: parameters by name, whether blocks with a slash
+    are executed, and which lines (from, to) of the finish program hold the finish pass, where that is not obvious.
     """
 
     parameters: Mapping[str, float]
@@ -46,6 +45,10 @@ class Run:
         """The nose centre's path as the control drives it under G41 and G42; what keeps it from that, as findings."""
         nose, skipped_blocks = CutterTool(nose_radius_mm, tip=0), self.execute_deleted_blocks
         return program.run(self.parameters, skipped_blocks=skipped_blocks, tools=[nose], strict=False, roughing=False)
+
+    def with_roughing(self, program: Program) -> ToolPath:
+        """The tool path with what roughing cycles cut; what cannot be followed is none of it."""
+        return program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, strict=False)
 
     def of(self, program: Program) -> ToolPath:
         """The tool path of a program. Raises NC errors with the program's file named."""

@@ -203,7 +203,8 @@ def writing(inputs: Inputs, matched: Commanded) -> Writing:
     """What the programs are written from, with the marks that the results carry."""
     machine, options = inputs.machine, inputs.options
     fitting = Fitting(options.chord_tolerance_mm, options.arcs, lines=machine is not None)
-    return Writing(inputs.program, matched, inputs.run, id_of(inputs), fitting, "" if machine is None else machine.mark)
+    mark = "" if machine is None else machine.mark
+    return Writing(inputs.program, matched, inputs.run, id_of(inputs), fitting, mark, options.roughing == "stays")
 
 
 def _composed(

@@ -6,6 +6,8 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.nc.program.program import Block, Program
+from trueloop.nc.program.tool_path import ToolPath
+from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by
 from trueloop.wording import wording
 
 ROUGHING: Final = (71.0, 72.0, 73.0)
@@ -31,10 +33,23 @@ def shared_contour_notes(program: Program, first_block: int, x_before_mm: Array,
         notes.append(
             wording(
                 "The corrected contour does not rise throughout in X any more: a control that demands this of G71 "
-                "refuses to rough on it. Rough with the uncorrected program then, and finish with this one."
+                'refuses to rough on it. `programs.roughing = "stays"` leaves the roughing on the given one.'
             )
         )
     return notes
+
+
+def roughing_stays_notes(program: Program, path: ToolPath, move: int) -> list[str]:
+    """Says which roughing cycle cuts as before, where the one that finishes has a contour of its own."""
+    cycle = finishing_cycle(program, path, move)
+    cycles = [] if cycle is None else roughed_by(program, cycle)
+    return [
+        wording(
+            "The roughing cycle of line {line} cuts what it cut before; the finish pass has a contour of its own.",
+            line=block.line,
+        )
+        for block in cycles
+    ]
 
 
 def _roughs(block: Block) -> bool:

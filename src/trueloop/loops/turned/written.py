@@ -10,12 +10,13 @@ from trueloop.domain.record import ChangedWord, marks_of_record
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.commanded import Commanded, Run
 from trueloop.loops.turned.paths import Paths
-from trueloop.loops.turned.shared_contour import shared_contour_notes
+from trueloop.loops.turned.roughing_stays import require_roughing_stays, then_written_out, with_own_contour
+from trueloop.loops.turned.shared_contour import roughing_stays_notes, shared_contour_notes
 from trueloop.nc.edit.changes import changes
 from trueloop.nc.edit.composed_edits import composed
 from trueloop.nc.edit.edit import Edit, apply_edits
 from trueloop.nc.edit.heading import insert_heading
-from trueloop.nc.expand.expand import written_out
+from trueloop.nc.expand.expand import WrittenOut
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
@@ -47,6 +48,7 @@ class Writing:
     record_id: str
     fitting: Fitting
     composed: str = ""
+    roughing_stays: bool = False
 
     @property
     def mark(self) -> Edit:
@@ -77,8 +79,12 @@ def write_contour(
     the control does says so.
     """
     matched, (before, after) = writing.matched, paths.written
-    targets = _targets(writing, profile, touches, before, after)
-    explicit = written_out(writing.program, matched.path, range(targets.first, targets.last + 2), writing.run.of)
+    own = WrittenOut(writing.program, matched.path, ())
+    if writing.roughing_stays:
+        own = with_own_contour(writing.program, matched.path, matched.cuts[0].move, writing.run)
+    targets = _targets(writing, own, profile, touches, before, after)
+    moves = range(targets.first, targets.last + 2)
+    explicit = then_written_out(writing.program, own, moves, writing.run)
     targets = targets.off(matched.path.end_mm - explicit.path.end_mm)
     with explicit.in_lines_of(writing.program):
         source_edits = corrected_source(explicit.program, explicit.path, targets)
@@ -87,6 +93,8 @@ def write_contour(
     program = writing.reread(source)
     read = _ReadBack(program, writing.run.of(program), explicit.path, targets)
     _require_intended(writing, profile, read, paths)
+    if writing.roughing_stays:
+        require_roughing_stays(writing.run, (writing.program, program), paths.written, matched.resolution_mm)
     return source, changes(writing.program, edits), _notes(writing, read)
 
 
@@ -124,6 +132,8 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
 
 def _notes(writing: Writing, read: _ReadBack) -> list[str]:
     """What to know where a roughing cycle runs on the contour too."""
+    if writing.roughing_stays:
+        return roughing_stays_notes(writing.program, writing.matched.path, read.targets.last)
     first, last, span = read.targets.first, read.targets.last, read.span
     x_before, x_after = read.old.end_mm[first : last + 1, 0], read.path.end_mm[span[0] - 1 : span[1] + 1, 0]
     return shared_contour_notes(writing.program, int(writing.matched.path.block[first]), x_before, x_after)
@@ -137,6 +147,7 @@ def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:
 
 def _targets(
     writing: Writing,
+    own: WrittenOut,
     profile: Profile,
     touches: ErrorVectors,
     before: Sequence[CentrePiece],
@@ -151,9 +162,8 @@ def _targets(
     arcs = replaced_arcs(cuts, [*is_arc, *bent], after, touched, fitting)
     targets = displacements(start, shifts, arcs, [move.index for move in matched.match.run_out])
     edges = [move.index for move in matched.match.between if move.index in is_arc]
-    return led_in(
-        matched.path, Displacements(targets.ends, {**targets.arcs, **_edge_arcs(matched, edges, targets.ends)})
-    )
+    arcs_too = Displacements(targets.ends, {**targets.arcs, **_edge_arcs(matched, edges, targets.ends)})
+    return led_in(own.program, own.path, arcs_too)
 
 
 def _edge_arcs(matched: Commanded, edges: Sequence[int], ends: Mapping[int, Array]) -> dict[int, Replacement]:

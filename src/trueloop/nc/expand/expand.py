@@ -90,7 +90,7 @@ def written_out(
     edits = tuple(edit for block in explicit.edits.values() for edit in block)
     written = program.rewritten(apply_edits(program, edits))
     done = WrittenOut(written, run(written), edits)
-    _require_same(program, path, done)
+    require_same_path(program, path, done)
     return done
 
 
@@ -149,7 +149,7 @@ def _hangs_on_next(program: Program, path: ToolPath, move: int) -> bool:
     return asks_corner(program, path, move) or waits
 
 
-def _require_same(program: Program, path: ToolPath, after: WrittenOut) -> None:
+def require_same_path(program: Program, path: ToolPath, after: WrittenOut) -> None:
     """Refuses a written-out program that is not the same path within rounding."""
     other = after.path
     unknown = [finding for finding in after.program.findings if finding.code in NOT_UNDERSTOOD]

@@ -15,7 +15,7 @@ from trueloop.arrays import Flags
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import ToolPath
-from trueloop.turned.program.contour_start import finishes
+from trueloop.turned.program.contour_cycles import calls_by_name, finishing_cycle
 
 OFF: Final = 40
 ON: Final = frozenset({41, 42})
@@ -117,10 +117,10 @@ def _switch(program: Program, blocks: Iterable[int], codes: Collection[int], see
 
 def _cycle_of_calls(program: Program, path: ToolPath, cut: int) -> _Cycle | None:
     """The G70 that calls the contour by its name; its blocks are those of its moves."""
-    if not finishes(program, path, cut):
+    cycle = finishing_cycle(program, path, cut)
+    if cycle is None or not calls_by_name(program, cycle):
         return None
-    call = path.call[cut]
-    return _Cycle(int(path.calls[call, 0]), frozenset(path.block[path.call == call].tolist()))
+    return _Cycle(cycle.index, frozenset(path.block[path.call == path.call[cut]].tolist()))
 
 
 def _finishing_cycle(program: Program, contour_block: int) -> _Cycle | None:

@@ -2,8 +2,8 @@
 
 Only words of the contour change. A coordinate that a block inherits is written into it where the corrected path needs
 one of its own; a rapid to the start of the contour stays where it was, and a feed move goes the rest of the way. Under
-G41 or G42 such a move, shorter than the nose, would say where the nose is led in: there the rapid ends where the
-corrected contour begins, as it ended on the contour before.
+G41 or G42 such a move, shorter than the nose, would say where the nose is led in, and a roughing cycle would take it
+for a piece of the contour: there the rapid ends where the corrected contour begins, as it did on the contour before.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,6 +19,7 @@ from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
 from trueloop.turned.compensation.targets import EndShift, Replacement
 from trueloop.turned.program.arc_blocks import blocks_for, is_motion, style_of
+from trueloop.turned.program.contour_cycles import calls_by_name, finishing_cycle, roughed_by
 from trueloop.turned.program.contour_start import require_named
 
 AXES = ((0, "X"), (2, "Z"))
@@ -75,7 +76,7 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
         if move in targets.arcs:
             edits += _arc(program, path, move, _ending_at(targets.arcs[move], wanted))
             held = wanted
-        elif path.motion[move] == Motion.RAPID and np.any(delta) and not _is_led_in(path, move):
+        elif path.motion[move] == Motion.RAPID and np.any(delta) and not _is_led_in(program, path, move):
             edits.append(_feed_to(program, path, move, wanted))
             held = wanted
         else:
@@ -84,14 +85,14 @@ def corrected_source(program: Program, path: ToolPath, targets: Displacements) -
     return edits
 
 
-def led_in(path: ToolPath, targets: Displacements) -> Displacements:
-    """The same with the rapid onto a contour under G41 or G42 ending earlier on its first line than the contour begins.
+def led_in(program: Program, path: ToolPath, targets: Displacements) -> Displacements:
+    """The same with the rapid onto a contour under G41 or G42, or one that is roughed too, ending a little earlier.
 
-    By as much as it is displaced across that line, so that it comes no nearer to what lies ahead. Not where its block
-    names one axis alone, as the first block of a contour of G71 does, which must not name the other.
+    By as much as it is displaced across the contour's first line, so that it comes no nearer to what lies ahead. Not
+    where its block names one axis alone, as the first block of a contour of G71 does, which must not name the other.
     """
     move = targets.first
-    if path.motion[move] != Motion.RAPID or not _is_led_in(path, move) or path.motion[move + 1] == Motion.ARC:
+    if path.motion[move] != Motion.RAPID or not _is_led_in(program, path, move) or path.motion[move + 1] == Motion.ARC:
         return targets
     if np.any(path.word[move][[0, 2]] < 0):
         return targets
@@ -101,9 +102,15 @@ def led_in(path: ToolPath, targets: Displacements) -> Displacements:
     return Displacements({**targets.ends, move: delta - across * ahead}, targets.arcs)
 
 
-def _is_led_in(path: ToolPath, move: int) -> bool:
-    """Whether the cut after a rapid is a contour that the control keeps the nose off."""
-    return bool(path.compensation[move + 1] != NO_COMPENSATION)
+def _is_led_in(program: Program, path: ToolPath, move: int) -> bool:
+    """Whether the cut after a rapid is a contour that the control keeps the nose off, or one that roughing reads too.
+
+    To that a feed move would be a piece more, which goes down before it comes out: G71 refuses it.
+    """
+    if path.compensation[move + 1] != NO_COMPENSATION:
+        return True
+    cycle = finishing_cycle(program, path, move)
+    return cycle is not None and not calls_by_name(program, cycle) and bool(roughed_by(program, cycle))
 
 
 def _require_no_arc_after(program: Program, path: ToolPath, targets: Displacements) -> None:

@@ -1,0 +1,124 @@
+"""Roughing that stays where it was: its contour left alone, its passes compared, and what they leave to be cut."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from trueloop.arrays import Array, Flags
+from trueloop.errors import Code, Place, TrueloopError
+from trueloop.loops.turned.commanded import Run
+from trueloop.nc.edit.composed_edits import composed
+from trueloop.nc.edit.edit import apply_edits
+from trueloop.nc.expand.expand import WrittenOut, require_same_path, written_out
+from trueloop.nc.program.along import points_along
+from trueloop.nc.program.program import Program
+from trueloop.nc.program.tool_path import Motion, ToolPath
+from trueloop.turned.compensation.contour import CentrePiece
+from trueloop.turned.program.contour_cycles import roughing_cycles
+from trueloop.turned.program.own_contour import own_contour
+from trueloop.units import UM_PER_MM
+
+SAME_MM: Final = 1e-6
+"""How far a pass of the roughing may lie from where it was."""
+SAMPLES: Final = 401
+SAMPLES_OF_MOVE: Final = 33
+_WAYS: Final = ("start_mm", "end_mm", "centre_mm", "sweep_rad")
+
+
+def with_own_contour(program: Program, path: ToolPath, cut: int, run: Run) -> WrittenOut:
+    """The program in which no roughing cycle runs on the contour that this move cuts.
+
+    Raises NC-EDIT where that cannot be done without changing the path.
+    """
+    edits = tuple(own_contour(program, path, cut))
+    if not edits:
+        return WrittenOut(program, path, ())
+    apart = program.rewritten(apply_edits(program, edits))
+    own = WrittenOut(apart, run.of(apart), edits)
+    require_same_path(program, path, own)
+    return own
+
+
+def then_written_out(program: Program, own: WrittenOut, moves: range, run: Run) -> WrittenOut:
+    """`written_out` of a program that was edited before, with the edits of both."""
+    with own.in_lines_of(program):
+        explicit = written_out(own.program, own.path, moves, run.of)
+    return WrittenOut(explicit.program, explicit.path, tuple(composed(program.source, own.edits, explicit.edits)))
+
+
+def require_roughing_stays(
+    run: Run,
+    programs: tuple[Program, Program],
+    pieces: tuple[Sequence[CentrePiece], Sequence[CentrePiece]],
+    tolerance_mm: float,
+) -> None:
+    """Compares programs before and after, and contours (paths of the nose's centre) before and after.
+
+    Raises NC-EDIT where a pass of the roughing lies elsewhere, and CMP-STOCK where one that stays lies below the
+    corrected contour by more than the tolerance, and further than it lay below the given one.
+    """
+    before, after = (run.with_roughing(program) for program in programs)
+    was, now = (_passes(program, path) for program, path in zip(programs, (before, after), strict=True))
+    if not _same(before, was, after, now):
+        raise _moved(programs[0])
+    cuts = np.flatnonzero(now & (after.motion != Motion.RAPID))
+    if not cuts.size:
+        return
+    shares = np.linspace(0.0, 1.0, SAMPLES_OF_MOVE)
+    points = np.concatenate([points_along(after, np.intp(k), shares) for k in cuts])[:, [0, 2]]
+    given, corrected = (_above_mm(points, of) for of in pieces)
+    below = np.where(corrected < given, -corrected, 0.0)
+    worst = int(np.argmax(below))
+    if below[worst] > tolerance_mm:
+        line = int(after.line[cuts[worst // SAMPLES_OF_MOVE]])
+        raise _too_little(float(below[worst]), points[worst], programs[1], line)
+
+
+def _passes(program: Program, path: ToolPath) -> Flags:
+    """Whether each move is one of a roughing cycle."""
+    return np.isin(path.block, [block.index for block in roughing_cycles(program)])
+
+
+def _same(before: ToolPath, was: Flags, after: ToolPath, now: Flags) -> bool:
+    if not np.array_equal(before.motion[was], after.motion[now]):
+        return False
+    pairs = ((getattr(before, name)[was], getattr(after, name)[now]) for name in _WAYS)
+    return all(np.allclose(one, other, rtol=0.0, atol=SAME_MM, equal_nan=True) for one, other in pairs)
+
+
+def _above_mm(points: Array, pieces: Sequence[CentrePiece]) -> Array:
+    """How far points (n, 2) lie outside of a path of the nose's centre; infinitely beyond its ends."""
+    places, normals = [], []
+    for piece in pieces:
+        s = np.linspace(piece.start_mm, piece.end_mm, SAMPLES)
+        tangent = piece.shifted.tangent(s)
+        places.append(piece.shifted.centre_mm(s))
+        normals.append(np.stack([tangent[:, 1], -tangent[:, 0]], axis=-1))
+    way, normal = np.concatenate(places), np.concatenate(normals)
+    nearest = np.asarray(KDTree(way).query(points)[1])
+    inside = (nearest > 0) & (nearest < len(way) - 1)
+    return np.where(inside, np.sum((points - way[nearest]) * normal[nearest], axis=1), np.inf)
+
+
+def _moved(program: Program) -> TrueloopError:
+    cycle = roughing_cycles(program)[0]
+    return TrueloopError(
+        Code.NC_EDIT,
+        "roughing shall stay where it is, and its passes hang on blocks of the contour that the finishing cycle cuts",
+        hint='write the contour between P and Q without calls, or have `programs.roughing = "moves"`',
+        place=program.place(cycle.start),
+    )
+
+
+def _too_little(below_mm: float, point: Array, program: Program, line: int) -> TrueloopError:
+    below_um = below_mm * UM_PER_MM
+    return TrueloopError(
+        Code.CMP_STOCK,
+        f"the roughing of line {line} of the corrected program stays, and would cut {below_um:.2f} µm below the "
+        f"corrected contour at x {point[0]:.4f} mm (radius), z {point[1]:.4f} mm",
+        hint='leave more on with U and W of the roughing cycle, or have `programs.roughing = "moves"`',
+        place=Place(program.file),
+        values={"below_um": below_um},
+    )
