@@ -12,6 +12,8 @@ SETUP := $(VENV)/.ready
 RUST_SOURCES := $(shell find crates -name '*.rs' -o -name Cargo.toml) Cargo.toml Cargo.lock
 WEB_SOURCES := $(shell find web -path web/node_modules -prune -o -type f -print)
 PAGES := src/trueloop/pages/index.html
+MANUAL := src/trueloop/manual/index.html
+MANUAL_SOURCES := $(wildcard docs/* docs/*/* scripts/manual/* scripts/manual/*/*) ARCHITECTURE.md CHANGELOG.md CONTRIBUTING.md
 PART ?= modbas2
 
 # One more than there are cores: tests that wait for LinuxCNC or a browser leave theirs to another.
@@ -23,7 +25,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # Tests run side by side: threads of the linear algebra under them would only get in each other's way.
 test test-corpus: export OMP_NUM_THREADS := 1
 
-.PHONY: help demo demo-surface demo-memory demo-realtime web test test-corpus check format bench fuzz miri setup clean
+.PHONY: help demo demo-surface demo-memory demo-realtime docs web test test-corpus check format bench fuzz miri setup clean
 
 help: ## list the targets
 	@awk -F':.*## ' '/^[a-z-]+:.*## / { printf "  %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -53,6 +55,11 @@ $(PAGES): $(WEB_SOURCES)
 
 web: $(PAGES) ## the pages of the service, built with Node into src/trueloop/pages
 
+$(MANUAL): $(SETUP) $(MANUAL_SOURCES)
+	@$(RUN)python -m scripts.manual
+
+docs: $(MANUAL) ## the manual as a site that `trueloop docs` shows, built into src/trueloop/manual
+
 demo: $(SETUP) ## the main job: touches of a semi-finished part to a corrected finish program, in out/
 	@$(RUN)trueloop demo $(PART)
 
@@ -66,7 +73,7 @@ demo-realtime: $(SETUP) ## LinuxCNC turns a part on a virtual lathe that warms u
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev
 	@OMP_NUM_THREADS=2 $(RUN)trueloop realtime demo
 
-test: $(SETUP) $(PAGES) ## every test that needs no files from outside; installs what of Debian is needed where it may
+test: $(SETUP) $(PAGES) $(MANUAL) ## every test that needs no files from outside; installs what of Debian is needed where it may
 	@scripts/debian-packages.sh linuxcnc-uspace linuxcnc-uspace-dev chromium libgl1 libx11-6 postgresql mosquitto
 	cargo test --quiet --locked --workspace --exclude trueloop-python --tests
 	$(RUN)python -m pytest -n $(WORKERS) --dist worksteal -m 'not corpus'
@@ -105,4 +112,4 @@ miri: ## the real-time core, its C interface among it, under miri, which is inst
 	cargo +nightly miri test --quiet --locked --target-dir target/miri --package rtec --features c-library
 
 clean: ## remove everything that can be made again
-	rm -rf $(VENV) target out build .*_cache .hypothesis web/node_modules src/trueloop/pages
+	rm -rf $(VENV) target out build .*_cache .hypothesis web/node_modules src/trueloop/pages src/trueloop/manual

@@ -407,7 +407,7 @@ class Code(StrEnum):
     # SRV: the service
     SRV_TLS = "SRV-TLS", "a service that others could reach without encryption", ("host",)
     SRV_PACKAGE = "SRV-PACKAGE", "a package that the service needs and that is not installed", ("package",)
-    SRV_ADDRESS = "SRV-ADDRESS", "an address or port that the service cannot listen at", ("host", "port")
+    SRV_ADDRESS = "SRV-ADDRESS", "an address or port that the service or the manual cannot listen at", ("host", "port")
     SRV_SIGN_IN = "SRV-SIGN-IN", "a request of nobody: no session, or one that has ended"
     SRV_LOGIN = "SRV-LOGIN", "a name or password that is wrong, or an account that is disabled"
     SRV_DELAY = "SRV-DELAY", "too many attempts or connections", ("retry_after_s",)
@@ -431,6 +431,7 @@ class Code(StrEnum):
         ("length", "shortest"),
     )
     SRV_KEYS = "SRV-KEYS", "a key that cannot be made or is not there"
+    SRV_MANUAL = "SRV-MANUAL", "a manual that did not come with the package"
     SRV_INTERNAL = "SRV-INTERNAL", "a fault of the service", ("number",)
 
     # RTC: real-time correction. Images

@@ -3,12 +3,13 @@
 import asyncio
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from unittest.mock import patch
 
 from starlette.requests import Request
 
 from trueloop.errors import Code
-from trueloop.server import cursors, etags, once, problems
+from trueloop.server import cursors, etags, manual, once, problems
 from trueloop.server.access import ADMIN, require
 from trueloop.server.gates import too_large
 from trueloop.server.guarded import asked_of, require_origin
@@ -62,6 +63,7 @@ def _login() -> None:
 PRODUCERS: dict[Code, Callable[[], object]] = {
     Code.SRV_TLS: lambda: require_safe(Listening("0.0.0.0")),
     Code.SRV_PACKAGE: _missing,
+    Code.SRV_MANUAL: lambda: manual.require_built(Path("not-built")),
     Code.SRV_ADDRESS: lambda: listen(Listening("192.0.2.1", 8080)),  # an address for documents, no machine's
     Code.SRV_SIGN_IN: lambda: sessions.of_cookie(_store(), Settings(), "x", AT),
     Code.SRV_LOGIN: _login,

@@ -63,6 +63,8 @@ def test_the_wheel_holds_every_module_example_and_type_the_core_and_the_licence(
     pages = {f"trueloop/pages/{name}" for name in ("index.html", "icon.svg", "licences.txt", "manifest.json")}
     assert pages <= held, "the pages were not built: make web"
     assert any(name.startswith("trueloop/pages/assets/") and name.endswith(".js") for name in held)
+    manual = {f"trueloop/manual/{name}" for name in ("index.html", "search.html", "search-index.js", "first-part.html")}
+    assert manual <= held, "the manual was not built: make docs"
     types = {"trueloop/__init__.pyi", "trueloop/_core.pyi", "trueloop/py.typed"}
     assert modules | types | {"trueloop/_core.abi3.so"} <= held
     assert any(name.endswith("dist-info/licenses/LICENSE") for name in held)

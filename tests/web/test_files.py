@@ -4,10 +4,11 @@ from hashlib import sha256
 
 from playwright.sync_api import expect
 
+from tests.support.axe import findings
 from tests.support.factory import Shop
 from tests.support.served import NARROW, WIDE, Browsing, Window
 from tests.web.test_decide import own, shop
-from tests.web.test_pages import SMALL, WIDER, findings
+from tests.web.test_pages import SMALL, WIDER
 from trueloop.domain.inspection import Inspection
 from trueloop.domain.program import Program
 from trueloop.storage.store import find

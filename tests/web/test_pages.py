@@ -2,14 +2,13 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
+from tests.support.axe import findings
 from tests.support.full_shop import SCRIPT
-from tests.support.served import NARROW, WIDE, Browsing, Window
+from tests.support.served import NARROW, WIDE, Browsing
 
-AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 FINGER_PX = 48
 PAGES = (
     "/",
@@ -34,13 +33,6 @@ SMALL = """() => [...document.querySelectorAll('a, button, input, select, textar
     .filter(([, box]) => box.width < SIZE - 0.5 || box.height < SIZE - 0.5)
     .map(([html, box]) => `${box.width} x ${box.height}: ${html}`)""".replace("SIZE", str(FINGER_PX))
 WIDER = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
-
-
-def findings(window: Window) -> list[str]:
-    """What axe finds against WCAG 2.2 AA and good practice."""
-    window.page.evaluate(AXE.read_text(encoding="utf-8"))
-    found: dict[str, Any] = window.page.evaluate("async () => await axe.run()")
-    return [f"{one['id']}: {[node['html'][:160] for node in one['nodes'][:3]]}" for one in found["violations"]]
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])

@@ -10,6 +10,7 @@ from trueloop.cli import key, offsets, probe, record, user
 from trueloop.cli.cell import commands as cell
 from trueloop.cli.db import commands as db
 from trueloop.cli.diagnose import commands as diagnose
+from trueloop.cli.docs import docs
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.link import commands as link
@@ -72,6 +73,7 @@ app.add_typer(user.app, name="user")
 app.add_typer(key.app, name="key")
 app.add_typer(cell.app, name="cell")
 app.command()(explain)
+app.command()(docs)
 
 
 def _print_version(wanted: bool) -> None:

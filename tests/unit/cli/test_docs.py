@@ -89,6 +89,7 @@ COMMANDS = (
     "cell status",
     "cell arm",
     "explain",
+    "docs",
     "simulate",
     "linuxcnc loop",
     "machine fit",

@@ -1,0 +1,5 @@
+"""`python -m scripts.manual`: writes the site into src/trueloop/manual."""
+
+from scripts.manual.site import PLACE, ROOT, write
+
+print(f"{write()} files in {PLACE.relative_to(ROOT)}")

@@ -1,0 +1,48 @@
+"""Which pages the manual has, and in which order: the lists of docs/index.md."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+ROOT: Final = Path(__file__).parents[2]
+INDEX: Final = ROOT / "docs" / "index.md"
+GROUP: Final = re.compile(r"^## (.+)$")
+ENTRY: Final = re.compile(r"^- \[(.+?)\]\(([^)]+\.md)\)")
+
+
+@dataclass(frozen=True)
+class Page:
+    """A Markdown file and the name by which lists call it."""
+
+    source: Path
+    title: str
+
+    @property
+    def address(self) -> str:
+        """Its file in the site; all stand in one folder."""
+        return f"{self.source.stem.lower()}.html"
+
+
+@dataclass(frozen=True)
+class Group:
+    """Pages for one kind of reader."""
+
+    title: str
+    pages: tuple[Page, ...]
+
+
+def groups(index: str | None = None) -> tuple[Group, ...]:
+    """The headings of the index with the pages below each."""
+    found: list[tuple[str, list[Page]]] = []
+    for line in (INDEX.read_text(encoding="utf-8") if index is None else index).splitlines():
+        if heading := GROUP.match(line):
+            found.append((heading[1], []))
+        elif entry := ENTRY.match(line):
+            found[-1][1].append(Page((INDEX.parent / entry[2]).resolve(), entry[1]))
+    return tuple(Group(title, tuple(pages)) for title, pages in found)
+
+
+def pages() -> tuple[Page, ...]:
+    """The index, and all pages that it lists."""
+    return (Page(INDEX, "Manual"), *(page for group in groups() for page in group.pages))

@@ -1,0 +1,41 @@
+"""The site, file by file: a value first, then written whole."""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Final
+
+from scripts.manual import layout
+from scripts.manual.contents import ROOT, groups, pages
+from scripts.manual.links import Files, redirect
+from scripts.manual.markdown import headings, html_of, tokens_of
+from scripts.manual.search_index import entries
+
+ASSETS: Final = Path(__file__).parent / "assets"
+PLACE: Final = ROOT / "src" / "trueloop" / "manual"
+
+
+def site() -> dict[str, bytes]:
+    """Every file of the site by its name. Raises DeadLinkError."""
+    lists, files = groups(), Files({one.source: one for one in pages()})
+    made, places = {}, []
+    for one in pages():
+        tokens = tokens_of(one.source.read_text(encoding="utf-8"))
+        redirect(tokens, one.source, files)
+        places += list(entries(one.title, one.address, tokens))
+        made[one.address] = layout.page(one, html_of(tokens), headings(tokens), lists).encode()
+    made["search.html"] = layout.search(lists).encode()
+    rows = [place.as_list() for place in places if place.text]
+    made["search-index.js"] = f"const PLACES = {json.dumps(rows, ensure_ascii=False)};\n".encode()
+    copied = files.copied | {file.name: file for file in ASSETS.iterdir()}
+    return made | {name: file.read_bytes() for name, file in copied.items()}
+
+
+def write(folder: Path = PLACE) -> int:
+    """Writes the site into a folder of its own, and takes away what stood there."""
+    made = site()
+    shutil.rmtree(folder, ignore_errors=True)
+    for name, content in made.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return len(made)

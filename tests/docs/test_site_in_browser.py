@@ -1,0 +1,79 @@
+"""The manual in a real browser: readable narrow and wide, light and dark; the search finds what it should."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from scripts.manual.contents import pages
+from tests.support.axe import findings
+from tests.support.manual import served_manual
+from tests.support.served import NARROW, WIDE, Browsing, Window, browsing
+
+WIDER = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
+TELLING = ("index.html", "first-part.html", "job-file.html", "dialects.html", "search.html?q=wear+offset")
+"""Pages that hold all that a page can hold: lists, code, tables, pictures, what a search found."""
+
+
+@pytest.fixture(scope="module")
+def shown(manual: Path) -> Iterator[Browsing]:
+    with served_manual(manual) as address, browsing(address) as found:
+        yield found
+
+
+def go(window: Window, page: str) -> None:
+    window.page.goto(window.address + page)
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("size", [NARROW, WIDE], ids=["narrow", "wide"])
+def test_axe_finds_nothing(shown: Browsing, dark: bool, size: tuple[int, int]) -> None:
+    with shown.window(dark=dark, size=size) as window:
+        for page in TELLING:
+            go(window, page)
+            assert findings(window) == [], page
+        assert window.complaints == []
+
+
+def test_no_page_is_wider_than_a_telephone_or_complained_of(shown: Browsing) -> None:
+    with shown.window(size=NARROW) as window:
+        for page in pages():
+            go(window, page.address)
+            assert window.page.evaluate(WIDER) <= 0, page.address
+        assert window.complaints == []
+
+
+@pytest.mark.parametrize(
+    ("words", "page", "holds"),
+    [
+        ("diameter or radius", "", "diameter"),
+        ("G41", "", "G41"),
+        ("wear offset", "", "wear offset"),
+        ("CMP-TWICE", "errors.html#row-cmp-twice", "CMP-TWICE"),
+        ("coverage", "", "coverage"),
+        ("cut_to_cut_um", "job-file.html#row-cut_to_cut_um", "cut_to_cut_um"),
+        ("--supersede", "cli.html#row---supersede", "--supersede"),
+        ("aufmass", "report.html", "Aufmaß"),
+    ],
+)
+def test_the_search_finds(shown: Browsing, words: str, page: str, holds: str) -> None:
+    """First what is named so; where a word stands in many places, places that hold it."""
+    with shown.window() as window:
+        go(window, "index.html")
+        window.page.keyboard.press("/")
+        window.page.keyboard.type(words)
+        window.page.keyboard.press("Enter")
+        found = window.page.locator("#found li")
+        found.first.wait_for()
+        assert holds.lower() in found.first.inner_text().lower()
+        assert (found.first.locator("a").get_attribute("href") or "").startswith(page)
+        found.first.locator("a").click()
+        window.page.locator("main h1").wait_for()
+        assert window.complaints == []
+
+
+def test_words_that_are_nowhere_are_not_found(shown: Browsing) -> None:
+    with shown.window() as window:
+        go(window, "search.html?q=<img src=x onerror=alert(1)>zzqx")
+        assert window.page.locator("#count").inner_text() == "0 places."
+        assert window.page.locator("main img").count() == 0 and window.complaints == []
