@@ -79,3 +79,66 @@ def turned(features: Sequence[Feature], bore_mm: float = 0.0, place: Any = None)
     move = gp_Trsf()
     move.SetTransformation(place, gp_Ax3())
     return BRepBuilderAPI_Transform(solid, move).Shape()
+
+
+def revolved(section: Sequence[Point | tuple[Point, Point]], place: Any = None) -> Any:
+    """The solid of a closed section, (x, z): straight to each point, or, of a pair, round through the first to the
+    second; it starts at the last.
+    """
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeEdge,
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakeWire,
+        BRepBuilderAPI_Transform,
+    )
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
+    from OCP.GC import GC_MakeArcOfCircle
+    from OCP.gp import gp_Ax1, gp_Ax3, gp_Dir, gp_Pnt, gp_Trsf
+
+    wire, at = BRepBuilderAPI_MakeWire(), _end(section[-1])
+    for step in section:
+        middle, end = step if isinstance(step[0], tuple) else (None, step)
+        here, there = gp_Pnt(at[0], 0.0, at[1]), gp_Pnt(end[0], 0.0, end[1])
+        if middle is None:
+            wire.Add(BRepBuilderAPI_MakeEdge(here, there).Edge())
+        else:
+            arc = GC_MakeArcOfCircle(here, gp_Pnt(middle[0], 0.0, middle[1]), there).Value()
+            wire.Add(BRepBuilderAPI_MakeEdge(arc).Edge())
+        at = _end(step)
+    face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
+    solid = BRepPrimAPI_MakeRevol(face, gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1))).Shape()
+    if place is None:
+        return solid
+    move = gp_Trsf()
+    move.SetTransformation(place, gp_Ax3())
+    return BRepBuilderAPI_Transform(solid, move).Shape()
+
+
+def _end(step: Any) -> Point:
+    x, z = step[1] if isinstance(step[0], tuple) else step
+    return x, z
+
+
+def without(solid: Any, *tools: Any) -> Any:
+    """The solid less others."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
+    for tool in tools:
+        solid = BRepAlgoAPI_Cut(solid, tool).Shape()
+    return solid
+
+
+def drill(at: tuple[float, float, float], along: tuple[float, float, float], radius: float, deep: float) -> Any:
+    """A cylinder to cut with."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*at), gp_Dir(*along)), radius, deep).Shape()
+
+
+def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Any:
+    """A box between two corners."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Pnt
+
+    return BRepPrimAPI_MakeBox(gp_Pnt(*low), gp_Pnt(*high)).Shape()

@@ -166,7 +166,27 @@ def surface_to_bytes(surface: Surface, ending: str, description: str, loops: Seq
 
 def read_shape(path: Path) -> Any:
     """All that a STEP or IGES file holds, as one shape of the kernel. Raises as `read_faces`."""
+    occ, ending = kernel(), _checked_ending(path)
+    reader = occ.StepReader() if ending in STEP else occ.IgesReader()
+    if reader.ReadFile(str(path)) != occ.DONE or not reader.TransferRoots() or reader.OneShape().IsNull():
+        raise _unreadable(path)
+    return reader.OneShape()
+
+
+def read_document(path: Path) -> Any:
+    """All that a STEP file holds as the kernel's document: shapes, names, tolerances. Raises as `read_faces`."""
     occ = kernel()
+    _checked_ending(path)
+    document, reader = occ.Document(occ.Text("XCAF")), occ.DocumentReader()
+    reader.SetNameMode(True)
+    reader.SetGDTMode(True)
+    if reader.ReadFile(str(path)) != occ.DONE or not reader.Transfer(document):
+        raise _unreadable(path)
+    return document
+
+
+def _checked_ending(path: Path) -> str:
+    """The ending of a file that is there and whose format is known."""
     if not path.is_file():
         raise TrueloopError(
             Code.SRF_CAD, f"no file {path.name!r}", hint="look at the path in the job", place=Place(str(path))
@@ -174,15 +194,17 @@ def read_shape(path: Path) -> Any:
     ending = path.suffix.lower()
     if ending not in STEP | IGES:
         raise _unknown_ending(path)
-    reader = occ.StepReader() if ending in STEP else occ.IgesReader()
-    if reader.ReadFile(str(path)) != occ.DONE or not reader.TransferRoots() or reader.OneShape().IsNull():
-        raise TrueloopError(
-            Code.SRF_CAD,
-            f"{path.name!r} cannot be read as {'STEP' if ending in STEP else 'IGES'}, or holds no surface",
-            hint="export it again as STEP AP214 or AP242, with surfaces",
-            place=Place(str(path)),
-        )
-    return reader.OneShape()
+    return ending
+
+
+def _unreadable(path: Path) -> TrueloopError:
+    form = "STEP" if path.suffix.lower() in STEP else "IGES"
+    return TrueloopError(
+        Code.SRF_CAD,
+        f"{path.name!r} cannot be read as {form}, or holds no surface",
+        hint="export it again as STEP AP214 or AP242, with surfaces",
+        place=Place(str(path)),
+    )
 
 
 def _unknown_ending(path: Path) -> TrueloopError:

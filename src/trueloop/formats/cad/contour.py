@@ -1,0 +1,190 @@
+"""Pieces of a section, their material on the right, chained to contours: the outside, and what goes into the part."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from trueloop.formats.cad.axis import WITHIN_MM
+from trueloop.formats.cad.dxf_outline import cut_at
+from trueloop.geometry.feature import Arc, Feature, Line, Point
+from trueloop.geometry.intersection import intersections
+
+Side: TypeAlias = Literal["outside", "inside"]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a meridian, its material on the right, which there is at `share` of the angles about the axis."""
+
+    feature: Feature
+    is_chord: bool = False
+    share: float = 1.0
+
+
+@dataclass(frozen=True)
+class Contour:
+    """A chain of pieces along the outside or a bore, in the direction of travel: the material is on the right.
+
+    `body` is the name of its solid. An end is open where what is not turned cuts the chain off: `open_at`.
+    """
+
+    side: Side
+    pieces: tuple[Piece, ...]
+    body: str
+    open_at: tuple[Point, ...] = ()
+    by_most: bool = False
+
+    @property
+    def ends(self) -> tuple[Point, Point]:
+        """Where it begins and ends."""
+        return self.pieces[0].feature.start_mm, self.pieces[-1].feature.end_mm
+
+
+def chained(pieces: Sequence[Piece], body: str) -> list[Contour]:
+    """The contours of pieces in any order; an end between the ends of the part and off the axis is open."""
+    if not pieces:
+        return []
+    z = [value for piece in pieces for value in _extent(piece.feature)]
+    chains = _chains([part for piece in pieces for part in _at_extremes(piece, min(z), max(z))])
+    return [found for chain in chains for found in _sides(chain, min(z), max(z), body)]
+
+
+def _extent(feature: Feature) -> tuple[float, float]:
+    """The lowest and the highest z of a feature."""
+    ends = [feature.start_mm[1], feature.end_mm[1]]
+    if isinstance(feature, Arc):
+        ends += [z for x, z in _poles(feature)]
+    return min(ends), max(ends)
+
+
+def _poles(arc: Arc) -> Iterator[Point]:
+    """Where an arc runs across: at the lowest and the highest z of its circle, as far as it reaches them."""
+    (x, z), radius = arc.centre_mm, arc.radius_mm
+    for pole in ((x, z - radius), (x, z + radius)):
+        if WITHIN_MM < float(arc.locate(pole)[0]) < arc.length_mm - WITHIN_MM:
+            yield pole
+
+
+def crossing(contours: Sequence[Contour]) -> Point | None:
+    """Where two pieces of a section cross between their ends, as those of a solid never do."""
+    features = [piece.feature for one in contours for piece in one.pieces if not piece.is_chord]
+    for a, b in combinations(features, 2):
+        for point in intersections(a, b):
+            along = [(float(feature.locate(point)[0]), feature.length_mm) for feature in (a, b)]
+            if all(WITHIN_MM < s < length - WITHIN_MM for s, length in along):
+                return point
+    return None
+
+
+def _at_extremes(piece: Piece, low: float, high: float) -> list[Piece]:
+    if not isinstance(piece.feature, Arc):
+        return [piece]
+    at = [pole for pole in _poles(piece.feature) if min(abs(pole[1] - low), abs(pole[1] - high)) < WITHIN_MM]
+    return [replace(piece, feature=part) for part in cut_at(piece.feature, at, WITHIN_MM)]
+
+
+def _chains(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
+    """Pieces put head to tail, those first that nothing leads to; where several lead on, by the sharpest turn to the
+    right, which keeps to the same material.
+    """
+    left = list(range(len(pieces)))
+    ends = np.array([piece.feature.end_mm for piece in pieces])
+    starts = np.array([piece.feature.start_mm for piece in pieces])
+    meets = np.linalg.norm(ends[:, None] - starts[None], axis=-1) <= 2 * WITHIN_MM
+    left.sort(key=lambda k: bool(meets[:, k].any()))
+    while left:
+        chain = [left.pop(0)]
+        while True:
+            onward = [k for k in left if meets[chain[-1], k]]
+            if not onward:
+                break
+            chain.append(_rightmost(pieces, chain[-1], onward))
+            left.remove(chain[-1])
+        yield [pieces[k] for k in chain]
+
+
+def _rightmost(pieces: Sequence[Piece], last: int, onward: Sequence[int]) -> int:
+    return max(onward, key=lambda k: _right(pieces[last].feature, pieces[k].feature))
+
+
+def _right(before: Feature, after: Feature) -> float:
+    """How far one turns to the right, rad."""
+    arriving, leaving = before.tangent(before.length_mm), after.tangent(0.0)
+    across = arriving[0] * leaving[1] - arriving[1] * leaving[0]
+    return math.atan2(float(across), float(arriving @ leaving))
+
+
+def _sides(chain: Sequence[Piece], low: float, high: float, body: str) -> Iterator[Contour]:
+    """The outside of a chain is what it runs along from the chuck end to the last it touches of the free end."""
+    closed = math.dist(chain[0].feature.start_mm, chain[-1].feature.end_mm) <= 2 * WITHIN_MM
+    chain = _from_low(chain, low, high) if closed else chain
+    first, last = _outside(chain, low, high)
+    for side, part in (("inside", chain[:first]), ("outside", chain[first:last]), ("inside", chain[last:])):
+        if part:
+            yield _contour(side, _joined(part), (low, high), body)  # type: ignore[arg-type]
+
+
+def _outside(chain: Sequence[Piece], low: float, high: float) -> tuple[int, int]:
+    lows = [k for k, piece in enumerate(chain) if abs(piece.feature.start_mm[1] - low) < WITHIN_MM]
+    lows += [len(chain)] if abs(chain[-1].feature.end_mm[1] - low) < WITHIN_MM else []
+    highs = [0] if abs(chain[0].feature.start_mm[1] - high) < WITHIN_MM else []
+    highs += [k for k, piece in enumerate(chain, 1) if abs(piece.feature.end_mm[1] - high) < WITHIN_MM]
+    if not lows and not highs:
+        rises = chain[-1].feature.end_mm[1] > chain[0].feature.start_mm[1]
+        return (0, len(chain)) if rises else (0, 0)
+    last = max(highs, default=len(chain))
+    before = [k for k in lows if k <= last]
+    return min(before, default=0), last
+
+
+def _from_low(chain: Sequence[Piece], low: float, high: float) -> list[Piece]:
+    """A closed chain begun where the way back from the free end first touches the chuck end again."""
+    came_from, begin = "", 0
+    for k in [*range(len(chain)), *range(len(chain))]:
+        z = chain[k].feature.start_mm[1]
+        at = "low" if abs(z - low) < WITHIN_MM else "high" if abs(z - high) < WITHIN_MM else ""
+        if at == "low" and came_from == "high":
+            begin = k
+        came_from = at or came_from
+    return [*chain[begin:], *chain[:begin]]
+
+
+def _contour(side: Side, pieces: Sequence[Piece], extremes: tuple[float, float], body: str) -> Contour:
+    ends = (pieces[0].feature.start_mm, pieces[-1].feature.end_mm)
+    cavity = math.dist(*ends) <= 2 * WITHIN_MM
+    open_at = tuple(
+        (x, z) for x, z in ends if x > WITHIN_MM and min(abs(z - at) for at in extremes) > WITHIN_MM and not cavity
+    )
+    return Contour(side, tuple(pieces), body, open_at)
+
+
+def _joined(pieces: Sequence[Piece]) -> list[Piece]:
+    """Pieces of one line or one circle that follow each other made one."""
+    found = [pieces[0]]
+    for piece in pieces[1:]:
+        one = _one(found[-1], piece)
+        found[-1:] = [one] if one else [found[-1], piece]
+    return found
+
+
+def _one(first: Piece, second: Piece) -> Piece | None:
+    a, b, share = first.feature, second.feature, max(first.share, second.share)
+    if first.is_chord or second.is_chord or math.dist(a.end_mm, b.start_mm) > 2 * WITHIN_MM:
+        return None
+    if isinstance(a, Line) and isinstance(b, Line):
+        whole = replace(a, end_mm=b.end_mm)
+        return (
+            Piece(whole, share=share)
+            if abs(float(whole.locate(a.end_mm)[1])) < WITHIN_MM and _right(a, b) < 1
+            else None
+        )
+    if isinstance(a, Arc) and isinstance(b, Arc):
+        apart = math.dist(a.centre_mm, b.centre_mm) + abs(a.radius_mm - b.radius_mm)
+        same = apart < WITHIN_MM and a.sweep_rad * b.sweep_rad > 0
+        whole_arc = replace(a, end_mm=b.end_mm, sweep_rad=a.sweep_rad + b.sweep_rad)
+        return Piece(whole_arc, share=share) if same else None
+    return None

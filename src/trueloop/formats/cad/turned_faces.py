@@ -1,0 +1,190 @@
+"""What each turned face of a solid leaves in a half plane through the axis."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any, Final
+
+import numpy as np
+
+from trueloop.arrays import Array
+from trueloop.formats.cad.axis import HAS_AXIS, PARALLEL, WITHIN_MM, Axis, xyz
+from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.step import CadFace
+from trueloop.geometry.feature import Arc, Feature, Line, Point
+
+SAMPLES: Final = 65
+"""Places of an edge among which the nearest to the axis and the farthest are sought."""
+
+
+@dataclass(frozen=True, eq=False)
+class Meridian:
+    """What turned about the axis makes a face, its material on the right: a line or an arc; of any other curve the
+    chord, with the curve's own `middle`.
+    """
+
+    face: CadFace
+    feature: Feature
+    middle: Point | None = None
+
+    @property
+    def is_chord(self) -> bool:
+        """Whether the curve is neither a line nor an arc."""
+        return self.middle is not None
+
+    @property
+    def middle_mm(self) -> Point:
+        """The place half way along it."""
+        if self.middle is not None:
+            return self.middle
+        x, z = self.feature.point_mm(self.feature.length_mm / 2)
+        return float(x), float(z)
+
+
+def meridians(face: CadFace, axis: Axis) -> list[Meridian]:
+    """The face's curve in a half plane through the axis, as far as the face reaches; none where it is not turned."""
+    return [_with_material_right(one, axis) for one in _curves(face, axis)]
+
+
+def has_place(face: CadFace, place: Array) -> bool:
+    """Whether a place of its surface lies on the face, within its edges."""
+    occ = kernel()
+    at = occ.Pnt(*place.tolist())
+    found = occ.SurfacePlaces(occ.surface_of(face.handle)).ValueOfUV(at, WITHIN_MM)
+    return bool(occ.FaceClassifier(face.handle, found, PARALLEL).State() == occ.IN)
+
+
+def _with_material_right(one: Meridian, axis: Axis) -> Meridian:
+    """The face's own normal, out of the material, must be on the left."""
+    occ, half = kernel(), one.feature.length_mm / 2
+    at = axis.at(one.middle_mm, 0.0)
+    surface = occ.surface_of(one.face.handle)
+    uv = occ.SurfacePlaces(surface).ValueOfUV(occ.Pnt(*at.tolist()), WITHIN_MM)
+    normal = xyz(occ.Differential(surface, uv.X(), uv.Y(), 1, PARALLEL).Normal())
+    x, z = one.feature.outward_normal(half)
+    out = float(normal @ (axis.at((float(x), float(z)), 0.0) - axis.origin))
+    out *= -1 if one.face.handle.Orientation() == occ.REVERSED else 1
+    return one if out > 0 else replace(one, feature=one.feature.reversed())
+
+
+def _curves(face: CadFace, axis: Axis) -> list[Meridian]:
+    surface = kernel().surface_of(face.handle)
+    if face.kind == "Plane":
+        turned = axis.is_parallel(surface.Axis().Direction())
+        return list(_of_plane(face, axis)) if turned else []
+    if face.kind == "SphericalSurface":
+        centre = surface.Location()
+        return list(_of_sphere(face, axis, centre, surface.Radius())) if axis.flat(centre)[0] < WITHIN_MM else []
+    if face.kind in HAS_AXIS and axis.is_of(surface.Axis().Location(), surface.Axis().Direction()):
+        return _of_turned(face, axis, surface)
+    return []
+
+
+def run_on(curves: Sequence[Meridian], features: Sequence[Feature]) -> list[int]:
+    """Which lines and arcs of a section run along one of these curves, or along a part of one."""
+    found = []
+    for k, feature in enumerate(features):
+        for one in curves:
+            shares = np.linspace(0.0, 1.0, 11)[1:-1]
+            along, aside = feature.locate(one.feature.point_mm(shares * one.feature.length_mm))
+            if np.any((np.abs(aside) < WITHIN_MM) & (along > 0) & (along < feature.length_mm)):
+                found.append(k)
+                break
+    return found
+
+
+def rings(face: CadFace, axis: Axis) -> Iterator[Point]:
+    """(x, z) of the edges that are circles about the axis, whole or in part."""
+    for curve in _edges(face):
+        if curve.GetType() == kernel().CIRCLE:
+            circle = curve.Circle()
+            if axis.is_of(circle.Location(), circle.Axis().Direction()):
+                yield circle.Radius(), axis.flat(circle.Location())[1]
+
+
+def edge_places(face: CadFace, axis: Axis) -> Iterator[Point]:
+    """(x, z) of places along the edges of a face."""
+    for curve in _edges(face):
+        yield from _places(curve, axis)
+
+
+def _places(curve: Any, axis: Axis) -> list[Point]:
+    share = np.linspace(curve.FirstParameter(), curve.LastParameter(), SAMPLES)
+    return axis.flattened([curve.Value(t) for t in share.tolist()])
+
+
+def _of_plane(face: CadFace, axis: Axis) -> Iterator[Meridian]:
+    """From the axis outwards, cut where one of its loops is nearest to the axis or farthest from it."""
+    radii, z = {0.0}, 0.0
+    for curve in _edges(face):
+        places = _places(curve, axis)
+        z = places[0][1]
+        radii |= {min(x for x, _ in places), max(x for x, _ in places)}
+    for inner, outer in pairwise(_apart(radii)):
+        yield Meridian(face, Line("", (inner, z), (outer, z)))
+
+
+def _of_sphere(face: CadFace, axis: Axis, centre: Any, radius: float) -> Iterator[Meridian]:
+    """From pole to pole, cut at its circles about the axis."""
+    z = axis.flat(centre)[1]
+    angles = {math.atan2(x, at - z) for x, at in rings(face, axis)}
+    for low, high in pairwise(_apart({0.0, math.pi, *angles})):
+        ends = [(radius * math.sin(angle), z + radius * math.cos(angle)) for angle in (high, low)]
+        yield Meridian(face, Arc("", ends[0], ends[1], (0.0, z), high - low))
+
+
+def _of_turned(face: CadFace, axis: Axis, surface: Any) -> list[Meridian]:
+    occ = kernel()
+    u, _, low, high = occ.uv_bounds(face.handle)
+    curve = occ.FreeCurve(surface.UIso(u), low, high)
+    start, middle, end = (axis.flat(curve.Value(t)) for t in (low, (low + high) / 2, high))
+    chord = Line("", start, end)
+    if curve.GetType() == occ.LINE:
+        feature: Line | Arc = chord
+    elif curve.GetType() == occ.CIRCLE:
+        feature = _arc(curve, axis, (start, middle, end), high - low)
+    else:
+        return [Meridian(face, chord, middle)]
+    if feature.length_mm <= WITHIN_MM:
+        return []
+    bent = math.dist(feature.point_mm(feature.length_mm / 2), middle) > WITHIN_MM  # drawn aside of the half plane
+    return [Meridian(face, chord, middle) if bent else Meridian(face, feature)]
+
+
+def _arc(curve: Any, axis: Axis, places: tuple[Point, Point, Point], sweep_rad: float) -> Arc:
+    """Whether the middle lies to the left or to the right of the chord says which way the arc turns; half circles too,
+    and of full circles a quarter of it.
+    """
+    (x0, z0), middle, end = places
+    if sweep_rad > 2 * math.pi - PARALLEL:
+        low = curve.FirstParameter()
+        middle, end = (axis.flat(curve.Value(low + share * sweep_rad)) for share in (0.25, 0.5))
+    left = (end[1] - z0) * (middle[0] - x0) - (end[0] - x0) * (middle[1] - z0)
+    return Arc("", places[0], places[2], _centre(curve, axis), math.copysign(sweep_rad, left))
+
+
+def _centre(curve: Any, axis: Axis) -> Point:
+    """Of a circle, in its half plane: x is negative beyond the axis."""
+    centre, middle = curve.Circle().Location(), curve.Value((curve.FirstParameter() + curve.LastParameter()) / 2)
+    x, z = axis.flat(centre)
+    return math.copysign(x, float(axis.aside(centre) @ axis.aside(middle))) if x > WITHIN_MM else x, z
+
+
+def _apart(values: set[float]) -> list[float]:
+    """In order, those that agree but for rounding once."""
+    kept: list[float] = []
+    for value in sorted(values):
+        if not kept or value - kept[-1] > WITHIN_MM:
+            kept.append(value)
+    return kept
+
+
+def _edges(face: CadFace) -> Iterator[Any]:
+    occ = kernel()
+    explorer = occ.Explorer(face.handle, occ.EDGE)
+    while explorer.More():
+        edge = occ.as_edge(explorer.Current())
+        if not occ.degenerated(edge):
+            yield occ.Curve(edge)
+        explorer.Next()
