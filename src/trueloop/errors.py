@@ -366,7 +366,7 @@ class Code(StrEnum):
     LNK_REACH = "LNK-REACH", "a control that is not reached, or breaks off", ("where",)
     LNK_NAME = "LNK-NAME", "a program's name that a control has not, or may not have", ("name",)
     LNK_EXISTS = "LNK-EXISTS", "another program of that name at the control", ("name",)
-    LNK_RUNNING = "LNK-RUNNING", "a program that runs, or may run, and would be replaced", ("name",)
+    LNK_RUNNING = "LNK-RUNNING", "a program that runs, is loaded, or may run, and would be replaced", ("name",)
     LNK_CHANGED = "LNK-CHANGED", "a program that somebody changed at the control meanwhile", ("name",)
     LNK_DIFFERS = "LNK-DIFFERS", "a program that did not come back from the control as it was sent", ("name", "lines")
     LNK_LINE = "LNK-LINE", "a serial line that is held, silent, broken, or cannot be opened", ("where",)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from trueloop.controllers.links.folder import Folder
+from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.line.codes import encoded
 from trueloop.controllers.links.line.line import Line
 from trueloop.controllers.links.link import checked_name
@@ -22,7 +22,7 @@ def _control(kind: type[Folder] = Folder, running: str = "\n") -> Iterator[Opene
         folder.mkdir()
         (folder / "O1.nc").write_bytes(b"M30\n")
         (Path(name) / "running.txt").write_text(running)
-        yield Opened("lathe", kind(folder, Path(name) / "running.txt"), frozenset(), Path(name) / "replaced")
+        yield Opened("lathe", kind(folder, named_in(Path(name) / "running.txt")), frozenset(), Path(name) / "replaced")
 
 
 class _Changing(Folder):

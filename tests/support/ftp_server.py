@@ -1,7 +1,8 @@
-"""An FTP server of its own process: `python -m tests.support.ftp_server FOLDER [no-replacing] [capitals] [cut=BYTES]`.
+"""An FTP server of its own process: `python -m tests.support.ftp_server FOLDER [WAY…]`.
 
-It prints its port. `no-replacing`: renames nothing onto a file that is there; `capitals`: what is stored is in
-capitals; `cut`: it dies after so many bytes were sent to it.
+It prints its port. Ways: `no-replacing`: renames nothing onto a file that is there; `capitals`: what is stored is in
+capitals; `cut=BYTES`: it dies after so many bytes were sent to it; `tls=PEM`: over TLS alone, with that certificate
+and key.
 """
 
 import io
@@ -34,12 +35,13 @@ def ftp_server(folder: Path, *ways: str) -> Iterator[int]:
 
 
 def _serve(folder: str, ways: list[str]) -> None:
+    from pyftpdlib import handlers
     from pyftpdlib.authorizers import DummyAuthorizer
     from pyftpdlib.filesystems import AbstractedFS, FilesystemError
-    from pyftpdlib.handlers import DTPHandler, FTPHandler
     from pyftpdlib.servers import FTPServer
 
-    cut = next((int(way.partition("=")[2]) for way in ways if way.startswith("cut=")), None)
+    given = dict(way.split("=") for way in ways if "=" in way)
+    cut, pem = int(given.get("cut", sys.maxsize)), given.get("tls")
 
     class Files(AbstractedFS):  # type: ignore[misc]
         def rename(self, src: str, dst: str) -> None:
@@ -47,14 +49,15 @@ def _serve(folder: str, ways: list[str]) -> None:
                 raise FilesystemError("there is such a file")
             super().rename(src, dst)
 
-    class Data(DTPHandler):  # type: ignore[misc]
+    class Data(handlers.TLS_DTPHandler if pem else handlers.DTPHandler):  # type: ignore[misc]
         def recv(self, size: int) -> bytes:
             piece: bytes = super().recv(size)
-            if cut is not None and self.tot_bytes_received + len(piece) >= cut:
+            if self.tot_bytes_received + len(piece) >= cut:
                 os._exit(1)
             return piece
 
-    class Handler(FTPHandler):  # type: ignore[misc]
+    class Handler(handlers.TLS_FTPHandler if pem else handlers.FTPHandler):  # type: ignore[misc]
+        certfile, tls_control_required, tls_data_required = pem, True, True
         authorizer = DummyAuthorizer()
         abstracted_fs = Files
         dtp_handler = Data

@@ -43,6 +43,15 @@ class FolderTable(LinkTable):
     """A file in whose first line the control writes which program runs, empty while none does."""
 
 
+class LinuxCncTable(LinkTable):
+    """A LinuxCNC of this computer. Relative names count from the folder of this file."""
+
+    ini: Annotated[str, Field(min_length=1)]
+    """Its configuration."""
+    folder: Annotated[str, Field(min_length=1)]
+    """The folder that it loads programs from."""
+
+
 class FtpTable(LinkTable):
     """A control that is an FTP server."""
 
@@ -55,6 +64,8 @@ class FtpTable(LinkTable):
     """Where on the server the programs are."""
     tls: Annotated[bool, Field(strict=True)] = False
     """FTP over TLS."""
+    authority: str = ""
+    """A file with the certificate (PEM) by which the server's is judged: a control often has one of its own making."""
     timeout_s: Positive = 10.0
     """How long to wait for an answer."""
 
@@ -80,20 +91,21 @@ class SerialTable(LinkTable):
     """Of xon-xoff: the control says XON when it begins to read; before that nothing is sent."""
 
 
-AnyLink: TypeAlias = FolderTable | FtpTable | SerialTable
+AnyLink: TypeAlias = FolderTable | LinuxCncTable | FtpTable | SerialTable
 
 
 class LinksFile(Table):
     """The controls by name, each name once."""
 
     folder: dict[str, FolderTable] = Field(default_factory=dict)
+    linuxcnc: dict[str, LinuxCncTable] = Field(default_factory=dict)
     ftp: dict[str, FtpTable] = Field(default_factory=dict)
     serial: dict[str, SerialTable] = Field(default_factory=dict)
 
     @property
     def tables(self) -> tuple[Mapping[str, AnyLink], ...]:
         """By kind."""
-        return (self.folder, self.ftp, self.serial)
+        return (self.folder, self.linuxcnc, self.ftp, self.serial)
 
 
 def read_link(path: Path, name: str) -> AnyLink:

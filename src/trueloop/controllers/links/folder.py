@@ -1,23 +1,24 @@
 """A control whose programs are files in a folder: a network share, a memory card, LinuxCNC's nc_files."""
 
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from trueloop.controllers.links.link import LARGEST, NAME, PART, Listed, no_such_program, not_reached
+from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, no_such_program, not_reached
 
 
 @dataclass(frozen=True)
 class Folder:
-    """Programs in `folder`. `running_file`: where the control writes the name of the program in execution, if it does.
+    """Programs in `folder`. `asked` says what the control is busy with, where anything does.
 
     Links of the file system that lead elsewhere are neither listed nor read.
     """
 
     folder: Path
-    running_file: Path | None = None
+    asked: Callable[[], Busy | None] | None = None
 
     @property
     def where(self) -> str:
@@ -78,15 +79,26 @@ class Folder:
         with suppress(OSError):
             (self.folder / aside).unlink(missing_ok=True)
 
-    def running(self) -> str | None:
-        """The first line of `running_file`; a file that is not there or cannot be read says nothing."""
-        if self.running_file is None:
-            return None
+    def busy(self) -> Busy | None:
+        """What `asked` says."""
+        return None if self.asked is None else self.asked()
+
+
+def named_in(file: Path) -> Callable[[], Busy | None]:
+    """The first line of a file in which the control writes what runs, empty while nothing does.
+
+    A file that is not there or cannot be read says nothing.
+    """
+
+    def busy() -> Busy | None:
         try:
-            lines = self.running_file.read_text(encoding="utf-8", errors="replace").splitlines()
+            lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
         except OSError:
             return None
-        return lines[0].strip() if lines else ""
+        first = lines[0].strip() if lines else ""
+        return Busy((first,) if first else ())
+
+    return busy
 
 
 def _may_be_read(path: Path) -> bool:

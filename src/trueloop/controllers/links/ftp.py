@@ -7,9 +7,10 @@ import ssl
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
-from trueloop.controllers.links.link import LARGEST, NAME, PART, Listed, no_such_program, not_reached
+from trueloop.controllers.links.link import LARGEST, NAME, PART, Busy, Listed, no_such_program, not_reached
 from trueloop.errors import TrueloopError
 
 OLD: Final = ".old" + PART
@@ -22,6 +23,8 @@ WRONG: Final[tuple[type[Exception], ...]] = (ftplib.Error, OSError, EOFError, Un
 class Ftp:
     """Programs in a folder of an FTP server. The password is in the environment: settings are copied and sent.
 
+    `authority`: the certificate by which that of the server is judged, in place of those that this computer trusts.
+
     A call connects anew, waits `timeout_s` for every answer, and ends.
     """
 
@@ -32,6 +35,7 @@ class Ftp:
     folder: str = ""
     tls: bool = False
     timeout_s: float = 10.0
+    authority: Path | None = None
 
     @property
     def where(self) -> str:
@@ -85,7 +89,7 @@ class Ftp:
         with suppress(TrueloopError), self._session() as ftp, suppress(ftplib.Error):
             ftp.delete(aside)
 
-    def running(self) -> str | None:
+    def busy(self) -> Busy | None:
         """FTP does not say."""
         return None
 
@@ -105,9 +109,9 @@ class Ftp:
             raise not_reached(self.where, error) from error
 
     def _client(self) -> ftplib.FTP:
-        """With TLS the server's certificate is checked."""
+        """With TLS the server's certificate and name are checked, before the password is sent."""
         if self.tls:
-            return ftplib.FTP_TLS(timeout=self.timeout_s, context=ssl.create_default_context())
+            return ftplib.FTP_TLS(timeout=self.timeout_s, context=ssl.create_default_context(cafile=self.authority))
         return ftplib.FTP(timeout=self.timeout_s)
 
     def _names(self, ftp: ftplib.FTP) -> set[str]:

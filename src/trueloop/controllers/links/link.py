@@ -23,6 +23,17 @@ class Listed:
     changed_at: datetime | None = None
 
 
+@dataclass(frozen=True)
+class Busy:
+    """What a control is busy with: programs in execution, and programs that it has read and would cut as it read them.
+
+    Names as the control says them, with their folders or without.
+    """
+
+    runs: tuple[str, ...] = ()
+    loaded: tuple[str, ...] = ()
+
+
 class Link(Protocol):
     """A control's programs. Names are checked (`checked_name`) before they reach it.
 
@@ -53,8 +64,8 @@ class Link(Protocol):
     def remove_aside(self, aside: str) -> None:
         """Takes what was sent aside away again."""
 
-    def running(self) -> str | None:
-        """The program in execution, empty: none; None: this link cannot know."""
+    def busy(self) -> Busy | None:
+        """What runs and what is loaded; None: this link cannot know."""
 
 
 def checked_name(name: str) -> str:

@@ -7,11 +7,13 @@ from typing import Final
 
 from trueloop.controllers.links.changes import Change
 from trueloop.controllers.links.compare import Difference, differences, in_words
-from trueloop.controllers.links.folder import Folder
+from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.line.line import Line, framed
 from trueloop.controllers.links.link import Link
-from trueloop.formats.links_toml import AnyLink, FolderTable, SerialTable, read_link
+from trueloop.controllers.links.linuxcnc import linuxcnc_busy
+from trueloop.controllers.linuxcnc.realtime.signals.hal_pins import linuxcnc_module
+from trueloop.formats.links_toml import AnyLink, FolderTable, LinuxCncTable, SerialTable, read_link
 from trueloop.formats.tables.tool_tables.tool_table import Unit
 from trueloop.jobs.links.table_rows import differing_rows
 from trueloop.nc.program.guess import likeliest_dialect
@@ -60,8 +62,12 @@ def opened(settings: Path, name: str, tell: Callable[[str], None] = print) -> Op
 
 def _link(table: AnyLink, beside: Path, tell: Callable[[str], None]) -> Link | Line:
     if isinstance(table, FolderTable):
-        return Folder(beside / table.folder, beside / table.running_file if table.running_file else None)
+        return Folder(beside / table.folder, named_in(beside / table.running_file) if table.running_file else None)
+    if isinstance(table, LinuxCncTable):
+        asked = linuxcnc_busy(beside / table.ini, lambda: linuxcnc_module("linuxcnc"))
+        return Folder(beside / table.folder, asked)
     if isinstance(table, SerialTable):
         line = (table.port, table.baud, table.data_bits, table.parity, table.stop_bits, table.flow)
         return Line(*line, table.code, table.line_end, table.after_xoff, table.silence_s, table.await_xon, tell)
-    return Ftp(table.host, table.port, table.user, table.password_env, table.folder, table.tls, table.timeout_s)
+    address = (table.host, table.port, table.user, table.password_env, table.folder)
+    return Ftp(*address, table.tls, table.timeout_s, beside / table.authority if table.authority else None)

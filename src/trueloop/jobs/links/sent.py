@@ -31,26 +31,42 @@ class Sent:
 
 
 def require_idle(name: str, opened: Opened, not_running: bool) -> None:
-    """Raises LNK-RUNNING for a program that runs, or may run; for the tool table where any program does."""
-    link, is_table = opened.link, name == opened.tool_table
-    running = link.running()
-    if running is None and not not_running:
-        raise TrueloopError(
-            Code.LNK_RUNNING,
-            f"{link.where} does not say which program runs: {'one' if is_table else repr(name)} may",
-            hint="look at the control",
-            override="--not-running",
-            values={"name": name},
-        )
-    if running and (is_table or Path(running.replace("\\", "/")).name.upper() == name.upper()):
-        runs = Path(running.replace("\\", "/")).name
-        what = "tool table is not written" if is_table else "program is not replaced"
-        raise TrueloopError(
-            Code.LNK_RUNNING,
-            f"{runs!r} runs at {link.where}",
-            hint=f"wait for its end: a {what} meanwhile",
-            values={"name": runs},
-        )
+    """Raises LNK-RUNNING for a program that runs, is loaded, or may be; for the tool table where any program runs."""
+    is_table, busy = name == opened.tool_table, opened.link.busy()
+    if busy is None:
+        if not not_running:
+            raise _unknown("one" if is_table else repr(name), name, opened)
+        return
+    for running in busy.runs:
+        if is_table or _same(running, name):
+            what = "tool table is not written" if is_table else "program is not replaced"
+            raise _running(running, "runs", f"wait for its end: a {what} meanwhile", opened)
+    for loaded in busy.loaded:
+        if _same(loaded, name):
+            raise _running(loaded, "is loaded", "load another one there first: it would cut what it has read", opened)
+
+
+def _same(path: str, name: str) -> bool:
+    return _name(path).upper() == name.upper()
+
+
+def _name(path: str) -> str:
+    return path.replace("\\", "/").rpartition("/")[2]
+
+
+def _running(path: str, state: str, hint: str, opened: Opened) -> TrueloopError:
+    name = _name(path)
+    return TrueloopError(Code.LNK_RUNNING, f"{name!r} {state} at {opened.link.where}", hint=hint, values={"name": name})
+
+
+def _unknown(which: str, name: str, opened: Opened) -> TrueloopError:
+    return TrueloopError(
+        Code.LNK_RUNNING,
+        f"{opened.link.where} does not say which program runs: {which} may",
+        hint="look at the control",
+        override="--not-running",
+        values={"name": name},
+    )
 
 
 def kept_first(opened: Opened, name: str, before: bytes) -> Path:

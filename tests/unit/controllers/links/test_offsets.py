@@ -11,7 +11,7 @@ from tests.support.cli import output_of
 from tests.support.refusals import refused
 from tests.support.tool_tables import FANUC, LINUXCNC, OFFSET, record_with
 from tests.unit.controllers.links.test_line import Terminal
-from trueloop.controllers.links.folder import Folder
+from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.line.line import Line
 from trueloop.errors import Code
 from trueloop.jobs.links.offsets import apply_at, with_table
@@ -90,7 +90,7 @@ def test_an_offset_entered_at_the_control_meanwhile_is_not_lost(place: Path, at:
                 (self.folder / name).write_bytes(edited)
             return super().write_aside(name, content)
 
-    link = Edited(place / "control", place / "control" / "running.txt")
+    link = Edited(place / "control", named_in(place / "control" / "running.txt"))
     control = with_table(Opened("lathe", link, frozenset(), place / "replaced"), "tool.tbl", "mm")
     assert refused(apply_at, control, place / "record.json").code is Code.LNK_CHANGED
     assert (place / "control" / "tool.tbl").read_bytes() == edited
@@ -144,7 +144,7 @@ def test_a_row_that_is_missing_or_doubled_is_a_difference() -> None:
 
 
 def test_only_the_program_that_was_read_is_replaced(place: Path) -> None:
-    link = Folder(place / "control", place / "control" / "running.txt")
+    link = Folder(place / "control", named_in(place / "control" / "running.txt"))
     control = Opened("lathe", link, frozenset(), place / "replaced")
     call = {"content": b"T1 X1\n", "name": "tool.tbl"}
     assert refused(lambda: send(control, **call, replace=b"another")).code is Code.LNK_CHANGED  # type: ignore[arg-type]

@@ -1,8 +1,10 @@
 """A program sent to a control: whatever breaks, the control holds the old program or the new one, whole."""
 
+import ftplib
 import os
+import subprocess
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ import pytest
 from tests.support.ftp_server import PASSWORD, USER, ftp_server
 from tests.support.refusals import refused
 from trueloop.controllers.links.changes import Change
-from trueloop.controllers.links.folder import Folder
+from trueloop.controllers.links.folder import Folder, named_in
 from trueloop.controllers.links.ftp import Ftp
 from trueloop.controllers.links.link import Link, not_reached
 from trueloop.errors import Code, TrueloopError
@@ -89,7 +91,7 @@ def test_a_link_that_breaks_anywhere_leaves_a_whole_program(
 
 def test_another_program_is_replaced_only_when_asked_and_idle(control: Path, tmp_path: Path) -> None:
     running = tmp_path / "running.txt"
-    opened = link_to(Folder(control, running), tmp_path)
+    opened = link_to(Folder(control, named_in(running)), tmp_path)
     running.write_text("\n")
     assert refused(send, opened, NEW, "O1.nc").code is Code.LNK_EXISTS
     running.write_text("C:\\NC\\o1.NC\nline 12\n")
@@ -189,6 +191,46 @@ def test_an_exchange_cut_between_its_renames_is_mended(control: Path) -> None:
     with ftp_server(control) as port:
         assert [one.name for one in ftp(port).listed()] == ["O1.nc"]
     assert (control / "O1.nc").read_bytes() == OLD
+
+
+@pytest.fixture(scope="module")
+def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """`good.pem` of 127.0.0.1 and `other.pem` of another name, each with its key and its own authority."""
+    folder = tmp_path_factory.mktemp("certificates")
+    for name, host in (("good", "IP:127.0.0.1"), ("other", "DNS:another.example")):
+        key = ("openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", f"/CN={name}")
+        files = ("-keyout", folder / "key.pem", "-out", folder / "cert.pem")
+        subprocess.run([*key, "-addext", f"subjectAltName={host}", *files], check=True, capture_output=True)
+        both = (folder / "key.pem").read_bytes() + (folder / "cert.pem").read_bytes()
+        (folder / f"{name}.pem").write_bytes(both)
+    return folder
+
+
+def ftps(port: int, authority: Path | None) -> Ftp:
+    return replace(ftp(port), tls=True, authority=authority)
+
+
+@pytest.mark.usefixtures("password")
+def test_over_tls_a_program_is_replaced_and_read_back(control: Path, tmp_path: Path, certificates: Path) -> None:
+    good = certificates / "good.pem"
+    with ftp_server(control, f"tls={good}") as port:
+        assert refused(ftp(port).listed).code is Code.LNK_REACH  # the server takes no password in the clear
+        link = ftps(port, good)
+        done = replacing(link_to(link, tmp_path), NEW, "O1.nc")
+        assert not link.note and done.kept is not None and done.kept.read_bytes() == OLD
+        assert [one.name for one in link.listed()] == ["O1.nc"] and link.read("O1.nc") == NEW
+
+
+@pytest.mark.parametrize(("shown", "trusted"), [("good", None), ("good", "other"), ("other", "other")])
+def test_a_server_whose_certificate_is_not_the_one_gets_no_password(
+    control: Path, certificates: Path, monkeypatch: pytest.MonkeyPatch, shown: str, trusted: str | None
+) -> None:
+    told = list[str]()
+    monkeypatch.setattr(ftplib.FTP, "login", lambda *_: told.append("password"))
+    with ftp_server(control, f"tls={certificates / shown}.pem") as port:
+        link = ftps(port, None if trusted is None else certificates / f"{trusted}.pem")
+        assert refused(link.listed).code is Code.LNK_REACH
+    assert told == []
 
 
 def test_a_wrong_password_is_refused_and_not_printed(control: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from typing import Final, Literal
 from trueloop.controllers.links.line.codes import LineCode, WireCode, blank, decoded, encoded, leader, wrong
 from trueloop.controllers.links.line.port import Parity, Port, broken, open_port
 from trueloop.controllers.links.line.transfer import Flow, Pace, receive, send
-from trueloop.controllers.links.link import Listed
+from trueloop.controllers.links.link import Busy, Listed
 
 LINE_ENDS: Final = {"lf": b"\n", "cr-lf": b"\r\n", "lf-cr-cr": b"\n\r\r"}
 LEADER: Final = 50
@@ -46,7 +46,7 @@ class Line:
         """Raises LNK-LINE: a line has no list."""
         raise broken(self.port, "a serial line has no list of programs", "look at the control's own list")
 
-    def running(self) -> str | None:
+    def busy(self) -> Busy | None:
         """A line does not say."""
         return None
 
