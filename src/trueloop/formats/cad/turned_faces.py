@@ -49,10 +49,17 @@ def meridians(face: CadFace, axis: Axis) -> list[Meridian]:
 
 def has_place(face: CadFace, place: Array) -> bool:
     """Whether a place of its surface lies on the face, within its edges."""
-    occ = kernel()
-    at = occ.Pnt(*place.tolist())
-    found = occ.SurfacePlaces(occ.surface_of(face.handle)).ValueOfUV(at, WITHIN_MM)
-    return bool(occ.FaceClassifier(face.handle, found, PARALLEL).State() == occ.IN)
+    occ, surface = kernel(), kernel().surface_of(face.handle)
+    found = occ.SurfacePlaces(surface).ValueOfUV(occ.Pnt(*place.tolist()), WITHIN_MM)
+    u0, _, v0, _ = occ.uv_bounds(face.handle)
+    u = _from(found.X(), u0, surface.UPeriod() if surface.IsUPeriodic() else 0.0)
+    v = _from(found.Y(), v0, surface.VPeriod() if surface.IsVPeriodic() else 0.0)
+    return bool(occ.FaceClassifier(face.handle, occ.Pnt2d(u, v), PARALLEL).State() == occ.IN)
+
+
+def _from(value: float, low: float, period: float) -> float:
+    """A parameter, by whole periods, at or above the face's lowest."""
+    return low + (value - low) % period if period else value
 
 
 def _with_material_right(one: Meridian, axis: Axis) -> Meridian:
