@@ -4,12 +4,16 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 
+from tests.support.correction import example_correction
 from tests.support.factory import CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, TEXTS, Shop
+from tests.support.kept import EDGE, MADE_AT, SET_AT, cut_of, inspected, of_part
 from tests.support.series import inspection, reading
 from trueloop.domain.factory.states import FactKind
 from trueloop.domain.inspection import Inspection
+from trueloop.domain.life import Cut, EdgeEvent, EdgeEventKind, Stage
 from trueloop.domain.part import Part, PartType
 from trueloop.domain.program import Program, ProgramText
+from trueloop.domain.tool import Setting
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
 from trueloop.factory.carry_out import carry_out
@@ -17,6 +21,7 @@ from trueloop.factory.roles import By, Role
 from trueloop.factory.shown.machines import heard
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.propose import Made, proposals_of
+from trueloop.loops.turned.stored import enveloped
 from trueloop.storage.store import Store, keep
 
 SCRIPT = "<img src=x onerror=alert(1)><script>alert(2)</script>"
@@ -45,6 +50,7 @@ def full_shop(store: Store) -> Shop:
     shop.do(ask.RecordTransfer("lathe", SHA["finish"], "O1.nc", "to", SHA["finish"], SHA["finish"], "sent"), OPERATOR)
     shop.do(ask.RaiseAlarm("monitor", "MON-ALARM", "out of control: 2 of 3 beyond 2 σ", {"rule": "2"}), SERVICE)
     _scripts(shop)
+    _edge(shop)
     _series(shop)
     _heard(shop)
     return shop
@@ -61,12 +67,23 @@ def _scripts(shop: Shop) -> None:
     shop.do(ask.RaiseAlarm(SCRIPT, "MON-ALARM", SCRIPT, {SCRIPT: SCRIPT}, machine=SCRIPT), SERVICE)
 
 
+def _edge(shop: Shop) -> None:
+    """Three parts with a dome, cut with one edge and inspected."""
+    keep(shop.store, [EdgeEvent(EDGE, EdgeEventKind.MOUNTED, SET_AT)])
+    for order, serial in enumerate(("2511", "2611", "2711")):
+        correction = of_part(example_correction("modbas2"), serial)
+        cut = cut_of(correction, serial, order=order)
+        keep(shop.store, [enveloped(correction), cut, *inspected(correction, cut, 1.0 + order)])
+
+
 def _series(shop: Shop) -> None:
-    """A journal that is some 12 µm too large, and what that proposes."""
+    """A journal that is some 12 µm too large, the tool set anew before part 504, and what that proposes."""
     first = shop.now - timedelta(hours=30)
     errors = (9.0, 14.0, 12.5, 11.0, 13.0, 12.0, 15.5, 10.5, 12.0, 13.5)
     seen = [inspection(f"{500 + k}", {"journal": error}) for k, error in enumerate(errors)]
     keep(shop.store, [replace(one, measured_at=first + timedelta(hours=k)) for k, one in enumerate(seen)])
+    settings = Setting(EDGE, SET_AT), Setting(EDGE, MADE_AT)
+    keep(shop.store, [Cut(one.part, Stage.FINISH, settings[k >= 4], order=10 + k) for k, one in enumerate(seen)])
     book = read_book(shop.store, "SHAFT", SeriesOptions())
     keep(shop.store, list(proposals_of(book.tracked, SeriesOptions(), Made("ana", shop.now)))[:1])
 

@@ -24,6 +24,10 @@ PAGES = (
     "/certificates",
     "/alarms",
     "/settings",
+    "/series",
+    "/series/SHAFT/journal",
+    "/tools",
+    "/tools/1",
     "/wall",
 )
 SMALL = """() => [...document.querySelectorAll('a, button, input, select, textarea, [role=button]')]

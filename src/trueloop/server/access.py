@@ -50,7 +50,7 @@ ACCESS: Final[Mapping[tuple[str, str], Access]] = {
     ("GET", "/parts/{id}/life"): READ,
     ("GET", "/corrections/{id}/report"): READ,
     ("GET", "/series"): READ,
-    ("GET", "/series/{part_type}/{characteristic}"): READ,
+    ("GET", "/series/{part_type}/{characteristic:path}"): READ,
     ("GET", "/tools"): READ,
     ("GET", "/tools/{id}/memory"): READ,
     ("GET", "/machines"): READ,

@@ -7,11 +7,14 @@ from datetime import timedelta
 import pytest
 
 from tests.support.factory import BLOCKS, CELL, ENGINEER, OPERATOR, PLAN, SERVICE, SHA, Shop
+from tests.support.kept import EDGE, MADE_AT, SET_AT
 from tests.support.series import inspection
+from trueloop.domain.edge_names import edge_name
 from trueloop.domain.factory.route import BlockKind
 from trueloop.domain.factory.states import FactKind, PartState, StepState
 from trueloop.domain.life import Cut, InspectionLink, Stage
 from trueloop.domain.part import Part, PartType
+from trueloop.domain.tool import Setting
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory import requests as ask
 from trueloop.factory.book import read_book
@@ -266,3 +269,32 @@ def test_a_series_keeps_its_signs(shop: Shop) -> None:
     view = series_view(shop.store, "SHAFT", "journal")
     assert [round(one.deviation_um, 6) for one in view.points] == [-5.0, -6.0, -7.0, -8.0]
     assert (round(view.lower_um or 0, 6), round(view.upper_um or 0, 6)) == (-30.0, 30.0)
+
+
+def test_a_series_says_which_edge_cut_where_it_was_set_and_why_the_weight_moved(shop: Shop) -> None:
+    """From the second part on more is known; a part after a new setting begins anew, and its weight rises."""
+    made = [inspection(str(k), {"journal": error}, hours=k) for k, error in enumerate((9, 14, 12, 11, 13, 12, 30, 29))]
+    settings = Setting(EDGE, SET_AT), Setting(EDGE, MADE_AT)
+    keep(shop.store, [*made, *(Cut(one.part, Stage.FINISH, settings[k >= 6], order=k) for k, one in enumerate(made))])
+    view = series_view(shop.store, "SHAFT", "journal")
+    assert [one.tool_changed for one in view.points] == [""] * 6 + ["set", ""]
+    assert {(one.edge, one.tool) for one in view.points} == {(tool_rows(shop.store)[0].id, edge_name(EDGE))}
+    moves = {one.serial: one for one in view.moves}
+    assert moves["6"].after > moves["6"].before and 0 < view.weight <= 1
+    german = series_view(shop.store, "SHAFT", "journal", language="de")
+    assert [one.serial for one in german.moves] == list(moves)
+    assert all(one.why and one.why != moves[one.serial].why for one in german.moves)
+
+
+def test_a_capability_is_of_the_parts_since_the_tool_was_set(shop: Shop) -> None:
+    """By hand: errors ±1 µm about 5 µm, limits ±30 µm: (30 − 5) / 3 s with s² = 20/19 µm²."""
+    keep(shop.store, [inspection(str(k), {"journal": 5.0 + (-1) ** k}, hours=k) for k in range(20)])
+    view = series_view(shop.store, "SHAFT", "journal")
+    assert view.ppk == pytest.approx(25 / (3 * (20 / 19) ** 0.5), rel=1e-6)
+    assert view.ppk is not None and view.ppk_lower is not None and view.ppk_lower < view.ppk
+    keep(shop.store, [inspection("20", {"journal": 5.0}, hours=20)])
+    early = Setting(EDGE, SET_AT)
+    anew = Setting(EDGE, MADE_AT)
+    cuts = [inspection(str(k), {"journal": 5.0}).part for k in (19, 20)]
+    keep(shop.store, [Cut(cuts[0], Stage.FINISH, early, order=19), Cut(cuts[1], Stage.FINISH, anew, order=20)])
+    assert series_view(shop.store, "SHAFT", "journal").ppk is None

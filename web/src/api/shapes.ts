@@ -1708,6 +1708,36 @@ export interface components {
             unit: ("mm" | "inch") | null;
         };
         /**
+         * MemoryCurve
+         * @description An error over the contact angle with half the width of its 95 % band, µm.
+         *
+         *     `part_type`: of the finish cut of a next part of it, had nothing been corrected; empty: the form of the edge itself.
+         */
+        MemoryCurve: {
+            /** Band Um */
+            band_um: number[];
+            /** Error Um */
+            error_um: number[];
+            /** Part Type */
+            part_type: string;
+        };
+        /**
+         * MemoryPoint
+         * @description One error behind a curve: of which part, touched after the semi-finish cut or inspected after the finish cut.
+         */
+        MemoryPoint: {
+            /** Contact Angle Deg */
+            contact_angle_deg: number;
+            /** Error Um */
+            error_um: number;
+            /** Finish */
+            finish: boolean;
+            /** Part Type */
+            part_type: string;
+            /** Serial */
+            serial: string;
+        };
+        /**
          * Mine
          * @description What everybody may change of his own account. A new password needs the present one, and ends all sessions.
          */
@@ -1764,6 +1794,25 @@ export interface components {
              * @enum {string}
              */
             scope: "cell" | "metrics";
+        };
+        /**
+         * NextPart
+         * @description What a next part of a type would need: of the `of` touches that the last one had, placed best, `touches` are
+         *     enough; `left_um` is then to be expected after the correction, RMS. `refusal`: why memory would not tell.
+         */
+        NextPart: {
+            /** Left Um */
+            left_um: number | null;
+            /** Notes */
+            notes: string[];
+            /** Of */
+            of: number;
+            /** Part Type */
+            part_type: string;
+            /** Refusal */
+            refusal: string;
+            /** Touches */
+            touches: number;
         };
         /**
          * OfferView
@@ -2312,6 +2361,8 @@ export interface components {
         /**
          * SeriesPoint
          * @description One part in a series: the deviation as made, the one without correction, and what was flagged.
+         *
+         *     `edge` is the row of the edge that its finish cut was made with, `tool` what that is called.
          */
         SeriesPoint: {
             /** Alarm */
@@ -2322,12 +2373,16 @@ export interface components {
             band_um: number | null;
             /** Deviation Um */
             deviation_um: number;
+            /** Edge */
+            edge: number | null;
             /** Expected Um */
             expected_um: number | null;
             /** Quarantined */
             quarantined: boolean;
             /** Serial */
             serial: string;
+            /** Tool */
+            tool: string;
             /** Tool Changed */
             tool_changed: string;
             /** Without Correction Um */
@@ -2357,24 +2412,33 @@ export interface components {
         };
         /**
          * SeriesView
-         * @description A whole series with its limits; `weights` is the share that was acted on, part by part.
+         * @description A whole series with its limits. `weight`: the share that is acted on now; `moves`: where it moved, latest last.
+         *
+         *     `ppk` of the parts since the tool was set, with its one-sided lower limit of 95 %: None where they are too few.
+         *     `proposals` are those of this series that wait.
          */
         SeriesView: {
-            /** Cpk */
-            cpk: number | null;
             /** Lower Um */
             lower_um: number | null;
+            /** Moves */
+            moves: components["schemas"]["WeightMove"][];
             /** Nominal */
             nominal: number;
             /** Points */
             points: components["schemas"]["SeriesPoint"][];
+            /** Ppk */
+            ppk: number | null;
+            /** Ppk Lower */
+            ppk_lower: number | null;
+            /** Proposals */
+            proposals: string[];
             row: components["schemas"]["SeriesRow"];
             /** Unit */
             unit: string;
             /** Upper Um */
             upper_um: number | null;
-            /** Weights */
-            weights: (number | null)[];
+            /** Weight */
+            weight: number;
         };
         /**
          * SignIn
@@ -2475,20 +2539,51 @@ export interface components {
             waiting: components["schemas"]["Waiting"][];
         };
         /**
+         * ToolEvent
+         * @description What happened to an edge; `values` as they were stated, by name with their unit.
+         */
+        ToolEvent: {
+            /**
+             * At
+             * Format: date-time
+             */
+            at: string;
+            /** By */
+            by: string;
+            /** Kind */
+            kind: string;
+            /** Values */
+            values: {
+                [key: string]: number;
+            };
+        };
+        /**
          * ToolMemory
-         * @description What a tool's edge remembers: its error over the contact angle, with a 95 % band, from so many parts.
+         * @description What a tool's edge remembers, at contact angles; `seen`: whether parts have shown an angle near that one.
+         *
+         *     `setting_um`: where the tip lies off its setting, along x (of the radius) and z, each ± `setting_band_um` with 95 %.
          */
         ToolMemory: {
-            /** Band Um */
-            band_um: number[];
             /** Contact Angle Deg */
             contact_angle_deg: number[];
-            /** Error Um */
-            error_um: number[];
+            /** Curves */
+            curves: components["schemas"]["MemoryCurve"][];
             /** Events */
-            events: string[];
+            events: components["schemas"]["ToolEvent"][];
+            /** Inspected */
+            inspected: number;
+            /** Next Parts */
+            next_parts: components["schemas"]["NextPart"][];
             /** Parts */
             parts: number;
+            /** Points */
+            points: components["schemas"]["MemoryPoint"][];
+            /** Seen */
+            seen: boolean[];
+            /** Setting Band Um */
+            setting_band_um: number[];
+            /** Setting Um */
+            setting_um: number[];
             tool: components["schemas"]["ToolRow"];
         };
         /**
@@ -2641,6 +2736,20 @@ export interface components {
             since: string;
             /** Subject */
             subject: string;
+        };
+        /**
+         * WeightMove
+         * @description Where the share of what a part shows that is acted on moved, and why.
+         */
+        WeightMove: {
+            /** After */
+            after: number;
+            /** Before */
+            before: number;
+            /** Serial */
+            serial: string;
+            /** Why */
+            why: string;
         };
         /**
          * Why
@@ -4000,6 +4109,7 @@ export interface operations {
         parameters: {
             query?: {
                 revision?: string | null;
+                language?: "en" | "de";
             };
             header?: never;
             path: {
@@ -4154,7 +4264,9 @@ export interface operations {
     };
     show_memory_api_v1_tools__id__memory_get: {
         parameters: {
-            query?: never;
+            query?: {
+                language?: "en" | "de";
+            };
             header?: never;
             path: {
                 id: number;

@@ -7,6 +7,8 @@ export const PAGES: { href: string; name: Key }[] = [
   { href: "/", name: "page.today" },
   { href: "/orders", name: "page.orders" },
   { href: "/parts", name: "page.parts" },
+  { href: "/series", name: "page.series" },
+  { href: "/tools", name: "page.tools" },
   { href: "/programs", name: "page.programs" },
   { href: "/files", name: "page.files" },
   { href: "/proposals", name: "page.proposals" },
@@ -26,6 +28,10 @@ const Proposals = lazy(() => import("../pages/Proposals"));
 const Certificates = lazy(() => import("../pages/Certificates"));
 const Alarms = lazy(() => import("../pages/Alarms"));
 const Settings = lazy(() => import("../pages/Settings"));
+const Series = lazy(() => import("../pages/Series"));
+const SeriesPage = lazy(() => import("../pages/SeriesPage"));
+const Tools = lazy(() => import("../pages/Tools"));
+const ToolPage = lazy(() => import("../pages/ToolPage"));
 const Wall = lazy(() => import("../pages/Wall"));
 const Programs = lazy(() => import("../pages/Programs"));
 const Files = lazy(() => import("../pages/Files"));
@@ -43,6 +49,10 @@ export const ROUTES: { path: string; page: ComponentType<{ id: string; of: strin
   { path: "/proposals/:id", page: Proposals },
   { path: "/certificates", page: Certificates },
   { path: "/alarms", page: Alarms },
+  { path: "/series", page: Series },
+  { path: "/series/:of/:id", page: SeriesPage },
+  { path: "/tools", page: Tools },
+  { path: "/tools/:id", page: ToolPage },
   { path: "/settings", page: Settings },
   { path: "/wall", page: Wall },
   { path: "/programs", page: Programs },

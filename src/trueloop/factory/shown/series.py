@@ -1,17 +1,26 @@
 """Series of a part type's characteristics as they are shown."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
 
 from trueloop.domain.characteristic import Characteristic
+from trueloop.domain.edge_names import edge_name
 from trueloop.domain.inspection import Inspection
-from trueloop.domain.life import Identity
+from trueloop.domain.life import Cut, Identity, Stage
+from trueloop.domain.page_options import Language
+from trueloop.domain.tool import Edge
 from trueloop.errors import Code, TrueloopError
 from trueloop.factory.book import Book, part_types, read_book
-from trueloop.factory.views.series import SeriesPoint, SeriesRow, SeriesView
+from trueloop.factory.views.series import SeriesPoint, SeriesRow, SeriesView, WeightMove
 from trueloop.loops.post_process.options import SeriesOptions
 from trueloop.loops.post_process.tracked import COVERAGE, Tracked, TrackedPart, capability
-from trueloop.storage.store import Store
+from trueloop.report.series.page import MOVED
+from trueloop.report.texts.texts import Texts
+from trueloop.storage.store import Store, find
 from trueloop.units import UM_PER_MM
+
+Edges = Mapping[str, tuple[int, Edge]]
+"""By serial number the edge of the finish cut, with its row."""
 
 
 def series_rows(store: Store, part_type: str | None = None) -> tuple[SeriesRow, ...]:
@@ -21,7 +30,9 @@ def series_rows(store: Store, part_type: str | None = None) -> tuple[SeriesRow, 
     return tuple(_row(one) for book in books for one in book.tracked)
 
 
-def series_view(store: Store, part_type: str, characteristic: str, revision: str | None = None) -> SeriesView:
+def series_view(
+    store: Store, part_type: str, characteristic: str, revision: str | None = None, language: Language = "en"
+) -> SeriesView:
     """One series with its parts; without a revision the latest nominal and limits. Raises SER-UNKNOWN."""
     book = read_book(store, part_type, SeriesOptions()).named((characteristic,))
     chosen = [one for one in book.tracked if revision in (None, one.series.part_type.revision)]
@@ -33,18 +44,39 @@ def series_view(store: Store, part_type: str, characteristic: str, revision: str
             hint="see the list of series for those that there are",
             values={"characteristic": characteristic},
         )
-    return _view(latest[-1], book)
+    return _view(latest[-1], book, _edges(store, part_type), Texts(language))
 
 
-def _view(one: Tracked, book: Book) -> SeriesView:
+def _edges(store: Store, part_type: str) -> Edges:
+    rows = {kept.value.identity: kept.row for kept in find(store, Edge)}
+    cuts = [kept.value for kept in find(store, Cut, part_type=part_type, stage=Stage.FINISH)] if rows else []
+    used = [(one.part.serial, one.setting.edge) for one in cuts if one.setting is not None]
+    return {serial: (rows[edge.identity], edge) for serial, edge in used if edge.identity in rows}
+
+
+def _view(one: Tracked, book: Book, edges: Edges, say: Texts) -> SeriesView:
     asked, able = one.series.characteristic, capability(one.series)
     inspections = {seen.inspection.identity: seen.inspection for seen in book.parts}
     low, high = (_um(limit, asked) for limit in (asked.lower_limit, asked.upper_limit))
+    waiting = [item.id for item in book.waiting if any(of.series == one.series.identity for of in item.effects)]
     return SeriesView(
-        *(_row(one), asked.quantity.unit, asked.nominal, low, high, tuple(_points(one, inspections))),
-        tuple(None if part.step.held else one.factor for part in one.parts),
-        None if able is None else able.ppk,
+        *(_row(one), asked.quantity.unit, asked.nominal, low, high, tuple(_points(one, inspections, edges))),
+        *(_acted_on(one, one.last), tuple(_moves(one, say))),
+        *(None if able is None else able.ppk, None if able is None else able.lower),
+        tuple(waiting),
     )
+
+
+def _acted_on(one: Tracked, part: TrackedPart) -> float:
+    """The share of what a part shows that is acted on."""
+    return 0.0 if part.step.held else one.factor * part.step.weight.value
+
+
+def _moves(one: Tracked, say: Texts) -> Iterator[WeightMove]:
+    for before, after in pairwise(one.parts):
+        shares = _acted_on(one, before), _acted_on(one, after)
+        if abs(shares[1] - shares[0]) > MOVED:
+            yield WeightMove(after.made.serial, *shares, say.note(after.step.weight.reason))
 
 
 def _um(limit: float | None, asked: Characteristic) -> float | None:
@@ -61,7 +93,7 @@ def _row(one: Tracked) -> SeriesRow:
     )
 
 
-def _points(one: Tracked, inspections: dict[Identity, Inspection]) -> Iterator[SeriesPoint]:
+def _points(one: Tracked, inspections: dict[Identity, Inspection], edges: Edges) -> Iterator[SeriesPoint]:
     for part in one.parts:
         made, seen = part.made, inspections.get(part.made.inspection)
         yield SeriesPoint(
@@ -70,6 +102,7 @@ def _points(one: Tracked, inspections: dict[Identity, Inspection]) -> Iterator[S
             None if part.expected_mm is None else part.expected_mm * UM_PER_MM,
             *(_band(part), "beyond what was expected" if part.alarm else ""),
             *("set" if made.set_before else "", not made.counts),
+            *((edge[0], edge_name(edge[1])) if (edge := edges.get(made.serial)) else (None, "")),
         )
 
 

@@ -20,7 +20,10 @@ class SeriesRow:
 
 @dataclass(frozen=True)
 class SeriesPoint:
-    """One part in a series: the deviation as made, the one without correction, and what was flagged."""
+    """One part in a series: the deviation as made, the one without correction, and what was flagged.
+
+    `edge` is the row of the edge that its finish cut was made with, `tool` what that is called.
+    """
 
     serial: str
     at: datetime | None
@@ -31,11 +34,27 @@ class SeriesPoint:
     alarm: str
     tool_changed: str
     quarantined: bool
+    edge: int | None
+    tool: str
+
+
+@dataclass(frozen=True)
+class WeightMove:
+    """Where the share of what a part shows that is acted on moved, and why."""
+
+    serial: str
+    before: float
+    after: float
+    why: str
 
 
 @dataclass(frozen=True)
 class SeriesView:
-    """A whole series with its limits; `weights` is the share that was acted on, part by part."""
+    """A whole series with its limits. `weight`: the share that is acted on now; `moves`: where it moved, latest last.
+
+    `ppk` of the parts since the tool was set, with its one-sided lower limit of 95 %: None where they are too few.
+    `proposals` are those of this series that wait.
+    """
 
     row: SeriesRow
     unit: str
@@ -43,8 +62,11 @@ class SeriesView:
     lower_um: float | None
     upper_um: float | None
     points: tuple[SeriesPoint, ...]
-    weights: tuple[float | None, ...]
-    cpk: float | None
+    weight: float
+    moves: tuple[WeightMove, ...]
+    ppk: float | None
+    ppk_lower: float | None
+    proposals: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -60,15 +82,70 @@ class ToolRow:
 
 
 @dataclass(frozen=True)
+class MemoryCurve:
+    """An error over the contact angle with half the width of its 95 % band, µm.
+
+    `part_type`: of the finish cut of a next part of it, had nothing been corrected; empty: the form of the edge itself.
+    """
+
+    part_type: str
+    error_um: tuple[float, ...]
+    band_um: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class MemoryPoint:
+    """One error behind a curve: of which part, touched after the semi-finish cut or inspected after the finish cut."""
+
+    part_type: str
+    serial: str
+    finish: bool
+    contact_angle_deg: float
+    error_um: float
+
+
+@dataclass(frozen=True)
+class NextPart:
+    """What a next part of a type would need: of the `of` touches that the last one had, placed best, `touches` are
+    enough; `left_um` is then to be expected after the correction, RMS. `refusal`: why memory would not tell.
+    """
+
+    part_type: str
+    touches: int
+    of: int
+    left_um: float | None
+    refusal: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ToolEvent:
+    """What happened to an edge; `values` as they were stated, by name with their unit."""
+
+    at: datetime
+    kind: str
+    by: str
+    values: dict[str, float]
+
+
+@dataclass(frozen=True)
 class ToolMemory:
-    """What a tool's edge remembers: its error over the contact angle, with a 95 % band, from so many parts."""
+    """What a tool's edge remembers, at contact angles; `seen`: whether parts have shown an angle near that one.
+
+    `setting_um`: where the tip lies off its setting, along x (of the radius) and z, each ± `setting_band_um` with 95 %.
+    """
 
     tool: ToolRow
     contact_angle_deg: tuple[float, ...]
-    error_um: tuple[float, ...]
-    band_um: tuple[float, ...]
+    seen: tuple[bool, ...]
+    curves: tuple[MemoryCurve, ...]
+    points: tuple[MemoryPoint, ...]
     parts: int
-    events: tuple[str, ...]
+    inspected: int
+    setting_um: tuple[float, ...]
+    setting_band_um: tuple[float, ...]
+    next_parts: tuple[NextPart, ...]
+    events: tuple[ToolEvent, ...]
 
 
 @dataclass(frozen=True)

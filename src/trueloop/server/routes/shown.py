@@ -78,10 +78,12 @@ def list_series(here: Here, part_type: str | None = None) -> Page[SeriesRow]:
     return Page(series.series_rows(here.store, part_type))
 
 
-@routes.get("/series/{part_type}/{characteristic}")
-def show_series(part_type: str, characteristic: str, here: Here, revision: str | None = None) -> SeriesView:
+@routes.get("/series/{part_type}/{characteristic:path}")
+def show_series(
+    part_type: str, characteristic: str, here: Here, revision: str | None = None, language: Language = "en"
+) -> SeriesView:
     """One series."""
-    return series.series_view(here.store, part_type, characteristic, revision)
+    return series.series_view(here.store, part_type, characteristic, revision, language)
 
 
 @routes.get("/tools")
@@ -91,9 +93,9 @@ def list_tools(here: Here) -> Page[ToolRow]:
 
 
 @routes.get("/tools/{id}/memory")
-def show_memory(id: int, here: Here) -> ToolMemory:
+def show_memory(id: int, here: Here, language: Language = "en") -> ToolMemory:
     """What an edge remembers."""
-    return tool_memory(here.store, id)
+    return tool_memory(here.store, id, language)
 
 
 @routes.get("/machines")

@@ -1,0 +1,74 @@
+"""Pictures over parts, angles and time: drawn, said in words too, and of the values that the service gives."""
+
+import re
+
+from playwright.sync_api import expect
+
+from tests.support.served import Browsing, Window
+
+INKED = """() => { const one = document.querySelector('.chart canvas');
+    return new Set(one.getContext('2d').getImageData(0, 0, one.width, one.height).data).size }"""
+
+
+def point(window: Window, share: float) -> str:
+    """What is said of the place in the picture that is so far from its left."""
+    over = window.page.locator(".chart .u-over")
+    box = over.bounding_box()
+    assert box is not None
+    over.hover(position={"x": share * box["width"], "y": box["height"] / 2})
+    said = window.page.locator(".pointed")
+    expect(said).not_to_be_empty()
+    return said.inner_text()
+
+
+def test_a_series_is_drawn_and_a_part_of_it_said_where_one_points(web: Browsing) -> None:
+    with web.window("viewer") as window:
+        window.go("/series/SHAFT/journal")
+        expect(window.page.get_by_role("img", name="journal over parts: 10 parts")).to_be_visible()
+        assert window.page.evaluate(INKED) > 20
+        assert point(window, 0.99).startswith("509: +13.5 µm, expected +12.4 ± 5.4")
+        assert point(window, 0.01).startswith("500: +9.0 µm")
+        assert window.complaints == []
+
+
+def test_what_a_picture_shows_stands_in_the_table_too(web: Browsing) -> None:
+    with web.window("viewer") as window:
+        window.go("/series/SHAFT/journal")
+        rows = window.page.get_by_role("table", name="Parts").get_by_role("row")
+        expect(rows).to_have_count(11)
+        expect(rows.filter(has_text="504")).to_contain_text("tool set")
+        expect(window.page.locator("main")).to_contain_text("0.27 → 0.73 at part 504")
+        rows.filter(has_text="507").get_by_role("link").click()
+        expect(window.page.get_by_role("heading", level=1)).to_have_text(re.compile("PCLNL"))
+
+
+def test_an_edge_says_what_it_remembers_and_what_the_next_part_needs(web: Browsing) -> None:
+    with web.window("viewer", locale="de-DE") as window:
+        window.go("/tools/1")
+        main = window.page.locator("main")
+        expect(main).to_contain_text("From 3 parts, 3 of them inspected")
+        expect(window.page.get_by_role("row").filter(has_text="MODBAS2 B")).to_contain_text("3 of 20")
+        whole = point(window, 0.5)
+        window.page.get_by_label("Curve").select_option("")
+        expect(
+            window.page.get_by_role("img", name=re.compile("form of the edge over the contact angle"))
+        ).to_be_visible()
+        assert point(window, 0.51) != whole
+        assert window.complaints == []
+
+
+def test_pictures_follow_dark_and_light_and_the_width(web: Browsing) -> None:
+    with web.window("viewer") as window:
+        window.go("/series/SHAFT/journal")
+        canvas = window.page.locator(".chart canvas")
+        wide = canvas.bounding_box()
+        window.resize((400, 800))
+        window.page.wait_for_function("document.querySelector('.chart canvas').clientWidth < 380")
+        narrow = canvas.bounding_box()
+        assert wide and narrow and narrow["width"] < wide["width"] / 2
+        before = window.page.evaluate("document.querySelector('.chart canvas').toDataURL()")
+        window.page.emulate_media(color_scheme="dark")
+        window.page.wait_for_function(
+            "before => document.querySelector('.chart canvas')?.toDataURL() !== before", arg=before
+        )
+        assert window.complaints == []
