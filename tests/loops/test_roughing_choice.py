@@ -109,7 +109,7 @@ def correction(
 def passes(program: Program) -> list[Row]:
     """What the roughing cycles cut: kind and end (x, z) of each move."""
     path = program.run()
-    own = np.flatnonzero(np.isin(path.block, [block.index for block in roughing_cycles(program)]))
+    own = np.flatnonzero(np.isin(path.block, [cycle.block.index for cycle in roughing_cycles(program)]))
     return [(KINDS[Motion(path.motion[k])], *path.end_mm[k][[0, 2]].tolist()) for k in own]
 
 

@@ -112,11 +112,12 @@ FEATURES: Mapping[str, Mapping[str, str]] = {
         mill="G21 G66 P2 Z5.\nG00 X1.\nG67\nM30\nO2 G00 Z#26\nM99",
     ),
     "Contours of the finishing cycle (G70)": _for(
+        siemens='%_N_A_MPF\nG71 G18 DIAMON G0 X9 Z1\nCYCLE95("P",1,,,,,,.1,5)\nM30\n%_N_P_SPF\nG1 X1 Z0\nZ-5\nX9\nM17',
         linuxcnc="G18 G21 G0 X9\no1 sub\nG0 X1\nG1 Z-5\nX9\no1 endsub\nG70 Q1 D.1 P2",
         lathe="G21\nG70 P1 Q2\nM30\nN1 G00 X1.\nN2 Z1.",
     ),
     "Roughing cycles (G71–G73)": _for(
-        siemens='CYCLE95("PART",1,0.1,0.1,,0.2,0.1,0.1,9)',
+        siemens='%_N_A_MPF\nG71 G18 DIAMON G0 X9 Z1\nCYCLE95("P",1,,,,.1,,,1)\nM30\n%_N_P_SPF\nG1 X1 Z0\nZ-5\nX9\nM17',
         linuxcnc="G18 G21 G0 X9\no1 sub\nG0 X1\nG1 Z-5\nX9\no1 endsub\nG71 Q1 D.1\nG72.1 Q1",
         lathe="G21 G00 X9. Z1.\nG71 U1. R.1\nG71 P1 Q2 U.1 W.1 F.1\nN1 G00 X1.\nN2 G01 Z-5.",
     ),

@@ -127,3 +127,43 @@ def gouges_mm(rows: Sequence[Row], cycle: Cycle, *, facing: bool = False) -> Ite
 
 def _sum(a: Point, b: Point) -> Point:
     return a[0] + b[0], a[1] + b[1]
+
+
+def stock_removal(cycle: Cycle, depth: float, lift: float, *, facing: bool = False) -> list[Row]:
+    """CYCLE95: equal infeeds of at most `depth`, each cut to the contour and along that up to the level above.
+
+    The contour begins at its deepest. `cycle.start` is not used: the cycle works out where the tool stands.
+    """
+    along, deep = (0, 1) if facing else (1, 0)
+    contour = [piece.moved(cycle.allowance) for piece in cycle.contour]
+    first, top = contour[0].start, contour[-1].end[deep]
+    into = math.copysign(1.0, first[deep] - top)
+    onward = math.copysign(1.0, contour[-1].end[along] - first[along])
+
+    def point(across: float, height: float) -> Point:
+        return (across, height) if facing else (height, across)
+
+    stand = (first[along] - onward * lift, top - into * lift)
+    count = math.ceil(abs(first[deep] - top) / depth - 1e-9)
+    rows: list[Row] = [("rapid", *point(*stand))]
+    for number in range(1, count + 1):
+        level, above = (top + (first[deep] - top) * k / count for k in (number, number - 1))
+        begin, end = (_stop(contour, height, along, deep, into) for height in (level, above))
+        if number == 1:
+            end = next(piece.end[along] for piece in contour if abs(piece.end[deep] - top) < 1e-9)
+        if number == count:
+            begin = first[along]
+        flat = [p.end[along] for p in contour if max(abs(p.end[deep] - level), abs(p.start[deep] - level)) < 1e-9]
+        begin = flat[-1] if flat else begin
+        rows += [("rapid", *point(stand[0], level)), ("line", *point(begin, level))]
+        for piece in contour:
+            low, high = sorted((piece.start[deep], piece.end[deep]), key=lambda height: into * height)
+            if into * (level - low) > 1e-9 and into * (high - above) > 1e-9:
+                to = piece.end if into * (piece.end[deep] - above) > -1e-9 else point(end, above)
+                rows.append((piece.row()[0], *to))
+            elif high == low and into * (level - low) > 1e-9 and into * (low - above) > 1e-9:
+                rows.append(("line", *piece.end))
+        last = (rows[-1][1], rows[-1][2])
+        off = (last[along] - onward * lift, last[deep] - into * lift)
+        rows += [("rapid", *point(*off)), ("rapid", *point(stand[0], off[1]))]
+    return [*rows, ("rapid", *point(*stand))]

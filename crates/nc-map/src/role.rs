@@ -35,9 +35,15 @@ pub(crate) fn roles(program: &Program) -> HashMap<usize, Role> {
             Some(G::Home(_) | G::HomeNamed(_) | G::StoreHome(_)) => Role::Home,
             Some(G::SetRegister | G::OffsetRegister | G::SetData | G::SetWorkOffset | G::Shift(_)) => Role::Register,
             Some(G::ToolOffset | G::Dwell | G::Pole(_) | G::Setting(..) | G::RoughContour(_)) => Role::Data,
-            Some(G::OpaqueCycle | G::OpaqueMotion | G::OpaqueBlock | G::TurningCycle | G::Thread | G::Pass(_)) => {
-                Role::Cycle
-            }
+            Some(
+                G::OpaqueCycle
+                | G::OpaqueMotion
+                | G::OpaqueBlock
+                | G::Removal(_)
+                | G::TurningCycle
+                | G::Thread
+                | G::Pass(_),
+            ) => Role::Cycle,
             _ => continue,
         };
         let block = program.block_at(word.start as usize);

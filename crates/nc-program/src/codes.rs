@@ -6,6 +6,7 @@ use crate::finding::{self, Severity};
 use crate::hole::Hole;
 use crate::modal::{Compensation, FeedMode, Motion};
 use crate::profile_cycle::Profile;
+use crate::removal::Removal;
 use crate::request::Request;
 use crate::rough::Rough;
 use crate::run::Runner;
@@ -32,6 +33,7 @@ pub(crate) enum Action {
     RoughContour(Rough, i32),
     TurningCycle,
     Thread(i32),
+    Removal(Removal, i32),
     CallMacro(i32),
     ModalMacro(i32),
     Groove(u8, i32),
@@ -88,6 +90,7 @@ impl Runner<'_> {
             Action::Groove(deep, word) => self.groove(request, usize::from(deep), word),
             Action::EndSpline => self.spline(request, Spline::End),
             Action::Profile(profile, word) => self.profile_cycle(request, profile, word),
+            Action::Removal(removal, word) => self.removal(removal, word),
             Action::Thread(word) => self.thread_cycle(request, word),
             Action::Nothing => {}
         }
@@ -120,7 +123,7 @@ impl Runner<'_> {
     }
 
     /// G40, G41, G42: the tool is that of D, else the one in use.
-    fn compensate(&mut self, request: &Request, side: Compensation, given: bool, word: i32) {
+    pub(crate) fn compensate(&mut self, request: &Request, side: Compensation, given: bool, word: i32) {
         self.state.modal.compensation = side;
         if side == Compensation::Off {
             self.state.modal.called = NONE_CALLED;
@@ -287,6 +290,7 @@ fn action_of(code: G, word: i32) -> Option<Action> {
         G::Groove(deep) => Some(Action::Groove(deep, word)),
         G::EndSpline => Some(Action::EndSpline),
         G::Profile(profile) => Some(Action::Profile(profile, word)),
+        G::Removal(removal) => Some(Action::Removal(removal, word)),
         G::Dwell | G::OpaqueCycle | G::OpaqueBlock | G::OpaqueMode | G::StoreHome(_) => Some(Action::Nothing),
         G::Setting(..) | G::ToleranceCycle => Some(Action::Nothing),
         _ => None,

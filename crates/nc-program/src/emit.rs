@@ -10,7 +10,8 @@ use crate::run::Runner;
 impl Runner<'_> {
     /// A straight move.
     pub(crate) fn emit(&mut self, kind: MoveKind, end: [f64; 3], words: [i32; 3]) {
-        self.emit_move(kind, end, words, None);
+        let leads = std::mem::take(&mut self.state.comes_at_rapid) && kind == MoveKind::Line;
+        self.emit_move(if leads { MoveKind::Rapid } else { kind }, end, words, None);
     }
 
     pub(crate) fn emit_arc(&mut self, circle: Circle, sweep: f64, radius: f64, end: [f64; 3], words: [i32; 3]) {

@@ -55,7 +55,7 @@ impl Piece {
     }
 
     /// Whether it comes nowhere nearer to the depth of the contour's ground.
-    fn comes_out(&self) -> bool {
+    pub fn comes_out(&self) -> bool {
         minus(self.to, self.from)[1] <= SLACK
     }
 

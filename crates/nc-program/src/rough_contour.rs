@@ -29,6 +29,18 @@ impl Own {
         Self { axes, origin, signs: [along.signum(), deep.signum()] }
     }
 
+    /// Those that say themselves where they begin and which way they go.
+    pub fn new(axes: (usize, usize), origin: Point, signs: Point) -> Self {
+        Self { axes, origin, signs }
+    }
+
+    /// The position of a point, with the third coordinate of another one.
+    pub fn outside_of_origin(&self, point: Point, other: [f64; 3]) -> [f64; 3] {
+        let mut position = other;
+        (position[self.axes.0], position[self.axes.1]) = (self.origin[0], self.origin[1]);
+        self.outside(point, position)
+    }
+
     pub fn inside(&self, point: Point) -> Point {
         [0, 1].map(|axis| self.signs[axis] * (point[axis] - self.origin[axis]))
     }

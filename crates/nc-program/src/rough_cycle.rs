@@ -152,7 +152,7 @@ impl Runner<'_> {
     }
 
     /// A move of the roughing: about a centre it is the shorter way.
-    fn rough_step(&mut self, kind: MoveKind, end: [f64; 3], centre: Option<[f64; 3]>) {
+    pub(crate) fn rough_step(&mut self, kind: MoveKind, end: [f64; 3], centre: Option<[f64; 3]>) {
         let (first, second, _) = self.state.modal.plane.axes();
         let [from, to] = [self.state.position, end].map(|point| planar(point, (first, second)));
         let circle = centre.map(|centre| planar(centre, (first, second))).and_then(|centre| {

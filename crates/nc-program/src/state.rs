@@ -54,6 +54,10 @@ pub(crate) struct State {
     pub rough: RoughData,
     /// How far a grooving cycle's tool goes back after a peck, mm; NaN where no block said it.
     pub groove_back: f64,
+    /// The contour that a cycle named for those that follow.
+    pub contour_name: Option<String>,
+    /// The next move leads to a contour: a line of it is at rapid.
+    pub comes_at_rapid: bool,
     pub spline: SplineData,
     /// The macros that moves call: those of the program the last of them, whose own moves call the one before.
     pub modal_macros: Vec<ModalMacro>,
@@ -94,6 +98,8 @@ impl State {
             thread: ThreadData::NONE,
             rough: RoughData::NONE,
             groove_back: f64::NAN,
+            contour_name: None,
+            comes_at_rapid: false,
             spline: SplineData::default(),
             modal_macros: Vec::new(),
             retracts_to_plane: dialect.rules.retracts_to_plane,

@@ -3,6 +3,7 @@
 use crate::dialect::FlowStyle;
 use crate::finding;
 use crate::labels::{label, program_name, Labels};
+use crate::modal::Modal;
 use crate::path::{MoveKind, INHERITED};
 use crate::request::{Jump, Request};
 use crate::rough::Rough;
@@ -17,8 +18,9 @@ pub(crate) enum Visit {
     /// A subprogram: its first block, the runs left, and the block to go on with; whether it has parameters of its own,
     /// and whether it was called after a move (G66).
     Program { start: usize, left: u64, back: usize, own: bool, modal: bool },
-    /// A contour: its last block, the block to go on with, and the machine position to return to.
-    Contour { last: usize, back: usize, from: [f64; 3] },
+    /// A contour: its last block, the block to go on with, the machine position to return to, and the modal state that
+    /// is put back then.
+    Contour { last: usize, back: usize, from: [f64; 3], after: Option<Modal> },
 }
 
 impl Runner<'_> {
@@ -137,15 +139,15 @@ impl Runner<'_> {
             return self.warn(finding::MISPLACED, self.word_start(word), message, "write G70 P.. Q..");
         }
         let Some(blocks) = self.contour_blocks(request) else { return };
-        self.visit_contour(blocks, self.next);
+        self.visit_contour(blocks, self.next, None);
     }
 
-    fn visit_contour(&mut self, (first, last): (usize, usize), back: usize) {
+    pub(crate) fn visit_contour(&mut self, (first, last): (usize, usize), back: usize, after: Option<Modal>) {
         if !self.too_deep() {
             let total = self.state.frame.total();
             let from = [0, 1, 2].map(|axis| self.state.position[axis] + total[axis]);
             self.path.enter_call(self.block);
-            self.visits.push(Visit::Contour { last, back, from });
+            self.visits.push(Visit::Contour { last, back, from, after });
             self.next = first;
         }
     }
@@ -167,7 +169,7 @@ impl Runner<'_> {
             self.roughed.push((word, first, last));
             let ends = [b'P', b'Q'].map(|letter| request.get(letter).unwrap_or(f64::NAN));
             if !self.labels().finishes(ends) {
-                self.visit_contour((first, last), self.next);
+                self.visit_contour((first, last), self.next, None);
             }
         }
     }
@@ -202,13 +204,15 @@ impl Runner<'_> {
 
     /// After the last block of a contour: back to where its cycle began, by a rapid move.
     pub(crate) fn end_contour(&mut self) {
-        let Some(Visit::Contour { last, back, from }) = self.visits.last().copied() else { return };
+        let Some(Visit::Contour { last, back, from, after }) = self.visits.last().copied() else { return };
         if last != self.block {
             return;
         }
         self.visits.pop();
         self.path.leave_call();
         self.next = back;
+        self.state.modal = after.unwrap_or(self.state.modal);
+        self.state.comes_at_rapid = false;
         let total = self.state.frame.total();
         let end = [0, 1, 2].map(|axis| from[axis] - total[axis]);
         if end != self.state.position {

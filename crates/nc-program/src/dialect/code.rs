@@ -5,6 +5,7 @@ use crate::drill::Drill;
 use crate::modal::{Compensation, FeedMode, Motion, Plane, SpindleMode};
 use crate::pass::Pass;
 use crate::profile_cycle::Profile;
+use crate::removal::Removal;
 use crate::rough::Rough;
 
 /// What a G code means.
@@ -110,6 +111,8 @@ pub enum G {
     FinishContour,
     /// Roughs out the contour between N of P and N of Q; these blocks are passed over.
     RoughContour(Rough),
+    /// Roughs out or finishes the contour that its arguments name, or names it.
+    Removal(Removal),
     /// Runs on, or roughs out, the contour of the subroutine that Q names.
     Profile(Profile),
     /// Sets how closely or how fast the path is followed, where the letter has one of these values; else who knows.

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::flow::Flow;
 use crate::modal::{Compensation, FeedMode, Modal, Motion, Plane, SpindleMode};
+use crate::removal::Removal;
 
 /// The dialect.
 pub const SIEMENS: Dialect = Dialect {
@@ -125,6 +126,9 @@ const NAMES: Names = Names::of(&[
     ("CHF", Name::Address(b'w')),
     ("C#", Name::Address(b'o')),
     ("CROTS", FRAME),
+    ("CYCLE62", Name::Text(G::Removal(Removal::Names))),
+    ("CYCLE95", Name::Text(G::Removal(Removal::Stock))),
+    ("CYCLE952", Name::Text(G::Removal(Removal::Contour))),
     ("CYCLE800", FRAME),
     ("CYCLE832", Name::Text(G::ToleranceCycle)),
     ("CYCLE#", CYCLE),

@@ -78,7 +78,7 @@ def require_roughing_stays(
 
 def _passes(program: Program, path: ToolPath) -> Flags:
     """Whether each move is one of a roughing cycle."""
-    return np.isin(path.block, [block.index for block in roughing_cycles(program)])
+    return np.isin(path.block, [cycle.block.index for cycle in roughing_cycles(program)])
 
 
 def _same(before: ToolPath, was: Flags, after: ToolPath, now: Flags) -> bool:
@@ -108,7 +108,7 @@ def _moved(program: Program) -> TrueloopError:
         Code.NC_EDIT,
         "roughing shall stay where it is, and its passes hang on blocks of the contour that the finishing cycle cuts",
         hint='write the contour between P and Q without calls, or have `programs.roughing = "moves"`',
-        place=program.place(cycle.start),
+        place=program.place(cycle.block.start),
     )
 
 

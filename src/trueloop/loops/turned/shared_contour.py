@@ -1,35 +1,31 @@
 """A contour that a roughing cycle runs on as well: what a user should know before it is corrected."""
 
-from typing import Final
-
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.nc.program.program import Block, Program
+from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
 from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by
 from trueloop.wording import wording
 
-ROUGHING: Final = (71.0, 72.0, 73.0)
 
-
-def shared_contour_notes(program: Program, first_block: int, x_before_mm: Array, x_after_mm: Array) -> list[str]:
-    """Says which roughing cycle shares the contour that begins at that block, and what it may object to.
+def shared_contour_notes(
+    program: Program, path: ToolPath, move: int, x_before_mm: Array, x_after_mm: Array
+) -> list[str]:
+    """Says which roughing cycle shares the contour that a move is on, and what it may object to.
 
     The contour's ends in x (n,), before and after correcting.
     """
-    if not program.dialect.contours_by_number:
-        return []
-    cycles = [block.line for block in program.blocks if block.index < first_block and _roughs(block)]
-    if not cycles:
-        return []
+    cycle = finishing_cycle(program, path, move)
+    cycles = [] if cycle is None else roughed_by(program, cycle)
     notes: list[str] = [
         wording(
             "The roughing cycle of line {line} runs on the blocks of the contour: its passes move with it.",
-            line=cycles[-1],
+            line=other.block.line,
         )
+        for other in cycles
     ]
-    if _runs_one_way(x_before_mm) and not _runs_one_way(x_after_mm):
+    if program.dialect.contours_by_number and cycles and _runs_one_way(x_before_mm) and not _runs_one_way(x_after_mm):
         notes.append(
             wording(
                 "The corrected contour does not rise throughout in X any more: a control that demands this of G71 "
@@ -46,15 +42,10 @@ def roughing_stays_notes(program: Program, path: ToolPath, move: int) -> list[st
     return [
         wording(
             "The roughing cycle of line {line} cuts what it cut before; the finish pass has a contour of its own.",
-            line=block.line,
+            line=other.block.line,
         )
-        for block in cycles
+        for other in cycles
     ]
-
-
-def _roughs(block: Block) -> bool:
-    letters = {word.letter for word in block.words}
-    return {"P", "Q"} <= letters and any(word.letter == "G" and word.value in ROUGHING for word in block.words)
 
 
 def _runs_one_way(x: Array) -> bool:

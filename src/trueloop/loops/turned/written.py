@@ -22,6 +22,7 @@ from trueloop.nc.program.tool_path import Motion, ToolPath
 from trueloop.turned.compensation.contour import CentrePiece
 from trueloop.turned.compensation.moves import between
 from trueloop.turned.compensation.targets import Fitting, Replacement, bent_lines, end_shifts, replaced_arcs
+from trueloop.turned.program.contour_cycles import finishing_cycle
 from trueloop.turned.program.read_back import (
     check_contour,
     check_rapids,
@@ -118,10 +119,11 @@ def _require_intended(writing: Writing, profile: Profile, read: _ReadBack, paths
     old, path, targets, span = read.old, read.path, read.targets, read.span
     (before, after), driven = paths.written, paths.driven
     check_rest(old, path, targets.first, targets.last)
-    check_rapids(profile, old, path, targets.last)
     tolerance_mm = writing.fitting.tolerance_mm + ROUNDING_STEPS * writing.matched.resolution_mm
     check_contour(path, span, after, tolerance_mm)
     largest_mm = max(farthest_mm(before, after), *(float(np.linalg.norm(end)) for end in targets.ends.values()))
+    cycle = finishing_cycle(writing.program, writing.matched.path, targets.last)
+    check_rapids(profile, old, path, targets.last, largest_mm if cycle is not None and cycle.by == "name" else 0.0)
     moves, written = range(targets.first, targets.last + 1), range(targets.first, span[1] + 1)
     check_way(old, path, moves, written, largest_mm + tolerance_mm)
     if driven is not None:
@@ -136,7 +138,7 @@ def _notes(writing: Writing, read: _ReadBack) -> list[str]:
         return roughing_stays_notes(writing.program, writing.matched.path, read.targets.last)
     first, last, span = read.targets.first, read.targets.last, read.span
     x_before, x_after = read.old.end_mm[first : last + 1, 0], read.path.end_mm[span[0] - 1 : span[1] + 1, 0]
-    return shared_contour_notes(writing.program, int(writing.matched.path.block[first]), x_before, x_after)
+    return shared_contour_notes(writing.program, writing.matched.path, last, x_before, x_after)
 
 
 def _of_blocks(path: ToolPath, blocks: Integers) -> tuple[int, int]:

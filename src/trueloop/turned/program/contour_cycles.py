@@ -1,54 +1,95 @@
 """Cycles that run on a contour kept elsewhere in the program: which one finishes it, and which ones rough it."""
 
-from typing import Final
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final, Literal
 
 from trueloop.nc.program.program import Block, Program, Word
 from trueloop.nc.program.tool_path import ToolPath
 
-_FINISH: Final = ("FinishContour", "Profile(Finish)")
-_ROUGH: Final = ("RoughContour", "Profile")
+_BOTH: Final = range(9, 13)
+_ROUGHS: Final = range(1, 5)
+"""VARI of CYCLE95: those that rough, and those that finish after it."""
+_VARI: Final = 8
+_VARI_952: Final = 3
+_FINISHING: Final = 2
 
 
-def finishing_cycle(program: Program, path: ToolPath, move: int) -> Block | None:
-    """The block of the finishing cycle that runs the contour of a move; None of a move in the program's own course."""
+@dataclass(frozen=True)
+class ContourCycle:
+    """A cycle and its contour: the block, its word, and what names the contour, as it compares.
+
+    `by`: the contour lies between the blocks of two numbers (P, Q), is the subroutine of a number (Q of LinuxCNC), or
+    has a name: a subprogram's, or two labels (Sinumerik); it may stand in an earlier block (CYCLE62).
+    """
+
+    block: Block
+    word: Word
+    named: tuple[str, ...]
+    roughs: bool
+    finishes: bool
+    by: Literal["numbers", "subroutine", "name", "earlier"]
+
+
+def finishing_cycle(program: Program, path: ToolPath, move: int) -> ContourCycle | None:
+    """The finishing cycle that runs the contour of a move; None of a move in the program's own course."""
     call = int(path.call[move])
-    block = program.block(int(path.calls[call, 0])) if call >= 0 else None
-    return block if block is not None and _does(program, block, _FINISH) else None
+    found = _cycle(program, program.block(int(path.calls[call, 0]))) if call >= 0 else None
+    return found if found is not None and found.finishes else None
 
 
-def calls_by_name(program: Program, cycle: Block) -> bool:
-    """Whether its contour is a subroutine that it names, not the blocks between two numbers."""
-    return _does(program, cycle, _FINISH[1:])
+def roughing_cycles(program: Program) -> list[ContourCycle]:
+    """The cycles that rough a contour, without the blocks that only say how."""
+    return [found for found in _cycles(program) if found.roughs]
 
 
-def is_finish(program: Program, word: Word) -> bool:
-    """Whether a word is the code of a finishing cycle."""
-    return _means(program, word).startswith(_FINISH)
+def roughed_by(program: Program, cycle: ContourCycle) -> list[ContourCycle]:
+    """The roughing cycles on the contour that this finishing cycle runs; itself where it does both."""
+    return [found for found in roughing_cycles(program) if found.named == cycle.named]
 
 
-def roughing_cycles(program: Program) -> list[Block]:
-    """The blocks of the cycles that rough a contour, without those that only say how."""
-    return [block for block in program.blocks if _roughs(program, block) and _named(block)]
+def _cycles(program: Program) -> Iterator[ContourCycle]:
+    return (found for block in program.blocks if (found := _cycle(program, block)) is not None)
 
 
-def roughed_by(program: Program, cycle: Block) -> list[Block]:
-    """The roughing cycles on the contour that this finishing cycle runs."""
-    return [block for block in roughing_cycles(program) if _named(block) == _named(cycle)]
+def _cycle(program: Program, block: Block) -> ContourCycle | None:
+    for word in block.words:
+        meaning = (program.core.meaning(word.index) or "") if word.letter == "G" or word.kind == "name" else ""
+        finishes = meaning in ("FinishContour", "Profile(Finish)")
+        if finishes or meaning.startswith(("RoughContour", "Profile")):
+            letters = "Q" if meaning.startswith("Profile") else "PQ"
+            named = tuple(other.text[1:].strip().lstrip("0") for other in block.words if other.letter in letters)
+            by: Literal["numbers", "subroutine"] = "subroutine" if letters == "Q" else "numbers"
+            if len(named) == len(letters):
+                return ContourCycle(block, word, named, not finishes, finishes, by)
+        if meaning == "Removal(Stock)":
+            return _stock_removal(block, word)
+        if meaning == "Removal(Contour)":
+            return _contour_turning(program, block, word)
+    return None
 
 
-def _roughs(program: Program, block: Block) -> bool:
-    return _does(program, block, _ROUGH) and not _does(program, block, _FINISH)
+def _stock_removal(block: Block, word: Word) -> ContourCycle:
+    """CYCLE95: its first argument names the contour, the ninth says what it does."""
+    given = arguments(word)
+    kind = given[_VARI].strip() if len(given) > _VARI else ""
+    number = int(kind) if kind.isdigit() else 0
+    name = given[0].strip().strip('"').lower()
+    roughs, both = number in _ROUGHS or not number, number in _BOTH
+    return ContourCycle(block, word, (name,), roughs or both, not roughs, "name")
 
 
-def _does(program: Program, block: Block, meanings: tuple[str, ...]) -> bool:
-    return any(_means(program, word).startswith(meanings) for word in block.words)
+def _contour_turning(program: Program, block: Block, word: Word) -> ContourCycle:
+    """CYCLE952: the last CYCLE62 names the contour, the tens of the fourth argument say what it does."""
+    given = arguments(word)
+    kind = given[_VARI_952].strip() if len(given) > _VARI_952 else ""
+    finishes = kind.isdigit() and int(kind) // 10 % 10 == _FINISHING
+    earlier = (other for before in program.blocks if before.index < block.index for other in before.words)
+    names = [other for other in earlier if program.core.meaning(other.index) == "Removal(Names)"]
+    named = tuple(arguments(names[-1])) if names else ()
+    return ContourCycle(block, word, named, not finishes, finishes, "earlier")
 
 
-def _means(program: Program, word: Word) -> str:
-    return (program.core.meaning(word.index) or "") if word.letter == "G" else ""
-
-
-def _named(block: Block) -> dict[str, str]:
-    """The words that name a cycle's contour: P and Q, or Q."""
-    names = {word.letter: word.text[1:].strip() for word in block.words if word.letter in "PQ"}
-    return {letter: text.lstrip("0") for letter, text in names.items()} if "Q" in names else {}
+def arguments(word: Word) -> list[str]:
+    """Those in brackets behind a name, as they are written."""
+    return word.text.partition("(")[2].rpartition(")")[0].split(",")

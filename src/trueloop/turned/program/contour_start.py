@@ -3,7 +3,7 @@
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.program import Program
 from trueloop.nc.program.tool_path import ToolPath
-from trueloop.turned.program.contour_cycles import calls_by_name, finishing_cycle, roughed_by
+from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by
 
 
 def require_named(program: Program, path: ToolPath, move: int, axis: int, letter: str) -> None:
@@ -12,7 +12,7 @@ def require_named(program: Program, path: ToolPath, move: int, axis: int, letter
     The value would be that of the finishing cycle's beginning, and the roughing would go there, through the part.
     """
     cycle = finishing_cycle(program, path, move)
-    if cycle is None or not calls_by_name(program, cycle) or not roughed_by(program, cycle):
+    if cycle is None or cycle.by != "subroutine" or not roughed_by(program, cycle):
         return
     own = (path.call[: move + 1] == path.call[move]) & (path.word[: move + 1, axis] >= 0)
     if not own.any():

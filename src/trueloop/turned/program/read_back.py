@@ -83,18 +83,22 @@ def check_rest(before: ToolPath, after: ToolPath, first: int, last: int) -> None
             )
 
 
-def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int) -> None:
+def check_rapids(profile: Profile, before: ToolPath, after: ToolPath, last: int, follows_mm: float = 0.0) -> None:
     """Refuses rapids that come closer to the part than those of the source.
 
     Only a rapid that begins or inherits where the contour ends can have moved at all. Closeness is measured at the
     rapid's end: at its beginning the tool stands on the surface that it has just cut.
+
+    follows_mm: by how much the first rapid behind the contour may, where its cycle works out from the contour where it
+    ends: off the corrected one by as much as off the given one.
     """
     for k in range(1, len(before) - last):
         old, new = len(before) - k, len(after) - k
         if before.motion[old] != Motion.RAPID:
             continue
         clearance = [_clearance(profile, path.end_mm[m]) for path, m in ((before, old), (after, new))]
-        if clearance[1] < clearance[0] - SAME_MM:
+        follows = follows_mm if old == last + 1 and np.all(before.word[old] < 0) else 0.0
+        if clearance[1] < clearance[0] - follows - SAME_MM:
             raise TrueloopError(
                 Code.CMP_RAPID,
                 f"the rapid of line {before.line[old]} would end {(clearance[0] - clearance[1]) * UM_PER_MM:.2f} µm "

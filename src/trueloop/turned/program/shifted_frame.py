@@ -15,7 +15,7 @@ from trueloop.arrays import Flags
 from trueloop.errors import Code, TrueloopError
 from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import ToolPath
-from trueloop.turned.program.contour_cycles import calls_by_name, finishing_cycle
+from trueloop.turned.program.contour_cycles import finishing_cycle
 
 OFF: Final = 40
 ON: Final = frozenset({41, 42})
@@ -118,9 +118,9 @@ def _switch(program: Program, blocks: Iterable[int], codes: Collection[int], see
 def _cycle_of_calls(program: Program, path: ToolPath, cut: int) -> _Cycle | None:
     """The G70 that calls the contour by its name; its blocks are those of its moves."""
     cycle = finishing_cycle(program, path, cut)
-    if cycle is None or not calls_by_name(program, cycle):
+    if cycle is None or cycle.by == "numbers":
         return None
-    return _Cycle(cycle.index, frozenset(path.block[path.call == path.call[cut]].tolist()))
+    return _Cycle(cycle.block.index, frozenset(path.block[path.call == path.call[cut]].tolist()))
 
 
 def _finishing_cycle(program: Program, contour_block: int) -> _Cycle | None:

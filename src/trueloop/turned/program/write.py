@@ -19,7 +19,7 @@ from trueloop.nc.program.program import Block, Program
 from trueloop.nc.program.tool_path import INVERSE_TIME, NO_COMPENSATION, Motion, ToolPath
 from trueloop.turned.compensation.targets import EndShift, Replacement
 from trueloop.turned.program.arc_blocks import blocks_for, is_motion, style_of
-from trueloop.turned.program.contour_cycles import calls_by_name, finishing_cycle, roughed_by
+from trueloop.turned.program.contour_cycles import finishing_cycle, roughed_by
 from trueloop.turned.program.contour_start import require_named
 
 AXES = ((0, "X"), (2, "Z"))
@@ -110,7 +110,7 @@ def _is_led_in(program: Program, path: ToolPath, move: int) -> bool:
     if path.compensation[move + 1] != NO_COMPENSATION:
         return True
     cycle = finishing_cycle(program, path, move)
-    return cycle is not None and not calls_by_name(program, cycle) and bool(roughed_by(program, cycle))
+    return cycle is not None and cycle.by == "numbers" and bool(roughed_by(program, cycle))
 
 
 def _require_no_arc_after(program: Program, path: ToolPath, targets: Displacements) -> None:
