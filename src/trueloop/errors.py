@@ -44,7 +44,7 @@ class Code(StrEnum):
     GEO_ARC = "GEO-ARC", "an arc whose ends do not fit centre and sweep", ("feature", "radius_mm")
     GEO_AXIS = "GEO-AXIS", "the profile goes beyond the spindle axis", ("feature", "x_mm")
     GEO_GAP = "GEO-GAP", "consecutive features do not meet", ("gap_mm",)
-    GEO_ORDER = "GEO-ORDER", "the chain runs towards the chuck", ("start_x_mm", "start_z_mm", "end_x_mm", "end_z_mm")
+    GEO_ORDER = "GEO-ORDER", "a chain whose order puts the material on the other side", ("start_x_mm", "start_z_mm", "end_x_mm", "end_z_mm")
     GEO_CROSSING = "GEO-CROSSING", "the chain crosses or touches itself", ("features", "x_mm", "z_mm")
     GEO_JUNCTION = "GEO-JUNCTION", "a junction by design that the geometry contradicts", ("features",)
     GEO_NOSE = "GEO-NOSE", "a concave arc not larger than the nose, or no nose radius at all", ("nose_radius_mm",)
@@ -57,7 +57,7 @@ class Code(StrEnum):
 
     # NC: programs
     NC_COMPENSATED = "NC-COMPENSATED", "G41 or G42 where it cannot be followed, or on the wrong side", ("compensation",)
-    NC_BORE = "NC-BORE", "a pass whose material lies away from the axis"
+    NC_BORE = "NC-BORE", "a pass on the other side than is stated: a bore, or an outside"
     NC_NO_CONTOUR = "NC-NO-CONTOUR", "no feed moves that could be a finish pass"
     NC_NO_MATCH = "NC-NO-MATCH", "a feature that no pass cuts whole", ("feature",)
     NC_AMBIGUOUS = "NC-AMBIGUOUS", "a feature that several passes cut", ("feature", "lines")
@@ -104,7 +104,7 @@ class Code(StrEnum):
     TCH_DIAMETER = "TCH-DIAMETER", "diameters among radii, or the reverse", ("factor_x", "factor_z")
     TCH_SIGN = (
         "TCH-SIGN",
-        "errors after the finish cut that say the correction was applied with its sign reversed",
+        "errors whose sign is reversed: against what was measured, or after the finish cut",
         ("ratio", "correlation"),
     )
     TCH_DUPLICATE = "TCH-DUPLICATE", "two touches of one point", ("point",)

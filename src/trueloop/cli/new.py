@@ -10,7 +10,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import not_negative
-from trueloop.cli.program_file import DialectName, ProgramFile, Settings, UnitAtStart, parameters_of
+from trueloop.cli.program_file import DialectName, OfSide, ProgramFile, Settings, UnitAtStart, parameters_of
 from trueloop.cli.terminal import AsJson, busy, print_json, print_lines
 
 HOW: Final = "Measured with a micrometer, or as points by a probe or measuring machine"
@@ -53,6 +53,7 @@ def new(
     lines: Annotated[
         tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
     ] = None,
+    side: OfSide = "outside",
     as_json: AsJson = False,
 ) -> None:
     """Begin a job: writes job.toml, and a file in which the places to measure stand and the values are to be filled in.
@@ -71,6 +72,7 @@ def new(
     if person and dialect is None:
         dialect = _asked_dialect(program)
     with busy(f"reading {program}"):
+        from trueloop.geometry.profile import Side
         from trueloop.jobs.turned.new import Wanted, new_job
 
         made = new_job(
@@ -86,6 +88,7 @@ def new(
                 lines=lines,
                 parameters=parameters_of(settings),
                 measured=how,
+                side=Side(side),
             )
         )
     if as_json:
@@ -95,7 +98,7 @@ def new(
     print_lines(
         [
             *made.notes,
-            f"{len(made.features)} features from the chuck: {', '.join(made.features)}",
+            f"{len(made.features)} features in order: {', '.join(made.features)}",
             *(f"written: {file}" for file in (job, *others)),
             f"written: {to_fill_in}, with {made.places} places to measure",
             f"next: fill in the values, then  trueloop compensate {job}",

@@ -19,6 +19,9 @@ DialectName = Annotated[
     str | None,
     typer.Option("--dialect", "-d", metavar="D", help="ge2000t, linuxcnc, siemens …  [default: from the program]"),
 ]
+OfSide = Annotated[
+    Literal["outside", "inside"], typer.Option("--side", help="Whether the finish pass turns an outside or a bore.")
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", "-s", metavar="P=V", help="Value of a parameter, as P46=3.52; may be repeated."),

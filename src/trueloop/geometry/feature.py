@@ -1,8 +1,8 @@
 """One feature of a turned profile: a line or an arc with arc length, tangent, outward normal and curvature.
 
-The plane is (x, z): x is the radius in mm, z runs along the spindle axis away from the chuck. A profile is ordered from
-chuck end to free end and the material lies to the right of the direction of travel as seen with z to the right and
-x up, so that the outward normal is the tangent turned left by 90 degrees.
+The plane is (x, z): x is the radius in mm, z runs along the spindle axis away from the chuck. The material lies to the
+right of the direction of travel as seen with z to the right and x up, so that the outward normal is the tangent turned
+left by 90 degrees: an outside runs from chuck end to free end, a bore from free end to chuck end.
 """
 
 import math
@@ -18,7 +18,10 @@ Point: TypeAlias = tuple[float, float]
 
 
 def contact_angle_rad(outward_normal: ArrayLike) -> Array:
-    """Angle of the outward normal from +z towards +x: 0 on an end face, π/2 on a cylinder. Shape (..., 2) → (...)."""
+    """Angle of the outward normal from +z towards +x, in [−π, π]. Shape (..., 2) → (...).
+
+    0 on an end face, π/2 on a cylinder, −π/2 in a bore. `Profile.contact_angle_rad` carries it on over back faces.
+    """
     normal = np.asarray(outward_normal, dtype=np.float64)
     return np.arctan2(normal[..., 0], normal[..., 1])
 
@@ -54,6 +57,11 @@ class Line:
     def outward_normal(self, arc_length_mm: ArrayLike) -> Array:
         """Unit normal out of the material, (...) → (..., 2)."""
         return _normal_of(self.tangent(arc_length_mm))
+
+    @property
+    def turn_rad(self) -> float:
+        """How far the tangent turns to the right from start to end: not at all."""
+        return 0.0
 
     def curvature_per_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Zero: dn/ds = κ t."""
@@ -111,6 +119,11 @@ class Arc:
     def outward_normal(self, arc_length_mm: ArrayLike) -> Array:
         """Unit normal out of the material, (...) → (..., 2): away from the centre on a convex arc."""
         return self._side * self._radial(arc_length_mm)
+
+    @property
+    def turn_rad(self) -> float:
+        """How far the tangent turns to the right from start to end: the sweep."""
+        return self.sweep_rad
 
     def curvature_per_mm(self, arc_length_mm: ArrayLike) -> Array:
         """Signed κ with dn/ds = κ t: positive on a convex arc, where offsetting outwards lengthens it."""

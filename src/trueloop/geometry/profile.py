@@ -5,13 +5,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trueloop.arrays import Array
-from trueloop.geometry.feature import Feature
+from trueloop.arrays import Array, Integers
+from trueloop.geometry.feature import Feature, contact_angle_rad
 
 TANGENT_WITHIN_RAD: Final = 1e-3
 """Two features whose directions differ by less meet tangentially, unless the job says otherwise: rounding coordinates
@@ -23,6 +24,28 @@ class JunctionKind(StrEnum):
 
     CORNER = "corner"
     TANGENT = "tangent"
+
+
+class Side(StrEnum):
+    """Where a profile's material lies as seen from its surface, and so which way its features run.
+
+    The material is always on the right of the direction of travel, seen with z to the right and x up. An outside
+    profile therefore runs from the chuck end to the free end, a bore from the free end to the chuck end; a profile
+    around the part runs along the outside, over the front face and back through the bore, or is a back face alone.
+    """
+
+    OUTSIDE = "outside"
+    INSIDE = "inside"
+    AROUND = "around"
+
+
+LOWEST_CONTACT_RAD: Final = {
+    Side.OUTSIDE: -0.75 * math.pi,
+    Side.INSIDE: -1.25 * math.pi,
+    Side.AROUND: -0.75 * math.pi,
+}
+"""Contact angles of a profile's first feature are counted from here: no tool cuts an outside at −135°, which looks
+towards the axis and the chuck, nor a bore at +135°."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +72,11 @@ class Located:
 
 @dataclass(frozen=True)
 class Profile:
-    """Features from chuck end to free end; `junctions[i]` stands between `features[i]` and `features[i + 1]`."""
+    """A chain of features, its material on the right; `junctions[i]` stands between `features[i]` and `[i + 1]`."""
 
     features: tuple[Feature, ...]
     junctions: tuple[Junction, ...]
+    side: Side = Side.OUTSIDE
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -67,6 +91,40 @@ class Profile:
     def start_of(self, index: int) -> float:
         """Arc length along the whole profile at which feature `index` begins, mm."""
         return math.fsum(feature.length_mm for feature in self.features[:index])
+
+    def contact_angle_rad(self, feature_index: Integers, arc_length_mm: ArrayLike) -> Array:
+        """Contact angles at places of the profile, (n,): of the outward normal from +z towards +x.
+
+        Continuous along the profile: a back face is at +π on an outside and at −π in a bore, where π/2 and −π/2 are
+        the cylinders, and no arc jumps by a full turn.
+        """
+        index = np.asarray(feature_index, dtype=np.intp)
+        s = np.broadcast_to(np.asarray(arc_length_mm, dtype=np.float64), index.shape)
+        middle, angle = self._middle_contact_rad, np.empty(index.shape)
+        for i in np.unique(index).tolist():
+            here = index == i
+            found = contact_angle_rad(self.features[i].outward_normal(s[here]))
+            angle[here] = found + 2.0 * math.pi * np.round((middle[i] - found) / (2.0 * math.pi))
+        return angle
+
+    def contact_along_rad(self, index: int, arc_length_mm: ArrayLike) -> Array:
+        """The same along one feature, (n,)."""
+        s = np.atleast_1d(np.asarray(arc_length_mm, dtype=np.float64))
+        return self.contact_angle_rad(np.full(s.shape, index), s)
+
+    @cached_property
+    def _middle_contact_rad(self) -> tuple[float, ...]:
+        """Contact angle in the middle of every feature, carried on from the first by how far the chain turns."""
+        first = float(contact_angle_rad(self.features[0].outward_normal(0.0)))
+        lowest = LOWEST_CONTACT_RAD[self.side]
+        angle = first + 2.0 * math.pi * math.ceil((lowest - first) / (2.0 * math.pi))
+        turns = (*(junction.turn_rad for junction in self.junctions), 0.0)
+        middles = []
+        for feature, turn_rad in zip(self.features, turns, strict=True):
+            half = feature.turn_rad / 2.0
+            middles.append(angle - half)
+            angle -= 2.0 * half + turn_rad
+        return tuple(middles)
 
     def locate(self, points_mm: ArrayLike) -> Located:
         """Nearest feature for each point of shape (n, 2); a foot beyond a feature's end counts by its end."""

@@ -9,7 +9,7 @@ from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.feature import Arc, Feature, Point
 from trueloop.geometry.intersection import crossings
 from trueloop.geometry.offset import RUNS_TOGETHER_RAD
-from trueloop.geometry.profile import JunctionKind, Profile, junctions_of
+from trueloop.geometry.profile import JunctionKind, Profile, Side, junctions_of
 
 GAP_MM: Final = 1e-3
 """Ends that lie closer meet: coordinates rounded to 1e-5 in or 1e-3 mm are no gap, a drawing's slip is."""
@@ -19,13 +19,16 @@ def checked_profile(
     features: Sequence[Feature],
     by_design: Mapping[tuple[str, str], JunctionKind] | None = None,
     *,
+    side: Side = Side.OUTSIDE,
     gap_mm: float = GAP_MM,
 ) -> Profile:
     """The profile of a chain of features, or the first thing that is wrong with it.
 
+    An outside runs from chuck end to free end, a bore (`side`) from free end to chuck end.
+
     Raises GEO-EMPTY, GEO-VALUE (a coordinate that is no number), GEO-NAME, GEO-LENGTH (a feature without length),
-    GEO-ARC (an end off the arc's circle or sweep), GEO-GAP, GEO-AXIS (x < 0), GEO-ORDER (not from chuck end to free
-    end), GEO-CROSSING, GEO-JUNCTION (a junction named that does not exist, or tangent by design where directions
+    GEO-ARC (an end off the arc's circle or sweep), GEO-GAP, GEO-AXIS (x < 0), GEO-ORDER (the material would be on the
+    other side), GEO-CROSSING, GEO-JUNCTION (a junction named that does not exist, or tangent by design where directions
     differ by more than 0.02 rad).
 
     >>> drawing = trueloop.read_dxf(trueloop.example("dxf/piecs11.dxf"))
@@ -37,8 +40,8 @@ def checked_profile(
     _require_names(features)
     for feature in features:
         _require_feature(feature, gap_mm)
-    _require_chain(features, gap_mm)
-    profile = Profile(tuple(features), junctions_of(features, by_design))
+    _require_chain(features, side, gap_mm)
+    profile = Profile(tuple(features), junctions_of(features, by_design), side)
     _require_design(profile, by_design)
     return profile
 
@@ -112,6 +115,21 @@ def _lowest_x_mm(feature: Feature) -> float:
     return lowest
 
 
+_SIDE_WORDS: Final = {Side.OUTSIDE: "profile", Side.INSIDE: "bore's profile", Side.AROUND: "profile"}
+
+
+def runs_as(side: Side, start_mm: Point, end_mm: Point, within_mm: float) -> bool:
+    """Whether a chain with these ends has its material on the right as one of that side.
+
+    Of a bore z falls; a front face alone runs inwards on either. What goes around the part may end anywhere.
+    """
+    if side is Side.AROUND:
+        return True
+    if side is Side.INSIDE and abs(end_mm[1] - start_mm[1]) > within_mm:
+        return end_mm[1] < start_mm[1]
+    return from_chuck(start_mm, end_mm, within_mm)
+
+
 def from_chuck(start_mm: Point, end_mm: Point, within_mm: float) -> bool:
     """Whether a chain with these ends runs as profiles do: z grows, or, of a face alone, x falls.
 
@@ -121,7 +139,7 @@ def from_chuck(start_mm: Point, end_mm: Point, within_mm: float) -> bool:
     return z1 > z0 if abs(z1 - z0) > within_mm else x1 < x0
 
 
-def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
+def _require_chain(features: Sequence[Feature], side: Side, gap_mm: float) -> None:
     for before, after in pairwise(features):
         if (gap := math.dist(before.end_mm, after.start_mm)) > gap_mm:
             raise TrueloopError(
@@ -131,16 +149,7 @@ def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
                 hint="let each feature start where the one before it ends",
                 values={"gap_mm": gap},
             )
-    start, end = features[0].start_mm, features[-1].end_mm
-    if not from_chuck(start, end, gap_mm):
-        way = "towards the chuck" if end[1] < start[1] - gap_mm else "outwards along a face"
-        raise TrueloopError(
-            Code.GEO_ORDER,
-            f"the profile runs from {_at(start)} to {_at(end)}, {way}",
-            hint="order the features from chuck end to free end, z growing, or along a face alone inwards: "
-            "normals and error signs depend on it; bores are not corrected",
-            values={"start_x_mm": start[0], "start_z_mm": start[1], "end_x_mm": end[0], "end_z_mm": end[1]},
-        )
+    _require_side(features[0].start_mm, features[-1].end_mm, side, gap_mm)
     for i, j, place in _all_crossings(features, gap_mm):
         raise TrueloopError(
             Code.GEO_CROSSING,
@@ -148,6 +157,20 @@ def _require_chain(features: Sequence[Feature], gap_mm: float) -> None:
             hint="a profile touches itself nowhere but where one feature hands over to the next",
             values={"features": [features[i].name, features[j].name], "x_mm": place[0], "z_mm": place[1]},
         )
+
+
+def _require_side(start: Point, end: Point, side: Side, gap_mm: float) -> None:
+    """Normals and error signs depend on the order: run the other way, what is left on would be what is missing."""
+    if runs_as(side, start, end, gap_mm):
+        return
+    way = "towards the chuck" if end[1] < start[1] - gap_mm else "away from it" if end[1] > start[1] + gap_mm else ""
+    raise TrueloopError(
+        Code.GEO_ORDER,
+        f"the {_SIDE_WORDS[side]} runs from {_at(start)} to {_at(end)}, {way or 'outwards along a face'}",
+        hint='order an outside from chuck end to free end, a bore (`side = "inside"`) from free end to chuck end, a '
+        "front face alone inwards: normals and error signs depend on it",
+        values={"start_x_mm": start[0], "start_z_mm": start[1], "end_x_mm": end[0], "end_z_mm": end[1]},
+    )
 
 
 def _all_crossings(features: Sequence[Feature], gap_mm: float) -> Iterator[tuple[int, int, Point]]:

@@ -63,4 +63,4 @@ def angles_deg(history: Sequence[MadePart]) -> Array:
     if len(seen) == 0:
         return np.empty(0)
     low, high = np.floor(seen.min()) - BEYOND_DEG, np.ceil(seen.max()) + BEYOND_DEG
-    return np.arange(max(low, -180.0), min(high, 180.0) + 0.5)
+    return np.arange(low, high + 0.5)

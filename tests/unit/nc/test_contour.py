@@ -20,7 +20,7 @@ from trueloop.geometry.feature import Arc, Feature, Line
 from trueloop.geometry.offset import nose_centre_path
 from trueloop.geometry.profile import Profile
 from trueloop.geometry.validate import checked_profile
-from trueloop.nc.check.rapid import boring_moves
+from trueloop.nc.check.rapid import sides_of_cuts
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.program import read_program
@@ -194,20 +194,22 @@ M2
 """
 
 
-@pytest.mark.parametrize(("mode", "why"), [("G41", "G41 keeps the nose on"), ("", "rapid moves beside it and")])
+@pytest.mark.parametrize(
+    ("mode", "why"), [("G41", "G41 keeps the nose on the other"), ("", "rapid moves beside it and")]
+)
 def test_a_bore_is_not_taken_for_a_part_with_its_material_at_the_axis(mode: str, why: str) -> None:
     """Taken so, its material left on would be more left on after the correction."""
     path = read_program(BORE.format(mode).encode(), "linuxcnc").run()
     with pytest.raises(TrueloopError, match=why) as refused:
-        contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path))
+        contour_of_program(feed_moves(path), 0.4, shown=sides_of_cuts(path))
     assert (refused.value.code, refused.value.place.line) == (Code.NC_BORE, 4)
 
 
 def test_the_same_contour_turned_outside_is_read() -> None:
     outside = BORE.format("").replace("X10 Z3", "X30 Z3").replace("G40 G0 X13", "G0 X30")
     path = read_program(outside.replace("X15\nZ-60", "X25\nZ-60").encode(), "linuxcnc").run()
-    assert not boring_moves(path)
-    assert contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path)).profile.features
+    assert not sides_of_cuts(path).boring
+    assert contour_of_program(feed_moves(path), 0.4, shown=sides_of_cuts(path)).profile.features
 
 
 AWAY = """G21 G18 G8 G40 G90 G94
@@ -225,8 +227,8 @@ M2
 
 def test_a_pass_away_from_the_chuck_is_outside_under_g41_and_a_bore_under_g42() -> None:
     path = read_program(AWAY.format("G41").encode(), "linuxcnc").run()
-    assert contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path)).profile.features
+    assert contour_of_program(feed_moves(path), 0.4, shown=sides_of_cuts(path)).profile.features
     path = read_program(AWAY.format("G42").encode(), "linuxcnc").run()
     with pytest.raises(TrueloopError, match="G42 keeps the nose on") as refused:
-        contour_of_program(feed_moves(path), 0.4, boring=boring_moves(path))
+        contour_of_program(feed_moves(path), 0.4, shown=sides_of_cuts(path))
     assert (refused.value.code, refused.value.place.line) == (Code.NC_BORE, 4)

@@ -47,7 +47,7 @@ def fitted(known: Remembered | None, options: FitOptions = OPTIONS) -> ProfileEr
 
 def test_the_dome_is_what_is_remembered_and_all_else_as_without() -> None:
     model, own = fitted(remembered()), fitted(None)
-    s, angle = angles_along(MODBAS2.profile.features[DOME])
+    s, angle = angles_along(MODBAS2.profile, DOME)
     beyond = angle < angle[0] - math.radians(4.0)
     np.testing.assert_allclose(model.curves[DOME].value_mm(s)[beyond], form_mm(angle)[beyond], atol=2e-5)
     assert model.curves[:DOME] == own.curves[:DOME]
@@ -81,7 +81,7 @@ def test_bands_alone_leave_the_curve_to_the_touches() -> None:
     s = np.linspace(0.0, model.curves[DOME].length_mm, 40)
     np.testing.assert_array_equal(model.curves[DOME].value_mm(s), own.curves[DOME].value_mm(s))
     np.testing.assert_array_equal(model.residual_mm, own.residual_mm)
-    angle = angles_along(MODBAS2.profile.features[DOME])
+    angle = angles_along(MODBAS2.profile, DOME)
     expected = np.interp(s, angle[0], form_mm(angle[1]))
     np.testing.assert_allclose(model.curves[DOME].expected_mm(s)[5:], expected[5:], atol=2e-5)
     np.testing.assert_allclose(model.curves[DOME].budget(s[5:]).standard_u_mm, 0.004, rtol=1e-3)
@@ -97,7 +97,7 @@ def test_where_the_dome_goes_over_to_the_cylinder_the_difference_is_uncertain() 
 
 def test_a_machine_that_takes_off_twice_as_much_is_asked_for_half() -> None:
     curve = fitted(remembered(gain=2.0)).curves[DOME]
-    s, angle = angles_along(MODBAS2.profile.features[DOME])
+    s, angle = angles_along(MODBAS2.profile, DOME)
     np.testing.assert_allclose(curve.value_mm(s)[8:], 0.5 * form_mm(angle)[8:], atol=2e-5)
     np.testing.assert_allclose(curve.expected_mm(s)[8:] - curve.gain * curve.value_mm(s)[8:], 0.0, atol=4e-5)
 
@@ -105,7 +105,7 @@ def test_a_machine_that_takes_off_twice_as_much_is_asked_for_half() -> None:
 def test_an_arc_without_a_touch_is_told_as_well() -> None:
     touches = MODBAS2.touches.chosen(np.flatnonzero(MODBAS2.touches.feature_index != DOME))
     model = fit_profile(MODBAS2.profile, touches, OPTIONS, remembered=remembered())
-    s, angle = angles_along(MODBAS2.profile.features[DOME])
+    s, angle = angles_along(MODBAS2.profile, DOME)
     np.testing.assert_allclose(model.curves[DOME].value_mm(s)[8:], form_mm(angle)[8:], atol=2e-5)
 
 
@@ -120,6 +120,6 @@ def test_prescribed_ends_stand_above_memory() -> None:
 def test_the_table_holds_the_ends_of_arcs_and_steps_between() -> None:
     grid = grid_of(MODBAS2.profile, [DOME])
     assert np.all(np.diff(grid) <= math.radians(1.0) + 1e-8)
-    _, angle = angles_along(MODBAS2.profile.features[DOME])
+    _, angle = angles_along(MODBAS2.profile, DOME)
     assert grid[-1] == pytest.approx(np.max(angle), abs=1e-8)
     assert grid[0] == pytest.approx(np.min(angle), abs=1e-8)

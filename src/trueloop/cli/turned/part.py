@@ -8,7 +8,7 @@ import typer
 
 from trueloop.cli.failure import guarded
 from trueloop.cli.numbers import not_negative
-from trueloop.cli.program_file import ProgramFile, Reading
+from trueloop.cli.program_file import OfSide, ProgramFile, Reading
 from trueloop.cli.terminal import AsJson, busy, print_json
 from trueloop.errors import in_file
 
@@ -77,14 +77,16 @@ def from_program(
     lines: Annotated[
         tuple[int, int] | None, typer.Option("--lines", help="First and last line of the finish pass.")
     ] = None,
+    side: OfSide = "outside",
     table: Table = Table(),
 ) -> None:
     """Make a [part] table from a finish program: the path of the nose centre less the nose radius. No CAD needed."""
+    from trueloop.geometry.profile import Side
     from trueloop.loops.turned.commanded import Run
 
     with busy(f"reading {file}"):
         run = Run(reading.parameters, reading.skipped_blocks, lines)
-        contour = run.contour(reading.program(file), nose_radius_mm)
+        contour = run.contour(reading.program(file), nose_radius_mm, Side(side))
     table.hand_over(contour.profile, contour.notes, file)
 
 

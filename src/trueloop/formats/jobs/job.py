@@ -108,10 +108,17 @@ class PartTable(Table):
     """Unit of all coordinates and radii of the profile: `"mm"` or `"inch"` (25.4 mm)."""
     x_is: Literal["radius", "diameter"] = "radius"
     """Whether an x coordinate is a `"radius"` or a `"diameter"`. Arc radii are radii either way."""
+    side: Literal["outside", "inside", "around"] = "outside"
+    """`"outside"`; `"inside"`: a bore, its features in order from the free end to the chuck end; `"around"`: one
+    profile along the outside, over the front face and back through the bore, or a back face alone. The material is
+    always on the right of the way along the features, seen with z to the right and x up.
+    """
     start: Annotated[Point | None, In("`unit`")] = None
-    """`[x, z]` where the first feature begins, at the chuck end. Start it where the finish program starts to cut."""
+    """`[x, z]` where the first feature begins: of an outside at the chuck end, of a bore at the free end. Start it
+    where the finish program's cut has its end there.
+    """
     feature: tuple[FeatureTable, ...] = ()
-    """The features, from the chuck end to the free end: `[[part.feature]]` below."""
+    """The features in order, of an outside from the chuck end to the free end: `[[part.feature]]` below."""
     dxf: Path | None = None
     """A DXF drawing of the part: an open profile, a half section, or a view of both halves with its centre line."""
     dxf_layer: str | None = None

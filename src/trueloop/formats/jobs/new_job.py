@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from trueloop.formats.jobs.profile_of_job import part_table_toml, quoted
+from trueloop.formats.jobs.profile_of_job import part_table_toml, quoted, side_key
 from trueloop.geometry.profile import Profile
 
 
@@ -44,10 +44,11 @@ def _part(new: NewJob) -> str:
     return "\n".join(
         [
             *(f"# {' '.join(note.split())}" for note in new.notes),
-            f"# Its features, from the chuck: {features}.",
+            f"# Its features, in order: {features}.",
             "[part]",
             f"name = {quoted(new.name)}",
             f"{new.drawing_key} = {quoted(new.drawing.as_posix())}",
+            *side_key(new.profile),
             "",
         ]
     )

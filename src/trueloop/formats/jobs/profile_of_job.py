@@ -8,7 +8,7 @@ from typing import Final
 from trueloop.errors import Code, TrueloopError
 from trueloop.formats.jobs.job import FeatureTable, PartTable
 from trueloop.geometry.feature import Arc, Feature, Line, Point
-from trueloop.geometry.profile import TANGENT_WITHIN_RAD, Junction, JunctionKind, Profile
+from trueloop.geometry.profile import TANGENT_WITHIN_RAD, Junction, JunctionKind, Profile, Side
 from trueloop.geometry.validate import checked_profile
 from trueloop.units import MM_PER_INCH
 
@@ -30,7 +30,7 @@ def profile_of_table(part: PartTable) -> Profile:
         _feature(table, start, end, scale, x_scale)
         for table, (start, end) in zip(part.feature, pairwise(points), strict=True)
     ]
-    return checked_profile(features, junctions_by_design(part.junctions))
+    return checked_profile(features, junctions_by_design(part.junctions), side=Side(part.side))
 
 
 def junctions_by_design(named: Mapping[str, str]) -> dict[tuple[str, str], JunctionKind]:
@@ -47,6 +47,7 @@ def part_table_toml(name: str, profile: Profile, notes: Sequence[str] = ()) -> s
         f"name = {quoted(name)}",
         'unit = "mm"',
         'x_is = "radius"',
+        *side_key(profile),
     ]
     lines.append(f"start = {_pair(profile.features[0].start_mm)}")
     for feature in profile.features:
@@ -59,6 +60,11 @@ def part_table_toml(name: str, profile: Profile, notes: Sequence[str] = ()) -> s
         if junction.by_design or _could_read_otherwise(junction)
     ]
     return "\n".join([*lines, *(["", "[part.junctions]", *fixed] if fixed else []), ""])
+
+
+def side_key(profile: Profile) -> list[str]:
+    """The key `side`, where it has to be stated."""
+    return [] if profile.side is Side.OUTSIDE else [f"side = {quoted(profile.side)}"]
 
 
 def _feature(table: FeatureTable, start: Point, end: Point, scale: float, x_scale: float) -> Feature:

@@ -15,7 +15,7 @@ from trueloop.formats.tables.tool_tables.new_table import nose_radius_mm
 from trueloop.formats.tables.tool_tables.tool_table import ToolTable
 from trueloop.formats.toml_tables import Located
 from trueloop.geometry.feature import Feature
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.sources import Sources
 from trueloop.loops.turned.commanded import Run
@@ -109,14 +109,17 @@ class JobFiles:
         with in_file(self.path):
             if features is None:
                 return profile_of_table(self.job.part)
-            return checked_profile(features, junctions_by_design(self.job.part.junctions))
+            return checked_profile(
+                features, junctions_by_design(self.job.part.junctions), side=Side(self.job.part.side)
+            )
 
     def _features(self, finish: Program | None) -> Sequence[Feature] | None:
         """From the file that the job names; None where the job's own table spells them out."""
         part, programs = self.job.part, self.job.programs
         if part.from_program:
             run = Run(programs.parameters, programs.execute_deleted_blocks)
-            return run.contour(finish or self.finish_program(), self.nose_radius_mm).profile.features
+            side = Side(part.side)
+            return run.contour(finish or self.finish_program(), self.nose_radius_mm, side).profile.features
         if part.dxf is not None:
             # ezdxf takes long to import, and most jobs have no drawing.
             from trueloop.formats.cad.dxf import read_dxf

@@ -16,7 +16,7 @@ from trueloop.formats.outputs import write_all
 from trueloop.formats.program_file import read_program
 from trueloop.geometry.feature import Arc
 from trueloop.geometry.offset import nose_centre_path
-from trueloop.geometry.profile import Profile
+from trueloop.geometry.profile import Profile, Side
 from trueloop.geometry.validate import checked_profile
 from trueloop.jobs.turned.gauge_sheet import GaugeSheet
 from trueloop.loops.turned.commanded import Run, commanded
@@ -47,6 +47,7 @@ class Wanted:
     lines: tuple[int, int] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     measured: Literal["gauge", "points"] = "gauge"
+    side: Side = Side.OUTSIDE
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def _profile(wanted: Wanted, program: Program) -> tuple[Profile, tuple[str, ...]
     """The drawing's, or that of the program's finish pass."""
     if wanted.drawing is None:
         with in_file(wanted.program):
-            contour = _run(wanted).contour(program, wanted.nose_radius_mm)
+            contour = _run(wanted).contour(program, wanted.nose_radius_mm, wanted.side)
         return contour.profile, tuple(contour.notes)
     key = _drawing_key(wanted.drawing)
     if key == "dxf":
@@ -105,7 +106,7 @@ def _profile(wanted: Wanted, program: Program) -> tuple[Profile, tuple[str, ...]
         solid = read_step_profile(wanted.drawing)
         features, notes = solid.features, solid.notes
     with in_file(wanted.drawing):
-        return checked_profile(features), tuple(notes)
+        return checked_profile(features, side=wanted.side), tuple(notes)
 
 
 def _drawing_key(drawing: Path) -> str:

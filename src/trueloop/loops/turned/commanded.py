@@ -12,8 +12,9 @@ import numpy as np
 from trueloop.arrays import Array, Integers
 from trueloop.errors import in_file
 from trueloop.geometry.feature import Feature
-from trueloop.geometry.profile import Profile
-from trueloop.nc.check.rapid import boring_moves
+from trueloop.geometry.profile import Profile, Side
+from trueloop.nc.check.rapid import sides_of_cuts
+from trueloop.nc.check.side import require_side
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
@@ -58,11 +59,12 @@ class Run:
             require_sound(path)
             return path
 
-    def contour(self, program: Program, nose_radius_mm: float) -> ProgramContour:
+    def contour(self, program: Program, nose_radius_mm: float, side: Side = Side.OUTSIDE) -> ProgramContour:
         """The contour that a finish pass leaves. Raises NC and GEO errors with the program's file named."""
         with in_file(program.file):
             path = program.run(self.parameters, skipped_blocks=self.execute_deleted_blocks, roughing=False)
-            return contour_of_program(feed_moves(path), nose_radius_mm, lines=self.lines, boring=boring_moves(path))
+            shown = sides_of_cuts(path)
+            return contour_of_program(feed_moves(path), nose_radius_mm, lines=self.lines, side=side, shown=shown)
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,9 @@ def _matched(
     lines: tuple[int, int] | None = None,
 ) -> ContourMatch:
     with in_file(program.file):
-        return match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
+        match = match_contour(feed_moves(path), profile, nose_radius_mm, allowance_mm=allowance_mm, lines=lines)
+        require_side(match, sides_of_cuts(path))
+        return match
 
 
 def _resolution_mm(program: Program, path: ToolPath, match: ContourMatch) -> float:

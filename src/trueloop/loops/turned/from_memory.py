@@ -52,7 +52,7 @@ class FromMemory:
         """How much of one arc's correction is from memory, from 0 to 1: RMS of that over the sum of the two RMS."""
         if not self.applied or self.expected is None or feature not in self.features:
             return 0.0
-        known, (_, angle) = self.expected, angles_along(profile.features[feature])
+        known, (_, angle) = self.expected, angles_along(profile, feature)
         memory, whole = (np.interp(angle, known.contact_angle_rad, of) for of in (known.memory_mm, known.mean_mm))
         from_memory, from_touches = rms(memory), rms(whole - memory)
         return from_memory / (from_memory + from_touches) if from_memory + from_touches > 0.0 else 0.0

@@ -12,7 +12,7 @@ from trueloop.arrays import Array, Flags, Integers
 from trueloop.domain.life import Cut, Ran
 from trueloop.domain.part import PartType
 from trueloop.errors import Code, TrueloopError
-from trueloop.geometry.feature import Arc, contact_angle_rad
+from trueloop.geometry.feature import Arc
 from trueloop.geometry.profile import Profile
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.shifts import whole_mm
@@ -71,7 +71,7 @@ def arc_errors(profile: Profile, vectors: ErrorVectors) -> ArcErrors:
     return ArcErrors(
         tuple(profile.names[i] for i in vectors.feature_index),
         vectors.point,
-        contact_angle_rad(vectors.outward_normal),
+        profile.contact_angle_rad(vectors.feature_index, vectors.arc_length_mm),
         vectors.error_mm,
         vectors.own_u_mm,
     )
@@ -122,7 +122,9 @@ def from_memory_mm(correction: Correction, at: ErrorVectors, ran: Ran) -> Array:
     """The share of C that came from memory and not from the part's own touches, (n,); an offset has none."""
     if correction.memory is None or ran is not Ran.CORRECTED or correction.decision.offset_is_enough:
         return np.zeros(len(at.point))
-    share = correction.memory.taken_off_mm(at.feature_index, contact_angle_rad(at.outward_normal))
+    share = correction.memory.taken_off_mm(
+        at.feature_index, correction.profile.contact_angle_rad(at.feature_index, at.arc_length_mm)
+    )
     return correction.options.weight * share
 
 

@@ -184,7 +184,7 @@ def _decided_on(model: ProfileErrorModel) -> tuple[Array, Array]:
     touched = model.vectors.chosen(np.flatnonzero((model.weight > 0.0) & on_others))
     errors, normals = [touched.error_mm], [touched.outward_normal]
     for i in from_memory:
-        s, _ = angles_along(model.profile.features[i])
+        s, _ = angles_along(model.profile, i)
         errors.append(model.curves[i].value_mm(s[2::5]))
         normals.append(model.profile.features[i].outward_normal(s[2::5]))
     return np.concatenate(errors), np.concatenate(normals)

@@ -1,6 +1,7 @@
 """Rapid moves through material, on a lathe: judged by what the program itself cuts, for the blank is not known."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -43,16 +44,31 @@ def open_run(path: ToolPath) -> Integers:
     return run[elsewhere[-1] :] if elsewhere.size else run
 
 
-def boring_moves(path: ToolPath) -> frozenset[int]:
-    """Indices of the cuts of runs that bore: cuts retract towards the axis, and rapid moves run nearer to it."""
-    found: set[int] = set()
+@dataclass(frozen=True)
+class SidesOfCuts:
+    """Indices of cuts whose rapid moves show on which side the tool is; of others they do not.
+
+    `boring`: cuts retract towards the axis, and rapid moves run nearer to it. `turning`: the other way in both.
+    """
+
+    boring: frozenset[int] = frozenset()
+    turning: frozenset[int] = frozenset()
+
+
+def sides_of_cuts(path: ToolPath) -> SidesOfCuts:
+    """On which side the tool is, as far as each run's rapid moves show it."""
+    boring: set[int] = set()
+    turning: set[int] = set()
     for run in _runs(path):
         feed = run[path.motion[run] != Motion.RAPID]
         if 0 < len(feed) < len(run):
             grid = _Grid(path, feed)
-            if _is_internal(path, run, grid, grid.of(path, feed)):
-                found.update(feed.tolist())
-    return frozenset(found)
+            outwards, nearer = _retracts(path, run, grid, grid.of(path, feed))
+            if outwards < 0 and nearer > 0.5:
+                boring.update(feed.tolist())
+            elif outwards > 0 and nearer < 0.5:
+                turning.update(feed.tolist())
+    return SidesOfCuts(frozenset(boring), frozenset(turning))
 
 
 def _runs(path: ToolPath) -> list[Integers]:
@@ -104,6 +120,14 @@ def _bridges(path: ToolPath, run: Integers, position: int) -> bool:
 
 def _is_internal(path: ToolPath, run: Integers, grid: "_Grid", final: Array) -> bool:
     """Whether cuts retract towards the axis, and rapid moves beside cuts are for the most part nearer to the axis."""
+    outwards, nearer = _retracts(path, run, grid, final)
+    return outwards < 0 and nearer > 0.5
+
+
+def _retracts(path: ToolPath, run: Integers, grid: "_Grid", final: Array) -> tuple[float, float]:
+    """By how many more of its cuts a run retracts outwards than inwards; which share of what its rapid moves pass
+    beside cuts is nearer to the axis than these.
+    """
     rapid = run[path.motion[run] == Motion.RAPID]
     after_cut = run[1:][(path.motion[run[1:]] == Motion.RAPID) & (path.motion[run[:-1]] != Motion.RAPID)]
     outwards = np.sign(np.round(path.end_mm[after_cut, _X] - path.start_mm[after_cut, _X], 6)).sum()
@@ -111,7 +135,7 @@ def _is_internal(path: ToolPath, run: Integers, grid: "_Grid", final: Array) -> 
     limit = final[grid.cell(points[:, 1])]
     beside = np.isfinite(limit)
     nearer = points[beside, 0] < limit[beside] - CLEARANCE_MM
-    return bool(outwards < 0 and nearer.sum() > 0.5 * beside.sum())
+    return float(outwards), float(nearer.sum() / max(beside.sum(), 1))
 
 
 def _points(path: ToolPath, move: int) -> Array:

@@ -1,7 +1,7 @@
 """The nominal profile from a finish program: the path of the nose centre less the nose radius. No drawing needed."""
 
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Final
@@ -13,8 +13,9 @@ from trueloop.geometry.feature import Feature, Line
 from trueloop.geometry.intersection import intersections
 from trueloop.geometry.names import SQUARE, named_by_kind
 from trueloop.geometry.offset import contour_from_centre_path
-from trueloop.geometry.profile import Profile, junctions_of
-from trueloop.geometry.validate import GAP_MM, checked_profile
+from trueloop.geometry.profile import Profile, Side, junctions_of
+from trueloop.geometry.validate import GAP_MM, checked_profile, runs_as
+from trueloop.nc.check.rapid import SidesOfCuts
 from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
 from trueloop.nc.program.tool_path import NO_COMPENSATION
 
@@ -36,27 +37,33 @@ def contour_of_program(
     nose_radius_mm: float,
     *,
     lines: tuple[int, int] | None = None,
-    boring: Container[int] = (),
+    side: Side = Side.OUTSIDE,
+    shown: SidesOfCuts = SidesOfCuts(),  # noqa: B008 - a frozen value
 ) -> ProgramContour:
     """The contour that a finish pass leaves, read from the path of the nose's centre or, under G41 and G42, of itself.
 
-    Features are named cylinder-1, cone-1, arc-1… from chuck end to free end.
+    Features are named cylinder-1, cone-1, arc-1… from chuck end to free end, of a bore (`side`) from free end to chuck.
     Without `lines` (from–to, both included) the pass is the uninterrupted chain of feed moves with the most moves, the
     last one of equals; straight moves at its ends that come in from outside or leave outwards, by a concave corner of
-    more than 45°, are taken for the ways in and out. With `lines` all feed moves of that range count. What lies beyond
-    the spindle axis is always cut off. The notes say what was left out.
-    `boring` are indices of moves that bore (`rapid.boring_moves`). Raises NC-NO-CONTOUR where no feed moves are left,
-    NC-BORE for a bore, as G41, G42 or `boring` say, and the GEO errors of a contour that cannot be.
+    more than 45°, are taken for the ways in and out; of a bore those that come from the axis and go back to it. With
+    `lines` all feed moves of that range count. What lies beyond the spindle axis is always cut off. The notes say what
+    was left out.
+    `shown` is what the rapid moves show of the side (`rapid.sides_of_cuts`). Raises NC-NO-CONTOUR where no feed moves
+    are left, NC-BORE where G41, G42 or `shown` contradict the side, and the GEO errors of a contour that cannot be.
     """
     found = [m for m in moves if m.path.length_mm > GAP_MM]
     chain, notes = _chain(found, lines)
     chain, offset_mm = moves_of_one_kind(chain, nose_radius_mm)
     if offset_mm != nose_radius_mm:
         notes.append("The pass is the contour itself: the control keeps the nose off it by G41 or G42.")
-    _refuse_bore(chain, boring)
-    chain = _chuck_end_first(chain, notes)
+    ordered = _material_on_the_right(chain, side)
+    if ordered is not chain:
+        way = "away from the chuck" if side is Side.INSIDE else "towards the chuck"
+        notes.append(f"The program cuts {way}: its moves were put in the opposite order.")
+    _require_side(chain, ordered is not chain, side, shown)
+    chain = ordered
     if lines is None:
-        chain = _without_approach(chain, notes)
+        chain = _without_approach(chain, side, notes)
     chain = _up_to_axis(chain, notes)
     if not chain:
         raise _nothing(len(found), lines)
@@ -65,7 +72,7 @@ def contour_of_program(
     features = _cut_at_axis(contour, notes)
     about_edges = [line for name, line in line_of.items() if name not in {feature.name for feature in contour}]
     notes += [f"Line {line} only turns the nose about an edge: no feature." for line in about_edges]
-    profile = checked_profile(named_by_kind(features))
+    profile = checked_profile(named_by_kind(features), side=side)
     notes.append(f"{len(features)} features, nose radius {nose_radius_mm:.4f} mm: {', '.join(profile.names)}.")
     return ProgramContour(profile, tuple(line_of[feature.name] for feature in features), tuple(notes))
 
@@ -85,48 +92,69 @@ def _chain(moves: Sequence[FeedMove], lines: tuple[int, int] | None) -> tuple[li
     ]
 
 
-def _chuck_end_first(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
-    if not _goes_to_chuck(moves):
+def _material_on_the_right(moves: list[FeedMove], side: Side) -> list[FeedMove]:
+    """The moves in the order of the profile: as they are, or all of them run backwards.
+
+    Around a part only G41 and G42 show which it is.
+    """
+    forwards = runs_as(side, moves[0].path.start_mm, moves[-1].path.end_mm, GAP_MM) if moves else True
+    if side is Side.AROUND and moves:
+        if moves[0].compensation == NO_COMPENSATION:
+            raise TrueloopError(
+                Code.NC_BORE,
+                f"on which side of the pass of line {moves[0].line} the material is does not follow from the program",
+                hint="give the features around the part in the job, material on the right, or correct outside and bore "
+                "as two parts",
+                place=Place(line=moves[0].line),
+            )
+        forwards = moves[0].compensation == 41
+    if forwards:
         return moves
-    notes.append("The program cuts towards the chuck: its moves were put in the opposite order.")
     return [replace(move, path=move.path.reversed()) for move in reversed(moves)]
 
 
-def _goes_to_chuck(moves: Sequence[FeedMove]) -> bool:
-    if not moves:
-        return False
-    (x0, z0), (x1, z1) = moves[0].path.start_mm, moves[-1].path.end_mm
-    return not (z1 > z0 + GAP_MM or (z1 > z0 - GAP_MM and x1 <= x0))
-
-
-def _refuse_bore(moves: Sequence[FeedMove], boring: Container[int]) -> None:
-    """A contour has its material towards the axis: taken for such, every error of a bore had the wrong sign."""
-    outside = 42 if _goes_to_chuck(moves) else 41
+def _require_side(moves: Sequence[FeedMove], backwards: bool, side: Side, shown: SidesOfCuts) -> None:
+    """Taken for the other side, every error of a contour had the wrong sign."""
+    keeps_off = 42 if backwards else 41
+    contradicted = shown.boring if side is Side.OUTSIDE else shown.turning if side is Side.INSIDE else frozenset()
     for move in moves:
-        if move.compensation not in (NO_COMPENSATION, outside):
-            why = f"G{move.compensation} keeps the nose on the side of the axis"
-        elif not move.on_contour and move.index in boring:
-            why = "rapid moves beside it and after it are nearer to the axis"
+        if move.compensation not in (NO_COMPENSATION, keeps_off):
+            why = f"G{move.compensation} keeps the nose on the other side"
+        elif not move.on_contour and move.index in contradicted:
+            why = f"rapid moves beside it and after it are {_BESIDE[side]}"
         else:
             continue
         raise TrueloopError(
             Code.NC_BORE,
-            f"the pass of line {move.line} bores: {why}",
-            hint=f"bores are not corrected; a pass outside wants G{outside}, and retracts away from the axis",
+            f"the pass of line {move.line} is no {_PASS[side]}: {why}",
+            hint='state `part.side`, "outside" or "inside" (--side): signs of errors depend on it. '
+            f"Here that side wants G{keeps_off}",
             place=Place(line=move.line),
         )
 
 
-def _without_approach(moves: list[FeedMove], notes: list[str]) -> list[FeedMove]:
+_PASS: Final = {Side.OUTSIDE: "pass outside", Side.INSIDE: "bore", Side.AROUND: "pass around the part"}
+_BESIDE: Final = {Side.OUTSIDE: "nearer to the axis", Side.INSIDE: "further from the axis"}
+
+
+def _without_approach(moves: list[FeedMove], side: Side, notes: list[str]) -> list[FeedMove]:
     """Leaves out a way in or out: straight moves at the ends that make a concave corner of more than 45° with the rest.
 
-    At the chuck end one that comes straight inwards, at the free end one that goes outwards.
+    At the chuck end one that runs straight from or to the side where the tool is free, at the free end one that goes
+    there in any direction.
     """
     kept = list(moves)
-    if len(kept) > 1 and _is_way(kept[0], kept[:2]) and -float(kept[0].path.tangent(0.0)[0]) > SQUARE:
-        notes.append(f"Line {kept.pop(0).line} was taken for the way in or out at the chuck end, not for a face.")
-    if len(kept) > 1 and _is_way(kept[-1], kept[-2:]) and float(kept[-1].path.tangent(0.0)[0]) > _OUTWARDS:
-        notes.append(f"Line {kept.pop().line} was taken for the way in or out at the free end, not for a cone.")
+    if side is Side.AROUND:
+        return kept
+    first_end, last_end = ("chuck", "free") if side is Side.OUTSIDE else ("free", "chuck")
+    free_x = 1.0 if side is Side.OUTSIDE else -1.0
+    for end, at, pair, along in ((first_end, 0, slice(2), -1.0), (last_end, -1, slice(-2, None), 1.0)):
+        if len(kept) < 2 or not _is_way(kept[at], kept[pair]):
+            continue
+        to_free = free_x * along * float(kept[at].path.tangent(0.0)[0])
+        if to_free > (SQUARE if end == "chuck" else _OUTWARDS):
+            shape = "a face" if end == "chuck" else "a cone"
+            notes.append(f"Line {kept.pop(at).line} was taken for the way in or out at the {end} end, not for {shape}.")
     return kept
 
 

@@ -94,7 +94,7 @@ def _tried(search: Passes, other: Passes | None, index: int) -> FeatureMatch | T
     """The match, or why there is none; `other` are the moves of the nose's centre beside those of the contour."""
     try:
         match = search.match(index)
-        _require_outside(match)
+        _require_off_material(match)
         if other is not None and (also := other.whole_passes(index)):
             raise search.ambiguous(index, [match.moves, *(p.moves for p in also)])
     except TrueloopError as refusal:
@@ -102,16 +102,16 @@ def _tried(search: Passes, other: Passes | None, index: int) -> FeatureMatch | T
     return match
 
 
-def _require_outside(match: FeatureMatch) -> None:
-    """Along the profile, from chuck end to free end, the material is at the right: G41 keeps the nose off it."""
-    outside = 42 if match.backwards else 41
+def _require_off_material(match: FeatureMatch) -> None:
+    """Along the profile the material is at the right: G41 keeps the nose off it, on an outside and in a bore."""
+    off = 42 if match.backwards else 41
     for matched in match.moves:
-        if matched.move.on_contour and matched.move.compensation != outside:
+        if matched.move.on_contour and matched.move.compensation != off:
             line, mode = matched.move.line, matched.move.compensation
             raise TrueloopError(
                 Code.NC_COMPENSATED,
                 f"line {line} cuts '{match.feature.name}' with G{mode}, which keeps the nose on the material's side",
-                hint=f"a pass outside in this direction wants G{outside}; bores are not corrected",
+                hint=f"in this direction the free side wants G{off}; check `part.side` and the order of features",
                 place=Place(line=line),
                 values={"compensation": f"G{mode}"},
             )

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trueloop.geometry.feature import contact_angle_rad
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.report.markup import esc, section, table
@@ -68,7 +67,8 @@ def _shares(correction: Correction, memory: FromMemory) -> list[dict[str, object
     vectors, weight = correction.model.vectors, correction.options.weight
     rows = np.flatnonzero(np.isin(vectors.feature_index, memory.features))
     from_memory = weight * memory.taken_off_mm(
-        vectors.feature_index[rows], contact_angle_rad(vectors.outward_normal[rows])
+        vectors.feature_index[rows],
+        correction.profile.contact_angle_rad(vectors.feature_index[rows], vectors.arc_length_mm[rows]),
     )
     found: list[dict[str, object]] = []
     for k, share in zip(rows.tolist(), from_memory.tolist(), strict=True):

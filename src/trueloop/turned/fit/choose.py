@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from trueloop.arrays import Array
 from trueloop.errors import TrueloopError
-from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.statistics import rms
 from trueloop.turned.fit.chain import TangentPolicy
@@ -106,9 +105,9 @@ def choose(
 def _unseen_rad(profile: Profile, fit: ChainFit, nose: NoseModel) -> float:
     """By how much contact angles of the chain lie outside the nose's fitted range, at the worse end."""
     ends = [
-        float(contact_angle_rad(profile.features[i].outward_normal(s)))
+        float(angle)
         for i in fit.chain.features
-        for s in (0.0, profile.features[i].length_mm)
+        for angle in profile.contact_along_rad(i, [0.0, profile.features[i].length_mm])
     ]
     return max(max(ends) - nose.highest_rad, nose.lowest_rad - min(ends), 0.0)
 

@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain
 from trueloop.turned.fit.chain_fit import ChainFit, touches_of
@@ -55,7 +54,7 @@ def _samples(profile: Profile, chain: Chain, nose: NoseModel) -> tuple[Array, Ar
         feature = profile.features[i]
         turn = feature.length_mm * abs(float(feature.curvature_per_mm(0.0)))
         s = np.linspace(0.0, feature.length_mm, max(math.ceil(turn / SAMPLE_RAD), 8) + 1)
-        angle = contact_angle_rad(feature.outward_normal(s))
+        angle = profile.contact_along_rad(i, s)
         inside = nose.covers(angle)
         along.append(start + s[inside])
         angles.append(angle[inside])
@@ -67,7 +66,7 @@ def _knots(profile: Profile, chain: Chain, nose: NoseModel, s: Array) -> tuple[f
     found: list[float] = []
     for i, start in zip(chain.features, chain.starts_mm, strict=True):
         feature = profile.features[i]
-        first = float(contact_angle_rad(feature.outward_normal(0.0)))
+        first = float(profile.contact_along_rad(i, 0.0)[0])
         at = (first - nose.lowest_rad - nose.w.interior_knots_mm) / float(feature.curvature_per_mm(0.0))
         at = at[(at > 0.01 * feature.length_mm) & (at < 0.99 * feature.length_mm)] + start
         found += [float(t) for t in at if s[0] < t < s[-1]]

@@ -18,7 +18,15 @@ from trueloop.geometry.profile import Profile
 from trueloop.turned.readings.matched import By, MatchedReading, feature_named
 from trueloop.turned.readings.matches import Axis, Left, MatchedTouch, Matches
 from trueloop.turned.readings.points import along_and_off, match_points
-from trueloop.turned.readings.sizes import Candidate, candidates, differs_from, is_face, size_of, within_of
+from trueloop.turned.readings.sizes import (
+    Candidate,
+    candidates,
+    differs_from,
+    is_face,
+    on_other_side,
+    size_of,
+    within_of,
+)
 from trueloop.turned.touches.plausibility import CREDIBLE_ERROR_MM, ON_PROFILE_MM
 
 Outcome: TypeAlias = MatchedReading | MatchedTouch | Left
@@ -106,8 +114,13 @@ def _no_size(profile: Profile, reading: Reading, index: int | None, along: Axis)
 def _by_name(profile: Profile, reading: Reading, index: int) -> Outcome:
     """A size of the feature that is named; left where that has no such size, or another."""
     differs = differs_from(profile, index, reading)
+    name = profile.names[index]
+    if on_other_side(profile.features[index], reading):
+        own = "a bore" if reading.side == "outer" else "an outside"
+        return Left(
+            reading, f"{name!r} is {own} of the profile, and the file says that an {reading.side} size was read"
+        )
     if differs is None:
-        name = profile.names[index]
         return Left(reading, f"{name!r} has no {reading.quantity} of its own: where it was measured is not stated")
     if differs > within_of(reading):
         return _another(profile, reading, index, None, differs)

@@ -98,12 +98,22 @@ def _round(profile: Profile, reading: Reading, size: float) -> Iterator[Candidat
     twice = 2.0 if reading.quantity is Quantity.DIAMETER else 1.0
     radius, z = size / twice, axial_mm(reading)
     for index, feature in enumerate(profile.features):
+        if on_other_side(feature, reading):
+            continue
         if reading.quantity is Quantity.RADIUS and isinstance(feature, Arc):
             yield Candidate(index, abs(feature.radius_mm - radius))
         elif z is not None and not is_face(feature):
             yield Candidate(index, twice * distance_mm(feature, (radius, z)))
         elif z is None and is_cylinder(feature):
             yield Candidate(index, twice * abs(feature.start_mm[0] - radius))
+
+
+def on_other_side(feature: Feature, reading: Reading) -> bool:
+    """Whether the file says that it measured a bore, and the feature is an outside, or the other way round."""
+    if not reading.side or (reading.quantity is Quantity.RADIUS and isinstance(feature, Arc)):
+        return False
+    n_x = float(feature.outward_normal(feature.length_mm / 2)[0])
+    return n_x * (1.0 if reading.side == "inner" else -1.0) > 0.0
 
 
 def _lengths(profile: Profile, size: float) -> Iterator[Candidate]:

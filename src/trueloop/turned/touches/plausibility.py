@@ -25,6 +25,9 @@ CREDIBLE_ERROR_MM: Final = 1.0
 
 SAME_POINT_MM: Final = 1e-3
 
+OPPOSED: Final = 0.2
+"""A blunder of sign is what leaves less than this share of what it is to explain."""
+
 LEAST_SCATTER: Final = 0.3
 ENOUGH: Final = 6
 
@@ -92,6 +95,40 @@ def check_sizes(touches: Sequence[Touch], error: Array, measured: Array, expecte
         hint="check the frame of the measured points, the ball radius and `gauging.measured_allowance_mm`",
         place=Place(line=touches[k].line),
         values={"point": touches[k].point, "off_mm": float(error[k]), "limit_mm": CREDIBLE_ERROR_MM},
+    )
+
+
+def check_stated_sign(touches: Sequence[Touch], stated: Array, measured: Array) -> None:
+    """Refuses stated errors, (n,), that are the opposite of what the measured points of the same touches say.
+
+    So look those of a bore that was taken for an outside: there a larger radius is less material, not more.
+    """
+    both = ~np.isnan(stated) & ~np.isnan(measured)
+    agrees, opposed = (rms(stated[both] - sign * measured[both]) for sign in (1.0, -1.0))
+    if not np.any(both) or not opposed < OPPOSED * agrees:
+        return
+    raise TrueloopError(
+        Code.TCH_SIGN,
+        f"the stated errors of {np.count_nonzero(both)} touches are the opposite of their measured points: "
+        f"{rms(stated[both]) * UM_PER_MM:.1f} µm RMS, and {opposed * UM_PER_MM:.1f} µm RMS with the sign reversed",
+        hint="an error is positive where material is left on: in a bore where the radius is too small",
+        place=Place(line=touches[int(np.argmax(both))].line),
+        values={"ratio": -1.0, "correlation": -1.0},
+    )
+
+
+def check_ball_side(touches: Sequence[Touch], error: Array, ball_radius_mm: float) -> None:
+    """Refuses ball centres on the material's side of the surface: a bore touched as an outside, or the other way."""
+    size = np.abs(error)
+    if ball_radius_mm <= 0 or not np.all(np.abs(error + 2.0 * ball_radius_mm) < OPPOSED * size):
+        return
+    raise TrueloopError(
+        Code.TCH_SIGN,
+        f"the {len(touches)} ball centres lie {np.mean(-error) - ball_radius_mm:.4f} mm inside the material, about the "
+        f"ball's radius of {ball_radius_mm:.4f} mm",
+        hint="was a bore touched as an outside? `part.side` says which it is; measured points are ball centres",
+        place=Place(line=touches[0].line),
+        values={"ratio": -1.0, "correlation": -1.0},
     )
 
 

@@ -18,7 +18,14 @@ from trueloop.domain.option import Option
 from trueloop.errors import Code, TrueloopError
 from trueloop.geometry.profile import Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
-from trueloop.turned.touches.plausibility import check_order, check_positions, check_scale, check_sizes
+from trueloop.turned.touches.plausibility import (
+    check_ball_side,
+    check_order,
+    check_positions,
+    check_scale,
+    check_sizes,
+    check_stated_sign,
+)
 from trueloop.units import UM_PER_MM
 
 REFERENCE_FACES: Final = 0.5
@@ -154,7 +161,10 @@ def _part_error(touches: Sequence[Touch], nominal: Array, normal: Array, gauging
     given = np.array([np.nan if touch.error_mm is None else touch.error_mm for touch in touches])
     measured = np.array([(np.nan, np.nan) if t.measured_mm is None else t.measured_mm for t in touches])
     along_normal = np.einsum("ij,ij->i", normal, measured - nominal)
-    error = np.where(np.isnan(given), along_normal - gauging.ball_radius_mm - gauging.allowance_mm, given)
+    found = along_normal - gauging.ball_radius_mm - gauging.allowance_mm
+    check_stated_sign(touches, given, found)
+    error = np.where(np.isnan(given), found, given)
+    check_ball_side(touches, error, gauging.ball_radius_mm)
     expected = nominal + (gauging.ball_radius_mm + gauging.allowance_mm) * normal
     check_sizes(touches, error, measured, expected, normal)
     return error

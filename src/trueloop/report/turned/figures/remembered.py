@@ -5,7 +5,6 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import contact_angle_rad
 from trueloop.loops.turned.correction import Correction
 from trueloop.loops.turned.from_memory import FromMemory
 from trueloop.memory.expected import Expected
@@ -65,7 +64,7 @@ def _line(degrees: Array, um: Array, colour: str, name: str, dash: str = "solid"
 def _applied(correction: Correction, index: int, say: Texts) -> Trace:
     """What the correction of one arc takes off."""
     feature = correction.profile.features[index]
-    s, angle = angles_along(feature)
+    s, angle = angles_along(correction.profile, index)
     taken = correction.options.weight * correction.model.curves[index].value_mm(s)
     if correction.by_offset[index]:
         taken = -(feature.outward_normal(s) @ np.array(correction.decision.offset_mm))
@@ -75,7 +74,7 @@ def _applied(correction: Correction, index: int, say: Texts) -> Trace:
 def _touches(correction: Correction, memory: FromMemory, say: Texts) -> Trace:
     vectors = correction.model.vectors
     rows = np.flatnonzero(np.isin(vectors.feature_index, memory.features))
-    degrees = np.degrees(contact_angle_rad(vectors.outward_normal[rows]))
+    degrees = np.degrees(correction.profile.contact_angle_rad(vectors.feature_index[rows], vectors.arc_length_mm[rows]))
     error = vectors.error_mm[rows] * UM_PER_MM
     hover = [
         say("point {point}", point=style.label(vectors.point[k])) + f"<br>{say.error(e)} {say.um}"

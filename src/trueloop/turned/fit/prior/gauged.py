@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.prior.untouched import NOISE_MM, groups_of, prior_covariance, touched_means
 from trueloop.turned.touches.error_vectors import ErrorVectors
@@ -57,10 +56,9 @@ class Places:
     def of(cls, profile: Profile, feature_index: NDArray[np.intp], arc_length_mm: Array) -> "Places":
         """From features and arc lengths."""
         pairs = [(profile.features[int(i)], s) for i, s in zip(feature_index, arc_length_mm, strict=True)]
-        normal = np.array([feature.outward_normal(s) for feature, s in pairs]).reshape(-1, 2)
         z_mm = np.array([float(feature.point_mm(s)[1]) for feature, s in pairs])
         group = groups_of(profile)[feature_index]
-        return cls(feature_index, arc_length_mm, contact_angle_rad(normal), z_mm, group)
+        return cls(feature_index, arc_length_mm, profile.contact_angle_rad(feature_index, arc_length_mm), z_mm, group)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from typing import Final
 import numpy as np
 
 from trueloop.arrays import Array, by_content
-from trueloop.geometry.feature import Feature, contact_angle_rad
 from trueloop.geometry.profile import Profile
 from trueloop.turned.fit.chain import Chain
 
@@ -61,7 +60,7 @@ class Remembered:
 
 def grid_of(profile: Profile, features: Iterable[int]) -> Array:
     """Contact angles for a table that holds for some arcs of a profile, by index: their ends, and steps, (n,)."""
-    angles = [angles_along(profile.features[i])[1] for i in features]
+    angles = [angles_along(profile, i)[1] for i in features]
     low_high = [(float(np.min(angle)), float(np.max(angle))) for angle in angles]
     inside = [
         GRID_RAD * k
@@ -71,8 +70,9 @@ def grid_of(profile: Profile, features: Iterable[int]) -> Array:
     return np.unique(np.round([*inside, *(end for ends in low_high for end in ends)], 9))
 
 
-def angles_along(feature: Feature) -> tuple[Array, Array]:
+def angles_along(profile: Profile, index: int) -> tuple[Array, Array]:
     """Arc lengths along a feature, its ends among them, at most a step of contact angle apart; and these angles."""
+    feature = profile.features[index]
     turn = feature.length_mm * abs(float(feature.curvature_per_mm(0.0)))
     s = np.linspace(0.0, feature.length_mm, max(math.ceil(turn / GRID_RAD - 1e-9), 8) + 1)
-    return s, np.atleast_1d(contact_angle_rad(feature.outward_normal(s)))
+    return s, profile.contact_along_rad(index, s)

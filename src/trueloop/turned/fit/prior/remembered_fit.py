@@ -71,7 +71,7 @@ def fit_remembered(
 
 def _samples(profile: Profile, chain: Chain) -> tuple[Array, Array, Array]:
     """Arc lengths along the chain, contact angles, and by how much the contact angle has turned since its start."""
-    along = [angles_along(profile.features[i]) for i in chain.features]
+    along = [angles_along(profile, i) for i in chain.features]
     s = np.concatenate([start + own for start, (own, _) in zip(chain.starts_mm, along, strict=True)])
     angle = np.concatenate([angle for _, angle in along])
     return s, angle, np.append(0.0, np.cumsum(np.abs(np.diff(angle))))

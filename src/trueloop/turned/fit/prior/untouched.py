@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import Arc, contact_angle_rad
+from trueloop.geometry.feature import Arc
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.touches.error_vectors import ErrorVectors
 
@@ -110,7 +110,7 @@ class TouchedMeans:
 def touched_means(profile: Profile, vectors: ErrorVectors) -> TouchedMeans:
     """The means of all touches; empty without any."""
     rows: list[tuple[int, float, float, float, float]] = []
-    angle = contact_angle_rad(vectors.outward_normal)
+    angle = profile.contact_angle_rad(vectors.feature_index, vectors.arc_length_mm)
     noise = np.hypot(vectors.standard_u_mm, NOISE_MM)
     for feature in np.unique(vectors.feature_index).tolist():
         mine = vectors.of_feature(feature)

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trueloop.arrays import Array
-from trueloop.geometry.feature import contact_angle_rad
 from trueloop.geometry.profile import JunctionKind, Profile
 from trueloop.turned.fit.chain import Chain
 from trueloop.turned.fit.chain_fit import ChainFit, Sources, own_fit, touches_of
@@ -44,8 +43,7 @@ def fit_untouched(
     if not chain.curved and conditions.count:
         return _continued(profile, chain, vectors, conditions, sources)
     s, index, along = chain_samples(profile, chain)
-    normals = [profile.features[i].outward_normal(at) for i, at in zip(index, along, strict=True)]
-    angle = contact_angle_rad(np.array(normals))
+    angle = profile.contact_angle_rad(index, along)
     expected = expect(profile, vectors, angle, chain.features[0])
     held = np.array([conditions.start_value_mm is not None, conditions.end_value_mm is not None])
     prior = expected.mean_mm if expected.supported else np.zeros_like(s)
