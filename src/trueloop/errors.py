@@ -44,7 +44,11 @@ class Code(StrEnum):
     GEO_ARC = "GEO-ARC", "an arc whose ends do not fit centre and sweep", ("feature", "radius_mm")
     GEO_AXIS = "GEO-AXIS", "the profile goes beyond the spindle axis", ("feature", "x_mm")
     GEO_GAP = "GEO-GAP", "consecutive features do not meet", ("gap_mm",)
-    GEO_ORDER = "GEO-ORDER", "a chain whose order puts the material on the other side", ("start_x_mm", "start_z_mm", "end_x_mm", "end_z_mm")
+    GEO_ORDER = (
+        "GEO-ORDER",
+        "a chain in the order of the other side",
+        ("start_x_mm", "start_z_mm", "end_x_mm", "end_z_mm"),
+    )
     GEO_CROSSING = "GEO-CROSSING", "the chain crosses or touches itself", ("features", "x_mm", "z_mm")
     GEO_JUNCTION = "GEO-JUNCTION", "a junction by design that the geometry contradicts", ("features",)
     GEO_NOSE = "GEO-NOSE", "a concave arc not larger than the nose, or no nose radius at all", ("nose_radius_mm",)

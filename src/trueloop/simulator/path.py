@@ -10,6 +10,7 @@ import numpy as np
 
 from trueloop.arrays import Array
 from trueloop.geometry.feature import Arc, Feature
+from trueloop.geometry.profile import Side
 from trueloop.nc.program.feed_moves import nose_centre_moves
 from trueloop.nc.program.tool_path import INVERSE_TIME, PER_MINUTE, ToolPath
 
@@ -32,30 +33,34 @@ class CentrePath:
     feed_mm_per_rev: Array
 
 
-def paths_of_program(tool_path: ToolPath) -> tuple[CentrePath, ...]:
+def paths_of_program(tool_path: ToolPath, side: Side = Side.OUTSIDE) -> tuple[CentrePath, ...]:
     """The uninterrupted chains of feed moves of a program. Rapid moves cut nothing here."""
     feed = _feed_mm_per_rev(tool_path)
     chains = [list(chain) for _, chain in groupby(nose_centre_moves(tool_path), key=lambda move: move.chain)]
-    return tuple(path_along([move.path for move in chain], [feed[move.index] for move in chain]) for chain in chains)
+    return tuple(
+        path_along([move.path for move in chain], [feed[move.index] for move in chain], side) for chain in chains
+    )
 
 
-def path_along(features: Sequence[Feature], feed_mm_per_rev: Sequence[float] | None = None) -> CentrePath:
+def path_along(
+    features: Sequence[Feature], feed_mm_per_rev: Sequence[float] | None = None, side: Side = Side.OUTSIDE
+) -> CentrePath:
     """The path along consecutive lines and arcs: at most 0.05 mm a step, chords within 0.25 nm of their arcs."""
     feeds = [math.nan] * len(features) if feed_mm_per_rev is None else feed_mm_per_rev
     steps = [np.linspace(0.0, feature.length_mm, _steps(feature) + 1) for feature in features]
     centre = np.concatenate([feature.point_mm(s) for feature, s in zip(features, steps, strict=True)])
     normal = np.concatenate([feature.outward_normal(s) for feature, s in zip(features, steps, strict=True)])
     feed = np.concatenate([np.full(len(s), f) for s, f in zip(steps, feeds, strict=True)])
-    return CentrePath(centre, _along(centre), _away_from_material(centre) * normal, feed)
+    return CentrePath(centre, _along(centre), _away_from_material(centre, side) * normal, feed)
 
 
-def path_of_positions(centre_mm: Array) -> CentrePath:
+def path_of_positions(centre_mm: Array, side: Side = Side.OUTSIDE) -> CentrePath:
     """The path through recorded positions (n, 2); those that repeat the one before are left out."""
     moved = np.concatenate([[True], np.any(np.diff(centre_mm, axis=0) != 0.0, axis=1)])
     centre = np.ascontiguousarray(centre_mm[moved])
     tangent = np.gradient(centre, axis=0) if len(centre) > 1 else np.array([[0.0, 1.0]])
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-300)
-    normal = _away_from_material(centre) * np.column_stack([tangent[:, 1], -tangent[:, 0]])
+    normal = _away_from_material(centre, side) * np.column_stack([tangent[:, 1], -tangent[:, 0]])
     return CentrePath(centre, _along(centre), normal, np.full(len(centre), math.nan))
 
 
@@ -70,10 +75,14 @@ def _along(centre: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(centre, axis=0).T))])
 
 
-def _away_from_material(centre: Array) -> float:
-    """+1 where the path runs from chuck to free end or from outside to the axis: the material is then on its right."""
+def _away_from_material(centre: Array, side: Side) -> float:
+    """+1 where the material is on the path's right: it runs inwards, or an outside away from the chuck, a bore to it.
+
+    What goes around the part is given in the order of its profile.
+    """
     dx, dz = centre[-1] - centre[0]
-    return 1.0 if dz - dx >= 0.0 else -1.0
+    along = {Side.OUTSIDE: dz - dx, Side.INSIDE: -dz - dx, Side.AROUND: 0.0}[side]
+    return 1.0 if along >= 0.0 else -1.0
 
 
 def _feed_mm_per_rev(tool_path: ToolPath) -> Array:

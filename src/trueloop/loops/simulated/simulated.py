@@ -110,13 +110,15 @@ def trial_of(inputs: Inputs, z_reference: str | None = None) -> Trial:
     the semi-finish path is that of the profile itself, the allowance off.
     """
     profile, nose_mm, allowance_mm = inputs.profile, inputs.nose_radius_mm, inputs.allowance_mm
-    rough = path_along(nose_centre_path(profile, nose_mm + 2 * allowance_mm).features)
+    rough = path_along(nose_centre_path(profile, nose_mm + 2 * allowance_mm).features, side=profile.side)
     semifinish = (
-        paths_of_program(_run(inputs, inputs.semifinish))
+        paths_of_program(_run(inputs, inputs.semifinish), profile.side)
         if inputs.semifinish is not None
-        else (path_along(nose_centre_path(profile, nose_mm + allowance_mm).features),)
+        else (path_along(nose_centre_path(profile, nose_mm + allowance_mm).features, side=profile.side),)
     )
-    return Trial(inputs, z_reference, (rough,), semifinish, paths_of_program(_run(inputs, inputs.program)))
+    return Trial(
+        inputs, z_reference, (rough,), semifinish, paths_of_program(_run(inputs, inputs.program), profile.side)
+    )
 
 
 def simulate(trial: Trial, workshop: Workshop, seed: int = 0) -> SimulatedPart:
@@ -194,7 +196,8 @@ def calibrated(workshop: Workshop, rng: np.random.Generator, outward_normal: Arr
 
     Those that the machine file states, or those of the part and a margin beyond.
     """
-    low, high = workshop.probe.calibrated_rad or _directions_of(contact_angle_rad(outward_normal))
+    contact = contact_angle_rad(outward_normal)
+    low, high = workshop.probe.calibrated_rad or _directions_of(contact)
     angles = np.repeat(np.linspace(low, high, DIRECTIONS), REPEATS)
     centres = workshop.probe.touch_sphere(SPHERE_CENTRE_MM, SPHERE_RADIUS_MM, angles, rng)
     return calibrate(centres, SPHERE_RADIUS_MM, lobes=workshop.probe.lobes)
@@ -212,7 +215,7 @@ def corrected_paths(trial: Trial, correction: Correction) -> tuple[CentrePath, .
     if correction.decision.by_offset:
         return trial.finish
     written = trial.inputs.program.rewritten(correction.corrected_program)
-    return paths_of_program(_run(trial.inputs, written))
+    return paths_of_program(_run(trial.inputs, written), trial.inputs.profile.side)
 
 
 def measured_part(

@@ -146,4 +146,4 @@ def path_of_shifts(profile: Profile, nose_radius_mm: float, shifts: Sequence[Shi
         end_mm = piece.shifted.feature.length_mm if tangent[k + 1] else piece.end_mm
         count = max(2, round((end_mm - start_mm) / STEP_MM))
         positions.append(piece.shifted.centre_mm(np.linspace(start_mm, end_mm, count)))
-    return path_of_positions(np.concatenate(positions))
+    return path_of_positions(np.concatenate(positions), profile.side)
