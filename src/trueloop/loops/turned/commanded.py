@@ -14,10 +14,10 @@ from trueloop.errors import in_file
 from trueloop.geometry.feature import Feature
 from trueloop.geometry.profile import Profile, Side
 from trueloop.nc.check.rapid import sides_of_cuts
-from trueloop.nc.check.side import require_side
 from trueloop.nc.match.contour import ProgramContour, contour_of_program
 from trueloop.nc.match.contour_match import ContourMatch
 from trueloop.nc.match.matching import match_contour
+from trueloop.nc.match.sides import require_side
 from trueloop.nc.program.cutter_tool import CutterTool
 from trueloop.nc.program.feed_moves import feed_moves
 from trueloop.nc.program.path_mode import path_mode_findings

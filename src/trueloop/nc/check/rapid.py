@@ -1,12 +1,12 @@
 """Rapid moves through material, on a lathe: judged by what the program itself cuts, for the blank is not known."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from trueloop.arrays import Array, Integers
+from trueloop.nc.match.sides import SidesOfCuts
 from trueloop.nc.program.along import points_along
 from trueloop.nc.program.tool_path import Motion, ToolPath
 
@@ -42,17 +42,6 @@ def open_run(path: ToolPath) -> Integers:
     run = (_runs(path) or [np.empty(0, dtype=np.intp)])[-1]
     elsewhere = np.flatnonzero(path.end_mm[run, _Y] != path.end_mm[run[-1:], _Y])
     return run[elsewhere[-1] :] if elsewhere.size else run
-
-
-@dataclass(frozen=True)
-class SidesOfCuts:
-    """Indices of cuts whose rapid moves show on which side the tool is; of others they do not.
-
-    `boring`: cuts retract towards the axis, and rapid moves run nearer to it. `turning`: the other way in both.
-    """
-
-    boring: frozenset[int] = frozenset()
-    turning: frozenset[int] = frozenset()
 
 
 def sides_of_cuts(path: ToolPath) -> SidesOfCuts:

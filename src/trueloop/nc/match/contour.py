@@ -15,7 +15,7 @@ from trueloop.geometry.names import SQUARE, named_by_kind
 from trueloop.geometry.offset import contour_from_centre_path
 from trueloop.geometry.profile import Profile, Side, junctions_of
 from trueloop.geometry.validate import GAP_MM, checked_profile, runs_as
-from trueloop.nc.check.rapid import SidesOfCuts
+from trueloop.nc.match.sides import SidesOfCuts
 from trueloop.nc.program.feed_moves import FeedMove, moves_of_one_kind
 from trueloop.nc.program.tool_path import NO_COMPENSATION
 

@@ -1,13 +1,24 @@
 """A matched pass on the side that its profile says: a bore taken for an outside turns the sign of every error."""
 
+from dataclasses import dataclass
 from typing import Final
 
 from trueloop.errors import Code, Place, TrueloopError
-from trueloop.nc.check.rapid import SidesOfCuts
 from trueloop.nc.match.contour_match import ContourMatch
 
 FACES_X: Final = 0.5
 """Share of the normal along x from which on a surface is one of an outside or of a bore, and no face."""
+
+
+@dataclass(frozen=True)
+class SidesOfCuts:
+    """Indices of cuts whose rapid moves show on which side the tool is; of others they do not.
+
+    `boring`: cuts retract towards the axis, and rapid moves run nearer to it. `turning`: the other way in both.
+    """
+
+    boring: frozenset[int] = frozenset()
+    turning: frozenset[int] = frozenset()
 
 
 def require_side(match: ContourMatch, shown: SidesOfCuts) -> None:
