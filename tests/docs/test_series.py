@@ -1,8 +1,6 @@
-"""docs/series.md: its commands run in order and print what the page says; its table is that of the covers."""
+"""Series as docs/series.md tells of them; its table is that of the covers."""
 
 import json
-import re
-import shlex
 import shutil
 from pathlib import Path
 
@@ -14,9 +12,6 @@ from trueloop.errors import Code
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "series.md").read_text(encoding="utf-8")
-BLOCKS = [
-    [line.removeprefix("    ") for line in found.splitlines()] for found in re.findall(r"(?:^    .*\n)+", PAGE, re.M)
-]
 
 
 @pytest.fixture
@@ -31,19 +26,6 @@ def folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 def _waiting() -> str:
     found = json.loads(output_of("series", "propose", "--job", "shaft/job.toml", "--json"))
     return str(found["proposals"][0]["id"])
-
-
-def test_the_commands_of_the_page_lead_from_three_parts_to_an_offset_and_its_confirmation(folder: Path) -> None:
-    printed = ""
-    for block in BLOCKS:
-        if block[0].startswith("trueloop "):
-            for line in block:
-                words = [_waiting() if word == "ID" else word for word in shlex.split(line)[1:]]
-                printed = output_of(*words)
-        else:
-            assert [line for line in block if line.strip() and line.rstrip() not in printed] == []
-    assert "G21 G10 P3 U-0.019 W-0.009" in (folder / "offset.nc").read_text(encoding="utf-8")
-    assert (folder / "replayed" / "replay.html").is_file()
 
 
 def test_the_same_file_adds_nothing_and_one_in_inches_is_refused(folder: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 from scripts.manual.contents import ROOT, Page, groups, pages
 from scripts.manual.links import DeadLinkError, Files
 from scripts.manual.markdown import headings, html_of, tokens_of
+from scripts.manual.pictures import MOST_BYTES, PICTURES
 
 PAGES = pages()
 
@@ -86,3 +87,16 @@ def test_anchors_are_those_of_github() -> None:
 def test_what_is_code_stays_code() -> None:
     html = html_of(tokens_of("```console\n$ trueloop nc check <file> | sort\na < b\n```\n\n`x<y>`\n"))
     assert "&lt;file&gt; | sort</b>" in html and "a &lt; b" in html and "<code>x&lt;y&gt;</code>" in html
+
+
+def test_every_picture_is_shown_and_light_enough() -> None:
+    shown = {(page.source.parent / link).resolve() for page in PAGES for link in pictures_of(page)}
+    there = set((ROOT / "docs" / "images").iterdir())
+    assert shown <= there and there - shown == {ROOT / "docs" / "images" / "modbas2-report.png"}, "of the README alone"
+    assert [one.name for one in there if one.stat().st_size > MOST_BYTES] == []
+    made = {f"{name}.png" for name in PICTURES}
+    assert {one.name for one in there if one.suffix == ".png"} - made == {"modbas2-report.png"}, "a script makes it"
+
+
+def pictures_of(page: Page) -> list[str]:
+    return re.findall(r"!\[[^\]]{20,}\]\(([^)]+)\)", page.source.read_text(encoding="utf-8"))

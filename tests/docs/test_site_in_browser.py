@@ -77,3 +77,12 @@ def test_words_that_are_nowhere_are_not_found(shown: Browsing) -> None:
         go(window, "search.html?q=<img src=x onerror=alert(1)>zzqx")
         assert window.page.locator("#count").inner_text() == "0 places."
         assert window.page.locator("main img").count() == 0 and window.complaints == []
+
+
+def test_a_dialogue_is_copied_without_what_the_computer_says(shown: Browsing) -> None:
+    with shown.window() as window:
+        window.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        go(window, "first-part.html")
+        window.page.locator("figure.console .copy").nth(2).click()
+        copied = window.page.evaluate("() => navigator.clipboard.readText()")
+        assert copied == "trueloop measure read shaft/readings.csv --job shaft/job.toml\n"

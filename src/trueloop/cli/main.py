@@ -11,6 +11,7 @@ from trueloop.cli.cell import commands as cell
 from trueloop.cli.db import commands as db
 from trueloop.cli.diagnose import commands as diagnose
 from trueloop.cli.docs import docs
+from trueloop.cli.examples import examples
 from trueloop.cli.explain import explain
 from trueloop.cli.failure import ExitStatus, reader_gone, silence_stdout
 from trueloop.cli.link import commands as link
@@ -50,6 +51,7 @@ app = typer.Typer(
 app.command()(new)
 app.command()(compensate)
 app.command()(demo)
+app.command()(examples)
 app.add_typer(part.app, name="part")
 app.add_typer(nc.app, name="nc")
 app.add_typer(probe.app, name="probe")

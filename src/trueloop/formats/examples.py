@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Final
 
+from trueloop.errors import Code, Place, TrueloopError
+
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"
 
 
@@ -13,3 +15,35 @@ def example(name: str) -> Path:
     'job.toml'
     """
     return EXAMPLES / name
+
+
+def titles() -> dict[str, str]:
+    """The folders of examples, each with the first line of its README."""
+    return {folder.name: _title(folder / "README.md") for folder in sorted(EXAMPLES.iterdir()) if folder.is_dir()}
+
+
+def copy_example(name: str, folder: Path) -> int:
+    """Copies a folder of examples to a new place; how many files that were.
+
+    Raises JOB-EXISTS where something is there, OUT-FOLDER where the system refuses.
+    """
+    from trueloop.formats.outputs import write_all
+
+    if folder.exists():
+        raise TrueloopError(
+            Code.JOB_EXISTS,
+            f"{str(folder)!r} is there already",
+            hint="name another folder with --output, or go on with what is there",
+            place=Place(str(folder)),
+            values={"file": str(folder)},
+        )
+    source = example(name)
+    files = sorted(file for file in source.rglob("*") if file.is_file())
+    for place in sorted({file.parent for file in files}):
+        here = [(file.name, file.read_bytes()) for file in files if file.parent == place]
+        write_all(folder / place.relative_to(source), here)
+    return len(files)
+
+
+def _title(readme: Path) -> str:
+    return readme.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")

@@ -17,6 +17,7 @@ COMMANDS = (
     "new",
     "compensate",
     "demo",
+    "examples",
     "part show",
     "part from-program",
     "part from-dxf",
