@@ -1,12 +1,13 @@
 """The bodies of a STEP or IGES file: closed solids, under the names that the file gives them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.kernel import kernel
+from trueloop.formats.cad.part21 import FACES, Records
 from trueloop.formats.cad.step import STEP, CadFace, read_document, read_shape
 
 SEWN_WITHIN_MM: Final = 1e-3
@@ -24,10 +25,25 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Solids:
-    """All bodies of a file, and for a STEP file the kernel's document, which holds its tolerances."""
+    """All bodies of a file, and the kernel's reader of a STEP file, which knows the record of every face."""
 
     bodies: tuple[Body, ...]
-    document: Any = None
+    reader: Any = None
+
+    def numbered(self, faces: Sequence[CadFace], records: Records) -> Iterator[tuple[int, CadFace]]:
+        """Faces with the numbers of the records that they come from; nothing for a file without such."""
+        if self.reader is None:
+            return
+        session = self.reader.ChangeReader().WS()
+        model, made = session.Model(), session.TransferReader()
+        if model.NbEntities() != len(records.numbers):
+            return
+        known = [(n, model.Value(k)) for k, n in enumerate(records.numbers, 1) if set(records.of[n].types) & FACES]
+        number = {id(record): n for n, record in known}  # the kernel gives one object for one record, while it is kept
+        for face in faces:
+            record = made.EntityFromShapeResult(face.handle.Located(kernel().Location()), -1)
+            if id(record) in number:
+                yield number[id(record)], face
 
 
 def read_solids(path: Path) -> Solids:
@@ -37,14 +53,14 @@ def read_solids(path: Path) -> Solids:
     solid.
     """
     if path.suffix.lower() in STEP:
-        document = read_document(path)
+        document, reader = read_document(path)
         named = list(_of_document(document))
     else:
-        document, named = None, [("", solid) for solid in _all(read_shape(path), kernel().SOLID)]
+        reader, named = None, [("", solid) for solid in _all(read_shape(path), kernel().SOLID)]
     if not named:
         named = [("", solid) for solid in _sewn(read_shape(path), path)]
     bodies = (Body(name, kernel().as_solid(solid), tuple(_faces(path, solid))) for name, solid in named)
-    return Solids(tuple(bodies), document)
+    return Solids(tuple(bodies), reader)
 
 
 def _of_document(document: Any) -> Iterator[tuple[str, Any]]:

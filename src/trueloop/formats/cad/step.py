@@ -173,16 +173,15 @@ def read_shape(path: Path) -> Any:
     return reader.OneShape()
 
 
-def read_document(path: Path) -> Any:
-    """All that a STEP file holds as the kernel's document: shapes, names, tolerances. Raises as `read_faces`."""
+def read_document(path: Path) -> tuple[Any, Any]:
+    """A STEP file as the kernel's document, shapes with names, and the reader of it. Raises as `read_faces`."""
     occ = kernel()
     _checked_ending(path)
     document, reader = occ.Document(occ.Text("XCAF")), occ.DocumentReader()
     reader.SetNameMode(True)
-    reader.SetGDTMode(True)
     if reader.ReadFile(str(path)) != occ.DONE or not reader.Transfer(document):
         raise _unreadable(path)
-    return document
+    return document, reader
 
 
 def _checked_ending(path: Path) -> str:

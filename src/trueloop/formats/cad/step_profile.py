@@ -1,19 +1,25 @@
 """Reads a profile from a turned solid in a STEP or IGES file: its section through the axis of its turned faces."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
+from trueloop.domain.characteristic import Characteristic
 from trueloop.errors import Code, Place, TrueloopError
 from trueloop.formats.cad.axis import WITHIN_MM, Axis, axis_of
-from trueloop.formats.cad.bodies import Body, read_solids
+from trueloop.formats.cad.bodies import Body, Solids, read_solids
 from trueloop.formats.cad.contour import Contour, Piece, Side, crossing
 from trueloop.formats.cad.dxf_outline import cut_at
 from trueloop.formats.cad.not_turned import not_turned
+from trueloop.formats.cad.part21 import read_records
 from trueloop.formats.cad.section import contours_of
+from trueloop.formats.cad.step_pmi import stated_in
+from trueloop.formats.cad.step_tolerances import Proposals, proposals
+from trueloop.formats.cad.turned_faces import Meridian, meridians, run_on
 from trueloop.formats.input_file import FilePath
 from trueloop.geometry.feature import Feature, Line, Point
 from trueloop.geometry.names import named_by_kind
@@ -21,6 +27,7 @@ from trueloop.geometry.names import named_by_kind
 AS_MUCH: Final = 0.9
 """Another axis about which this share of the area is turned that is turned about the first one is no lesser axis."""
 
+HAS_TOLERANCES: Final = re.compile(r"DIMENSIONAL_(SIZE|LOCATION)|ANGULAR_(SIZE|LOCATION)|[A-Z]+_TOLERANCE\s*\(")
 FEW: Final = 0.5
 """What stands at a lesser share of the turn is told."""
 
@@ -34,6 +41,8 @@ class StepProfile:
 
     features: tuple[Feature, ...]
     notes: tuple[str, ...]
+    characteristics: tuple[Characteristic, ...] = ()
+    """What the file's tolerances limit of these features (AP242)."""
 
 
 def read_step_profile(
@@ -61,7 +70,8 @@ def read_step_profile(
     """
     path = Path(path)
     low_mm, high_mm = -math.inf if from_z_mm is None else from_z_mm, math.inf if to_z_mm is None else to_z_mm
-    bodies = read_solids(path).bodies
+    solids = read_solids(path)
+    bodies = solids.bodies
     if len(bodies) == 1:
         bodies = (replace(bodies[0], name=""),)
     parts = [_read(body, path, turned_round) for body in bodies]
@@ -74,7 +84,9 @@ def read_step_profile(
         for feature, piece in zip(features, clipped, strict=True)
         if piece.share < FEW
     ]
-    return StepProfile(features, (*chosen.part.notes, *_notes(found, chosen, features), *few))
+    asked = _tolerances(solids, chosen.part, features, path)
+    notes = (*chosen.part.notes, *_notes(found, chosen, features), *few, *asked.notes)
+    return StepProfile(features, notes, asked.characteristics)
 
 
 @dataclass(frozen=True)
@@ -82,6 +94,7 @@ class _Part:
     """A body, its axis, and what there is of contours."""
 
     body: Body
+    axis: Axis
     contours: tuple[Contour, ...]
     notes: tuple[str, ...]
 
@@ -128,7 +141,23 @@ def _read(body: Body, path: Path, turned_round: bool) -> _Part:
     notes = [note, *not_turned(body, axis, features)]
     if len(contours) < len(section):
         notes.append(f"{len(section) - len(contours)} closed cavities{_of(body)} were left out.")
-    return _Part(body, contours, tuple(notes))
+    return _Part(body, axis, contours, tuple(notes))
+
+
+def _tolerances(solids: Solids, part: _Part, features: Sequence[Feature], path: Path) -> Proposals:
+    """What the tolerances in the file limit of the features."""
+    text = path.read_text(encoding="latin-1") if solids.reader is not None else ""
+    if not HAS_TOLERANCES.search(text):
+        return Proposals()
+    records = read_records(text)
+    curves: dict[int, list[Meridian]] = {}
+    for number, face in solids.numbered(part.body.faces, records):
+        curves.setdefault(number, []).extend(meridians(face, part.axis))
+
+    def of_faces(numbers: Sequence[int]) -> list[Feature]:
+        return [features[k] for k in run_on([one for n in numbers for one in curves.get(n, [])], features)]
+
+    return proposals(list(stated_in(records)), of_faces)
 
 
 def _chosen(
